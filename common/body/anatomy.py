@@ -1,0 +1,138 @@
+"""Anatomy as tables: which joints move which parts, in which rotation order and within which limits.  [Two-view 2.1]
+
+A richer body is another `Anatomy`; nothing outside this file knows how many parts or joints there are.
+
+Frames: a part's frame has its origin at its proximal joint, +Y along the part, X to the person's left, Z to the front
+when the torso stands unrotated; a limb therefore hangs straight down at a rotation of 180° about Z, as in the paper.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SPHERICAL_AXES = "zxy"  # M_N^S = T Rz Rx Ry  [Two-view 2.2 (2)]
+NAVEL_AXES = "yxz"  # M_W^N = Ry Rx, and the spherical joint's third angle last  [Two-view 2.2 (1)]
+FLEXION_AXES = "x"  # M_S^F = T Rx  [Two-view 2.2 (3)]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint on `parent` (a part, "" for the world) that moves `part` by rotations about `axes`, first axis outermost.
+
+    limits: per axis, (lowest, highest) in radians.
+    """
+
+    name: str
+    parent: str
+    part: str
+    axes: str
+    limits: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A joint centre for exports: the point on the part's axis at `along` of its height, or else the named joint."""
+
+    name: str
+    part: str = ""
+    along: float = 0.0
+    joint: str = ""
+
+
+@dataclass(frozen=True)
+class Anatomy:
+    """Joints in an order in which parents come first; part k is moved by joint k."""
+
+    name: str
+    joints: tuple[Joint, ...]
+    markers: tuple[Marker, ...]
+    circular: frozenset[str]
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        return tuple(j.part for j in self.joints)
+
+    @cached_property
+    def angles(self) -> tuple[str, ...]:
+        """Names of all joint angles, `joint.axis`, in the order of a pose's angle array."""
+        return tuple(f"{j.name}.{axis}" for j in self.joints for axis in j.axes)
+
+    @cached_property
+    def index(self) -> Mapping[str, int]:
+        """Position of every angle name, part name and joint name in its own table."""
+        table = {name: k for k, name in enumerate(self.angles)}
+        table |= {j.part: k for k, j in enumerate(self.joints)}
+        return table | {j.name: k for k, j in enumerate(self.joints)}
+
+    @cached_property
+    def limits(self) -> Floats:
+        """(angles, 2) lowest and highest value of every joint angle in radians."""
+        return np.array([limit for j in self.joints for limit in j.limits])
+
+    @cached_property
+    def tree(self) -> NDArray[np.int64]:
+        """(joints, 5) for compiled code: parent part or -1, first angle, then the axes as 0 x, 1 y, 2 z, -1 none."""
+        rows, first = [], 0
+        for j in self.joints:
+            axes = ["xyz".index(a) for a in j.axes] + [-1] * (3 - len(j.axes))
+            rows.append([self.parts.index(j.parent) if j.parent else -1, first, *axes])
+            first += len(j.axes)
+        return np.array(rows, dtype=np.int64)
+
+    @cached_property
+    def neutral(self) -> Floats:
+        """(angles,) the upright pose with arms and legs hanging straight down."""
+        angles = np.zeros(len(self.angles))
+        for j in self.joints:
+            if "shoulder" in j.name or "hip" in j.name:
+                angles[self.index[f"{j.name}.z"]] = np.pi
+        return angles
+
+
+def _joint(name: str, parent: str, part: str, axes: str, *limits_deg: tuple[float, float]) -> Joint:
+    return Joint(name, parent, part, axes, tuple((radians(lo), radians(hi)) for lo, hi in limits_deg))
+
+
+# Ranges of motion: the paper's where it gives one (3.3, 3.4), else the norms of the American Academy of Orthopaedic
+# Surgeons (Joint Motion, 1965), rounded outwards to 5°.
+TEN_PARTS = Anatomy(
+    name="ten-parts",
+    joints=(
+        _joint("navel", "", "torso", NAVEL_AXES, (-360, 360), (-45, 110), (-45, 45)),
+        _joint("neck", "torso", "head", SPHERICAL_AXES, (-45, 45), (-60, 60), (-80, 80)),
+        _joint("right_shoulder", "torso", "right_upper_arm", SPHERICAL_AXES, (0, 180), (-180, 180), (-180, 180)),
+        _joint("left_shoulder", "torso", "left_upper_arm", SPHERICAL_AXES, (180, 360), (-180, 180), (-180, 180)),
+        _joint("right_elbow", "right_upper_arm", "right_lower_arm", FLEXION_AXES, (-140, 140)),
+        _joint("left_elbow", "left_upper_arm", "left_lower_arm", FLEXION_AXES, (-140, 140)),
+        _joint("right_hip", "torso", "right_upper_leg", SPHERICAL_AXES, (110, 205), (-60, 135), (-45, 45)),
+        _joint("left_hip", "torso", "left_upper_leg", SPHERICAL_AXES, (155, 250), (-60, 135), (-45, 45)),
+        _joint("right_knee", "right_upper_leg", "right_lower_leg", FLEXION_AXES, (-150, 0)),
+        _joint("left_knee", "left_upper_leg", "left_lower_leg", FLEXION_AXES, (-150, 0)),
+    ),
+    # Ankle and wrist: a lower leg reaches the sole and a lower arm the fingertips, as their silhouettes do.
+    # Segment lengths in body heights from Drillis and Contini (1966) as in Winter, Biomechanics, 4th ed., fig. 4.1.
+    markers=(
+        Marker("Hip", joint="navel"),
+        Marker("RHip", joint="right_hip"),
+        Marker("RKnee", joint="right_knee"),
+        Marker("RAnkle", "right_lower_leg", (0.285 - 0.039) / 0.285),
+        Marker("LHip", joint="left_hip"),
+        Marker("LKnee", joint="left_knee"),
+        Marker("LAnkle", "left_lower_leg", (0.285 - 0.039) / 0.285),
+        Marker("Neck", "torso", 1.0),
+        Marker("Head", "head", 1.0),
+        Marker("RShoulder", joint="right_shoulder"),
+        Marker("RElbow", joint="right_elbow"),
+        Marker("RWrist", "right_lower_arm", 0.146 / (0.146 + 0.108)),
+        Marker("LShoulder", joint="left_shoulder"),
+        Marker("LElbow", joint="left_elbow"),
+        Marker("LWrist", "left_lower_arm", 0.146 / (0.146 + 0.108)),
+    ),
+    circular=frozenset({"right_upper_arm", "right_lower_arm", "left_upper_arm", "left_lower_arm"}),
+)

@@ -1,0 +1,1 @@
+"""Moving messages: the bus protocol, Zenoh, and the in-process bus used offline."""

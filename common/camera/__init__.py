@@ -1,0 +1,1 @@
+"""Pinhole cameras, level views, calibration files and calibration."""

@@ -1,0 +1,1 @@
+"""File formats: converters live here, not in the data types."""

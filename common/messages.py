@@ -1,0 +1,171 @@
+"""Every message on the bus.  Units, frames and ranges stand on the fields; validation is done by `common.codec`.
+
+All messages carry `frame`, the source's frame number, and `captured_ns`, the capture time in nanoseconds since the Unix
+epoch on the sender's clock.  Images are those of the level view (`common.camera.level`) at the viewer's working size.
+"""
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+Seconds = Annotated[float, Meta(ge=0, le=1e6)]
+Metres = Annotated[float, Meta(ge=-1e3, le=1e3)]
+Size = Annotated[float, Meta(ge=0, le=10)]  # metres
+Radians = Annotated[float, Meta(ge=-50, le=50)]
+Score = Annotated[float, Meta(ge=0, le=1)]
+Slope = Annotated[float, Meta(ge=-100, le=100)]  # pixels over focal length
+Ratio = Annotated[float, Meta(ge=0, le=100)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Nanoseconds = Annotated[int, Meta(ge=0, lt=2**63)]
+Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")]
+Text = Annotated[str, Meta(max_length=1000)]
+Point = tuple[Metres, Metres, Metres]
+View = Literal["facade", "flank"]
+Side = Literal["front", "side"]
+SizeTriple = tuple[Size, Size, Size]
+
+SCHEMA_VERSION = 1
+
+
+class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    frame: Count
+    captured_ns: Nanoseconds
+    version: Literal[1] = 1
+
+
+class Body(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Universal BDP of one person: `common.body.definition.Bdp` by name."""
+
+    anatomy: Name
+    sizes: Annotated[dict[Name, SizeTriple], Meta(max_length=64)]  # part: height, long radius, short radius, metres
+    offsets: Annotated[dict[Name, Point], Meta(max_length=64)]  # joint: position in its parent part's frame, metres
+
+
+class PartialBdp(Message, frozen=True, tag="partial_bdp"):
+    """What one viewer measured of the body in the initial posture.  [Two-view 2.4]"""
+
+    viewer: Name
+    side: Side
+    height_px: Annotated[float, Meta(ge=0, le=1e5)]  # t_n, height of the person in this viewer's image
+    score: Score
+    lengths: Annotated[dict[Name, Size], Meta(max_length=32)]  # metres at this viewer's scale
+
+
+class UniversalBdp(Message, frozen=True, tag="universal_bdp"):
+    body: Body
+    ratio: Ratio  # r_t = t2 / t1 after both are brought to metres; 1 for a perfect calibration
+
+
+class Sighting(Message, frozen=True, tag="sighting"):
+    """Where one viewer sees the person: slopes of the ray to the navel in its level view (x right, y down)."""
+
+    viewer: Name
+    present: bool
+    x: Slope
+    y: Slope
+    height: Slope  # of the silhouette, as a slope
+    width: Slope  # W_u-body, as a slope  [Two-view 3.1]
+    view: View  # the viewer's own decision
+    score: Score  # Eq. 1 of the shifted model
+    based_on: Annotated[int, Meta(ge=-1, le=2**53)] = -1  # frame of the universal BAP that the model was placed by
+
+
+class ViewAssignment(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    view: View
+    scale: Ratio  # r_t, size in this viewer's image against the origin of the action region  [Two-view Eq. 4]
+    stale: bool  # this viewer's sighting is an old one
+
+
+class Assignment(Message, frozen=True, tag="assignment"):
+    """The integrator's answer to the sightings of one instant."""
+
+    position: Point  # navel in the world
+    yaw: Radians  # of the torso: from +Z towards +X
+    views: Annotated[dict[Name, ViewAssignment], Meta(max_length=64)]
+    tracking: bool  # false before the universal BDP is known
+
+
+class LimbMatch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How one limb was found in one view."""
+
+    score: Score  # Eq. 1 with the limb in its best place
+    visible: Score  # share of the limb's own pixels that no other part covers and the silhouette has
+    matchings: Count
+
+
+class PartialBap(Message, frozen=True, tag="partial_bap"):
+    """The joint angles one viewer found, by name (`navel.x`, `right_elbow.x`): only those that its view decides."""
+
+    viewer: Name
+    view: View
+    angles: Annotated[dict[Name, Radians], Meta(max_length=64)]
+    limbs: Annotated[dict[Name, LimbMatch], Meta(max_length=32)]
+    score: Score
+    based_on: Annotated[int, Meta(ge=-1, le=2**53)] = -1
+
+
+class UniversalBap(Message, frozen=True, tag="universal_bap"):
+    position: Point  # navel in the world
+    angles: Annotated[dict[Name, Radians], Meta(max_length=64)]  # every joint angle of the anatomy
+    scores: Annotated[dict[Name, Score], Meta(max_length=64)]  # Eq. 1 by viewer
+    views: Annotated[dict[Name, View], Meta(max_length=64)]
+    stale: Annotated[list[Name], Meta(max_length=64)]  # viewers whose part is an old one
+    lost: Annotated[list[Name], Meta(max_length=32)]  # limbs, or "person", that are being searched for again
+
+
+class Silhouette(Message, frozen=True, tag="silhouette"):
+    """A binary mask, losslessly packed: the region's rows, 8 pixels a byte, zlib."""
+
+    viewer: Name
+    size: tuple[Annotated[int, Meta(ge=1, le=16384)], Annotated[int, Meta(ge=1, le=16384)]]  # width, height
+    region: tuple[Count, Count, Count, Count]  # left, top, width, height of the packed part
+    data: Annotated[bytes, Meta(max_length=4 << 20)]
+
+
+class Preview(Message, frozen=True, tag="preview"):
+    viewer: Name
+    jpeg: Annotated[bytes, Meta(max_length=1 << 20)]
+
+
+class CameraInfo(Message, frozen=True, tag="camera"):
+    """Calibration of a viewer's camera in the Y-up world, OpenCV convention, row by row."""
+
+    viewer: Name
+    name: Name
+    size: tuple[Count, Count]
+    matrix: Annotated[list[float], Meta(min_length=9, max_length=9)]
+    distortions: Annotated[list[float], Meta(max_length=14)]
+    rotation: Annotated[list[float], Meta(min_length=9, max_length=9)]
+    translation: Annotated[list[float], Meta(min_length=3, max_length=3)]
+
+
+class Health(Message, frozen=True, tag="health"):
+    service: Name
+    id: Name
+    state: Text  # what it is doing, in words
+    rate: Annotated[float, Meta(ge=0, le=1e6)]  # frames per second over the last second
+    stages_ms: Annotated[dict[Name, Annotated[float, Meta(ge=0, le=1e6)]], Meta(max_length=32)]  # medians
+    counts: Annotated[dict[Name, Count], Meta(max_length=64)]  # dropped, rejected, late, ...
+    clock_offset_ns: Annotated[int, Meta(ge=-(2**62), le=2**62)] = 0  # this clock minus the integrator's
+    clock_error_ns: Nanoseconds = 0  # half the shortest round trip
+    memory_bytes: Count = 0
+
+
+class ClockQuery(Message, frozen=True, tag="clock_query"):
+    """A round trip for the clock offset; the reply's `captured_ns` is the integrator's clock."""
+
+
+AnyMessage = (
+    PartialBdp
+    | UniversalBdp
+    | Sighting
+    | Assignment
+    | PartialBap
+    | UniversalBap
+    | Silhouette
+    | Preview
+    | CameraInfo
+    | Health
+    | ClockQuery
+)

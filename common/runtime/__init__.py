@@ -1,0 +1,1 @@
+"""Running a service: loop, clock, settings, logging and recording."""

@@ -1,0 +1,1 @@
+"""Background, silhouette, projected model image and matching score."""

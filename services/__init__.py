@@ -1,0 +1,1 @@
+"""The zenocap services, one folder each, and the command line."""

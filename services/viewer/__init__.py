@@ -1,0 +1,1 @@
+"""One camera, one process: silhouette, body definition, view, position and joint angles."""

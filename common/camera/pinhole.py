@@ -1,4 +1,4 @@
-"""Pinhole cameras as OpenCV has them: x right, y down, z forward, x_camera = R x_world + t, pixel centres at integers."""
+"""Pinhole cameras as OpenCV has them: x right, y down, z forward, x_camera = R x_world + t, whole-numbered centres."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -37,12 +37,12 @@ class Joint:
 
 @dataclass(frozen=True)
 class Marker:
-    """A joint centre for exports: the point on the part's axis at `along` of its height, or else the named joint."""
+    """A joint centre for exports: midway between the named joints, or else on the part's axis at `along` of its height."""
 
     name: str
     part: str = ""
     along: float = 0.0
-    joint: str = ""
+    joints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -118,20 +118,20 @@ TEN_PARTS = Anatomy(
     # Ankle and wrist: a lower leg reaches the sole and a lower arm the fingertips, as their silhouettes do.
     # Segment lengths in body heights from Drillis and Contini (1966) as in Winter, Biomechanics, 4th ed., fig. 4.1.
     markers=(
-        Marker("Hip", joint="navel"),
-        Marker("RHip", joint="right_hip"),
-        Marker("RKnee", joint="right_knee"),
+        Marker("Hip", joints=("navel",)),
+        Marker("RHip", joints=("right_hip",)),
+        Marker("RKnee", joints=("right_knee",)),
         Marker("RAnkle", "right_lower_leg", (0.285 - 0.039) / 0.285),
-        Marker("LHip", joint="left_hip"),
-        Marker("LKnee", joint="left_knee"),
+        Marker("LHip", joints=("left_hip",)),
+        Marker("LKnee", joints=("left_knee",)),
         Marker("LAnkle", "left_lower_leg", (0.285 - 0.039) / 0.285),
-        Marker("Neck", "torso", 1.0),
+        Marker("Neck", joints=("right_shoulder", "left_shoulder")),
         Marker("Head", "head", 1.0),
-        Marker("RShoulder", joint="right_shoulder"),
-        Marker("RElbow", joint="right_elbow"),
+        Marker("RShoulder", joints=("right_shoulder",)),
+        Marker("RElbow", joints=("right_elbow",)),
         Marker("RWrist", "right_lower_arm", 0.146 / (0.146 + 0.108)),
-        Marker("LShoulder", joint="left_shoulder"),
-        Marker("LElbow", joint="left_elbow"),
+        Marker("LShoulder", joints=("left_shoulder",)),
+        Marker("LElbow", joints=("left_elbow",)),
         Marker("LWrist", "left_lower_arm", 0.146 / (0.146 + 0.108)),
     ),
     circular=frozenset({"right_upper_arm", "right_lower_arm", "left_upper_arm", "left_lower_arm"}),

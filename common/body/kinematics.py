@@ -65,8 +65,8 @@ def joint_centres(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> Floats:
     frames = part_frames(anatomy, bdp, pose)
     centres = np.empty((len(anatomy.markers), 3))
     for k, marker in enumerate(anatomy.markers):
-        if marker.joint:
-            centres[k] = frames[anatomy.index[marker.joint], :, 3]
+        if marker.joints:
+            centres[k] = np.mean([frames[anatomy.index[joint], :, 3] for joint in marker.joints], axis=0)
         else:
             part = anatomy.index[marker.part]
             centres[k] = frames[part, :, 3] + marker.along * bdp.sizes[part, 0] * frames[part, :, 1]

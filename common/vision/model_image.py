@@ -1,0 +1,145 @@
+"""The projected body model as a cover image: how many parts cover each pixel.  [Two-view 2.3, 3.2-3.5]
+
+A match moves one limb.  Its pixels are taken off the cover and put back elsewhere; only the change of two totals is
+counted, so a match costs the limb's own pixels and not the image's.  Everything here is compiled and works in place.
+
+totals: (3,) int64: pixels of the silhouette, of the model, and of both.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.uint8]
+
+CORNERS = 10  # of a part's outline
+ADD, REMOVE, COUNT = 1, -1, 0
+
+
+@njit(cache=True, error_model="numpy")
+def score_of(silhouette: int, model: int, both: int) -> float:
+    """Matching score S = exp(-p - n) (1 - p) from pixel counts; 1 when both images are empty.  [Two-view Eq. 1]"""
+    union = silhouette + model - both
+    if union == 0:
+        return 1.0
+    p = (silhouette - both) / union
+    n = (model - both) / union
+    return float(np.exp(-p - n) * (1.0 - p))
+
+
+@njit(cache=True, error_model="numpy")
+def outline_part(frame: Floats, size: Floats, camera: Floats, corners: Floats) -> bool:
+    """Outline of an elliptic cylinder in the image: corners (CORNERS, 2) px in order.
+
+    frame: (3, 4) part to world.  size: (3,) height, long and short radius, metres.
+    camera: (5, 3) level camera: rotation rows, translation, (focal, centre x, centre y).
+    Each end is an ellipse under local parallel projection; the outline is the hull of both ends' support points.
+    False when an end is not in front of the camera.
+    """
+    ends = np.empty((2, 6))
+    for end in range(2):
+        local = np.empty(3)
+        for row in range(3):
+            local[row] = camera[3, row]
+            for k in range(3):
+                local[row] += camera[row, k] * (frame[k, 3] + end * size[0] * frame[k, 1])
+        if local[2] < 0.1:
+            return False
+        scale = camera[4, 0] / local[2]
+        u, v = local[0] / local[2], local[1] / local[2]
+        ends[end, 0] = camera[4, 0] * u + camera[4, 1]
+        ends[end, 1] = camera[4, 0] * v + camera[4, 2]
+        for axis in range(2):
+            radius = size[1 + axis]
+            column = 2 * axis  # the part's x, then its z
+            across = np.zeros(3)
+            for row in range(3):
+                for k in range(3):
+                    across[row] += camera[row, k] * frame[k, column]
+            ends[end, 2 + 2 * axis] = scale * radius * (across[0] - u * across[2])
+            ends[end, 3 + 2 * axis] = scale * radius * (across[1] - v * across[2])
+    dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
+    length = np.hypot(dx, dy)
+    if length < 1e-6:
+        dx, dy = 0.0, 1.0
+    else:
+        dx, dy = dx / length, dy / length
+    at = 0
+    for end in range(2):
+        away = 1.0 if end == 1 else -1.0
+        for step in range(5):  # around the first end from the far side, around the second back to it
+            turn = np.pi / 4 * step
+            along, side = np.sin(turn) * away, -np.cos(turn) * away
+            nx, ny = along * dx - side * dy, along * dy + side * dx
+            a = ends[end, 2] * nx + ends[end, 3] * ny
+            b = ends[end, 4] * nx + ends[end, 5] * ny
+            reach = np.hypot(a, b)
+            if reach < 1e-9:
+                reach = 1e-9
+            corners[at, 0] = ends[end, 0] + (ends[end, 2] * a + ends[end, 4] * b) / reach
+            corners[at, 1] = ends[end, 1] + (ends[end, 3] * a + ends[end, 5] * b) / reach
+            at += 1
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
+    """Add a convex outline to the cover (ADD), take it off (REMOVE), or only count what adding would do (COUNT).
+
+    corners: (n, 2) px, in order either way round.  mask, cover: (height, width).  A pixel belongs to the outline when its
+    centre does.  totals[1] and totals[2] change by the pixels that become covered or bare.
+    """
+    height, width = mask.shape
+    low, high = corners[0, 1], corners[0, 1]
+    for k in range(1, corners.shape[0]):
+        low, high = min(low, corners[k, 1]), max(high, corners[k, 1])
+    top, bottom = max(int(np.ceil(low)), 0), min(int(np.floor(high)), height - 1)
+    if bottom < top or not np.isfinite(high - low):
+        return
+    left = np.full(bottom - top + 1, np.inf)
+    right = np.full(bottom - top + 1, -np.inf)
+    for k in range(corners.shape[0]):
+        other = k + 1 if k + 1 < corners.shape[0] else 0
+        x0, y0, x1, y1 = corners[k, 0], corners[k, 1], corners[other, 0], corners[other, 1]
+        if y0 > y1:
+            x0, y0, x1, y1 = x1, y1, x0, y0
+        if y1 <= y0:
+            continue
+        slope = (x1 - x0) / (y1 - y0)
+        for y in range(max(int(np.ceil(y0)), top), min(int(np.floor(y1)), bottom) + 1):
+            x = x0 + (y - y0) * slope
+            left[y - top] = min(left[y - top], x)
+            right[y - top] = max(right[y - top], x)
+    model, both = np.int64(0), np.int64(0)
+    for y in range(top, bottom + 1):
+        first = max(int(np.ceil(max(left[y - top], -1.0))), 0)
+        last = min(int(np.floor(min(right[y - top], width * 1.0))), width - 1)
+        if mode == COUNT:
+            for x in range(first, last + 1):
+                bare = np.int64(cover[y, x] == 0)
+                model += bare
+                both += bare * mask[y, x]
+        elif mode == ADD:
+            for x in range(first, last + 1):
+                bare = np.int64(cover[y, x] == 0)
+                cover[y, x] += 1
+                model += bare
+                both += bare * mask[y, x]
+        else:
+            for x in range(first, last + 1):
+                cover[y, x] -= 1
+                bare = np.int64(cover[y, x] == 0)
+                model -= bare
+                both -= bare * mask[y, x]
+    totals[1] += model
+    totals[2] += both
+
+
+@njit(cache=True, error_model="numpy")
+def cover_part(frame: Floats, size: Floats, camera: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
+    """Add, remove or count one part (see `cover_outline`); a part behind the camera covers nothing."""
+    corners = np.empty((CORNERS, 2))
+    if outline_part(frame, size, camera, corners):
+        cover_outline(corners, mask, cover, mode, totals)

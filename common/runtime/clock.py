@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from common.bus.protocol import RoundTrip
+from common.messages import Health
 
 WINDOW = 32  # round trips
 DRIFT = 100e-6  # two free-running quartz clocks, relative
@@ -90,6 +91,11 @@ def _bound(trip: RoundTrip, now_ns: int) -> Offset:
     middle_ns = (trip.sent_ns + trip.received_ns) // 2
     half_ns = (trip.received_ns - trip.sent_ns + 1) // 2
     return Offset(middle_ns - trip.answered_ns, half_ns + int(DRIFT * abs(now_ns - trip.received_ns)))
+
+
+def offset_in(health: Health) -> Offset | None:
+    """What a service said of its clock; None while it does not know (an error of 0 ns cannot be measured)."""
+    return Offset(health.clock_offset_ns, health.clock_error_ns) if health.clock_error_ns else None
 
 
 def to_integrator_ns(captured_ns: int, offset: Offset | None) -> int:

@@ -59,6 +59,8 @@ class NewestFrame(Generic[F]):
     def stop(self, timeout_s: float = 1.0) -> None:
         """Ask the thread to end; a source stuck in its driver is left behind, it cannot keep the process alive."""
         self._stop.set()
+        if self._thread.ident is None:  # never started
+            return
         self._thread.join(timeout_s)
         if self._thread.is_alive():
             logger.warning("the frame source did not stop within %g s", timeout_s)

@@ -78,11 +78,11 @@ class Recording:
         self._flushed_ns: int | None = None
         self._channels: dict[Channel, int] = {}
         self._schemas: dict[tuple[str, str, bytes], int] = {}
+        if not overwrite and path.exists():
+            raise RecordingError(f"{path} exists already; choose another name or remove it")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file: BufferedWriter = path.open("wb" if overwrite else "xb")
-        except FileExistsError as error:
-            raise RecordingError(f"{path} exists already; choose another name or remove it") from error
         except OSError as error:
             raise RecordingError(f"{path} cannot be written: {error.strerror or error}") from error
         self._writer = Writer(self._file)

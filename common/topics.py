@@ -1,9 +1,10 @@
 """The table of keys: one row per topic.  No key string appears anywhere else."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
+from functools import cache, lru_cache
 
 import msgspec
 
@@ -38,10 +39,9 @@ class Topic:
             checked_name(field, rig if field == "rig" else names.get(field, ""))
         return self.key.format_map({"rig": rig} | names)
 
-    def names(self, key: str) -> dict[str, str] | None:
+    def names(self, key: str) -> Mapping[str, str] | None:
         """The names in `key`, `rig` among them; None when it is no key of this topic."""
-        match = _pattern(self.key).fullmatch(key)
-        return match.groupdict() if match else None
+        return _names(self.key, key)
 
     def names_of(self, message: m.Message) -> dict[str, str]:
         """The names that `message` itself says belong into its key: its viewer, or its service and id."""
@@ -105,6 +105,12 @@ def checked_name(field: str, value: str) -> str:
 @cache
 def _fields(template: str) -> tuple[str, ...]:
     return tuple(re.findall(r"{(\w+)}", template))
+
+
+@lru_cache(maxsize=4096)  # a rig has few keys, and each comes with every frame
+def _names(template: str, key: str) -> Mapping[str, str] | None:
+    match = _pattern(template).fullmatch(key)
+    return match.groupdict() if match else None
 
 
 @cache

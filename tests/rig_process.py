@@ -13,7 +13,8 @@ from common.bus.zenoh_session import ZenohOptions, router
 from common.runtime import logs
 from common.runtime.clock import RealClock
 from common.runtime.recording import Recording
-from common.runtime.service import Event, Service, Subscription, run, stop_signals
+from common.runtime.service import Event, Service, Subscription, run
+from common.runtime.signals import stop_signals
 from common.topics import PARTIAL_BDP, SIGHTING
 from services.integrator.log import Log
 
@@ -110,7 +111,7 @@ def main(role: str, endpoint: str, *arguments: str) -> int:
                             answering: Service[None, int, Image] = Service(
                                 "integrator", "main", None, 0, integrator_step, topics, keeps_time=True
                             )
-                            return run(answering, bus, clock, stopped=stopped)
+                            return run(answering, bus, clock, stopped=stopped, extra_counts=recorder.counts)
                         finally:
                             recorder.close()
         except BusError as error:

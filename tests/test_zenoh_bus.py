@@ -123,6 +123,8 @@ def test_processes_answer_each_other_and_survive_damage_and_deaths(
         bus.subscribe(HEALTH, service="integrator")
         wounded = wait_for(bus, lambda event: _count(event, "integrator", "rejected_invalid") >= 1)
         assert _count(wounded, "integrator", "step_errors") == 0
+        assert _count(wounded, "integrator", "log_messages") > 30
+        assert _count(wounded, "integrator", "log_lost") == 0
         again = wait_for(bus, carries(m.Assignment))
         assert isinstance(again, Envelope)
         wait_for(bus, carries(m.Assignment, again.message.frame + 30))

@@ -14,7 +14,7 @@ import zenoh.ext
 
 from common import codec
 from common.bus.inbox import Inbox, outgoing
-from common.bus.protocol import Alive, Counters, DuplicateService, Received, RoundTrip
+from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received, RoundTrip
 from common.bus.zenoh_session import ZenohOptions, open_session
 from common.messages import ClockQuery, Message
 from common.runtime.clock import Clock
@@ -69,10 +69,13 @@ class ZenohBus:
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self._rig, topic, message, names)
-        publisher = self._publishers.get(key)
-        if publisher is None:
-            publisher = self._publishers[key] = self._declare_publisher(topic, key)
-        publisher.put(data)
+        try:
+            publisher = self._publishers.get(key)
+            if publisher is None:
+                publisher = self._publishers[key] = self._declare_publisher(topic, key)
+            publisher.put(data)
+        except zenoh.ZError as error:
+            raise BusError(f"{key} cannot be published: {error}") from error
 
     def _declare_publisher(self, topic: Topic, key: str) -> _Publisher:
         if topic.queueing is not Queueing.KEPT:

@@ -17,13 +17,14 @@ logger = logging.getLogger(__name__)
 Mode = Literal["peer", "client", "router"]
 
 # For a rig: a frozen machine is noticed after 2 s, a restarted router found within half a second, and a service may
-# start before its router.  Nothing on the wire is near 8 MiB.  Shared memory is off because a killed process leaves
-# its files behind, and silhouettes gain nothing from it.
+# start before its router.  Nothing on the wire is near 8 MiB.  A lost recovery of KEPT state may hold it up for 2 s.
+# Shared memory is off because a killed process leaves its files behind, and silhouettes gain nothing from it.
 TUNED = {
     "transport/link/tx/lease": "2000",
     "transport/link/rx/max_message_size": str(8 << 20),
     "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": "5000",
     "transport/shared_memory/enabled": "false",
+    "queries_default_timeout": "2000",
     "connect/retry": '{"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}',
     "connect/timeout_ms": "-1",
     "connect/exit_on_failure": "false",

@@ -33,14 +33,14 @@ class OncePerSource:
         self._logger = logger
         self._counts: Counter[tuple[str, str]] = Counter()
 
-    def warn(self, source: str, kind: str, text: str) -> None:
-        """Log `text` if it is the first of this kind from this source."""
+    def warn(self, source: str, kind: str, text: str, *, trace: bool = False) -> None:
+        """Log `text` if it is the first of this kind from this source; trace: with the exception being handled."""
         entry = (source, kind)
         if entry not in self._counts and len(self._counts) >= MAX_SOURCES:
             entry = ("other sources", kind)
         self._counts[entry] += 1
         if self._counts[entry] == 1:
-            self._logger.warning("%s: %s (further ones are only counted)", entry[0], text)
+            self._logger.warning("%s: %s (further ones are only counted)", entry[0], text, exc_info=trace)
 
     def count(self, source: str, kind: str) -> int:
         return self._counts[(source, kind)]

@@ -5,22 +5,17 @@ and ticks from one thread, publishes what it returns, measures, and says so at 1
 """
 
 import logging
-import signal
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import FrameType
 from typing import Generic, TypeAlias, TypeVar
 
 from common.bus.protocol import Alive, Bus, BusError, Envelope, Received, RoundTrip
-from common.codec import BadMessage
 from common.messages import Message
 from common.runtime.clock import Clock, ClockFilter, observe, offset_at
 from common.runtime.frames import FrameLike, NewestFrame
 from common.runtime.health import Meter
 from common.runtime.logs import OncePerSource
-from common.topics import HEALTH, Topic, topic_of
+from common.topics import Topic, topic_of
 
 logger = logging.getLogger(__name__)
 
@@ -105,9 +100,7 @@ class Runner(Generic[Setup, State, F]):
         except Exception as error:  # one bad frame must not end a take; the state before it is kept
             self._failures += 1
             self.meter.counts["step_errors"] += 1
-            if self._once.count(kind, "step") == 0:
-                logger.exception("step failed on %s", source)
-            self._once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}")
+            self._once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}", trace=True)
             if self._failures >= self.service.max_failures:
                 raise GivingUp(f"{self._failures} steps in a row failed, the last on {source}: {error}") from error
             return
@@ -115,22 +108,25 @@ class Runner(Generic[Setup, State, F]):
         stepped_ns = self.clock.elapsed_ns()
         self.meter.time(f"step_{kind}", stepped_ns - started_ns)
         for message in messages:
-            self.publish(message)
+            topic = self.publish(message)
+            if topic is not None:
+                self.meter.publish(topic.name)
         if messages:
             self.meter.time("publish", self.clock.elapsed_ns() - stepped_ns)
         if not isinstance(event, Envelope | Alive | Tick):
             self.meter.frame()
             self.meter.time("frame_age", self.clock.now_ns() - event.captured_ns)
 
-    def publish(self, message: Message) -> None:
+    def publish(self, message: Message) -> Topic | None:
+        """Send a message on its topic; None when it may not be sent, which is counted and logged."""
         try:
             topic = topic_of(type(message))
             self.bus.publish(topic, message)
-        except (BadMessage, ValueError) as error:
+            return topic
+        except ValueError as error:  # BadMessage is one
             self.meter.counts["unsendable"] += 1
             self._once.warn(type(message).__name__, "unsendable", str(error))
-        else:
-            self.meter.publish(topic.name)
+            return None
 
 
 def run(
@@ -139,8 +135,12 @@ def run(
     clock: Clock,
     source: Iterator[F] | None = None,
     stopped: Callable[[], bool] = lambda: False,
+    extra_counts: Callable[[], Mapping[str, int]] = dict,
 ) -> int:
-    """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged."""
+    """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
+
+    extra_counts: counts of others for this service's health, such as those of its log.
+    """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
     try:
@@ -150,7 +150,7 @@ def run(
         runner.subscribe()
         if frames:
             frames.start()
-        _loop(runner, frames, stopped)
+        _loop(runner, frames, stopped, extra_counts)
     except (BusError, GivingUp) as error:
         logger.error("%s", error)
         return 1
@@ -163,7 +163,12 @@ def run(
     return 0
 
 
-def _loop(runner: Runner[Setup, State, F], frames: NewestFrame[F] | None, stopped: Callable[[], bool]) -> None:
+def _loop(
+    runner: Runner[Setup, State, F],
+    frames: NewestFrame[F] | None,
+    stopped: Callable[[], bool],
+    extra_counts: Callable[[], Mapping[str, int]],
+) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips, asked = ClockFilter(), 0
     health_ns = ask_ns = tick_ns = clock.elapsed_ns()
@@ -177,8 +182,10 @@ def _loop(runner: Runner[Setup, State, F], frames: NewestFrame[F] | None, stoppe
             if frames:
                 runner.meter.counts["dropped_frames"] = frames.dropped
             offset = offset_at(trips, clock.now_ns())
+            for name, count in extra_counts().items():
+                runner.meter.counts[name] = count
             words = service.describe(runner.state)
-            bus.publish(HEALTH, runner.meter.report(clock.now_ns(), now_ns, words, bus.counters, offset))
+            runner.publish(runner.meter.report(clock.now_ns(), now_ns, words, bus.counters, offset))
             health_ns = max(health_ns + HEALTH_NS, now_ns)
         if service.tick_ns and now_ns >= tick_ns:
             runner.handle(Tick(clock.now_ns()))
@@ -203,27 +210,6 @@ def _receive(bus: Bus, wait_s: float) -> Iterator[Received]:
         event = bus.receive(0.0)
     if event is not None:
         yield event
-
-
-@contextmanager
-def stop_signals() -> Iterator[Callable[[], bool]]:
-    """`stopped` for the body: true after SIGINT or SIGTERM.  A second signal ends the process the hard way."""
-    event = threading.Event()
-    signals = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.getsignal(number) for number in signals}
-
-    def stop(_: int, __: FrameType | None) -> None:
-        event.set()
-        for number in signals:
-            signal.signal(number, signal.SIG_DFL)
-
-    for number in signals:
-        signal.signal(number, stop)
-    try:
-        yield event.is_set
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _kind(event: Event[F]) -> str:

@@ -35,6 +35,11 @@ class Log:
         dropped = sum(self._bus.counters.dropped.values())
         return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure)
 
+    def counts(self) -> dict[str, int]:
+        """For the health of the service that keeps this log."""
+        now = self.statistics
+        return {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
+
     def close(self) -> Statistics:
         """Write what is queued, finish the file, say what was written and lost."""
         self._bus.close()

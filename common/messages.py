@@ -17,8 +17,9 @@ Score = Annotated[float, Meta(ge=0, le=1)]
 Slope = Annotated[float, Meta(ge=-100, le=100)]  # pixels over focal length
 Ratio = Annotated[float, Meta(ge=0, le=100)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
-Nanoseconds = Annotated[int, Meta(ge=0, lt=2**63)]
-Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")]
+Nanoseconds = Annotated[int, Meta(ge=0, le=2**63 - 1)]  # msgspec refuses bounds beyond 64 bits
+Number = Annotated[float, Meta(ge=-1e9, le=1e9)]  # finite: a range refuses NaN and infinity, a bare float does not
+Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+(?!\n)$")]  # "$" alone allows "a\n"
 Text = Annotated[str, Meta(max_length=1000)]
 Point = tuple[Metres, Metres, Metres]
 View = Literal["facade", "flank"]
@@ -134,10 +135,10 @@ class CameraInfo(Message, frozen=True, tag="camera"):
     viewer: Name
     name: Name
     size: tuple[Count, Count]
-    matrix: Annotated[list[float], Meta(min_length=9, max_length=9)]
-    distortions: Annotated[list[float], Meta(max_length=14)]
-    rotation: Annotated[list[float], Meta(min_length=9, max_length=9)]
-    translation: Annotated[list[float], Meta(min_length=3, max_length=3)]
+    matrix: Annotated[list[Number], Meta(min_length=9, max_length=9)]
+    distortions: Annotated[list[Number], Meta(max_length=14)]
+    rotation: Annotated[list[Number], Meta(min_length=9, max_length=9)]
+    translation: Annotated[list[Number], Meta(min_length=3, max_length=3)]
 
 
 class Health(Message, frozen=True, tag="health"):

@@ -1,7 +1,12 @@
 """The table of keys: one row per topic.  No key string appears anywhere else."""
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache, lru_cache
+
+import msgspec
 
 from common import messages as m
 
@@ -27,6 +32,20 @@ class Topic:
     def on(self, rig: str, **names: str) -> str:
         """The key expression of this topic; a name left out stands for all (`*`)."""
         return self.key.format_map({"rig": rig, "viewer": "*", "service": "*", "id": "*"} | names)
+
+    def at(self, rig: str, **names: str) -> str:
+        """The one key of this topic with these names.  Raises ValueError for a name that is missing or no `Name`."""
+        for field in _fields(self.key):
+            checked_name(field, rig if field == "rig" else names.get(field, ""))
+        return self.key.format_map({"rig": rig} | names)
+
+    def names(self, key: str) -> Mapping[str, str] | None:
+        """The names in `key`, `rig` among them; None when it is no key of this topic."""
+        return _names(self.key, key)
+
+    def names_of(self, message: m.Message) -> dict[str, str]:
+        """The names that `message` itself says belong into its key: its viewer, or its service and id."""
+        return {field: getattr(message, field) for field in _fields(self.key) if hasattr(message, field)}
 
 
 PARTIAL_BDP = Topic("partial_bdp", "zenocap/{rig}/viewer/{viewer}/bdp", m.PartialBdp, Queueing.KEPT, "on change")
@@ -56,5 +75,44 @@ TOPICS = (
 )
 
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
+CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
 EVERYTHING = "zenocap/{rig}/**"
+
+
+@cache
+def topic_of(message: type[m.Message]) -> Topic:
+    """The topic that carries this type of message.  Raises ValueError when there is none."""
+    for topic in TOPICS:
+        if topic.message is message:
+            return topic
+    raise ValueError(f"{message.__name__} has no topic; known: {', '.join(t.message.__name__ for t in TOPICS)}")
+
+
+def topic_at(key: str) -> Topic | None:
+    """The topic that `key` belongs to, if any."""
+    return next((topic for topic in TOPICS if topic.names(key) is not None), None)
+
+
+def checked_name(field: str, value: str) -> str:
+    """`value` when it may stand in a key.  Raises ValueError."""
+    try:
+        return msgspec.convert(value, m.Name)
+    except msgspec.ValidationError:
+        raise ValueError(f"{field} = {value!r}: 1 to 64 letters, digits, '_', '.' or '-' expected") from None
+
+
+@cache
+def _fields(template: str) -> tuple[str, ...]:
+    return tuple(re.findall(r"{(\w+)}", template))
+
+
+@lru_cache(maxsize=4096)  # a rig has few keys, and each comes with every frame
+def _names(template: str, key: str) -> Mapping[str, str] | None:
+    match = _pattern(template).fullmatch(key)
+    return match.groupdict() if match else None
+
+
+@cache
+def _pattern(template: str) -> re.Pattern[str]:
+    return re.compile(re.sub(r"{(\w+)}", r"(?P<\1>[^/]+)", template))

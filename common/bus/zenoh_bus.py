@@ -1,0 +1,213 @@
+"""The bus over Zenoh.  Its threads only queue, except that the integrator's clock is answered at once.
+
+Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.  KEPT
+topics have an advanced publisher with a cache of one: who joins late or comes back asks for it.
+"""
+
+import logging
+from collections.abc import Callable
+from types import TracebackType
+from typing import Protocol, Self
+
+import zenoh
+import zenoh.ext
+
+from common import codec
+from common.bus.inbox import Inbox, outgoing
+from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received, RoundTrip
+from common.bus.zenoh_session import ZenohOptions, open_session
+from common.messages import ClockQuery, Message
+from common.runtime.clock import Clock
+from common.topics import ALIVE, CLAIM, CLOCK, Queueing, Topic, checked_name
+
+logger = logging.getLogger(__name__)
+
+ENCODING = "application/msgpack"
+HEARTBEAT_S = 1.0  # how soon a reader learns that it missed the last value of a KEPT topic
+QUERY_TIMEOUT_S = 1.0
+
+
+class _Declared(Protocol):
+    def undeclare(self) -> None: ...
+
+
+class _Publisher(Protocol):
+    def put(self, payload: bytes) -> None: ...
+
+    def undeclare(self) -> None: ...
+
+
+class ZenohBus:
+    """See `common.bus.protocol.Bus`.  Use it in a `with` statement: an open session keeps the process alive."""
+
+    def __init__(self, session: zenoh.Session, rig: str, clock: Clock, *, owns_session: bool = True) -> None:
+        self._rig = checked_name("rig", rig)
+        self._session = session
+        self._owns_session = owns_session
+        self._clock = clock
+        self._inbox = Inbox(logger)
+        self._publishers: dict[str, _Publisher] = {}
+        self._declared: list[_Declared] = []
+        self._duplicate: DuplicateService | None = None
+        self._asked = 0
+
+    @classmethod
+    def open(
+        cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False
+    ) -> "ZenohBus":
+        """Raises BusError as `open_session` does, and ValueError for a bad rig name."""
+        checked_name("rig", rig)
+        return cls(open_session(options, stopped), rig, clock)
+
+    @property
+    def rig(self) -> str:
+        return self._rig
+
+    @property
+    def counters(self) -> Counters:
+        return self._inbox.counters
+
+    def publish(self, topic: Topic, message: Message, **names: str) -> None:
+        key, data = outgoing(self._rig, topic, message, names)
+        try:
+            publisher = self._publishers.get(key)
+            if publisher is None:
+                publisher = self._publishers[key] = self._declare_publisher(topic, key)
+            publisher.put(data)
+        except zenoh.ZError as error:
+            raise BusError(f"{key} cannot be published: {error}") from error
+
+    def _declare_publisher(self, topic: Topic, key: str) -> _Publisher:
+        if topic.queueing is not Queueing.KEPT:
+            return self._session.declare_publisher(
+                key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP, express=True
+            )
+        return zenoh.ext.declare_advanced_publisher(
+            self._session,
+            key,
+            encoding=ENCODING,
+            congestion_control=zenoh.CongestionControl.DROP,
+            cache=zenoh.ext.CacheConfig(max_samples=1),
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT_S, sporadic_heartbeat=None),
+            publisher_detection=True,
+        )
+
+    def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
+        expression = topic.on(self._rig, **names)
+        limit = codec.size_limit(topic.message)
+
+        def queue(sample: zenoh.Sample) -> None:
+            if sample.kind != zenoh.SampleKind.PUT:
+                return
+            key, size = str(sample.key_expr), len(sample.payload)
+            if size > limit:
+                self._inbox.reject(key, "size", f"{size} bytes, more than {limit}")
+            else:
+                self._inbox.put(key, topic, sample.payload.to_bytes(), self._clock.now_ns(), every=every)
+
+        if topic.queueing is Queueing.KEPT:
+            self._declared.append(
+                zenoh.ext.declare_advanced_subscriber(
+                    self._session,
+                    expression,
+                    queue,
+                    history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
+                    recovery=zenoh.ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
+                )
+            )
+        else:
+            self._declared.append(self._session.declare_subscriber(expression, queue))
+
+    def watch_alive(self) -> None:
+        def queue(sample: zenoh.Sample) -> None:
+            *_, service, id = str(sample.key_expr).split("/")
+            alive = sample.kind == zenoh.SampleKind.PUT
+            self._inbox.put_event(Alive(service, id, alive, self._clock.now_ns()))
+
+        everyone = ALIVE.format(rig=self._rig, service="*", id="*")
+        self._declared.append(self._session.liveliness().declare_subscriber(everyone, queue, history=True))
+
+    def declare_alive(self, service: str, id: str) -> None:
+        names = {"rig": self._rig, "service": checked_name("service", service), "id": checked_name("id", id)}
+        claims, claim = CLAIM.format(**names, claim="*"), f"{self._clock.now_ns():020d}-{self._session.zid()}"
+        liveliness = self._session.liveliness()
+
+        def hear_claim(sample: zenoh.Sample) -> None:
+            # Two that started at once, or on both sides of a cut network: the older one goes on.
+            if sample.kind == zenoh.SampleKind.PUT and str(sample.key_expr).rpartition("/")[2] < claim:
+                self._duplicate = DuplicateService(self._rig, service, id)
+                self._inbox.wake()
+
+        if any(reply.ok is not None for reply in liveliness.get(claims, timeout=QUERY_TIMEOUT_S)):
+            raise DuplicateService(self._rig, service, id)
+        self._declared.append(liveliness.declare_token(CLAIM.format(**names, claim=claim)))
+        self._declared.append(liveliness.declare_token(ALIVE.format(**names)))
+        self._declared.append(liveliness.declare_subscriber(claims, hear_claim, history=True))
+
+    def serve_clock(self) -> None:
+        def answer(query: zenoh.Query) -> None:
+            with query:
+                try:
+                    question = codec.decode(query.payload.to_bytes() if query.payload else b"", ClockQuery)
+                except codec.BadMessage as error:
+                    self._inbox.reject(str(query.key_expr), "invalid", str(error))
+                    return
+                reply = ClockQuery(frame=question.frame, captured_ns=self._clock.now_ns())
+                query.reply(query.key_expr, codec.encode(reply), encoding=ENCODING, express=True)
+
+        key = CLOCK.format(rig=self._rig)
+        self._declared.append(self._session.declare_queryable(key, answer, complete=True))
+
+    def ask_clock(self) -> None:
+        sent_ns = self._clock.now_ns()
+
+        def take(reply: zenoh.Reply) -> None:
+            received_ns = self._clock.now_ns()
+            if reply.ok is None:
+                return
+            try:
+                answer = codec.decode(reply.ok.payload.to_bytes(), ClockQuery)
+            except codec.BadMessage as error:
+                self._inbox.reject(str(reply.ok.key_expr), "invalid", str(error))
+                return
+            if answer.frame == frame:
+                self._inbox.put_event(RoundTrip(sent_ns, answer.captured_ns, received_ns))
+
+        self._asked += 1
+        frame = self._asked
+        self._session.get(
+            CLOCK.format(rig=self._rig),
+            take,
+            payload=codec.encode(ClockQuery(frame=frame, captured_ns=sent_ns)),
+            encoding=ENCODING,
+            timeout=QUERY_TIMEOUT_S,
+            express=True,
+        )
+
+    def receive(self, timeout_s: float) -> Received | None:
+        event = None if self._duplicate else self._inbox.take(timeout_s)
+        if self._duplicate:
+            raise self._duplicate
+        return event
+
+    def wake(self) -> None:
+        self._inbox.wake()
+
+    def reader(self) -> "ZenohBus":
+        return ZenohBus(self._session, self._rig, self._clock, owns_session=False)
+
+    def close(self) -> None:
+        declared, self._declared = self._declared, []
+        publishers, self._publishers = list(self._publishers.values()), {}
+        for thing in (*declared, *publishers):
+            thing.undeclare()
+        if self._owns_session and not self._session.is_closed():
+            self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

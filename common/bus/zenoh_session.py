@@ -1,0 +1,132 @@
+"""Opening Zenoh: options, configuration, and a plain router."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import zenoh
+
+from common.bus.protocol import BusError
+
+logger = logging.getLogger(__name__)
+
+Mode = Literal["peer", "client", "router"]
+
+# For a rig: a frozen machine is noticed after 2 s, a restarted router found within half a second, and a service may
+# start before its router.  Nothing on the wire is near 8 MiB.  A lost recovery of KEPT state may hold it up for 2 s.
+# Shared memory is off because a killed process leaves its files behind, and silhouettes gain nothing from it.
+TUNED = {
+    "transport/link/tx/lease": "2000",
+    "transport/link/rx/max_message_size": str(8 << 20),
+    "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": "5000",
+    "transport/shared_memory/enabled": "false",
+    "queries_default_timeout": "2000",
+    "connect/retry": '{"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}',
+    "connect/timeout_ms": "-1",
+    "connect/exit_on_failure": "false",
+}
+
+
+@dataclass(frozen=True)
+class ZenohOptions:
+    """Zenoh's own command-line options; what is None or empty stays as in the file, or as Zenoh has it.
+
+    connect, listen: endpoints such as "tcp/192.168.1.2:7447".  config_file: JSON5; what it sets wins over TUNED.
+    """
+
+    mode: Mode | None = None
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    config_file: Path | None = None
+    multicast_scouting: bool | None = None
+
+
+def configuration(options: ZenohOptions) -> zenoh.Config:
+    """Raises BusError for a file or endpoint that Zenoh refuses."""
+    default, config = zenoh.Config(), _from_file(options.config_file) if options.config_file else zenoh.Config()
+    for key, value in TUNED.items():
+        if config.get_json(key) == default.get_json(key):
+            _insert(config, key, value)
+    if options.mode:
+        _insert(config, "mode", f'"{options.mode}"')
+    for key, endpoints in (("connect/endpoints", options.connect), ("listen/endpoints", options.listen)):
+        for endpoint in endpoints:
+            _check_endpoint(key, endpoint)
+        if endpoints:
+            _insert(config, key, "[" + ", ".join(f'"{endpoint}"' for endpoint in endpoints) + "]")
+    if options.multicast_scouting is not None:
+        _insert(config, "scouting/multicast/enabled", "true" if options.multicast_scouting else "false")
+    return config
+
+
+def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: False) -> zenoh.Session:
+    """An open session.  A client waits for its router until `stopped`; others connect later by themselves.
+
+    Raises BusError when the configuration is refused, an address cannot be listened on, or `stopped` came first.
+    """
+    config = configuration(options)
+    where = ", ".join(options.connect) or "any address"
+    outcome: list[zenoh.Session | zenoh.ZError] = []
+
+    def open_blocking() -> None:
+        try:
+            outcome.append(zenoh.open(config))
+        except zenoh.ZError as error:
+            outcome.append(error)
+
+    # In a thread, because a signal cannot end zenoh.open while a client waits for its router.
+    opener = threading.Thread(target=open_blocking, name="zenoh-open", daemon=True)
+    opener.start()
+    said, started_s = False, time.monotonic()
+    while opener.is_alive():
+        opener.join(0.05)
+        if opener.is_alive() and stopped():
+            raise BusError(f"stopped while waiting for a Zenoh router at {where}")
+        if not said and time.monotonic() - started_s > 2.0:
+            said = True
+            logger.warning("waiting for a Zenoh router at %s", where)
+    match outcome[0] if outcome else None:
+        case zenoh.Session() as session:
+            return session
+        case error:
+            listening = f", listen {', '.join(options.listen)}" if options.listen else ""
+            raise BusError(f"Zenoh does not open (connect {where}{listening}): {_reason(error)}")
+
+
+def router(options: ZenohOptions, stopped: Callable[[], bool]) -> None:
+    """Run a plain Zenoh router until `stopped`.  Raises BusError when it cannot listen."""
+    config_options = ZenohOptions(
+        "router", options.connect, options.listen, options.config_file, options.multicast_scouting
+    )
+    with open_session(config_options, stopped) as session:
+        logger.info("router %s listens on %s", session.zid(), ", ".join(options.listen) or "tcp/[::]:7447")
+        while not stopped():
+            time.sleep(0.1)
+
+
+def _from_file(path: Path) -> zenoh.Config:
+    try:
+        return zenoh.Config.from_file(path)
+    except (zenoh.ZError, OSError) as error:
+        raise BusError(f"{path}: no Zenoh configuration (JSON5): {_reason(error)}") from error
+
+
+def _insert(config: zenoh.Config, key: str, value: str) -> None:
+    try:
+        config.insert_json5(key, value)
+    except zenoh.ZError as error:
+        raise BusError(f"Zenoh option {key} = {value} is refused: {_reason(error)}") from error
+
+
+def _check_endpoint(key: str, endpoint: str) -> None:
+    protocol, slash, address = endpoint.partition("/")
+    if not (protocol.isascii() and protocol.replace("-", "").isalnum() and slash and address) or '"' in endpoint:
+        raise BusError(f"{key} = {endpoint!r}: PROTOCOL/ADDRESS expected, such as tcp/192.168.1.2:7447")
+
+
+def _reason(error: object) -> str:
+    return str(error).split(" at /")[0].strip() or type(error).__name__

@@ -1,0 +1,145 @@
+"""MessagePack in one place: messages to bytes and back, with every limit of the wire.
+
+`decode` is the only door for bytes from outside: it bounds size, nesting and counts before building anything large,
+then checks types, ranges and field names.  It raises `BadMessage` and nothing else.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import TypeVar
+
+import msgpack
+import msgspec
+import msgspec.inspect as mi
+
+from common.messages import Message
+
+M = TypeVar("M", bound=Message)
+Plain = dict[str, object]
+
+SMALL_BYTES = 64 << 10  # everything in a message but its `bytes` fields
+MAX_CONTAINERS = 4096  # lists and maps in a message with `bytes` fields
+MAX_LENGTH = 256  # of a list or map
+MAX_TEXT = 4096
+MAX_BINARY = 4 << 20
+
+
+class BadMessage(ValueError):
+    """Bytes or values that are no valid message; the text says which message, which field and why."""
+
+
+def encode(message: Message) -> bytes:
+    """MessagePack bytes of `message`, checked as a receiver would, so that a bad value fails where it was made.
+
+    Raises BadMessage.
+    """
+    expected = type(message)
+    try:
+        plain = msgspec.to_builtins(message, builtin_types=(bytes,))
+        msgspec.convert(plain, expected)
+        data: bytes = msgpack.packb(plain)
+    except (ValueError, TypeError, OverflowError, msgspec.MsgspecError) as error:
+        raise BadMessage(f"{expected.__name__}: {error}") from error
+    if len(data) > size_limit(expected):
+        raise BadMessage(f"{expected.__name__}: {len(data)} bytes, more than {size_limit(expected)}")
+    return data
+
+
+def decode(data: bytes, expected: type[M]) -> M:
+    """The message in `data`.  Raises BadMessage when it is not exactly one valid message of type `expected`."""
+    limit = size_limit(expected)
+    if len(data) > limit:
+        raise BadMessage(f"{expected.__name__}: {len(data)} bytes, more than {limit}")
+    try:
+        plain = _unpack(data)
+        if not isinstance(plain, dict) or "type" not in plain:
+            raise BadMessage(f"{expected.__name__}: not a map with the key 'type'")
+        return msgspec.convert(plain, expected)
+    except BadMessage:
+        raise
+    except (ValueError, TypeError, OverflowError, RecursionError, MemoryError, msgspec.MsgspecError) as error:
+        raise BadMessage(f"{expected.__name__}: {error or type(error).__name__}") from error
+
+
+@cache
+def size_limit(message: type[Message]) -> int:
+    """Most bytes a message of this type may have: 64 KiB and the limits of its `bytes` fields.
+
+    Raises TypeError for a type that could not be checked: a float without a range lets NaN and infinity through, and
+    `bytes` without max_length have no limit.
+    """
+    limit = SMALL_BYTES
+    for path, leaf in _leaves(mi.type_info(message), message.__name__):
+        match leaf:
+            case mi.FloatType(ge=None, gt=None) | mi.FloatType(le=None, lt=None):
+                raise TypeError(f"{path}: a float on the wire needs a range on both sides (Meta(ge=..., le=...))")
+            case mi.BytesType(max_length=None):
+                raise TypeError(f"{path}: bytes on the wire need Meta(max_length=...)")
+            case mi.BytesType(max_length=int(length)):
+                limit += length
+            case mi.AnyType() | mi.RawType():
+                raise TypeError(f"{path}: no fixed type, so it cannot be checked")
+            case _:
+                pass
+    return limit
+
+
+@cache
+def json_schema(message: type[Message]) -> bytes:
+    """JSON Schema of a message type, for the channels of a recording."""
+    return msgspec.json.format(msgspec.json.encode(msgspec.json.schema(message)), indent=1)
+
+
+def _unpack(data: bytes) -> object:
+    # Each byte of a list of empty lists becomes some 80 bytes of memory: below SMALL_BYTES that is harmless, above it
+    # containers are counted.  The unpacker's own stack ends nesting at 1024.
+    hook = None if len(data) <= SMALL_BYTES else _container_counter()
+    unpacked: object = msgpack.unpackb(
+        data,
+        object_hook=hook,
+        list_hook=hook,
+        ext_hook=_refuse_extension,
+        strict_map_key=True,
+        max_str_len=MAX_TEXT,
+        max_bin_len=MAX_BINARY,
+        max_array_len=MAX_LENGTH,
+        max_map_len=MAX_LENGTH,
+        max_ext_len=0,
+    )
+    return unpacked
+
+
+def _refuse_extension(code: int, _: bytes) -> object:
+    raise ValueError(f"extension type {code}")
+
+
+def _container_counter() -> Callable[[object], object]:
+    count = 0
+
+    def counted(container: object) -> object:
+        nonlocal count
+        count += 1
+        if count > MAX_CONTAINERS:
+            raise ValueError(f"more than {MAX_CONTAINERS} lists and maps")
+        return container
+
+    return counted
+
+
+def _leaves(kind: mi.Type, path: str) -> Iterator[tuple[str, mi.Type]]:
+    match kind:
+        case mi.Metadata(type=inner):
+            yield from _leaves(inner, path)
+        case mi.StructType(fields=fields):
+            for field in fields:
+                yield from _leaves(field.type, f"{path}.{field.name}")
+        case mi.DictType(key_type=key, value_type=value):
+            yield from _leaves(key, f"{path}[key]")
+            yield from _leaves(value, f"{path}[...]")
+        case mi.ListType(item_type=item) | mi.VarTupleType(item_type=item):
+            yield from _leaves(item, f"{path}[...]")
+        case mi.TupleType(item_types=items) | mi.UnionType(types=items):
+            for index, item in enumerate(items):
+                yield from _leaves(item, f"{path}[{index}]")
+        case _:
+            yield path, kind

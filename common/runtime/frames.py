@@ -1,0 +1,85 @@
+"""A frame source in its own thread, which hands over only its newest frame."""
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from typing import Generic, Protocol, TypeVar
+
+logger = logging.getLogger(__name__)
+
+
+class FrameLike(Protocol):
+    """frame: number from 0.  captured_ns: capture time, nanoseconds since the Unix epoch, this machine's clock."""
+
+    @property
+    def frame(self) -> int: ...
+
+    @property
+    def captured_ns(self) -> int: ...
+
+
+F = TypeVar("F", bound=FrameLike)
+
+
+class NewestFrame(Generic[F]):
+    """Reads an iterator in a thread; `take` gives the newest frame once, frames it replaces are counted as dropped.
+
+    announce: called after each frame and at the end, in that thread.
+    """
+
+    def __init__(self, source: Iterator[F], announce: Callable[[], None]) -> None:
+        self._source = source
+        self._announce = announce
+        self._lock = threading.Lock()
+        self._waiting: F | None = None
+        self._dropped = 0
+        self._ended = False
+        self._stop = threading.Event()
+        self.failure: Exception | None = None
+        self._thread = threading.Thread(target=self._read, name="frames", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def take(self) -> F | None:
+        with self._lock:
+            frame, self._waiting = self._waiting, None
+            return frame
+
+    @property
+    def dropped(self) -> int:
+        return self._dropped
+
+    @property
+    def ended(self) -> bool:
+        """No frame waits and none will come; `failure` says why if the source broke."""
+        with self._lock:
+            return self._ended and self._waiting is None
+
+    def stop(self, timeout_s: float = 1.0) -> None:
+        """Ask the thread to end; a source stuck in its driver is left behind, it cannot keep the process alive."""
+        self._stop.set()
+        if self._thread.ident is None:  # never started
+            return
+        self._thread.join(timeout_s)
+        if self._thread.is_alive():
+            logger.warning("the frame source did not stop within %g s", timeout_s)
+
+    def _read(self) -> None:
+        try:
+            for frame in self._source:
+                if self._stop.is_set():
+                    break
+                with self._lock:
+                    self._dropped += self._waiting is not None
+                    self._waiting = frame
+                self._announce()
+        except Exception as error:  # whatever a driver raises must reach the loop, not die with this thread
+            self.failure = error
+        finally:
+            close = getattr(self._source, "close", None)
+            if callable(close):
+                close()
+            with self._lock:
+                self._ended = True
+            self._announce()

@@ -1,0 +1,73 @@
+"""What a service measures of itself, and its Health message."""
+
+import os
+import resource
+import sys
+from collections import Counter, defaultdict, deque
+from pathlib import Path
+from statistics import median
+
+from common.bus.protocol import Counters
+from common.messages import Health
+from common.runtime.clock import Offset
+
+RING = 256  # durations kept of each stage
+
+
+class Meter:
+    """Durations by stage, counts, and rates since the last report."""
+
+    def __init__(self, service: str, id: str) -> None:
+        self._service = service
+        self._id = id
+        self._durations_ns: defaultdict[str, deque[int]] = defaultdict(lambda: deque(maxlen=RING))
+        self._published: Counter[str] = Counter()
+        self._frames = 0
+        self._reports = 0
+        self._since_ns: int | None = None
+        self.counts: Counter[str] = Counter()
+
+    def time(self, stage: str, duration_ns: int) -> None:
+        self._durations_ns[stage].append(max(0, duration_ns))
+
+    def frame(self) -> None:
+        self._frames += 1
+        self.counts["frames"] += 1
+
+    def publish(self, topic: str) -> None:
+        self._published[topic] += 1
+        self.counts["published"] += 1
+
+    def report(self, now_ns: int, elapsed_ns: int, state: str, bus: Counters, offset: Offset | None) -> Health:
+        """Health since the last report.  Its rate is that of frames, or of the busiest topic if there are none."""
+        seconds = (elapsed_ns - self._since_ns) / 1e9 if self._since_ns is not None else 0.0
+        most = self._frames or max(self._published.values(), default=0)
+        counts = dict(self.counts) | {"received": bus.received}
+        counts |= {f"rejected_{reason}": count for reason, count in bus.rejected.items()}
+        counts |= {f"dropped_{reason}": count for reason, count in bus.dropped.items()}
+        health = Health(
+            frame=self._reports,
+            captured_ns=now_ns,
+            service=self._service,
+            id=self._id,
+            state=state[:1000],
+            rate=min(most / seconds, 1e6) if seconds > 0 else 0.0,
+            stages_ms={stage: min(median(ring) / 1e6, 1e6) for stage, ring in sorted(self._durations_ns.items())[:32]},
+            counts=dict(sorted(counts.items())[:64]),
+            clock_offset_ns=offset.offset_ns if offset else 0,
+            clock_error_ns=offset.error_ns if offset else 0,
+            memory_bytes=memory_bytes(),
+        )
+        self._reports += 1
+        self._since_ns = elapsed_ns
+        self._frames = 0
+        self._published.clear()
+        return health
+
+
+def memory_bytes() -> int:
+    """Resident memory of this process; its peak where the system tells no more."""
+    statm = Path("/proc/self/statm")
+    if statm.exists():
+        return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

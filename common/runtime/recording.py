@@ -1,0 +1,177 @@
+"""Writing a take: an MCAP file with every message, safe against crashes, the same bytes for the same messages.
+
+Each key is a channel of MessagePack with a JSON Schema.  log_time is the receive time, publish_time the capture time,
+sequence the message's own `frame`.  What is open goes to the disk whenever the messages' own time has moved on a
+second, so that chunks do not depend on when they were written.
+"""
+
+import logging
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import BufferedWriter
+from pathlib import Path
+
+import zstandard
+from mcap.writer import Writer
+
+from common import codec
+from common.bus.protocol import Envelope
+from common.messages import SCHEMA_VERSION
+
+logger = logging.getLogger(__name__)
+
+LIBRARY = "zenocap"
+ENCODING = "msgpack"
+FLUSH_NS = 1_000_000_000
+
+
+class RecordingError(Exception):
+    """The file cannot be made; the text says which and why."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """topic: a key.  encoding: of its messages.  schema: of its messages, in `schema_encoding`; empty for none."""
+
+    topic: str
+    encoding: str
+    schema_name: str
+    schema_encoding: str
+    schema: bytes
+
+
+@dataclass(frozen=True)
+class Attachment:
+    name: str
+    media_type: str
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """messages, bytes: written.  lost: could not be written.  failure: why writing ended early, if it did."""
+
+    messages: int
+    bytes: int
+    lost: int
+    failure: str | None
+
+
+class Recording:
+    """One MCAP file being written.  Only the constructor raises: a full disk ends the recording, never its caller."""
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        rig: str,
+        start_ns: int,
+        metadata: Mapping[str, Mapping[str, str]] | None = None,
+        attachments: tuple[Attachment, ...] = (),
+        overwrite: bool = False,
+    ) -> None:
+        """start_ns: time of the attachments.  metadata: by name, beside our own "zenocap".  Raises RecordingError."""
+        self.path = path
+        self._failure: str | None = None
+        self._messages = self._bytes = self._lost = 0
+        self._flushed_ns: int | None = None
+        self._channels: dict[Channel, int] = {}
+        self._schemas: dict[tuple[str, str, bytes], int] = {}
+        if not overwrite and path.exists():
+            raise RecordingError(f"{path} exists already; choose another name or remove it")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file: BufferedWriter = path.open("wb" if overwrite else "xb")
+        except OSError as error:
+            raise RecordingError(f"{path} cannot be written: {error.strerror or error}") from error
+        self._writer = Writer(self._file)
+        try:
+            self._writer.start(library=LIBRARY)
+            ours = {"zenocap": {"rig": rig, "schema_version": str(SCHEMA_VERSION)}}
+            for name, values in (ours | dict(metadata or {})).items():
+                self._writer.add_metadata(name, dict(sorted(values.items())))
+            for file in attachments:
+                self._writer.add_attachment(start_ns, start_ns, file.name, file.media_type, file.data)
+            self._sync()
+        except OSError as error:
+            self._fail(error)
+            raise RecordingError(self._failure) from error
+
+    @property
+    def statistics(self) -> Statistics:
+        return Statistics(self._messages, self._bytes, self._lost, self._failure)
+
+    @property
+    def failure(self) -> str | None:
+        return self._failure
+
+    def record(self, envelope: Envelope) -> None:
+        """Write one message as it came."""
+        kind = envelope.topic.message
+        data = envelope.data or codec.encode(envelope.message)
+        channel = Channel(envelope.key, ENCODING, f"zenocap.{kind.__name__}", "jsonschema", codec.json_schema(kind))
+        self.write(channel, data, envelope.received_ns, envelope.message.captured_ns, envelope.message.frame)
+
+    def write(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int = 0) -> None:
+        """Write any bytes to any channel: for schemas of others, such as Foxglove's."""
+        if self._failure:
+            self._lost += 1
+            return
+        try:
+            if self._flushed_ns is None:
+                self._flushed_ns = log_ns
+            if not 0 <= log_ns - self._flushed_ns < FLUSH_NS:  # also when the clock was set back
+                self._sync()
+                self._flushed_ns = log_ns
+            self._writer.add_message(self._channel_id(channel), log_ns, data, publish_ns, sequence % 2**32)
+        except (OSError, zstandard.ZstdError, MemoryError) as error:
+            self._fail(error)
+            self._lost += 1
+        else:
+            self._messages += 1
+            self._bytes += len(data)
+
+    def flush(self) -> None:
+        """Bring everything to the disk now: for a live log that hears nothing more."""
+        if not self._failure:
+            try:
+                self._sync()
+            except (OSError, zstandard.ZstdError, MemoryError) as error:
+                self._fail(error)
+
+    def close(self) -> Statistics:
+        """Finish the file with its index; may be called twice."""
+        if not self._failure and not self._file.closed:
+            try:
+                self._writer.finish()  # type: ignore[no-untyped-call]  # mcap's annotations lack "-> None"
+                self._file.flush()
+                os.fsync(self._file.fileno())
+                self._file.close()
+            except (OSError, zstandard.ZstdError, MemoryError) as error:
+                self._fail(error)
+        return self.statistics
+
+    def _channel_id(self, channel: Channel) -> int:
+        known = self._channels.get(channel)
+        if known is not None:
+            return known
+        schema = (channel.schema_name, channel.schema_encoding, channel.schema)
+        if channel.schema and schema not in self._schemas:
+            self._schemas[schema] = self._writer.register_schema(*schema)
+        schema_id = self._schemas.get(schema, 0)
+        self._channels[channel] = self._writer.register_channel(channel.topic, channel.encoding, schema_id)
+        return self._channels[channel]
+
+    def _sync(self) -> None:
+        self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's annotations lack "-> None"
+        os.fsync(self._file.fileno())
+
+    def _fail(self, error: Exception) -> None:
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
+        self._failure = f"{self.path}: recording stopped after {self._messages} messages: {reason}"
+        logger.error("%s", self._failure)
+        try:
+            self._file.close()  # flushes again, and so may fail again
+        except OSError:
+            self._file.raw.close()

@@ -1,0 +1,149 @@
+"""A recording has every message, the same bytes twice, and never stops its caller."""
+
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from common import messages as m
+from common.bus.protocol import Envelope
+from common.codec import encode, json_schema
+from common.runtime.recording import Attachment, Channel, Recording, RecordingError
+from common.topics import SIGHTING, UNIVERSAL_BAP, topic_of
+from tests.test_inbox import bap, sighting
+
+START_NS = 1_700_000_000_000_000_000
+FRAME_NS = 33_333_333
+FULL = Path("/dev/full")
+
+
+def envelope(message: m.Message, received_ns: int) -> Envelope:
+    topic = topic_of(type(message))
+    return Envelope(topic.at("studio", **topic.names_of(message)), topic, message, received_ns, encode(message))
+
+
+def record_take(path: Path, frames: int) -> Recording:
+    recording = Recording(
+        path,
+        rig="studio",
+        start_ns=START_NS,
+        metadata={"versions": {"zenocap": "0.1.0", "a": "b"}},
+        attachments=(Attachment("rig.toml", "application/toml", b'name = "studio"'),),
+    )
+    for frame in range(frames):
+        recording.record(envelope(sighting("1", frame), START_NS + frame * FRAME_NS))
+        recording.record(envelope(bap(frame), START_NS + frame * FRAME_NS + 1000))
+    return recording
+
+
+def test_a_take_is_a_proper_mcap_file(tmp_path: Path) -> None:
+    statistics = record_take(tmp_path / "take.mcap", 90).close()
+    assert (statistics.messages, statistics.lost, statistics.failure) == (180, 0, None)
+    with (tmp_path / "take.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert summary.statistics.message_count == 180
+        assert summary.statistics.chunk_count == 3
+        assert {channel.topic for channel in summary.channels.values()} == {
+            "zenocap/studio/viewer/1/sighting",
+            "zenocap/studio/integrator/bap",
+        }
+        assert {channel.message_encoding for channel in summary.channels.values()} == {"msgpack"}
+        schemas = {schema.name: schema for schema in summary.schemas.values()}
+        assert schemas["zenocap.Sighting"].encoding == "jsonschema"
+        assert schemas["zenocap.Sighting"].data == json_schema(m.Sighting)
+        schema, _, message = next(iter(reader.iter_messages(topics=[SIGHTING.at("studio", viewer="1")])))
+        assert schema is not None
+        assert schema.name == "zenocap.Sighting"
+        assert (message.log_time, message.publish_time, message.sequence) == (START_NS, 0, 0)
+        assert message.data == encode(sighting("1", 0))
+        assert {entry.name: dict(entry.metadata) for entry in reader.iter_metadata()}["zenocap"] == {
+            "rig": "studio",
+            "schema_version": "1",
+        }
+        assert [attachment.data for attachment in reader.iter_attachments()] == [b'name = "studio"']
+
+
+def test_two_takes_of_the_same_messages_are_equal(tmp_path: Path) -> None:
+    record_take(tmp_path / "a.mcap", 100).close()
+    record_take(tmp_path / "b.mcap", 100).close()
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+
+
+def test_each_second_of_messages_is_on_the_disk(tmp_path: Path) -> None:
+    recording = record_take(tmp_path / "take.mcap", 15)
+    small = (tmp_path / "take.mcap").stat().st_size
+    recording.record(envelope(bap(99), START_NS + 1_000_000_000))
+    assert (tmp_path / "take.mcap").stat().st_size > small
+    recording.close()
+
+
+def test_a_clock_that_is_set_back_does_not_stop_the_flushing(tmp_path: Path) -> None:
+    recording = record_take(tmp_path / "take.mcap", 15)
+    small = (tmp_path / "take.mcap").stat().st_size
+    recording.record(envelope(bap(99), START_NS - 50_000_000_000))
+    assert (tmp_path / "take.mcap").stat().st_size > small
+    recording.close()
+
+
+def test_flush_brings_a_quiet_take_to_the_disk(tmp_path: Path) -> None:
+    recording = record_take(tmp_path / "take.mcap", 2)
+    small = (tmp_path / "take.mcap").stat().st_size
+    recording.flush()
+    assert (tmp_path / "take.mcap").stat().st_size > small
+    recording.close()
+
+
+def test_channels_of_others_may_be_added(tmp_path: Path) -> None:
+    recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=START_NS)
+    recording.write(Channel("/note", "json", "", "", b""), b"{}", START_NS, START_NS)
+    recording.write(Channel("/scene", "protobuf", "foxglove.SceneUpdate", "protobuf", b"\n"), b"x", START_NS, START_NS)
+    recording.close()
+    with (tmp_path / "take.mcap").open("rb") as file:
+        found = [(schema and schema.name, channel.topic) for schema, channel, _ in make_reader(file).iter_messages()]
+    assert found == [(None, "/note"), ("foxglove.SceneUpdate", "/scene")]
+
+
+def test_a_message_made_by_hand_is_encoded(tmp_path: Path) -> None:
+    recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=START_NS)
+    recording.record(Envelope(UNIVERSAL_BAP.at("studio"), UNIVERSAL_BAP, bap(3), START_NS))
+    assert recording.close().bytes == len(encode(bap(3)))
+
+
+def test_an_existing_take_is_not_overwritten(tmp_path: Path) -> None:
+    record_take(tmp_path / "take.mcap", 1).close()
+    with pytest.raises(RecordingError, match=r"take\.mcap exists already"):
+        Recording(tmp_path / "take.mcap", rig="studio", start_ns=0)
+    Recording(tmp_path / "take.mcap", rig="studio", start_ns=0, overwrite=True).close()
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingError, match=r"take\.mcap cannot be written: "):
+        Recording(tmp_path / "file" / "take.mcap", rig="studio", start_ns=0)
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, the always full disk of Linux")
+def test_a_disk_full_at_the_start_is_said() -> None:
+    with pytest.raises(RecordingError, match=r"/dev/full: recording stopped after 0 messages: No space left"):
+        Recording(FULL, rig="studio", start_ns=0, overwrite=True)
+
+
+def test_a_disk_that_fills_up_stops_the_recording_and_not_the_caller(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    recording = record_take(tmp_path / "take.mcap", 15)
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    for second in range(1, 5):
+        recording.record(envelope(bap(second), START_NS + second * 1_000_000_000))
+    statistics = recording.close()
+    assert statistics.failure is not None
+    assert "take.mcap: recording stopped after 30 messages: No space left on device" in statistics.failure
+    assert (statistics.messages, statistics.lost) == (30, 4)
+    assert len(caplog.records) == 1

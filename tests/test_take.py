@@ -1,0 +1,131 @@
+"""A take reads back whole; a cut or damaged one gives all that is whole and says so."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from common import messages as m
+from common.bus.protocol import Envelope
+from common.codec import encode
+from common.runtime.recording import Channel, Recording
+from common.runtime.take import Recorded, Take, TakeError, envelope
+from tests.test_inbox import bap, sighting
+from tests.test_recording import FRAME_NS, START_NS, record_take
+
+FRAMES = 150
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("takes") / "take.mcap"
+    record_take(path, FRAMES).close()
+    return path
+
+
+def expected() -> list[m.Message]:
+    return [message for frame in range(FRAMES) for message in (sighting("1", frame), bap(frame))]
+
+
+def messages(take: Take) -> list[m.Message]:
+    found = [envelope(recorded) for recorded in take.messages()]
+    return [each.message for each in found if each is not None]
+
+
+def test_a_whole_take_reads_back(whole: Path) -> None:
+    take = Take(whole)
+    assert messages(take) == expected()
+    assert take.cut is None
+    assert take.library == "zenocap"
+    assert take.metadata["versions"] == {"zenocap": "0.1.0", "a": "b"}
+    assert take.attachments == {"rig.toml": b'name = "studio"'}
+
+
+def test_a_message_keeps_its_times(whole: Path) -> None:
+    third = list(Take(whole).messages())[4]
+    assert (third.topic, third.schema, third.log_ns, third.publish_ns, third.sequence) == (
+        "zenocap/studio/viewer/1/sighting",
+        "zenocap.Sighting",
+        START_NS + 2 * FRAME_NS,
+        2,
+        2,
+    )
+    found = envelope(third)
+    assert isinstance(found, Envelope)
+    assert (found.received_ns, found.data) == (third.log_ns, encode(sighting("1", 2)))
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_a_cut_take_gives_a_beginning_and_says_it_was_cut(
+    whole: Path, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    content = whole.read_bytes()
+    length = data.draw(st.integers(9, len(content) - 40))
+    path = tmp_path_factory.mktemp("cut") / "take.mcap"
+    path.write_bytes(content[:length])
+    take = Take(path)
+    found = messages(take)
+    assert found == expected()[: len(found)]
+    assert take.cut is not None
+    assert f"{len(found)} messages read" in take.cut
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_a_damaged_take_never_gives_a_wrong_message(
+    whole: Path, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    content = bytearray(whole.read_bytes())
+    content[data.draw(st.integers(8, len(content) - 1))] ^= data.draw(st.integers(1, 255))
+    path = tmp_path_factory.mktemp("damaged") / "take.mcap"
+    path.write_bytes(content)
+    originals = {encode(message) for message in expected()}
+    assert {recorded.data for recorded in Take(path).messages()} <= originals
+
+
+def test_a_damaged_chunk_costs_only_itself(whole: Path, tmp_path: Path) -> None:
+    content = bytearray(whole.read_bytes())
+    chunk = content.index(b"zstd", content.index(b"zstd") + 4)  # the second: the first has the channels
+    content[chunk + 60] ^= 0xFF
+    path = tmp_path / "take.mcap"
+    path.write_bytes(content)
+    take = Take(path)
+    found = messages(take)
+    assert found[0] == sighting("1", 0)
+    assert found[-1] == bap(FRAMES - 1)
+    assert len(found) < 2 * FRAMES
+    assert take.cut is not None
+    assert "damaged: 1 chunks" in take.cut
+
+
+def test_what_was_flushed_survives_a_crash(tmp_path: Path) -> None:
+    recording = record_take(tmp_path / "take.mcap", FRAMES)  # and never closed
+    take = Take(tmp_path / "take.mcap")
+    found = messages(take)
+    assert 2 * FRAMES - len(found) <= 2 * 31  # one second of two messages a frame
+    assert found == expected()[: len(found)]
+    assert take.cut is not None
+    recording.close()
+
+
+def test_messages_of_others_are_not_ours(tmp_path: Path) -> None:
+    recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0)
+    recording.write(Channel("/note", "json", "", "", b""), b"{}", 1, 1)
+    recording.close()
+    found = list(Take(tmp_path / "take.mcap").messages())
+    assert found == [Recorded("/note", "json", "", b"{}", 1, 1, 0)]
+    assert envelope(found[0]) is None
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MC", b"hello, this is no take at all"])
+def test_a_file_that_is_no_take_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "take.mcap").write_bytes(content)
+    with pytest.raises(TakeError, match="is no MCAP file"):
+        list(Take(tmp_path / "take.mcap").messages())
+
+
+def test_a_missing_file_is_said(tmp_path: Path) -> None:
+    with pytest.raises(TakeError, match="cannot be read: No such file"):
+        list(Take(tmp_path / "none.mcap").messages())

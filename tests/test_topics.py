@@ -1,0 +1,61 @@
+"""The table of keys: keys and names are inverse to each other, and no two topics share a key."""
+
+from itertools import permutations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common import messages as m
+from common import topics
+from common.topics import TOPICS, Topic, topic_at, topic_of
+from tests.message_strategies import NAMES
+
+
+@given(st.sampled_from(TOPICS), NAMES, NAMES, NAMES)
+def test_the_names_in_a_key_are_those_it_was_made_of(topic: Topic, rig: str, first: str, second: str) -> None:
+    names = {"viewer": first, "service": first, "id": second}
+    found = topic.names(topic.at(rig, **names))
+    assert found is not None
+    assert found["rig"] == rig
+    assert found.items() <= (names | {"rig": rig}).items()
+
+
+@given(st.sampled_from(TOPICS), NAMES, NAMES)
+def test_a_key_belongs_to_one_topic(topic: Topic, rig: str, name: str) -> None:
+    key = topic.at(rig, viewer=name, service=name, id=name)
+    assert [other for other in TOPICS if other.names(key) is not None] == [topic]
+    assert topic_at(key) is topic
+
+
+def test_names_left_out_stand_for_all() -> None:
+    assert topics.SIGHTING.on("studio") == "zenocap/studio/viewer/*/sighting"
+    assert topics.HEALTH.on("studio", service="viewer") == "zenocap/studio/viewer/*/health"
+
+
+@pytest.mark.parametrize("names", [{}, {"viewer": ""}, {"viewer": "*"}, {"viewer": "a/b"}, {"viewer": "a\n"}])
+def test_a_key_needs_its_names(names: dict[str, str]) -> None:
+    with pytest.raises(ValueError, match="viewer = "):
+        topics.SIGHTING.at("studio", **names)
+
+
+def test_a_rig_must_have_a_name() -> None:
+    with pytest.raises(ValueError, match="rig = 'my rig'"):
+        topics.ASSIGNMENT.at("my rig")
+
+
+@pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.name)
+def test_a_message_type_has_one_topic(topic: Topic) -> None:
+    assert topic_of(topic.message) is topic
+
+
+def test_a_message_without_a_topic_says_so() -> None:
+    with pytest.raises(ValueError, match=r"ClockQuery has no topic; known: PartialBdp"):
+        topic_of(m.ClockQuery)
+
+
+def test_no_message_lies_on_a_key_of_liveliness_or_clock() -> None:
+    others = [topics.CLOCK, topics.ALIVE, topics.CLAIM]
+    filled = [key.format(rig="r", service="s", id="i", claim="c") for key in others]
+    assert [topic_at(key) for key in filled] == [None] * 3
+    assert all(a != b for a, b in permutations(filled, 2))

@@ -342,6 +342,15 @@ def test_the_example_for_ones_own_cameras_is_a_rig(tmp_path):
     assert [v.id for v in rig.viewers] == ["1", "2"]
 
 
+def test_large_images_are_worked_on_at_640_px_and_it_is_noted(tmp_path):
+    path = write_rig(tmp_path, RIG.replace("size = [160, 120]\n", ""))
+    calibration = tmp_path / "calibration.toml"
+    calibration.write_text(CALIBRATION.replace("640.0, 480.0", "1920.0, 1440.0", 1))
+    rig = load_rig(path)
+    assert [v.camera.size for v in rig.viewers] == [(640, 480)] * 2
+    assert rig.notes == ("viewer 1: images of 1920 x 1440 are worked on at 640 x 480",)
+
+
 @pytest.mark.clips
 @pytest.mark.skipif(not CLIPS.exists(), reason="the shared clips are not beside the project")
 @pytest.mark.parametrize(

@@ -93,12 +93,12 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
         raise RigError(f"{path}: calibration = {content.calibration!r}: no file {calibration}")
     try:
         cameras = read_calibration(calibration, content.up_axis)
-        viewers, more = _viewers(path, base, content, cameras, files)
+        viewers = _viewers(path, base, content, cameras, files)
     except CalibrationError as error:
         raise RigError(str(error)) from error
     viewers, chosen = _enough(path, method, viewers)
     digest = hashlib.sha256(b"\0".join([content_bytes, calibration.read_bytes(), method.encode()])).hexdigest()[:16]
-    all_notes = (*notes, *more, *chosen)
+    all_notes = (*notes, *chosen, *_size_notes(content, viewers))
     return Rig(content.name, method, viewers, all_notes, base, digest, content.zenoh, content.log)
 
 
@@ -118,11 +118,8 @@ def demo_rig() -> Rig:
     return load_rig(demo_rig_file())
 
 
-def _viewers(
-    path: Path, base: Path, content: RigFile, cameras: dict[str, Camera], files: bool
-) -> tuple[tuple[Viewer, ...], tuple[str, ...]]:
+def _viewers(path: Path, base: Path, content: RigFile, cameras: dict[str, Camera], files: bool) -> tuple[Viewer, ...]:
     viewers: list[Viewer] = []
-    notes: list[str] = []
     users: dict[str, str] = {}
     for number, table in enumerate(content.viewer):
         key = f"viewer[{number}]"
@@ -131,7 +128,7 @@ def _viewers(
             raise RigError(f"{path}: {key}.camera = {table.camera!r}: viewer {users[table.camera]!r} has it already")
         users[table.camera] = table.id
         camera = replace(camera, name=plain_name(camera.name))
-        size = _working_size(path, key, table, camera, notes)
+        size = _working_size(path, key, table, camera)
         source = _source(path, key, table, base, files)
         try:
             background = parse_background(table.background, base)
@@ -142,17 +139,25 @@ def _viewers(
         fps = table.fps or _own_fps(path, key, source, files)
         working = camera.resized(size)
         viewers.append(Viewer(table.id, working, camera.size, source, background, fps, table.preview, table.silhouette))
-    return tuple(viewers), tuple(notes)
+    return tuple(viewers)
 
 
-def _working_size(path: Path, key: str, table: ViewerTable, camera: Camera, notes: list[str]) -> tuple[int, int]:
+def _size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
+    """What to tell of the working sizes that nobody asked for."""
+    chosen = {table.id for table in content.viewer if table.size is not None}
+    return [
+        f"viewer {viewer.id}: images of {viewer.calibrated_size[0]} x {viewer.calibrated_size[1]} "
+        f"are worked on at {viewer.camera.size[0]} x {viewer.camera.size[1]}"
+        for viewer in viewers
+        if viewer.id not in chosen and viewer.camera.size != viewer.calibrated_size
+    ]
+
+
+def _working_size(path: Path, key: str, table: ViewerTable, camera: Camera) -> tuple[int, int]:
     width, height = camera.size
     if table.size is None:
         scale = min(1.0, LONG_SIDE_PX / max(width, height))
-        size = (max(16, round(width * scale)), max(16, round(height * scale)))
-        if size != camera.size:
-            notes.append(f"viewer {table.id}: images of {width} x {height} are worked on at {size[0]} x {size[1]}")
-        return size
+        return max(16, round(width * scale)), max(16, round(height * scale))
     stretch = (table.size[0] / width) / (table.size[1] / height)
     if abs(stretch - 1) > SAME_SHAPE:
         raise RigError(

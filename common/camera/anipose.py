@@ -1,0 +1,101 @@
+"""Calibrations in the TOML layout of anipose and Pose2Sim: one table per camera, then `[metadata]`.
+
+[cam_01]
+name = "cam01"
+size = [640.0, 480.0]
+matrix = [[600.0, 0.0, 319.5], [0.0, 600.0, 239.5], [0.0, 0.0, 1.0]]
+distortions = [0.0, 0.0, 0.0, 0.0]
+rotation = [3.14, 0.0, 0.0]          # Rodrigues vector, world to camera
+translation = [0.0, 1.0, 5.2]        # metres
+fisheye = false
+"""
+
+import json
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from common.camera.checks import Z_UP_TO_Y_UP, CalibrationError, Entry, checked_camera, checked_up_axis
+from common.camera.durable import write_durably
+from common.camera.pinhole import Camera, Floats
+
+KEYS = ("size", "matrix", "distortions", "rotation", "translation")
+
+
+def read_anipose(path: Path, up_axis: str = "y") -> dict[str, Camera]:
+    """Cameras by name, in the file's order, of the Y-up world.  Raises CalibrationError."""
+    checked_up_axis(path, up_axis)
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise CalibrationError(f"{path}: not TOML: {error}") from error
+    cameras: dict[str, Camera] = {}
+    for key, table in tables.items():
+        if key == "metadata" or not isinstance(table, dict):
+            continue
+        camera = _camera(Entry(path, key), key, table, up_axis)
+        if camera.name in cameras:
+            raise Entry(path, key).error("name", repr(camera.name), "a name that no other camera has")
+        cameras[camera.name] = camera
+    if not cameras:
+        raise CalibrationError(f"{path}: no camera in it: allowed: a table [cam_01] with name, {', '.join(KEYS)}")
+    return cameras
+
+
+def _camera(entry: Entry, key: str, table: dict[str, object], up_axis: str) -> Camera:
+    for wanted in KEYS:
+        if wanted not in table:
+            raise entry.missing(wanted, table)
+    fisheye = table.get("fisheye", False)
+    if fisheye is not False:
+        reason = "false: fisheye lenses are not a pinhole with OpenCV's polynomial; undistort the video first"
+        raise entry.error("fisheye", json.dumps(fisheye, default=str), reason)
+    name = table.get("name", key)
+    if not isinstance(name, str):
+        raise entry.error("name", name, "a string")
+    size, matrix, distortions, rotation, translation = (table[wanted] for wanted in KEYS)
+    return checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis)
+
+
+def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float = 0.0) -> str:
+    """The file's text for cameras of the Y-up world; `up_axis` is the up axis of the world that the file speaks of.
+
+    Floats are written so that reading gives them back exactly, but for the rotation's way through a Rodrigues vector.
+    """
+    blocks = []
+    for number, camera in enumerate(cameras, start=1):
+        rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
+        blocks.append(
+            f"[cam_{number:02d}]\n"
+            f"name = {_string(camera.name)}\n"
+            f"size = {_row(np.array(camera.size))}\n"
+            f"matrix = [{', '.join(_row(row) for row in camera.matrix)}]\n"
+            f"distortions = {_row(camera.distortions)}\n"
+            f"rotation = {_row(_rodrigues(rotation))}\n"
+            f"translation = {_row(camera.translation)}\n"
+            f"fisheye = false\n"
+        )
+    blocks.append(f"[metadata]\nadjusted = false\nerror = {float(error_px)!r}\n")
+    return "\n".join(blocks)
+
+
+def write_anipose(path: Path, cameras: Iterable[Camera], up_axis: str = "y", error_px: float = 0.0) -> None:
+    """Write the calibration: after a crash the file is the old or the new one.  Raises OSError, CalibrationError."""
+    checked_up_axis(path, up_axis)
+    write_durably(path, anipose_text(cameras, up_axis, error_px).encode())
+
+
+def _rodrigues(rotation: Floats) -> Floats:
+    return np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64).reshape(3)
+
+
+def _row(values: Floats | np.ndarray[tuple[int], np.dtype[np.int64]]) -> str:
+    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+
+
+def _string(text: str) -> str:
+    """A TOML basic string: JSON's, but TOML knows no surrogate pairs and no bare DEL."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,133 @@
+"""What the short strings of a rig file mean: `source` and `background` of a viewer, as types."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import parse_qsl, urlsplit
+
+SOURCES = "a device number, /dev/videoN, rtsp://, http:// or https://, a video file, images/*.png, actor:NAME[?seed=N]"
+BACKGROUNDS = "first:N, median, image:FILE, mog2"
+STREAMS = ("rtsp", "rtsps", "http", "https")
+MAX_DEVICE = 99
+MAX_SEED = 2**31 - 1
+MAX_FIRST = 10_000
+
+
+class SpecError(ValueError):
+    """The text is what is allowed."""
+
+
+@dataclass(frozen=True)
+class Device:
+    """A camera of this machine: /dev/video`number`."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class Stream:
+    url: str
+
+
+@dataclass(frozen=True)
+class VideoFile:
+    """initial: a separate video of the initial posture, shown before the main one; None when that shows it."""
+
+    path: Path
+    initial: Path | None = None
+
+
+@dataclass(frozen=True)
+class Images:
+    """Every file of `folder` that matches `pattern`, in the order of their names."""
+
+    folder: Path
+    pattern: str
+
+
+@dataclass(frozen=True)
+class Actor:
+    """The synthetic actor: the demo, or one motion or posture again and again."""
+
+    name: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class FirstFrames:
+    """The scene is empty in the first `count` frames."""
+
+    count: int
+
+
+@dataclass(frozen=True)
+class MedianFrames:
+    """The median of frames spread over the whole source."""
+
+
+@dataclass(frozen=True)
+class BackgroundImage:
+    path: Path
+
+
+@dataclass(frozen=True)
+class Mog2:
+    """OpenCV's mixture of Gaussians, which adapts."""
+
+
+Source = Device | Stream | VideoFile | Images | Actor
+Background = FirstFrames | MedianFrames | BackgroundImage | Mog2
+
+
+def parse_source(text: str | int, base: Path) -> Source:
+    """The source that a rig file in the folder `base` means.  Raises SpecError."""
+    if isinstance(text, int) or text.isdecimal():
+        return _device(int(text))
+    if text.startswith("/dev/video"):
+        number = text.removeprefix("/dev/video")
+        if not number.isdecimal():
+            raise SpecError("/dev/video0 and so on")
+        return _device(int(number))
+    parts = urlsplit(text)
+    if parts.scheme in STREAMS:
+        if not parts.netloc:
+            raise SpecError(f"{parts.scheme}://HOST/...")
+        return Stream(text)
+    if parts.scheme == "actor":
+        return _actor(parts.path, parts.query)
+    if not text.strip() or "://" in text:
+        raise SpecError(SOURCES)
+    path = base / text
+    if any(mark in path.name for mark in "*?["):
+        return Images(path.parent, path.name)
+    return VideoFile(path)
+
+
+def parse_background(text: str, base: Path) -> Background:
+    """The background that a rig file in the folder `base` means.  Raises SpecError."""
+    kind, _, rest = text.partition(":")
+    match kind:
+        case "first" if rest.isdecimal() and 1 <= int(rest) <= MAX_FIRST:
+            return FirstFrames(int(rest))
+        case "first":
+            raise SpecError(f"first:N with N from 1 to {MAX_FIRST} frames")
+        case "image" if rest:
+            return BackgroundImage(base / rest)
+        case "median" if not rest:
+            return MedianFrames()
+        case "mog2" if not rest:
+            return Mog2()
+    raise SpecError(BACKGROUNDS)
+
+
+def _device(number: int) -> Device:
+    if not 0 <= number <= MAX_DEVICE:
+        raise SpecError(f"a device number from 0 to {MAX_DEVICE}")
+    return Device(number)
+
+
+def _actor(name: str, query: str) -> Actor:
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    seed = options.pop("seed", "0")
+    if not name or options or not seed.isdecimal() or int(seed) > MAX_SEED:
+        raise SpecError(f"actor:NAME or actor:NAME?seed=N, NAME demo, walking, turning or a posture, N to {MAX_SEED}")
+    return Actor(name, int(seed))

@@ -1,0 +1,132 @@
+"""Cameras and streams: they never end, and come back by themselves after they were lost."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Protocol
+from urllib.parse import urlsplit
+
+import cv2
+import numpy as np
+
+from common.runtime.specs import Device, Stream
+from services.viewer.sources.fit import Fit
+from services.viewer.sources.frame import AccessDenied, Frame, OpenError, Playback, Size
+
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # back-off doubles
+TIMEOUT_MS = 5000
+EARLY = 0.25  # share of a period by which a frame may be early and still be the next
+
+
+class Capture(Protocol):
+    """What is used of cv2.VideoCapture."""
+
+    def isOpened(self) -> bool: ...
+
+    def grab(self) -> bool: ...
+
+    def retrieve(self) -> tuple[bool, object]: ...
+
+    def release(self) -> None: ...
+
+
+Opener = Callable[[Device | Stream, Size, float], Capture]
+
+
+def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
+    """The camera or stream, asked for images of `size` at `fps`; it may deliver others."""
+    if isinstance(source, Stream):
+        timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, TIMEOUT_MS]
+        stream: Capture = cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts)
+        return stream
+    capture = cv2.VideoCapture(source.number, cv2.CAP_V4L2 if sys.platform == "linux" else cv2.CAP_ANY)
+    # Uncompressed, most webcams reach their full rate only in small images.
+    capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
+    capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
+    capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
+    capture.set(cv2.CAP_PROP_FPS, fps)
+    capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+    device: Capture = capture
+    return device
+
+
+def shown(source: Device | Stream) -> str:
+    """The source's name for people, without password."""
+    if isinstance(source, Device):
+        return f"camera {source.number} (/dev/video{source.number})" if sys.platform == "linux" else str(source.number)
+    parts = urlsplit(source.url)
+    return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
+
+
+def camera_frames(
+    source: Device | Stream,
+    fps: float,
+    calibrated: Size,
+    working: Size,
+    playback: Playback,
+    opener: Opener = open_capture,
+) -> Iterator[Frame]:
+    """Frames for ever, stamped when they were grabbed, `fps` of them per second at most.
+
+    Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch whenever its images do not
+    fit.  A camera that is lost later is reported, and opened again with growing pauses until it is back.
+    """
+    name, fit = shown(source), Fit(shown(source), calibrated, working)
+    capture = _opened(source, calibrated, fps, opener)
+    if capture is None:
+        raise _why(source)
+    index, due_ns, period_ns = 0, 0, round(1e9 / fps)
+    try:
+        while True:
+            if not capture.grab():
+                capture.release()
+                playback.report(f"{name}: lost after {index} frames: unplugged, or the stream ended; trying again")
+                capture, tries = _again(source, calibrated, fps, opener, playback)
+                playback.report(f"{name}: back after {tries} tries")
+                continue
+            captured_ns = playback.clock.now_ns()
+            if captured_ns < due_ns - EARLY * period_ns:
+                continue
+            decoded, image = capture.retrieve()
+            if not decoded:
+                continue
+            # A camera's own jitter keeps to the grid of periods; one that is slower than asked starts a new grid.
+            due_ns = (captured_ns if index == 0 else max(due_ns, captured_ns - period_ns // 2)) + period_ns
+            yield Frame(index, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
+            index += 1
+    finally:
+        capture.release()
+
+
+def _again(source: Device | Stream, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
+    wait_s, tries = FIRST_WAIT_S, 0
+    while True:
+        playback.sleep(wait_s)
+        tries += 1
+        capture = _opened(source, size, fps, opener)
+        if capture is not None:
+            return capture, tries
+        wait_s = min(2 * wait_s, LONGEST_WAIT_S)
+
+
+def _opened(source: Device | Stream, size: Size, fps: float, opener: Opener) -> Capture | None:
+    """The capture once a first frame has come; None otherwise."""
+    capture = opener(source, size, fps)
+    if capture.isOpened() and capture.grab():
+        return capture
+    capture.release()
+    return None
+
+
+def _why(source: Device | Stream) -> OpenError | AccessDenied:
+    name = shown(source)
+    if isinstance(source, Stream):
+        return OpenError(f"{name}: the stream does not open within {TIMEOUT_MS // 1000} s: is the address right?")
+    path = Path(f"/dev/video{source.number}")
+    if path.exists() and not os.access(path, os.R_OK | os.W_OK):
+        return AccessDenied(f"{name}: no permission: add this user to the group `video` and log in again")
+    if sys.platform == "linux" and not path.exists():
+        there = ", ".join(sorted(str(found) for found in Path("/dev").glob("video*"))) or "none"
+        return OpenError(f"{name}: no such camera; there are: {there}")
+    return OpenError(f"{name}: gives no image: another program may be using it")

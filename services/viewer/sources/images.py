@@ -1,0 +1,47 @@
+"""Numbered pictures as a source: `images/*.png`."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from common.runtime.specs import Images
+from services.viewer.sources.fit import Fit
+from services.viewer.sources.frame import AccessDenied, EndedEarly, Frame, OpenError, Playback, Size
+
+
+def numbered(path: Path) -> tuple[tuple[int, str], ...]:
+    """Sort key by which 9.png comes before 10.png."""
+    return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name))
+
+
+def image_frames(source: Images, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
+    """Every picture, by number, as a video of `fps` frames per second.  Raises SourceError."""
+    shown = source.folder / source.pattern
+    paths = sorted((path for path in source.folder.glob(source.pattern) if path.is_file()), key=numbered)
+    if not paths:
+        raise OpenError(f"{shown}: no file matches")
+    first = 0
+    while True:
+        for number, path in enumerate(paths):
+            captured_ns = playback.time_of(first + number, fps)
+            if playback.live:
+                if playback.clock.now_ns() - captured_ns > 1e9 / fps:
+                    continue
+                playback.wait_until(captured_ns)
+            try:
+                content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+            except PermissionError as error:
+                raise AccessDenied(f"{path}: no permission to read this picture") from error
+            except OSError as error:
+                raise EndedEarly(f"{path}: cannot be read: {error.strerror}") from error
+            image = cv2.imdecode(content, cv2.IMREAD_COLOR) if content.size else None
+            if image is None:
+                raise EndedEarly(f"{path}: picture {number} of {len(paths)} cannot be decoded")
+            fit = Fit(str(path), calibrated, working)
+            yield Frame(first + number, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
+        if not playback.loop:
+            return
+        first += len(paths)

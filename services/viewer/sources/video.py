@@ -1,0 +1,117 @@
+"""Video files: every frame at once, or at their own pace."""
+
+import os
+from collections.abc import Generator, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from common.runtime.specs import VideoFile
+from services.viewer.sources.fit import Fit
+from services.viewer.sources.frame import AccessDenied, EndedEarly, Frame, Image, OpenError, Playback, Size
+
+MISCOUNTED = 0.01  # share of the declared frames by which containers are wrong about themselves
+LATE_FRAMES = 1.0  # how far behind a live file may be before frames are left out
+
+
+class _Reader:
+    """One pass through a file.  Raises OpenError, AccessDenied, SizeMismatch, EndedEarly."""
+
+    def __init__(self, path: Path, fit: Fit) -> None:
+        self._path, self._fit, self._read = path, fit, 0
+        if not path.is_file():
+            raise OpenError(f"{path}: no such video file")
+        if not os.access(path, os.R_OK):
+            raise AccessDenied(f"{path}: no permission to read this video file")
+        self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+        if not self._capture.isOpened():
+            raise OpenError(f"{path}: not a video that can be decoded: the file is damaged or its codec is unknown")
+        self.declared = max(0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)))
+        self.fps = float(self._capture.get(cv2.CAP_PROP_FPS))
+        if not 0 < self.fps <= 1000:
+            self.close()
+            raise OpenError(f"{path}: frame rate {self.fps}: allowed: above 0 to 1000 a second; convert the video")
+
+    def next(self, wanted: bool) -> tuple[bool, Image | None]:
+        """Whether there is one more frame, and its picture if wanted, at the working size."""
+        if not self._capture.grab():
+            self._complain()
+            return False, None
+        self._read += 1
+        if not wanted:
+            return True, None
+        decoded, image = self._capture.retrieve()
+        if not decoded:
+            raise EndedEarly(f"{self._path}: frame {self._read - 1} of {self.declared} cannot be decoded")
+        return True, self._fit(np.asarray(image, dtype=np.uint8))
+
+    def _complain(self) -> None:
+        short = self.declared - self._read
+        if self._read == 0 or short > max(1.0, MISCOUNTED * self.declared):
+            what = "the file is empty or damaged" if self._read == 0 else "the file is cut or damaged"
+            raise EndedEarly(f"{self._path}: {self._read} frames read, {self.declared} declared: {what}")
+
+    @property
+    def read(self) -> int:
+        return self._read
+
+    def close(self) -> None:
+        self._capture.release()
+
+
+def taken(index: int, fps: float, own_fps: float) -> bool:
+    """Whether frame `index` of a file of `own_fps` is one of `fps` per second: the first in each of its periods."""
+    return index == 0 or int(index * fps / own_fps + 1e-6) > int((index - 1) * fps / own_fps + 1e-6)
+
+
+def video_frames(source: VideoFile, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
+    """The frames of a file, `fps` of them per second at most; before them those of its video of the initial posture.
+
+    Raises SourceError.  The file's first frame has index 0 and the time `epoch_ns`; the initial posture lies before.
+    """
+    if source.initial is not None:
+        yield from _initial(source.initial, fps, calibrated, working, playback)
+    first = 0
+    while True:
+        count = yield from _pass(source.path, fps, Fit(str(source.path), calibrated, working), playback, first)
+        if not playback.loop:
+            return
+        first += count
+
+
+def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
+    reader = _Reader(path, Fit(str(path), calibrated, working))
+    try:
+        index = 0
+        while True:
+            there, image = reader.next(taken(index, fps, reader.fps))
+            if not there:
+                return
+            if image is not None:
+                captured_ns = playback.time_of(index - reader.declared, reader.fps)
+                if playback.live:
+                    playback.wait_until(captured_ns)
+                yield Frame(index, captured_ns, image, initial=True)
+            index += 1
+    finally:
+        reader.close()
+
+
+def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int) -> Generator[Frame, None, int]:
+    """One pass whose frames count from `first`; returns how many frames the file has."""
+    reader = _Reader(path, fit)
+    try:
+        while True:
+            index = first + reader.read
+            captured_ns = playback.time_of(index, reader.fps)
+            late = playback.live and playback.clock.now_ns() - captured_ns > LATE_FRAMES * 1e9 / min(fps, reader.fps)
+            there, image = reader.next(taken(reader.read, fps, reader.fps) and not late)
+            if not there:
+                return reader.read
+            if image is not None:
+                if playback.live:
+                    playback.wait_until(captured_ns)
+                yield Frame(index, captured_ns, image)
+    finally:
+        reader.close()

@@ -54,9 +54,10 @@ class Girths:
 class Clothing:
     """What the person wears.
 
-    shirt_ease, trouser_ease: cloth beyond the body, metres.  sleeve: share of the arm covered.  trousers: share of the
-    leg covered.  skirt: its length in thighs, 0 for none.  hair: length of the back hair, metres, 0 for short hair.
-    stripes: strength of the shirt's stripes in [0, 1].  Colours are blue, green, red in [0, 255].
+    shirt_ease, trouser_ease: cloth beyond the body, metres.  sleeve: share of the arm covered.
+    trousers: share of the leg covered, under a skirt its lining.  skirt: its length in thighs, 0 for none.
+    hair: length of the back hair, metres, 0 for short hair.  stripes: strength of the shirt's stripes in [0, 1].
+    Colours are blue, green, red in [0, 255].
     """
 
     shirt_ease: float
@@ -110,7 +111,7 @@ def person(seed: int) -> Person:
     """The person of a seed (0 or more): 1.50 to 1.95 m tall, of independent proportions, girth and clothing."""
     rng = np.random.default_rng([0xAC, seed])
     build = float(rng.uniform())  # 0 narrow shoulders and wide hips, 1 the other way round
-    height = float(np.clip(rng.normal(1.645 + 0.135 * build, 0.065), 1.50, 1.95))
+    height = float(np.clip(rng.normal(1.64 + 0.15 * build, 0.08), 1.50, 1.95))
     lengths = _lengths(rng, height, build)
     girths = _girths(rng, height, build, lengths)
     return Person(seed, height, lengths, girths, _clothing(rng, build), _manner(rng, lengths))
@@ -166,14 +167,15 @@ def _girths(rng: np.random.Generator, height: float, build: float, lengths: Leng
 
 def _clothing(rng: np.random.Generator, build: float) -> Clothing:
     skirted = rng.uniform() < 0.35 * (1.0 - build)
+    skirt = float(rng.uniform(0.75, 1.1)) if skirted else 0.0
     shorts = not skirted and rng.uniform() < 0.2
     long_hair = rng.uniform() < 0.75 - 0.65 * build
     return Clothing(
         shirt_ease=float(rng.uniform(0.006, 0.030)),
         trouser_ease=float(rng.uniform(0.004, 0.024)),
         sleeve=float(rng.choice([0.25, 0.3, 0.92, 0.96])),
-        trousers=0.0 if skirted else 0.48 if shorts else 0.97,
-        skirt=float(rng.uniform(0.75, 1.1)) if skirted else 0.0,
+        trousers=0.45 * skirt if skirted else 0.48 if shorts else 0.97,
+        skirt=skirt,
         hair=float(rng.uniform(0.08, 0.24)) if long_hair else 0.0,
         stripes=float(rng.uniform(0.15, 0.4)) if rng.uniform() < 0.3 else 0.0,
         skin_bgr=_near(rng, _SKIN_BGR[int(rng.integers(len(_SKIN_BGR)))], 6.0),

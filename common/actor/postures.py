@@ -1,7 +1,7 @@
 """The fifteen postures of [Two-view 5] as smooth functions of time, each time a little different."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,52 +29,11 @@ from common.actor.pose import (
     ease,
     neutral,
 )
+from common.actor.style import POSTURES as POSTURES
+from common.actor.style import Style, repetition
 from common.actor.walking import walk
 
-POSTURES: tuple[str, ...] = (
-    "march",
-    "turn-and-walk",
-    "raise-right-arm",
-    "raise-left-arm",
-    "raise-both-arms",
-    "raise-both-arms-bent",
-    "swing-right-arm",
-    "swing-left-arm",
-    "swing-both-arms",
-    "squat",
-    "squat-arms-sideways",
-    "squat-arms-forward",
-    "kick-right",
-    "kick-left",
-    "kick-right-arms-sideways",
-)
-
-DURATION_S = 2.7
 Course = Callable[[float], ActorPose]
-
-
-@dataclass(frozen=True)
-class Style:
-    """How one repetition is done; `vary` draws what is drawn per repetition.
-
-    duration_s: of the whole.  onset, hold, fall: shares of it at which the main movement begins, has arrived and returns.
-    vigour: factor on amplitudes.  habit: this person's own in [-1, 1], the same for every repetition of a posture.
-    chance: (8,) this repetition's own, standard normal and bounded by 2.
-    """
-
-    duration_s: float
-    onset: float
-    hold: float
-    fall: float
-    vigour: float
-    habit: float
-    chance: tuple[float, ...]
-
-    def pulse(self, time_s: float, ahead: float = 0.0) -> float:
-        """0 at both ends and 1 between arrival and return; `ahead` shifts it by a share of the duration."""
-        u = time_s / self.duration_s + ahead
-        rise = ease((u - self.onset) / (self.hold - self.onset))
-        return rise * (1.0 - ease((u - self.fall) / (0.96 + ahead - self.fall)))
 
 
 def posture(person: Person, name: str, seed: int) -> Motion:
@@ -84,24 +43,11 @@ def posture(person: Person, name: str, seed: int) -> Motion:
     """
     if name not in POSTURES:
         raise ValueError(f"posture {name!r} is not one of {', '.join(POSTURES)}")
-    style = _style(person, name, seed)
+    style = repetition(person, name, seed)
     if name == "turn-and-walk":
         return _turn_and_walk(person, style)
     course = _COURSES[name](person, style)
     return Motion(style.duration_s, course)
-
-
-def _style(person: Person, name: str, seed: int) -> Style:
-    number = POSTURES.index(name)
-    habit = float(np.random.default_rng([0x21, person.seed, number]).uniform(-1.0, 1.0))
-    rng = np.random.default_rng([0x22, person.seed, number, seed])
-    chance = tuple(float(c) for c in np.clip(rng.normal(0.0, 1.0, 8), -2.0, 2.0))
-    duration_s = DURATION_S / person.manner.tempo * float(rng.uniform(0.94, 1.06))
-    onset = float(rng.uniform(0.02, 0.08))
-    hold = onset + float(rng.uniform(0.36, 0.44))
-    fall = hold + float(rng.uniform(0.02, 0.10))
-    vigour = person.manner.vigour * (1.0 + 0.04 * chance[7])
-    return Style(duration_s, onset, hold, fall, vigour, habit, chance)
 
 
 def _raise(sides: tuple[int, ...], bent: bool) -> Callable[[Person, Style], Course]:
@@ -115,8 +61,8 @@ def _raise(sides: tuple[int, ...], bent: bool) -> Callable[[Person, Style], Cour
                 if bent:
                     top = np.radians(92.0 + 14.0 * style.habit + 4.0 * style.chance[2]) * style.vigour
                     fold = np.radians(92.0 + 18.0 * style.habit + 6.0 * style.chance[3 + side])
-                    turned = np.radians(82.0 + 6.0 * style.chance[5]) * min(2.5 * up, 1.0)
-                    arms[side, ROTATION] = ease(min(2.5 * up, 1.0)) * turned
+                    # The arm is turned before it is high, so that the forearm stays in the frontal plane.
+                    arms[side, ROTATION] = ease(2.5 * up) * np.radians(82.0 + 6.0 * style.chance[5])
                     arms[side, ELBOW] += up * (fold - arms[side, ELBOW])
                 else:
                     top = np.radians(143.0 + 18.0 * style.habit + 5.0 * style.chance[2 + side]) * style.vigour
@@ -227,7 +173,7 @@ def _kick(side: int, arms_sideways: bool) -> Callable[[Person, Style], Course]:
 
 def _march(person: Person, style: Style) -> Course:
     standing = neutral(person)
-    hip = np.radians(58.0 + 12.0 * style.habit + 4.0 * style.chance[2]) * style.vigour
+    hip = np.radians(66.0 + 10.0 * style.habit + 4.0 * style.chance[2]) * style.vigour
     knee = hip * (1.28 + 0.05 * style.chance[3])
     lifts, first = 4, RIGHT if style.habit > -0.6 else LEFT
     begin, each = style.onset, (0.97 - style.onset) / lifts

@@ -88,9 +88,7 @@ def cover(background: Singles, layer: Singles, left: int, top: int) -> None:
         for col in range(layer.shape[1]):
             rest = np.float32(1.0) - layer[row, col, 3]
             for k in range(3):
-                background[top + row, left + col, k] = (
-                    background[top + row, left + col, k] * rest + layer[row, col, k]
-                )
+                background[top + row, left + col, k] = background[top + row, left + col, k] * rest + layer[row, col, k]
 
 
 @njit(cache=True, error_model="numpy")

@@ -81,7 +81,10 @@ class ActorCamera:
             points, normals = posed(self._rest, self.person, pose_bones(self.person, pose))
             layer, region = self._draw(points, self._lit(normals), 4)
             if region is not None:
-                rows, cols = slice(region.top, region.top + region.height), slice(region.left, region.left + region.width)
+                rows, cols = (
+                    slice(region.top, region.top + region.height),
+                    slice(region.left, region.left + region.width),
+                )
                 mask[rows, cols] = np.where(layer[..., 3] >= 0.5, 255, 0)
         return mask
 
@@ -124,11 +127,18 @@ class ActorCamera:
         coarse = ((pixels - [region.left - 0.5, region.top - 0.5]) * scale - 0.5).astype(np.float32)
         dark, colour = np.zeros(size[::-1], dtype=np.float32), np.empty((size[1], size[0], 3), dtype=np.float32)
         fill_triangles(
-            coarse, depth.astype(np.float32), np.zeros_like(ground, dtype=np.float32), self._rest.triangles, dark, colour
+            coarse,
+            depth.astype(np.float32),
+            np.zeros_like(ground, dtype=np.float32),
+            self._rest.triangles,
+            dark,
+            colour,
         )
         covered = (dark > 0).astype(np.float32)
         # A penumbra is as wide to the side as the scale says, but foreshortened along the ground.
-        soft = cv2.GaussianBlur(covered, (0, 0), max(blur * SHADOW_STEP, 0.4), sigmaY=max(0.45 * blur * SHADOW_STEP, 0.4))
+        soft = cv2.GaussianBlur(
+            covered, (0, 0), max(blur * SHADOW_STEP, 0.4), sigmaY=max(0.45 * blur * SHADOW_STEP, 0.4)
+        )
         soft = cv2.resize(soft, (region.width, region.height), interpolation=cv2.INTER_LINEAR)
         rows, cols = slice(region.top, region.top + region.height), slice(region.left, region.left + region.width)
         light = np.float32(1.0) - np.float32(SHADOW) * soft * self._view.floor[rows, cols]

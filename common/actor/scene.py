@@ -99,7 +99,10 @@ def _hits(place: Room, start: Floats, direction: Floats) -> tuple[NDArray[np.int
 
 @dataclass(frozen=True)
 class _Paint:
-    """base: colour.  grain: sizes (m) and strengths (grey levels) of mottling.  pictures: u, v, width, height, b, g, r."""
+    """base: colour.  grain: sizes (m) and strengths (grey levels) of mottling.
+
+    pictures: (n, 7) middle and size along the surface's axes in metres, then blue, green, red.
+    """
 
     base: Floats
     grain: tuple[tuple[float, float], ...]

@@ -8,7 +8,6 @@ import numpy as np
 from common.actor.person import Person
 from common.actor.pose import (
     ABDUCTION,
-    APART,
     DROP,
     ELBOW,
     FLEXION,
@@ -16,8 +15,6 @@ from common.actor.pose import (
     FOOT_YAW,
     FOOT_Z,
     HEEL,
-    HIP,
-    KNEE,
     LIFT,
     OUTWARD,
     ROLL,
@@ -109,7 +106,7 @@ def _planted_ankle(person: Person, pose: ActorPose, side: int) -> Floats:
 
 
 def _pelvis_height(person: Person, pose: ActorPose, ankles: Floats, pelvis: Floats) -> float:
-    """Standing height less the pose's drop, but never out of either leg's reach; softly limited, so that it is smooth."""
+    """Standing height less the pose's drop, but never out of either leg's reach; the limit is soft."""
     size = person.lengths
     leg = STRETCHED * (size.thigh + size.shank)
     heights = [size.ankle_height + leg - float(pose.pelvis[DROP])]
@@ -146,7 +143,11 @@ def _place_leg(person: Person, pose: ActorPose, side: int, ankle: Floats, bones:
     for bone, rotation, origin in (
         (THIGH[side], thigh, hip),
         (SHANK[side], shank, hip - thigh[:, 1] * size.thigh),
-        (FOOT[side], blend(planted, shank @ rx(0.15), lifted), hip - thigh[:, 1] * size.thigh - shank[:, 1] * size.shank),
+        (
+            FOOT[side],
+            blend(planted, shank @ rx(0.15), lifted),
+            hip - thigh[:, 1] * size.thigh - shank[:, 1] * size.shank,
+        ),
     ):
         bones.rotation[bone], bones.origin[bone] = rotation, origin
 

@@ -58,9 +58,9 @@ def _torso(person: Person) -> Tube:
         (0.74, chest[0], chest[1], 0.8, 0.004),
         (0.86, 1.03 * chest[0], 0.96 * chest[1], 0.6, 0.0),
         (0.95, across, 0.80 * chest[1], 0.4, -0.006),
-        (1.04, 0.93 * across, 0.62 * chest[1], 0.3, -0.010),
-        (1.10, 0.68 * across, 0.50 * chest[1], 0.2, -0.012),
-        (1.15, 1.25 * girth.neck, 1.15 * girth.neck, 0.1, -0.010),
+        (1.03, 0.90 * across, 0.60 * chest[1], 0.3, -0.010),
+        (1.07, 0.62 * across, 0.48 * chest[1], 0.2, -0.012),
+        (1.11, 1.25 * girth.neck, 1.15 * girth.neck, 0.1, -0.010),
     )
     hem = 0.10 if wear.shirt_ease < 0.014 else -0.10  # a tight shirt is tucked in
     rings = []
@@ -87,7 +87,7 @@ def _head(person: Person) -> list[Tube]:
         Ring((0.0, chin + 0.25 * tall, -0.004), (girth.neck, girth.neck), {HEAD: 1.0}, wear.skin_bgr),
     ]
     rings = []
-    for share, width, depth, front in (
+    for share, width, depth, ahead in (
         (0.00, 0.35, 0.30, 0.42),
         (0.06, 0.58, 0.52, 0.30),
         (0.20, 0.80, 0.78, 0.10),
@@ -98,7 +98,7 @@ def _head(person: Person) -> list[Tube]:
         (0.95, 0.55, 0.55, -0.03),
         (1.00, 0.15, 0.15, -0.03),
     ):
-        centre = (0.0, chin + share * tall, 0.012 + front * deep)
+        centre = (0.0, chin + share * tall, 0.012 + ahead * deep)
         rings.append(Ring(centre, (width * wide, depth * deep), {HEAD: 1.0}, wear.skin_bgr))
     skull = tube(rings, BONES, around=16)
     bgr = skull.bgr.copy()
@@ -130,7 +130,7 @@ def _skirt(person: Person) -> Tube:
     top, length = 0.22 * size.torso, 0.22 * size.torso + wear.skirt * size.thigh
     rings = []
     for share in (0.0, 0.12, 0.3, 0.5, 0.7, 0.85, 1.0):
-        flare = 1.0 + 0.20 * share
+        flare = 1.0 + 0.20 * share if share > 0.0 else 0.85  # the waistband is under the shirt
         below = max(share * length - top, 0.0) / size.thigh
         ease = wear.shirt_ease * 0.5 + wear.trouser_ease * (0.3 + share)
         half = (girth.hips[0] * flare + ease, girth.hips[1] * flare + ease)

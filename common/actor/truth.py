@@ -8,7 +8,7 @@ import numpy as np
 
 from common.actor.limbs import arm, leg, mean_radius
 from common.actor.person import Person
-from common.actor.pose import LEFT, RIGHT, SIDES, ActorPose
+from common.actor.pose import RIGHT, SIDES, ActorPose
 from common.actor.rotation import Floats, from_x_and_y, unit, yxz_angles, zxy_angles
 from common.actor.skeleton import FOOT, FOREARM, HEAD, SHANK, THIGH, UPPER_ARM, Bones, pose_bones
 from common.body.anatomy import TEN_PARTS
@@ -24,8 +24,9 @@ class Truth:
 
     joints: the fifteen HALPE joint centres by name, (3,) metres; Neck is the mid-shoulder, Head the top of the head.
     yaw: where the torso faces, radians from +Z towards +X, in (-pi, pi].
-    directions: unit vectors (3,) from the proximal to the distal joint of the eight limb segments, `right_upper_arm` ...
-    angles: the same pose in the words of the ten-part anatomy, radians by name; navel at joints["Hip"].
+    directions: unit vectors (3,) from the proximal to the distal joint of `right_upper_arm` and the seven like it.
+    angles: the same pose in the words of the ten-part anatomy, radians by name; navel at joints["Hip"].  Where a limb
+    points straight to the front (x = 90°), its z and y turn about one line and may trade places from frame to frame.
     """
 
     joints: Mapping[str, Floats]
@@ -163,8 +164,8 @@ def _ten_part_angles(bones: Bones, torso: Floats) -> dict[str, float]:
             values = _nearest_angles(part, middle)
             angles |= {f"{name}_{joint}.{axis}": v for axis, v in zip("zxy", values, strict=True)}
             bend = bones.rotation[upper].T @ bones.rotation[lower]
-            angles[f"{name}_{hinge}"] = -float(np.arctan2(bend[2, 1], bend[1, 1]))
-    return {name: angles[name.removesuffix(".x") if name not in angles else name] for name in TEN_PARTS.angles}
+            angles[f"{name}_{hinge}.x"] = -float(np.arctan2(bend[2, 1], bend[1, 1]))
+    return {angle: angles[angle] for angle in TEN_PARTS.angles}
 
 
 def _nearest_angles(rotation: Floats, middle: float) -> tuple[float, float, float]:
@@ -182,6 +183,3 @@ def _nearest_angles(rotation: Floats, middle: float) -> tuple[float, float, floa
         )
 
     return min((wrapped((z, x, y)), wrapped(mirrored)), key=lambda a: abs(a[1]) + abs(a[2]))
-
-
-__all__ = ["LEFT", "RIGHT", "Sizes", "Truth", "true_bdp", "true_sizes", "truth"]

@@ -70,7 +70,7 @@ def circle_way(radius: float, steps: int) -> list[Placement]:
 
 
 def way_home(end: Placement, stride: float) -> list[Placement]:
-    """The way from `end` back to the origin and its heading, as seen by a person who stands at `end`; stride in metres."""
+    """The way back to the origin and its heading, as seen by a person who stands at `end`; stride in metres."""
     c, s = np.cos(end.yaw), np.sin(end.yaw)
     x, z = float(-c * end.x + s * end.z), float(-s * end.x - c * end.z)
     far, heading = float(np.hypot(x, z)), float(np.arctan2(x, z))
@@ -109,7 +109,7 @@ def _body_track(way: list[Placement], step_s: float) -> tuple[Floats, Floats]:
     """Times (n,) and places (n, 3) x, z, yaw of the body: between both feet whenever a foot lands."""
     places = np.array([[0.0, 0.0, 0.0], *([p.x, p.z, p.yaw] for p in way), [way[-1].x, way[-1].z, way[-1].yaw]])
     middle = 0.5 * (places[1:] + places[:-1])
-    return step_s * np.arange(len(places)), np.vstack([places[:1], middle])
+    return step_s * np.arange(len(places), dtype=np.float64), np.vstack([places[:1], middle])
 
 
 def _hermite(times: Floats, values: Floats, time_s: float) -> Floats:
@@ -142,7 +142,8 @@ def _foot(person: Person, standing: Floats, steps: list[Footstep], side: int, ti
             foot[[FOOT_X, FOOT_Z, FOOT_YAW]] = step.start + along * (step.end - step.start)
         # The heel comes off before the foot does, by as much as the stride is long.
         rise = min(stride / person.lengths.thigh, 1.3) * 0.55
-        early = ease((time_s - step.lift_s + 0.45 * step_s) / (0.45 * step_s))
+        before_s = min(0.45 * step_s, step.lift_s)
+        early = ease((time_s - step.lift_s + before_s) / before_s)
         late = ease(flight / 0.75)
         foot[HEEL] += rise * early * (1.0 - late)
         if 0.0 < flight < 1.0:

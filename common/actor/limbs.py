@@ -18,9 +18,9 @@ def arm(person: Person, side: int) -> list[Tube]:
     deltoid = 1.22 * girth.upper_arm
     # Share of the arm from shoulder to wrist, radius, share of the weight on the forearm.
     profile = (
-        (-0.085, 0.40 * deltoid, 0.0),
-        (-0.050, 0.85 * deltoid, 0.0),
-        (0.000, 1.04 * deltoid, 0.0),
+        (-0.058, 0.35 * deltoid, 0.0),
+        (-0.036, 0.74 * deltoid, 0.0),
+        (0.010, 1.00 * deltoid, 0.0),
         (0.10, 1.02 * deltoid, 0.0),
         (0.24, 1.04 * girth.upper_arm, 0.0),
         (elbow - 0.16, 0.97 * girth.upper_arm, 0.0),

@@ -44,11 +44,16 @@ def unit(vector: Floats) -> Floats:
     return scaled
 
 
+def cross(a: Floats, b: Floats) -> Floats:
+    """a x b of two vectors (3,); numpy's own takes ten times as long for one pair."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def from_x_and_y(x_axis: Floats, y_axis: Floats) -> Floats:
     """(3, 3) rotation whose columns are the unit axes; y_axis is kept, x_axis made perpendicular to it."""
     y = unit(y_axis)
     x = unit(x_axis - (x_axis @ y) * y)
-    return np.column_stack([x, y, np.cross(x, y)])
+    return np.array([x, y, cross(x, y)]).T
 
 
 def blend(first: Floats, second: Floats, share: float) -> Floats:

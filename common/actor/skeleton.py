@@ -27,7 +27,7 @@ from common.actor.pose import (
     Z,
     ease,
 )
-from common.actor.rotation import Floats, blend, from_x_and_y, rx, ry, rz, unit
+from common.actor.rotation import Floats, blend, cross, from_x_and_y, rx, ry, rz, unit
 
 PELVIS, CHEST, HEAD = 0, 1, 2
 UPPER_ARM, FOREARM = (3, 5), (4, 6)
@@ -126,7 +126,7 @@ def _place_leg(person: Person, pose: ActorPose, side: int, ankle: Floats, bones:
     to_ankle = ankle - hip
     reach = min(float(np.linalg.norm(to_ankle)), 0.99995 * (size.thigh + size.shank))
     down = unit(to_ankle)
-    hinge = np.cross(-down, knee_heading @ np.array([0.08 * out, 0.0, 1.0]))
+    hinge = cross(-down, knee_heading @ np.array([0.08 * out, 0.0, 1.0]))
     cosine = (size.thigh**2 + reach**2 - size.shank**2) / (2.0 * size.thigh * reach)
     at_hip = acos(min(max(cosine, -1.0), 1.0))
     at_knee = acos(

@@ -1,0 +1,102 @@
+"""Time lines: what runs when, and that nobody jumps."""
+
+import numpy as np
+import pytest
+
+from common.actor.person import person
+from common.actor.postures import POSTURES
+from common.actor.script import Script, demo_script, motion_script, posture_take
+from common.actor.truth import truth
+
+FASTEST_M_S = 7.5  # a foot in a kick
+
+
+def top_speed(script: Script, from_s: float, to_s: float) -> float:
+    """The fastest of all joints in metres a second."""
+    times = np.arange(from_s, to_s, 0.02)
+    frames = []
+    for t in times:
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        frames.append(np.array(list(truth(script.person, pose).joints.values())))
+    return float(np.linalg.norm(np.diff(np.array(frames), axis=0), axis=2).max() / 0.02)
+
+
+def test_a_take_opens_with_the_empty_scene_and_the_initial_posture() -> None:
+    someone = person(3)
+    script = posture_take(someone, "squat", 5)
+    assert [s.name for s in script.segments] == ["empty", "stretched", "lowering", "squat"]
+    assert script.pose_at(0.5) is None
+    pose = script.pose_at(1.8)
+    assert pose is not None
+    joints = truth(someone, pose).joints
+    for side, out in (("R", -1.0), ("L", 1.0)):
+        arm = joints[f"{side}Wrist"] - joints[f"{side}Shoulder"]
+        assert abs(arm[1]) < 0.04
+        assert arm[0] * out > 0.95 * np.linalg.norm(arm)
+    assert abs(truth(someone, pose).yaw) < 0.05
+    assert script.motion_from_s == pytest.approx(3.1)
+    assert script.segments[-1].start_s == script.motion_from_s
+
+
+def test_segments_follow_each_other_without_gaps() -> None:
+    script = demo_script(person(1), 0)
+    for first, second in zip(script.segments, script.segments[1:], strict=False):
+        assert first.end_s == second.start_s
+
+
+@pytest.mark.parametrize("name", POSTURES)
+@pytest.mark.parametrize("seed", [2, 17])
+def test_nobody_jumps_in_a_take(name: str, seed: int) -> None:
+    script = posture_take(person(seed), name, seed + 1)
+    assert top_speed(script, 1.0, script.duration_s + 0.5) < FASTEST_M_S
+
+
+@pytest.mark.parametrize("seed", [0])
+def test_nobody_jumps_in_the_demo_not_even_where_it_comes_round(seed: int) -> None:
+    script = demo_script(person(seed), seed)
+    assert script.period_s is not None
+    assert top_speed(script, 3.0, script.duration_s + script.period_s + 1.0) < FASTEST_M_S
+
+
+def test_the_demo_shows_everything_and_comes_round_to_the_initial_posture() -> None:
+    script = demo_script(person(4), 1)
+    assert script.period_s is not None
+    names = {s.name for s in script.segments}
+    assert {"stretched", "walking", "raise-both-arms", "swing-both-arms", "squat", "kick-right", "turning"} <= names
+    assert script.segment_at(script.duration_s + 0.1).name == "stretched"
+    assert script.pose_at(script.duration_s + 0.1) is not None
+    assert script.segment_at(script.duration_s + 2.5 * script.period_s) in script.segments
+
+
+def test_the_demo_stays_in_the_action_region() -> None:
+    someone = person(22)
+    script = demo_script(someone, 1)
+    for t in np.arange(3.0, script.duration_s, 0.2):
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        hip = truth(someone, pose).joints["Hip"]
+        assert np.hypot(hip[0], hip[2]) < 1.7
+
+
+@pytest.mark.parametrize("name", ["walking", "turning", "turn-and-walk", "march"])
+def test_one_motion_runs_for_ever_without_a_jump(name: str) -> None:
+    script = motion_script(person(5), name, 0)
+    assert script.period_s is not None
+    assert script.segment_at(script.duration_s + 0.1).name == name
+    assert top_speed(script, 3.0, script.duration_s + 2.0) < FASTEST_M_S
+
+
+def test_a_finished_take_stands_and_sways() -> None:
+    script = posture_take(person(5), "march", 0)
+    first, second = script.pose_at(script.duration_s + 1.0), script.pose_at(script.duration_s + 2.0)
+    assert first is not None
+    assert second is not None
+    moved = truth(script.person, first).joints["Head"] - truth(script.person, second).joints["Head"]
+    assert 1e-5 < np.linalg.norm(moved) < 0.05
+
+
+@pytest.mark.parametrize("time_s", [-0.1, float("nan")])
+def test_time_before_the_start_is_an_error(time_s: float) -> None:
+    with pytest.raises(ValueError, match=r"time_s = .*, allowed 0 or more"):
+        posture_take(person(5), "march", 0).pose_at(time_s)

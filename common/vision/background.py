@@ -20,6 +20,7 @@ Levels = NDArray[np.float32]
 LARGEST_SCALING = 0.02  # by which a plate's size may differ from the frames'
 SIGMA_FLOOR = 0.5  # grey levels: rounding to whole ones (0.29) and what a short learning time did not show
 SHARED = 0.7  # of the typical sigma is the least any pixel gets: short samples and video codecs show some as noiseless
+UNEVEN = 0.01  # share of a pixel's brightness by which light and exposure vary unevenly after the gain is measured
 STEADY_PX = 0.1  # by how much a fixed camera's image is taken to shake
 TRIM, TRIMMED_Z = 0.6, 0.8416212  # the share of the smallest deviations that is kept; the z with P(|Z| < z) = TRIM
 GAIN_SAMPLES = 1500
@@ -155,7 +156,7 @@ def _moved(mean: Levels, frame: Image, held: Mask, rate: np.float32) -> Levels:
 def _background(mean: Levels, spread: Levels, shake_px: float) -> Background:
     """The variance is the pixel's own, bounded below, and that of an image shaken by `shake_px`."""
     typical = np.maximum(SIGMA_FLOOR, SHARED * np.median(spread, axis=(0, 1)))
-    variance = np.maximum(spread, typical) ** 2 + (shake_px * _gradient(mean)) ** 2
+    variance = np.maximum(spread, typical) ** 2 + (shake_px * _gradient(mean)) ** 2 + (UNEVEN * mean) ** 2
     return Background(np.ascontiguousarray(mean), (1 / variance).astype(np.float32))
 
 

@@ -9,6 +9,7 @@ Where there is no texture to see, the pixel stays UNSURE, and `common.vision.sil
 from dataclasses import dataclass
 from typing import Final
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -23,7 +24,9 @@ UNSURE: Final = 2  # darker, same colour, no texture to tell a shadow by
 WEAK: Final = 3  # differs
 STRONG: Final = 4  # differs beyond doubt
 
-TEXTURE_REACH = 2  # px either side; a window of 5x5
+TEXTURE_REACH = 2  # px either side over which texture is compared
+CONTRAST_REACH = 0.01  # of the image's height, over which a neighbour's contrast outshines a pixel's
+LEVELS_PER_SIGMA = 4.0  # resolution at which distances are kept as bytes; the largest is 64 sigmas
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,8 @@ class ForegroundOptions:
     weak, strong: distance from the model of a pixel that may belong to the person, and of one that does.
     shadow: brightness ratios (darkest, lightest) of a shadow; an empty range (1, 1) turns the test off.
     colour: how far a shadow's colour may turn, in sigmas and as a share of its brightness; the larger bound holds.
-    texture: how far a shadow's texture may differ from the dimmed background's, likewise.
+    texture: share of the background's texture that may change in a shadow, and from which it is not a shadow.
+    faint: a pixel that differs less than this share of its neighbours is their blur or coding noise.
     flicker: measure the frame's gain against the model.
     """
 
@@ -41,7 +45,8 @@ class ForegroundOptions:
     strong: float = 10.0
     shadow: tuple[float, float] = (0.4, 0.97)
     colour: tuple[float, float] = (3.0, 0.04)
-    texture: tuple[float, float] = (2.0, 0.04)
+    texture: tuple[float, float] = (0.4, 0.8)
+    faint: float = 0.2
     flicker: bool = True
 
     def __post_init__(self) -> None:
@@ -60,7 +65,7 @@ def foreground(background: Background, frame: Image, gain: Levels, options: Fore
     """Label of every pixel, (height, width) uint8: BACKGROUND, SHADOW, UNSURE, WEAK or STRONG."""
     if frame.shape != background.mean.shape or frame.dtype != np.uint8:
         raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
-    labels = _differ(
+    labels, levels = _differ(
         np.ascontiguousarray(frame),
         background.mean,
         background.weight,
@@ -69,7 +74,10 @@ def foreground(background: Background, frame: Image, gain: Levels, options: Fore
         np.float32(options.strong**2),
         np.array([*options.shadow, *options.colour], dtype=np.float32),
     )
-    _tell_by_texture(frame, background.mean, background.weight, gain, np.array(options.texture, np.float32), labels)
+    reach = max(1, round(CONTRAST_REACH * frame.shape[0]))
+    nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    labels[levels < options.faint * nearby] = BACKGROUND
+    _tell_by_texture(frame, background.mean, background.weight, gain, *options.texture, labels)
     return labels
 
 
@@ -82,10 +90,14 @@ def _differ(
     weak2: np.float32,
     strong2: np.float32,
     shadow: Levels,
-) -> Labels:
-    """shadow: darkest and lightest ratio, colour in sigmas and as a share of the brightness."""
+) -> tuple[Labels, Image]:
+    """Labels, and the distance in quarter sigmas where it is weak at least.
+
+    shadow: darkest and lightest ratio, colour in sigmas and as a share of the brightness.
+    """
     height, width = frame.shape[:2]
     labels = np.zeros((height, width), dtype=np.uint8)
+    levels = np.zeros((height, width), dtype=np.uint8)
     distance = np.empty(width, dtype=np.float32)
     g0, g1, g2 = gain[0], gain[1], gain[2]
     for y in range(height):
@@ -97,6 +109,7 @@ def _differ(
         for x in range(width):
             if distance[x] < weak2:
                 continue
+            levels[y, x] = np.uint8(min(np.float32(255), np.float32(LEVELS_PER_SIGMA) * np.sqrt(distance[x])))
             across, along, seen2 = np.float32(0), np.float32(0), np.float32(0)
             for c in range(3):
                 known = gain[c] * mean[y, x, c]
@@ -114,39 +127,63 @@ def _differ(
                     labels[y, x] = UNSURE
                     continue
             labels[y, x] = STRONG if distance[x] >= strong2 else WEAK
-    return labels
+    return labels, levels
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _tell_by_texture(
-    frame: Image, mean: Levels, weight: Levels, gain: Levels, tolerance: Levels, labels: Labels
+    frame: Image, mean: Levels, weight: Levels, gain: Levels, kept: float, changed: float, labels: Labels
 ) -> None:
-    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where another one does."""
+    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where another one does.
+
+    Texture is the second difference along rows and columns, which a soft shadow's slope does not reach.  That of the ratio
+    frame / model is noise in a shadow, and is the background's own, relative to its brightness, where something covers it.
+    """
     height, width = labels.shape
-    before = labels.copy()
+    of_ratio = np.zeros((height, width), dtype=np.float32)
+    of_model = np.zeros((height, width), dtype=np.float32)
+    of_noise = np.zeros((height, width), dtype=np.float32)
+    for y in range(1, height - 1):
+        for x in range(1, width - 1):
+            if labels[y, x] != UNSURE:
+                continue
+            for dy, dx in ((0, 1), (1, 0)):
+                if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
+                    continue
+                seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
+                seen1, known1 = _brightness(frame, mean, gain, y, x)
+                seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
+                q0, q1, q2 = seen0 / known0, seen1 / known1, seen2 / known2
+                of_ratio[y, x] += ((q0 - 2 * q1 + q2) / q1) ** 2
+                of_model[y, x] += ((known0 - 2 * known1 + known2) / known1) ** 2
+                noise = 1 / weight[y, x, 0] + 1 / weight[y, x, 1] + 1 / weight[y, x, 2]
+                of_noise[y, x] += 6 * noise / (seen1 * seen1 + 1)
+    settled = labels.copy()
     for y in range(height):
         for x in range(width):
-            if before[y, x] != UNSURE:
+            if labels[y, x] != UNSURE:
                 continue
-            n, s, k, ss, kk, sk = 0, np.float32(0), np.float32(0), np.float32(0), np.float32(0), np.float32(0)
+            ratio, model, noise = np.float32(0), np.float32(0), np.float32(0)
             for v in range(max(0, y - TEXTURE_REACH), min(height, y + TEXTURE_REACH + 1)):
                 for u in range(max(0, x - TEXTURE_REACH), min(width, x + TEXTURE_REACH + 1)):
-                    if before[v, u] != UNSURE:
-                        continue
-                    seen, known = np.float32(0), np.float32(0)
-                    for c in range(3):
-                        seen += np.float32(frame[v, u, c])
-                        known += gain[c] * mean[v, u, c]
-                    n, s, k = n + 1, s + seen, k + known
-                    ss, kk, sk = ss + seen * seen, kk + known * known, sk + seen * known
-            if n < 6:
+                    ratio += of_ratio[v, u]
+                    model += of_model[v, u]
+                    noise += of_noise[v, u]
+            if noise == 0 or model < 2 * noise:
                 continue
-            ratio = sk / max(kk, np.float32(1))
-            noise = 1 / weight[y, x, 0] + 1 / weight[y, x, 1] + 1 / weight[y, x, 2]
-            noise *= 1 + ratio * ratio
-            misfit = max(ss - ratio * sk, np.float32(0)) / (n - 1)
-            contrast = max(ss - s * s / n, np.float32(0)) / (n - 1)
-            if misfit > tolerance[0] ** 2 * noise and misfit > (tolerance[1] * s / n) ** 2:
-                labels[y, x] = WEAK
-            elif contrast > 4 * noise and misfit < np.float32(0.4) * contrast:
-                labels[y, x] = SHADOW
+            change = (ratio - noise) / model
+            if change < kept:
+                settled[y, x] = SHADOW
+            elif change > changed:
+                settled[y, x] = WEAK
+    labels[:] = settled
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _brightness(frame: Image, mean: Levels, gain: Levels, y: int, x: int) -> tuple[float, float]:
+    """Sum of the channels of the frame and of the model, the latter at least 1."""
+    seen, known = np.float32(0), np.float32(0)
+    for c in range(3):
+        seen += np.float32(frame[y, x, c])
+        known += gain[c] * mean[y, x, c]
+    return seen, max(known, np.float32(1))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
+import cv2
 import numpy as np
 
 from common.vision.background import Background, Image, Levels, Mask
@@ -11,6 +12,7 @@ from common.vision.mixture import Mixture
 from common.vision.outline import between, closed, fill_holes, trim_edges
 from common.vision.regions import Regions, find_regions, joined, paint
 
+TRIMS = 2  # an edge blurred over two pixels needs two rounds
 FOOT_SHARE = 0.3  # of the person's height, from below, where a shadow may lie between two parts of the body
 
 
@@ -93,27 +95,32 @@ def clean(
 ) -> Silhouette | None:
     """The silhouette in a label image (height, width) of `common.vision.foreground`; edges are trimmed when given."""
     height, width = labels.shape
+    kernel = 2 * round(max(0.0, options.crack * height - 1) / 2) + 1
+    if kernel > 1:
+        labels = np.asarray(cv2.medianBlur(labels, 3), dtype=np.uint8)
     regions = find_regions(labels, UNSURE, STRONG, STRONG, True)
     chosen = choose(regions, options, options.smallest * height * width, previous)
     if chosen is None:
         return None
     keep = _with_fragments(regions, chosen, options)
-    kernel = 2 * round((options.crack * height - 1) / 2) + 1 if options.crack * height > 1 else 1
     left, top, right, bottom = _box(regions, keep, kernel // 2 + 1, labels.shape)
     place = np.s_[top:bottom, left:right]
     person = np.zeros(labels.shape, dtype=np.uint8)
     paint(regions, keep, 255, person)
     mask = closed(between(labels[place] & person[place], 1 - FOOT_SHARE), kernel)
-    regions = find_regions(mask, 1, 1, 1, True)
-    if len(regions.areas) == 0:
-        return None
-    keep = _with_fragments(regions, int(np.argmax(regions.areas)), options)
-    mask[:] = 0
-    paint(regions, keep, 1, mask)
-    fill_holes(mask, int(options.hole * int(regions.areas[keep].sum())))
+    fill_holes(mask, int(options.hole * np.count_nonzero(mask)))
     if edges is not None and options.coverage > 0:
         frame, mean, gain = edges
-        mask = trim_edges(mask, frame[place], mean[place], gain, options.coverage)
+        for _ in range(TRIMS):
+            mask = trim_edges(mask, frame[place], mean[place], gain, options.coverage)
+    # What was strong before stays the proof that a fragment is more than noise.
+    np.maximum(mask, np.where(mask > 0, labels[place], 0), out=mask)
+    regions = find_regions(mask, 1, STRONG, STRONG, True)
+    if not np.any(regions.seeds > 0):
+        return None
+    keep = _with_fragments(regions, int(np.argmax(regions.seeds)), options)
+    mask[:] = 0
+    paint(regions, keep, 1, mask)
     person[:] = 0
     person[place] = mask
     return describe(person, options.smallest)

@@ -36,7 +36,7 @@ class ForegroundOptions:
     weak, strong: distance from the model of a pixel that may belong to the person, and of one that does.
     shadow: brightness ratios (darkest, lightest) of a shadow; an empty range (1, 1) turns the test off.
     colour: how far a shadow's colour may turn, in sigmas and as a share of its brightness; the larger bound holds.
-    texture: share of the background's texture that may change in a shadow, and from which it is not a shadow.
+    texture: standard errors by which the texture must speak for a shadow, or against one, before it is believed.
     faint: a pixel that differs less than this share of its neighbours is their blur or coding noise.
     flicker: measure the frame's gain against the model.
     """
@@ -45,7 +45,7 @@ class ForegroundOptions:
     strong: float = 10.0
     shadow: tuple[float, float] = (0.4, 0.97)
     colour: tuple[float, float] = (3.0, 0.04)
-    texture: tuple[float, float] = (0.4, 0.8)
+    texture: float = 3.0
     faint: float = 0.2
     flicker: bool = True
 
@@ -77,7 +77,7 @@ def foreground(background: Background, frame: Image, gain: Levels, options: Fore
     reach = max(1, round(CONTRAST_REACH * frame.shape[0]))
     nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     labels[levels < options.faint * nearby] = BACKGROUND
-    _tell_by_texture(frame, background.mean, background.weight, gain, *options.texture, labels)
+    _tell_by_texture(frame, background.mean, background.weight, gain, options.texture, labels)
     return labels
 
 
@@ -132,17 +132,16 @@ def _differ(
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _tell_by_texture(
-    frame: Image, mean: Levels, weight: Levels, gain: Levels, kept: float, changed: float, labels: Labels
+    frame: Image, mean: Levels, weight: Levels, gain: Levels, sure: float, labels: Labels
 ) -> None:
-    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where another one does.
+    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where something covers it.
 
-    Texture is the second difference along rows and columns, which a soft shadow's slope does not reach.  That of the ratio
-    frame / model is noise in a shadow, and is the background's own, relative to its brightness, where something covers it.
+    Texture is the second difference along rows and columns, which a shadow's soft slope does not reach.  Let q be that of
+    frame / model and b that of the model, both relative.  Where something covers the background q follows -b; in a
+    shadow it does not.  `cover` is the regression of q on -b over the window: 1 for something, 0 for a shadow.
     """
     height, width = labels.shape
-    of_ratio = np.zeros((height, width), dtype=np.float32)
-    of_model = np.zeros((height, width), dtype=np.float32)
-    of_noise = np.zeros((height, width), dtype=np.float32)
+    sums = np.zeros((height, width, 4), dtype=np.float32)  # q q, -q b, b b, count
     for y in range(1, height - 1):
         for x in range(1, width - 1):
             if labels[y, x] != UNSURE:
@@ -154,27 +153,31 @@ def _tell_by_texture(
                 seen1, known1 = _brightness(frame, mean, gain, y, x)
                 seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
                 q0, q1, q2 = seen0 / known0, seen1 / known1, seen2 / known2
-                of_ratio[y, x] += ((q0 - 2 * q1 + q2) / q1) ** 2
-                of_model[y, x] += ((known0 - 2 * known1 + known2) / known1) ** 2
-                noise = 1 / weight[y, x, 0] + 1 / weight[y, x, 1] + 1 / weight[y, x, 2]
-                of_noise[y, x] += 6 * noise / (seen1 * seen1 + 1)
+                q = (q0 - 2 * q1 + q2) / max(q1, np.float32(1e-3))
+                b = (known0 - 2 * known1 + known2) / known1
+                sums[y, x, 0] += q * q
+                sums[y, x, 1] -= q * b
+                sums[y, x, 2] += b * b
+                sums[y, x, 3] += 1
     settled = labels.copy()
     for y in range(height):
         for x in range(width):
             if labels[y, x] != UNSURE:
                 continue
-            ratio, model, noise = np.float32(0), np.float32(0), np.float32(0)
+            qq, qb, bb, n = np.float32(0), np.float32(0), np.float32(1e-9), np.float32(0)
             for v in range(max(0, y - TEXTURE_REACH), min(height, y + TEXTURE_REACH + 1)):
                 for u in range(max(0, x - TEXTURE_REACH), min(width, x + TEXTURE_REACH + 1)):
-                    ratio += of_ratio[v, u]
-                    model += of_model[v, u]
-                    noise += of_noise[v, u]
-            if noise == 0 or model < 2 * noise:
+                    qq += sums[v, u, 0]
+                    qb += sums[v, u, 1]
+                    bb += sums[v, u, 2]
+                    n += sums[v, u, 3]
+            if n < 4:
                 continue
-            change = (ratio - noise) / model
-            if change < kept:
+            cover = qb / bb
+            error = np.sqrt(max(qq - qb * cover, np.float32(0)) / (bb * (n - 1)))
+            if cover + sure * error < 0.5:
                 settled[y, x] = SHADOW
-            elif change > changed:
+            elif cover - sure * error > 0.5:
                 settled[y, x] = WEAK
     labels[:] = settled
 

@@ -46,7 +46,7 @@ class ForegroundOptions:
     shadow: tuple[float, float] = (0.4, 0.97)
     colour: tuple[float, float] = (3.0, 0.04)
     texture: float = 3.0
-    faint: float = 0.2
+    faint: float = 0.15
     flicker: bool = True
 
     def __post_init__(self) -> None:

@@ -8,6 +8,8 @@ from common.vision.background import Image, Levels, Mask
 from common.vision.foreground import UNSURE, WEAK, Labels
 from common.vision.regions import find_regions, paint
 
+TRIM_SIGMAS = 1.0  # by which an edge pixel's coverage must be too small
+
 
 def odd_kernel(size_px: int) -> Mask:
     """Elliptical structuring element, (size, size) uint8; ValueError for an even size, which would shift the mask."""
@@ -67,12 +69,13 @@ def fill_holes(mask: Mask, largest_px: int) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def trim_edges(mask: Mask, frame: Image, mean: Levels, gain: Levels, half: float) -> Mask:
+def trim_edges(mask: Mask, frame: Image, mean: Levels, weight: Levels, gain: Levels, half: float) -> Mask:
     """The mask without the edge pixels of which the person covers less than `half`.
 
     A pixel on the edge mixes the person's colour and the background's, so noise-fine thresholds make a silhouette up to a
-    pixel too fat.  Its share is its difference from the model projected on that of the next pixel inwards.  A limb one
-    pixel wide has no pixel inwards and is kept.  frame, mean: (height, width, 3) of the same place.
+    pixel too fat.  Its share is its difference from the model projected on that of the next pixel inwards; it must be too
+    small by more than the noise.  A limb one pixel wide has no pixel inwards and is kept.
+    frame, mean, weight: (height, width, 3) of the same place.
     """
     height, width = mask.shape
     out = mask.copy()
@@ -87,12 +90,13 @@ def trim_edges(mask: Mask, frame: Image, mean: Levels, gain: Levels, half: float
                     continue
                 if mask[bare_y, bare_x] != 0 or mask[in_y, in_x] == 0:
                     continue
-                shared, whole = np.float32(0), np.float32(0)
+                shared, whole, noise = np.float32(0), np.float32(0), np.float32(0)
                 for c in range(3):
                     inner = np.float32(frame[in_y, in_x, c]) - gain[c] * mean[in_y, in_x, c]
                     shared += inner * (np.float32(frame[y, x, c]) - gain[c] * mean[y, x, c])
                     whole += inner * inner
-                if shared < half * whole:
+                    noise += inner * inner / weight[y, x, c]
+                if shared < half * whole - TRIM_SIGMAS * np.sqrt(noise):
                     out[y, x] = 0
                     break
     return out

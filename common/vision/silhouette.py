@@ -7,12 +7,11 @@ import cv2
 import numpy as np
 
 from common.vision.background import Background, Image, Levels, Mask
-from common.vision.foreground import STRONG, UNSURE, ForegroundOptions, Labels, expected, foreground
+from common.vision.foreground import STRONG, UNSURE, WEAK, ForegroundOptions, Labels, expected, foreground
 from common.vision.mixture import Mixture
 from common.vision.outline import between, closed, fill_holes, trim_edges
 from common.vision.regions import Regions, find_regions, joined, paint
 
-TRIMS = 2  # an edge blurred over two pixels needs two rounds
 FOOT_SHARE = 0.3  # of the person's height, from below, where a shadow may lie between two parts of the body
 
 
@@ -58,7 +57,7 @@ class SilhouetteOptions:
     hole: float = 0.004
     join: float = 0.06
     fragment: float = 0.01
-    coverage: float = 0.5
+    coverage: float = 0.4
 
     def __post_init__(self) -> None:
         for name in ("smallest", "crack", "hole", "join", "fragment", "coverage"):
@@ -79,14 +78,15 @@ def extract(
         return clean(background.foreground(frame), options, previous)
     gain = expected(background, frame, options.foreground)
     labels = foreground(background, frame, gain, options.foreground)
-    return clean(labels, options, previous, Edges(frame, background.mean, gain))
+    return clean(labels, options, previous, Edges(frame, background.mean, background.weight, gain))
 
 
 class Edges(NamedTuple):
-    """What trimming the edges needs: the frame, the model's mean (height, width, 3), and the gain (3,) between them."""
+    """What trimming the edges needs: the frame, the model's mean and weight (height, width, 3), and the gain (3,) between them."""
 
     frame: Image
     mean: Levels
+    weight: Levels
     gain: Levels
 
 
@@ -107,12 +107,14 @@ def clean(
     place = np.s_[top:bottom, left:right]
     person = np.zeros(labels.shape, dtype=np.uint8)
     paint(regions, keep, 255, person)
-    mask = closed(between(labels[place] & person[place], 1 - FOOT_SHARE), kernel)
+    inside = labels[place] & person[place]
+    _doubt_specks(inside, options)
+    mask = closed(between(inside, 1 - FOOT_SHARE), kernel)
     fill_holes(mask, int(options.hole * np.count_nonzero(mask)))
     if edges is not None and options.coverage > 0:
-        frame, mean, gain = edges
-        for _ in range(TRIMS):
-            mask = trim_edges(mask, frame[place], mean[place], gain, options.coverage)
+        frame, mean, weight, gain = edges
+        for _ in range(1 if kernel == 1 else 2):  # at a fine scale the lens and the codec blur an edge over two pixels
+            mask = trim_edges(mask, frame[place], mean[place], weight[place], gain, options.coverage)
     # What was strong before stays the proof that a fragment is more than noise.
     np.maximum(mask, np.where(mask > 0, labels[place], 0), out=mask)
     regions = find_regions(mask, 1, STRONG, STRONG, True)
@@ -156,6 +158,13 @@ def choose(
         down = (regions.boxes[:, 1] + regions.boxes[:, 3] - 1) / 2 - y
         return int(np.argmin(np.where(large, across**2 + down**2, np.inf)))
     return int(np.argmax(np.where(large, regions.seeds, -1)))
+
+
+def _doubt_specks(labels: Labels, options: SilhouetteOptions) -> None:
+    """Make pieces too small for a fragment UNSURE, in place: specks in a shadow are no proof that it is a part of the body."""
+    regions = find_regions(labels, WEAK, STRONG, STRONG, True)
+    if len(regions.areas) > 0:
+        paint(regions, regions.areas < options.fragment * regions.areas.max(), UNSURE, labels)
 
 
 def _with_fragments(regions: Regions, chosen: int, options: SilhouetteOptions) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -99,10 +99,14 @@ def from_image(image: Image, frames: Sequence[Image]) -> Background:
     flat, steep = np.quantile(edges, (0.5, 0.9))
     on_flat = np.where(edges <= flat, residual, np.nan).reshape(-1)
     sigma = float(_trimmed_sigma(on_flat[np.isfinite(on_flat)], axis=0))
-    steepness = np.where(edges >= max(steep, 1.0), residual / np.maximum(edges, 1), np.nan).reshape(-1)
-    steepness = steepness[np.isfinite(steepness)]
-    misfit_px = float(_trimmed_sigma(steepness, axis=0)) if steepness.size else STEADY_PX
-    return _background(mean, np.full(mean.shape, sigma, dtype=np.float32), max(misfit_px, STEADY_PX))
+    steep_places = edges >= max(steep, 1.0)
+    shift = np.where(steep_places, residual / np.maximum(edges, 1), np.nan).reshape(-1)
+    shift = shift[np.isfinite(shift)]
+    misfit_px = STEADY_PX
+    if shift.size:  # what the noise alone does not explain
+        by_noise = sigma**2 * float(np.median(1 / edges[steep_places] ** 2))
+        misfit_px = max(STEADY_PX, sqrt(max(0.0, float(_trimmed_sigma(shift, axis=0)) ** 2 - by_noise)))
+    return _background(mean, np.full(mean.shape, sigma, dtype=np.float32), misfit_px)
 
 
 def gains(background: Background, frame: Image, person: Mask | None = None) -> Levels:
@@ -112,16 +116,29 @@ def gains(background: Background, frame: Image, person: Mask | None = None) -> L
     """
     _require_size(background, frame)
     step = max(1, int(sqrt(background.mean.shape[0] * background.mean.shape[1] / GAIN_SAMPLES)))
-    first = step // 2
-    seen, known = frame[first::step, first::step], background.mean[first::step, first::step]
-    usable = np.all((known > 20) & (known < 240) & (seen > 8) & (seen < 250), axis=2)
-    if person is not None:
-        usable &= person[first::step, first::step] == 0
-    if np.count_nonzero(usable) < usable.size // 10:
+    nobody = np.zeros((0, 0), dtype=np.uint8)
+    ratios, sampled = _ratios(background.mean, frame, nobody if person is None else person, step)
+    if len(ratios) < sampled // 10 or len(ratios) == 0:
         return np.ones(3, dtype=np.float32)
-    ratio = seen[usable] / known[usable]
-    middle = len(ratio) // 2
-    return np.clip(np.partition(ratio, middle, axis=0)[middle], *GAIN_RANGE).astype(np.float32)
+    middle = len(ratios) // 2
+    return np.clip(np.partition(ratios, middle, axis=0)[middle], *GAIN_RANGE).astype(np.float32)
+
+
+@njit(cache=True, error_model="numpy")
+def _ratios(mean: Levels, frame: Image, person: Mask, step: int) -> tuple[Levels, int]:
+    """frame / mean, (n, 3), of every `step`-th row and column where it can be told, and how many there are."""
+    height, width = frame.shape[:2]
+    ratios = np.empty(((height // step + 1) * (width // step + 1), 3), dtype=np.float32)
+    count, sampled = 0, 0
+    for y in range(step // 2, height, step):
+        for x in range(step // 2, width, step):
+            sampled += 1
+            usable = person.size == 0 or person[y, x] == 0
+            for c in range(3):
+                usable = usable and 20 < mean[y, x, c] < 240 and 8 < frame[y, x, c] < 250
+                ratios[count, c] = np.float32(frame[y, x, c]) / mean[y, x, c]
+            count += usable
+    return ratios[:count], sampled
 
 
 def update(

@@ -76,8 +76,8 @@ def foreground(background: Background, frame: Image, gain: Levels, options: Fore
     )
     reach = max(1, round(CONTRAST_REACH * frame.shape[0]))
     nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
-    labels[levels < options.faint * nearby] = BACKGROUND
-    _tell_by_texture(frame, background.mean, background.weight, gain, options.texture, labels)
+    _drop_faint(levels, np.asarray(nearby, dtype=np.uint8), np.float32(options.faint), labels)
+    _tell_by_texture(frame, background.mean, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32))
     return labels
 
 
@@ -130,56 +130,78 @@ def _differ(
     return labels, levels
 
 
+@njit(cache=True, error_model="numpy")
+def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels) -> None:
+    for y in range(levels.shape[0]):
+        for x in range(levels.shape[1]):
+            if levels[y, x] != 0 and np.float32(levels[y, x]) < faint * np.float32(nearby[y, x]):
+                labels[y, x] = BACKGROUND
+
+
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _tell_by_texture(
-    frame: Image, mean: Levels, weight: Levels, gain: Levels, sure: float, labels: Labels
+    frame: Image,
+    mean: Levels,
+    gain: Levels,
+    sure: float,
+    labels: Labels,
+    number: NDArray[np.int32],
 ) -> None:
     """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where something covers it.
 
     Texture is the second difference along rows and columns, which a shadow's soft slope does not reach.  Let q be that of
     frame / model and b that of the model, both relative.  Where something covers the background q follows -b; in a
     shadow it does not.  `cover` is the regression of q on -b over the window: 1 for something, 0 for a shadow.
+    number: (height, width) zeros, for the numbers of the UNSURE pixels from 1.
     """
     height, width = labels.shape
-    sums = np.zeros((height, width, 4), dtype=np.float32)  # q q, -q b, b b, count
-    for y in range(1, height - 1):
-        for x in range(1, width - 1):
-            if labels[y, x] != UNSURE:
-                continue
-            for dy, dx in ((0, 1), (1, 0)):
-                if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
-                    continue
-                seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
-                seen1, known1 = _brightness(frame, mean, gain, y, x)
-                seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
-                q0, q1, q2 = seen0 / known0, seen1 / known1, seen2 / known2
-                q = (q0 - 2 * q1 + q2) / max(q1, np.float32(1e-3))
-                b = (known0 - 2 * known1 + known2) / known1
-                sums[y, x, 0] += q * q
-                sums[y, x, 1] -= q * b
-                sums[y, x, 2] += b * b
-                sums[y, x, 3] += 1
-    settled = labels.copy()
+    count = 0
+    for y in range(height):
+        for x in range(width):
+            if labels[y, x] == UNSURE:
+                count += 1
+                number[y, x] = count
+    sums = np.zeros((count + 1, 4), dtype=np.float32)  # q q, -q b, b b, terms; number 0 is every other pixel
+    places = np.empty((count + 1, 2), dtype=np.int32)
     for y in range(height):
         for x in range(width):
             if labels[y, x] != UNSURE:
                 continue
-            qq, qb, bb, n = np.float32(0), np.float32(0), np.float32(1e-9), np.float32(0)
-            for v in range(max(0, y - TEXTURE_REACH), min(height, y + TEXTURE_REACH + 1)):
-                for u in range(max(0, x - TEXTURE_REACH), min(width, x + TEXTURE_REACH + 1)):
-                    qq += sums[v, u, 0]
-                    qb += sums[v, u, 1]
-                    bb += sums[v, u, 2]
-                    n += sums[v, u, 3]
-            if n < 4:
+            k = number[y, x]
+            places[k, 0], places[k, 1] = y, x
+            if not (0 < y < height - 1 and 0 < x < width - 1):
                 continue
-            cover = qb / bb
-            error = np.sqrt(max(qq - qb * cover, np.float32(0)) / (bb * (n - 1)))
-            if cover + sure * error < 0.5:
-                settled[y, x] = SHADOW
-            elif cover - sure * error > 0.5:
-                settled[y, x] = WEAK
-    labels[:] = settled
+            seen1, known1 = _brightness(frame, mean, gain, y, x)
+            q1 = seen1 / known1
+            for dy, dx in ((0, 1), (1, 0)):
+                if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
+                    continue
+                seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
+                seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
+                q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(q1, np.float32(1e-3))
+                b = (known0 - 2 * known1 + known2) / known1
+                sums[k, 0] += q * q
+                sums[k, 1] -= q * b
+                sums[k, 2] += b * b
+                sums[k, 3] += 1
+    for k in range(1, count + 1):
+        y, x = places[k, 0], places[k, 1]
+        qq, qb, bb, n = np.float32(0), np.float32(0), np.float32(1e-9), np.float32(0)
+        for v in range(max(0, y - TEXTURE_REACH), min(height, y + TEXTURE_REACH + 1)):
+            for u in range(max(0, x - TEXTURE_REACH), min(width, x + TEXTURE_REACH + 1)):
+                j = number[v, u]
+                qq += sums[j, 0]
+                qb += sums[j, 1]
+                bb += sums[j, 2]
+                n += sums[j, 3]
+        if n < 4:
+            continue
+        cover = qb / bb
+        error = np.sqrt(max(qq - qb * cover, np.float32(0)) / (bb * (n - 1)))
+        if cover + sure * error < 0.5:
+            labels[y, x] = SHADOW
+        elif cover - sure * error > 0.5:
+            labels[y, x] = WEAK
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)

@@ -52,9 +52,7 @@ def between(labels: Labels, upper: float) -> Mask:
                     first = min(first, x)
                     last = x
         for x in range(width):
-            if labels[y, x] >= WEAK or (
-                labels[y, x] == UNSURE and (highest[x] < y < lowest[x] or first < x < last)
-            ):
+            if labels[y, x] >= WEAK or (labels[y, x] == UNSURE and (highest[x] < y < lowest[x] or first < x < last)):
                 mask[y, x] = 1
     return mask
 
@@ -79,16 +77,13 @@ def trim_edges(mask: Mask, frame: Image, mean: Levels, weight: Levels, gain: Lev
     """
     height, width = mask.shape
     out = mask.copy()
-    for y in range(height):
-        for x in range(width):
-            if mask[y, x] == 0:
+    for y in range(1, height - 1):
+        for x in range(1, width - 1):
+            if mask[y, x] == 0 or mask[y - 1, x] & mask[y + 1, x] & mask[y, x - 1] & mask[y, x + 1] != 0:
                 continue
-            for k in range(4):
-                dx, dy = (1, -1, 0, 0)[k], (0, 0, 1, -1)[k]
-                bare_x, bare_y, in_x, in_y = x + dx, y + dy, x - dx, y - dy
-                if not (0 <= bare_x < width and 0 <= bare_y < height and 0 <= in_x < width and 0 <= in_y < height):
-                    continue
-                if mask[bare_y, bare_x] != 0 or mask[in_y, in_x] == 0:
+            for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                in_x, in_y = x - dx, y - dy
+                if mask[y + dy, x + dx] != 0 or mask[in_y, in_x] == 0:
                     continue
                 shared, whole, noise = np.float32(0), np.float32(0), np.float32(0)
                 for c in range(3):

@@ -141,9 +141,7 @@ def describe(mask: Mask, smallest: float = 0.0) -> Silhouette | None:
     return Silhouette(mask, extents, area, border)
 
 
-def choose(
-    regions: Regions, options: SilhouetteOptions, smallest_px: float, previous: Extents | None
-) -> int | None:
+def choose(regions: Regions, options: SilhouetteOptions, smallest_px: float, previous: Extents | None) -> int | None:
     """The region that is the person, by strong pixels or by nearness; None when all are too small."""
     if len(regions.areas) == 0:
         return None
@@ -167,7 +165,9 @@ def _doubt_specks(labels: Labels, options: SilhouetteOptions) -> None:
         paint(regions, regions.areas < options.fragment * regions.areas.max(), UNSURE, labels)
 
 
-def _with_fragments(regions: Regions, chosen: int, options: SilhouetteOptions) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _with_fragments(
+    regions: Regions, chosen: int, options: SilhouetteOptions
+) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     box = regions.boxes[chosen]
     reach = round(options.join * (box[3] - box[1]))
     smallest = max(2, round(options.fragment * int(regions.areas[chosen])))

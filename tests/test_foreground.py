@@ -22,7 +22,7 @@ PLACE = np.s_[20:40, 30:60]
 
 def wall(texture: float) -> Scene:
     spots = np.random.default_rng(5).normal(0, texture, (60, 90, 1))
-    return np.clip(140 + spots + np.array([0, 4, 8]), 0, 255)
+    return np.asarray(np.clip(140 + spots + np.array([0, 4, 8]), 0, 255))
 
 
 def shot(scene: Scene, seed: int) -> Image:

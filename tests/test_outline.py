@@ -5,12 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
 
 from common.vision.foreground import BACKGROUND, STRONG, UNSURE
 from common.vision.outline import between, closed, fill_holes, odd_kernel, trim_edges
 
 MASKS = arrays(np.uint8, (20, 24), elements=st.integers(0, 1))
-Mask = np.ndarray[tuple[int, int], np.dtype[np.uint8]]
+Mask = NDArray[np.uint8]
 
 
 @pytest.mark.parametrize("size", [0, 2, 4, -3])
@@ -78,10 +79,11 @@ def test_an_unsure_patch_between_two_feet_is_not_the_person() -> None:
     assert not between(labels, 0.7)[:, 6:12].any()
 
 
-def _mixed(coverage: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> tuple[np.ndarray, ...]:  # type: ignore[type-arg]
+def _trimmed(mask: Mask, coverage: NDArray[np.float64]) -> Mask:
+    """A person of 40 grey levels who covers so much of each pixel of a wall of 150."""
     mean = np.full((*coverage.shape, 3), 150, dtype=np.float32)
     frame = np.rint(150 + (40 - 150) * coverage[..., None] + np.zeros(3)).astype(np.uint8)
-    return frame, mean, np.ones_like(mean), np.ones(3, dtype=np.float32)
+    return np.asarray(trim_edges(mask, frame, mean, np.ones_like(mean), np.ones(3, dtype=np.float32), 0.5))
 
 
 @given(st.floats(0, 1))
@@ -90,9 +92,9 @@ def test_edges_are_cut_at_the_given_coverage(share: float) -> None:
     coverage = np.zeros((12, 12))
     coverage[3:9, 4:9] = 1
     coverage[3:9, 3] = share
-    trimmed = trim_edges(
-        (coverage >= 0).astype(np.uint8) * (np.arange(12) >= 3) * (np.arange(12) < 9), *_mixed(coverage), 0.5
-    )
+    mask = np.zeros((12, 12), dtype=np.uint8)
+    mask[3:9, 3:9] = 1
+    trimmed = _trimmed(mask, coverage)
     if abs(share - 0.5) > 0.05:
         assert np.all(trimmed[4:8, 3] == (share > 0.5))
     assert np.all(trimmed[4:8, 4:8] == 1)
@@ -101,5 +103,5 @@ def test_edges_are_cut_at_the_given_coverage(share: float) -> None:
 def test_a_limb_one_pixel_wide_survives_trimming() -> None:
     coverage = np.zeros((9, 20))
     coverage[4, 2:18] = 0.4
-    trimmed = trim_edges((coverage > 0).astype(np.uint8), *_mixed(coverage), 0.5)
+    trimmed = _trimmed((coverage > 0).astype(np.uint8), coverage)
     assert np.all(trimmed[4, 2:18] == 1)

@@ -91,10 +91,6 @@ def test_a_decompression_bomb_is_refused_within_the_masks_own_memory() -> None:
 
 
 @given(st.binary(max_size=60))
-def test_noise_is_never_taken_for_a_mask_of_another_shape(data: bytes) -> None:
-    try:
-        mask = unpack((20, 12), (3, 2, 11, 7), data)
-    except ValueError as error:
-        assert "data: " in str(error)
-    else:
-        assert mask.shape == (12, 20)
+def test_noise_is_never_taken_for_a_mask(data: bytes) -> None:
+    with pytest.raises(ValueError, match="data: "):
+        unpack((20, 12), (3, 2, 11, 7), data)

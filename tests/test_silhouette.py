@@ -194,7 +194,7 @@ def test_clips_show_one_whole_person_after_the_empty_frames(name: str, size: tup
         pytest.skip("the shared clips are not beside the project")
     empty = tomllib.loads((folder / "clip.toml").read_text())["empty_frames"]
     video = cv2.VideoCapture(str(folder / "videos" / "cam01.mp4"))
-    frames = []
+    frames: list[Image] = []
     while len(frames) < empty + 40:
         seen, frame = video.read()
         assert seen

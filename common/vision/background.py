@@ -1,7 +1,8 @@
 """Background models: what a camera sees when nobody is there, and how much each pixel of it varies.
 
 A model is a value.  `learn`, `learn_median` and `from_image` make one; `update` follows slow changes of the light and
-`gains` measures a quick one, such as flicker or automatic exposure, from one frame.  Frames are (height, width, 3) uint8 BGR.
+`gains` measures a quick one, such as flicker or automatic exposure, from one frame.
+Frames are (height, width, 3) uint8 BGR.
 """
 
 from collections.abc import Sequence
@@ -112,7 +113,7 @@ def from_image(image: Image, frames: Sequence[Image]) -> Background:
 def gains(background: Background, frame: Image, person: Mask | None = None) -> Levels:
     """How much brighter the frame is than the model, (3,) per channel: the median ratio of a grid of pixels.
 
-    Pixels in `person` and those too dark or too bright to carry a ratio are left out; 1 where fewer than a tenth remain.
+    Pixels in `person` and those too dark or too bright for a ratio are left out; 1 when fewer than a tenth remain.
     """
     _require_size(background, frame)
     step = max(1, int(sqrt(background.mean.shape[0] * background.mean.shape[1] / GAIN_SAMPLES)))
@@ -121,7 +122,8 @@ def gains(background: Background, frame: Image, person: Mask | None = None) -> L
     if len(ratios) < sampled // 10 or len(ratios) == 0:
         return np.ones(3, dtype=np.float32)
     middle = len(ratios) // 2
-    return np.clip(np.partition(ratios, middle, axis=0)[middle], *GAIN_RANGE).astype(np.float32)
+    median = np.partition(ratios, middle, axis=0)[middle]
+    return np.asarray(np.clip(median, *GAIN_RANGE), dtype=np.float32)
 
 
 @njit(cache=True, error_model="numpy")
@@ -146,8 +148,8 @@ def update(
 ) -> Background:
     """The model moved towards the frame by `rate` in [0, 1] everywhere but on the person.
 
-    person: (height, width) uint8, not 0 on the person; it is widened by margin_px, or 3 % of the image's height if that is 0,
-    so that missed limbs and shadows do not burn in.  None updates everywhere.
+    person: (height, width) uint8, not 0 on the person; it is widened by margin_px, or 3 % of the image's height if
+    that is 0, so that missed limbs and shadows do not burn in.  None updates everywhere.
     """
     _require_size(background, frame)
     if not 0 <= rate <= 1:
@@ -174,14 +176,14 @@ def _background(mean: Levels, spread: Levels, shake_px: float) -> Background:
     """The variance is the pixel's own, bounded below, and that of an image shaken by `shake_px`."""
     typical = np.maximum(SIGMA_FLOOR, SHARED * np.median(spread, axis=(0, 1)))
     variance = np.maximum(spread, typical) ** 2 + (shake_px * _gradient(mean)) ** 2 + (UNEVEN * mean) ** 2
-    return Background(np.ascontiguousarray(mean), (1 / variance).astype(np.float32))
+    return Background(np.ascontiguousarray(mean, dtype=np.float32), np.asarray(1 / variance, dtype=np.float32))
 
 
 def _gradient(mean: Levels) -> Levels:
     """Steepest change over one pixel, (height, width, 3) grey levels."""
     kernel = np.ones((3, 3), np.uint8)
     change = cv2.morphologyEx(mean, cv2.MORPH_GRADIENT, kernel)
-    return np.asarray(change, dtype=np.float32) / 2
+    return np.asarray(change / 2, dtype=np.float32)
 
 
 def _trimmed_sigma(deviations: NDArray[np.floating], axis: int) -> Levels:

@@ -1,9 +1,9 @@
 """Foreground: the frame against the background model, with shadows told from the person.
 
-A pixel differs when its distance from the model exceeds so many sigmas of the learnt noise.  Of those that differ, one that
-is only darker, with its colour kept, may lie in shadow (Horprasert, Harwood and Davis 1999; Cucchiara et al. 2003).  Dark
-clothes before a grey wall pass that test too, so the texture decides: a shadow shows the background's own texture, dimmed.
-Where there is no texture to see, the pixel stays UNSURE, and `common.vision.silhouette` decides by where it lies.
+A pixel differs when its distance from the model exceeds so many sigmas of the learnt noise.  One that is only darker,
+with its colour kept, may lie in shadow (Horprasert, Harwood and Davis 1999; Cucchiara et al. 2003).  Dark clothes before
+a grey wall pass that test too, so the texture decides: a shadow shows the background's own texture, dimmed.  Where there
+is no texture to see, the pixel stays UNSURE, and `common.vision.silhouette` decides by its place.
 """
 
 from dataclasses import dataclass
@@ -147,10 +147,10 @@ def _tell_by_texture(
     labels: Labels,
     number: NDArray[np.int32],
 ) -> None:
-    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where something covers it.
+    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where it is covered.
 
-    Texture is the second difference along rows and columns, which a shadow's soft slope does not reach.  Let q be that of
-    frame / model and b that of the model, both relative.  Where something covers the background q follows -b; in a
+    Texture is the second difference along rows and columns, which a shadow's soft slope does not reach.  Let q be that
+    of frame / model and b that of the model, both relative.  Where something covers the background q follows -b; in a
     shadow it does not.  `cover` is the regression of q on -b over the window: 1 for something, 0 for a shadow.
     number: (height, width) zeros, for the numbers of the UNSURE pixels from 1.
     """
@@ -178,7 +178,7 @@ def _tell_by_texture(
                     continue
                 seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
                 seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
-                q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(q1, np.float32(1e-3))
+                q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(np.float32(q1), np.float32(1e-3))
                 b = (known0 - 2 * known1 + known2) / known1
                 sums[k, 0] += q * q
                 sums[k, 1] -= q * b
@@ -205,7 +205,7 @@ def _tell_by_texture(
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
-def _brightness(frame: Image, mean: Levels, gain: Levels, y: int, x: int) -> tuple[float, float]:
+def _brightness(frame: Image, mean: Levels, gain: Levels, y: int, x: int) -> tuple[np.float32, np.float32]:
     """Sum of the channels of the frame and of the model, the latter at least 1."""
     seen, known = np.float32(0), np.float32(0)
     for c in range(3):

@@ -17,7 +17,10 @@ OPENCV_FOREGROUND = 255
 
 
 class Mixture:
-    """A learnt mixture model.  rate: how fast it follows the light; a person who stands still fades in 1 / rate frames."""
+    """A learnt mixture model.
+
+    rate: how fast it follows the light; a person who stands still fades in 1 / rate frames.
+    """
 
     def __init__(self, frames: Sequence[Image], rate: float = 0.0005) -> None:
         if len(frames) == 0:

@@ -32,8 +32,8 @@ def closed(mask: Mask, size_px: int) -> Mask:
 def between(labels: Labels, upper: float) -> Mask:
     """1 on the pixels that differ, and on UNSURE ones with such pixels both above and below, or both left and right.
 
-    Clothes hang between other parts of the body; a shadow on the ground is the last thing in its column.  Left and right
-    count only in the `upper` share of the rows: a shadow may lie between two feet.
+    Clothes hang between other parts of the body; a shadow on the ground is the last thing in its column.  Left and
+    right count only in the `upper` share of the rows: a shadow may lie between two feet.
     """
     height, width = labels.shape
     mask = np.zeros((height, width), dtype=np.uint8)
@@ -70,9 +70,9 @@ def fill_holes(mask: Mask, largest_px: int) -> None:
 def trim_edges(mask: Mask, frame: Image, mean: Levels, weight: Levels, gain: Levels, half: float) -> Mask:
     """The mask without the edge pixels of which the person covers less than `half`.
 
-    A pixel on the edge mixes the person's colour and the background's, so noise-fine thresholds make a silhouette up to a
-    pixel too fat.  Its share is its difference from the model projected on that of the next pixel inwards; it must be too
-    small by more than the noise.  A limb one pixel wide has no pixel inwards and is kept.
+    A pixel on the edge mixes the person's colour and the background's, so noise-fine thresholds make a silhouette up to
+    a pixel too fat.  Its share is its difference from the model projected on that of the next pixel inwards; it must be
+    too small by more than the noise.  A limb one pixel wide has no pixel inwards and is kept.
     frame, mean, weight: (height, width, 3) of the same place.
     """
     height, width = mask.shape

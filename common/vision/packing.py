@@ -25,8 +25,8 @@ def pack(mask: Mask) -> tuple[Region, bytes]:
 def unpack(size: tuple[int, int], region: Region, data: bytes) -> Mask:
     """The mask, (height, width) uint8 of 0 and 1, of what `pack` gave; size: (width, height).
 
-    Memory is bounded by `size` whatever `data` holds.  Raises ValueError for a size or region out of range, for data that
-    is damaged, cut, too long or followed by anything, and for bits set beyond the region's right edge.
+    Memory is bounded by `size` whatever `data` holds.  Raises ValueError for a size or region out of range, for data
+    that is damaged, cut, too long or followed by anything, and for bits set beyond the region's right edge.
     """
     width, height = size
     left, top, across, down = region

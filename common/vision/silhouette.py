@@ -71,7 +71,7 @@ def extract(
 ) -> Silhouette | None:
     """The person's silhouette in a frame (height, width, 3) uint8 BGR; None when no region is large enough.
 
-    previous: where the person was, for the choice "nearest".  Pure for a `Background`; a `Mixture` learns from the frame.
+    previous: where the person was, for the choice "nearest".  Pure for a `Background`; a `Mixture` learns by it.
     Raises ValueError when the frame's shape is not the background's.
     """
     if isinstance(background, Mixture):
@@ -82,7 +82,7 @@ def extract(
 
 
 class Edges(NamedTuple):
-    """What trimming the edges needs: the frame, the model's mean and weight (height, width, 3), and the gain (3,) between them."""
+    """What trimming needs: the frame, the model's mean and weight (height, width, 3), the gain (3,) between them."""
 
     frame: Image
     mean: Levels
@@ -159,7 +159,7 @@ def choose(regions: Regions, options: SilhouetteOptions, smallest_px: float, pre
 
 
 def _doubt_specks(labels: Labels, options: SilhouetteOptions) -> None:
-    """Make pieces too small for a fragment UNSURE, in place: specks in a shadow are no proof that it is a part of the body."""
+    """Make pieces too small for a fragment UNSURE, in place: specks do not prove a shadow to be a part of the body."""
     regions = find_regions(labels, WEAK, STRONG, STRONG, True)
     if len(regions.areas) > 0:
         paint(regions, regions.areas < options.fragment * regions.areas.max(), UNSURE, labels)

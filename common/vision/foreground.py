@@ -1,9 +1,9 @@
 """Foreground: the frame against the background model, with shadows told from the person.
 
 A pixel differs when its distance from the model exceeds so many sigmas of the learnt noise.  One that is only darker,
-with its colour kept, may lie in shadow (Horprasert, Harwood and Davis 1999; Cucchiara et al. 2003).  Dark clothes before
-a grey wall pass that test too, so the texture decides: a shadow shows the background's own texture, dimmed.  Where there
-is no texture to see, the pixel stays UNSURE, and `common.vision.silhouette` decides by its place.
+with its colour kept, may lie in shadow (Horprasert, Harwood and Davis 1999; Cucchiara et al. 2003).  Dark clothes
+before a grey wall pass that test too, so the texture decides: a shadow shows the background's own texture, dimmed.
+Where there is no texture to see, the pixel stays UNSURE, and `common.vision.silhouette` decides by its place.
 """
 
 from dataclasses import dataclass

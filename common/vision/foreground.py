@@ -77,7 +77,9 @@ def foreground(background: Background, frame: Image, gain: Levels, options: Fore
     reach = max(1, round(CONTRAST_REACH * frame.shape[0]))
     nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     _drop_faint(levels, np.asarray(nearby, dtype=np.uint8), np.float32(options.faint), labels)
-    _tell_by_texture(frame, background.mean, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32))
+    _tell_by_texture(
+        frame, background.mean, background.weight, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32)
+    )
     return labels
 
 
@@ -142,6 +144,7 @@ def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels)
 def _tell_by_texture(
     frame: Image,
     mean: Levels,
+    weight: Levels,
     gain: Levels,
     sure: float,
     labels: Labels,
@@ -151,7 +154,8 @@ def _tell_by_texture(
 
     Texture is the second difference along rows and columns, which a shadow's soft slope does not reach.  Let q be that
     of frame / model and b that of the model, both relative.  Where something covers the background q follows -b; in a
-    shadow it does not.  `cover` is the regression of q on -b over the window: 1 for something, 0 for a shadow.
+    shadow it does not.  `cover` is the regression of q on -b over the window: 1 for something, 0 for a shadow.  The
+    model's own error makes it 1 too, so the texture must exceed that before it speaks against a shadow.
     number: (height, width) zeros, for the numbers of the UNSURE pixels from 1.
     """
     height, width = labels.shape
@@ -200,7 +204,7 @@ def _tell_by_texture(
         error = np.sqrt(max(qq - qb * cover, np.float32(0)) / (bb * (n - 1)))
         if cover + sure * error < 0.5:
             labels[y, x] = SHADOW
-        elif cover - sure * error > 0.5:
+        elif cover - sure * error > 0.5 and bb > n * _model_error(mean, weight, y, x):
             labels[y, x] = WEAK
 
 
@@ -212,3 +216,13 @@ def _brightness(frame: Image, mean: Levels, gain: Levels, y: int, x: int) -> tup
         seen += np.float32(frame[y, x, c])
         known += gain[c] * mean[y, x, c]
     return seen, max(known, np.float32(1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _model_error(mean: Levels, weight: Levels, y: int, x: int) -> np.float32:
+    """What the model's own error may contribute to b * b: the error of the mean is taken to be half a sigma."""
+    variance, known = np.float32(0), np.float32(1)
+    for c in range(3):
+        variance += 1 / weight[y, x, c]
+        known += mean[y, x, c]
+    return np.float32(0.25 * 6) * variance / (known * known)

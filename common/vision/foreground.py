@@ -1,0 +1,228 @@
+"""Foreground: the frame against the background model, with shadows told from the person.
+
+A pixel differs when its distance from the model exceeds so many sigmas of the learnt noise.  One that is only darker,
+with its colour kept, may lie in shadow (Horprasert, Harwood and Davis 1999; Cucchiara et al. 2003).  Dark clothes
+before a grey wall pass that test too, so the texture decides: a shadow shows the background's own texture, dimmed.
+Where there is no texture to see, the pixel stays UNSURE, and `common.vision.silhouette` decides by its place.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from common.vision.background import Background, Image, Levels, gains
+
+Labels = NDArray[np.uint8]
+
+BACKGROUND: Final = 0
+SHADOW: Final = 1  # darker, same colour, the background's texture
+UNSURE: Final = 2  # darker, same colour, no texture to tell a shadow by
+WEAK: Final = 3  # differs
+STRONG: Final = 4  # differs beyond doubt
+
+TEXTURE_REACH = 2  # px either side over which texture is compared
+CONTRAST_REACH = 0.01  # of the image's height, over which a neighbour's contrast outshines a pixel's
+LEVELS_PER_SIGMA = 4.0  # resolution at which distances are kept as bytes; the largest is 64 sigmas
+
+
+@dataclass(frozen=True)
+class ForegroundOptions:
+    """Thresholds in sigmas of the noise, and ratios.
+
+    weak, strong: distance from the model of a pixel that may belong to the person, and of one that does.
+    shadow: brightness ratios (darkest, lightest) of a shadow; an empty range (1, 1) turns the test off.
+    colour: how far a shadow's colour may turn, in sigmas and as a share of its brightness; the larger bound holds.
+    texture: standard errors by which the texture must speak for a shadow, or against one, before it is believed.
+    faint: a pixel that differs less than this share of its neighbours is their blur or coding noise.
+    flicker: measure the frame's gain against the model.
+    """
+
+    weak: float = 5.0
+    strong: float = 10.0
+    shadow: tuple[float, float] = (0.4, 0.97)
+    colour: tuple[float, float] = (3.0, 0.04)
+    texture: float = 3.0
+    faint: float = 0.15
+    flicker: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0 < self.weak <= self.strong:
+            raise ValueError(f"weak, strong: {self.weak}, {self.strong}; allowed 0 < weak <= strong")
+        if not 0 < self.shadow[0] <= self.shadow[1] <= 1:
+            raise ValueError(f"shadow: {self.shadow}; allowed 0 < darkest <= lightest <= 1")
+
+
+def expected(background: Background, frame: Image, options: ForegroundOptions) -> Levels:
+    """Gain (3,) by which the model is multiplied before it is compared with this frame."""
+    return gains(background, frame) if options.flicker else np.ones(3, dtype=np.float32)
+
+
+def foreground(background: Background, frame: Image, gain: Levels, options: ForegroundOptions) -> Labels:
+    """Label of every pixel, (height, width) uint8: BACKGROUND, SHADOW, UNSURE, WEAK or STRONG."""
+    if frame.shape != background.mean.shape or frame.dtype != np.uint8:
+        raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
+    labels, levels = _differ(
+        np.ascontiguousarray(frame),
+        background.mean,
+        background.weight,
+        gain,
+        np.float32(options.weak**2),
+        np.float32(options.strong**2),
+        np.array([*options.shadow, *options.colour], dtype=np.float32),
+    )
+    reach = max(1, round(CONTRAST_REACH * frame.shape[0]))
+    nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    _drop_faint(levels, np.asarray(nearby, dtype=np.uint8), np.float32(options.faint), labels)
+    _tell_by_texture(
+        frame, background.mean, background.weight, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32)
+    )
+    return labels
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _differ(
+    frame: Image,
+    mean: Levels,
+    weight: Levels,
+    gain: Levels,
+    weak2: np.float32,
+    strong2: np.float32,
+    shadow: Levels,
+) -> tuple[Labels, Image]:
+    """Labels, and the distance in quarter sigmas where it is weak at least.
+
+    shadow: darkest and lightest ratio, colour in sigmas and as a share of the brightness.
+    """
+    height, width = frame.shape[:2]
+    labels = np.zeros((height, width), dtype=np.uint8)
+    levels = np.zeros((height, width), dtype=np.uint8)
+    distance = np.empty(width, dtype=np.float32)
+    g0, g1, g2 = gain[0], gain[1], gain[2]
+    for y in range(height):
+        for x in range(width):
+            d0 = np.float32(frame[y, x, 0]) - g0 * mean[y, x, 0]
+            d1 = np.float32(frame[y, x, 1]) - g1 * mean[y, x, 1]
+            d2 = np.float32(frame[y, x, 2]) - g2 * mean[y, x, 2]
+            distance[x] = d0 * d0 * weight[y, x, 0] + d1 * d1 * weight[y, x, 1] + d2 * d2 * weight[y, x, 2]
+        for x in range(width):
+            if distance[x] < weak2:
+                continue
+            levels[y, x] = np.uint8(min(np.float32(255), np.float32(LEVELS_PER_SIGMA) * np.sqrt(distance[x])))
+            across, along, seen2 = np.float32(0), np.float32(0), np.float32(0)
+            for c in range(3):
+                known = gain[c] * mean[y, x, c]
+                across += weight[y, x, c] * known * np.float32(frame[y, x, c])
+                along += weight[y, x, c] * known * known
+                seen2 += np.float32(frame[y, x, c]) ** 2
+            ratio = across / max(along, np.float32(1e-6))
+            if shadow[0] <= ratio < shadow[1]:
+                turned, turned2 = np.float32(0), np.float32(0)
+                for c in range(3):
+                    off = np.float32(frame[y, x, c]) - ratio * gain[c] * mean[y, x, c]
+                    turned += weight[y, x, c] * off * off
+                    turned2 += off * off
+                if turned < shadow[2] ** 2 or turned2 < shadow[3] ** 2 * seen2:
+                    labels[y, x] = UNSURE
+                    continue
+            labels[y, x] = STRONG if distance[x] >= strong2 else WEAK
+    return labels, levels
+
+
+@njit(cache=True, error_model="numpy")
+def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels) -> None:
+    for y in range(levels.shape[0]):
+        for x in range(levels.shape[1]):
+            if levels[y, x] != 0 and np.float32(levels[y, x]) < faint * np.float32(nearby[y, x]):
+                labels[y, x] = BACKGROUND
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _tell_by_texture(
+    frame: Image,
+    mean: Levels,
+    weight: Levels,
+    gain: Levels,
+    sure: float,
+    labels: Labels,
+    number: NDArray[np.int32],
+) -> None:
+    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where it is covered.
+
+    Texture is the second difference along rows and columns, which a shadow's soft slope does not reach.  Let q be that
+    of frame / model and b that of the model, both relative.  Where something covers the background q follows -b; in a
+    shadow it does not.  `cover` is the regression of q on -b over the window: 1 for something, 0 for a shadow.  The
+    model's own error makes it 1 too, so the texture must exceed that before it speaks against a shadow.
+    number: (height, width) zeros, for the numbers of the UNSURE pixels from 1.
+    """
+    height, width = labels.shape
+    count = 0
+    for y in range(height):
+        for x in range(width):
+            if labels[y, x] == UNSURE:
+                count += 1
+                number[y, x] = count
+    sums = np.zeros((count + 1, 4), dtype=np.float32)  # q q, -q b, b b, terms; number 0 is every other pixel
+    places = np.empty((count + 1, 2), dtype=np.int32)
+    for y in range(height):
+        for x in range(width):
+            if labels[y, x] != UNSURE:
+                continue
+            k = number[y, x]
+            places[k, 0], places[k, 1] = y, x
+            if not (0 < y < height - 1 and 0 < x < width - 1):
+                continue
+            seen1, known1 = _brightness(frame, mean, gain, y, x)
+            q1 = seen1 / known1
+            for dy, dx in ((0, 1), (1, 0)):
+                if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
+                    continue
+                seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
+                seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
+                q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(np.float32(q1), np.float32(1e-3))
+                b = (known0 - 2 * known1 + known2) / known1
+                sums[k, 0] += q * q
+                sums[k, 1] -= q * b
+                sums[k, 2] += b * b
+                sums[k, 3] += 1
+    for k in range(1, count + 1):
+        y, x = places[k, 0], places[k, 1]
+        qq, qb, bb, n = np.float32(0), np.float32(0), np.float32(1e-9), np.float32(0)
+        for v in range(max(0, y - TEXTURE_REACH), min(height, y + TEXTURE_REACH + 1)):
+            for u in range(max(0, x - TEXTURE_REACH), min(width, x + TEXTURE_REACH + 1)):
+                j = number[v, u]
+                qq += sums[j, 0]
+                qb += sums[j, 1]
+                bb += sums[j, 2]
+                n += sums[j, 3]
+        if n < 4:
+            continue
+        cover = qb / bb
+        error = np.sqrt(max(qq - qb * cover, np.float32(0)) / (bb * (n - 1)))
+        if cover + sure * error < 0.5:
+            labels[y, x] = SHADOW
+        elif cover - sure * error > 0.5 and bb > n * _model_error(mean, weight, y, x):
+            labels[y, x] = WEAK
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _brightness(frame: Image, mean: Levels, gain: Levels, y: int, x: int) -> tuple[np.float32, np.float32]:
+    """Sum of the channels of the frame and of the model, the latter at least 1."""
+    seen, known = np.float32(0), np.float32(0)
+    for c in range(3):
+        seen += np.float32(frame[y, x, c])
+        known += gain[c] * mean[y, x, c]
+    return seen, max(known, np.float32(1))
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _model_error(mean: Levels, weight: Levels, y: int, x: int) -> np.float32:
+    """What the model's own error may contribute to b * b: the error of the mean is taken to be half a sigma."""
+    variance, known = np.float32(0), np.float32(1)
+    for c in range(3):
+        variance += 1 / weight[y, x, c]
+        known += mean[y, x, c]
+    return np.float32(0.25 * 6) * variance / (known * known)

@@ -1,0 +1,97 @@
+"""From labels to one person's mask: clothes that look like shadow, odd kernels, holes, and edges at half coverage."""
+
+import cv2
+import numpy as np
+from numba import njit
+
+from common.vision.background import Image, Levels, Mask
+from common.vision.foreground import UNSURE, WEAK, Labels
+from common.vision.regions import find_regions, paint
+
+TRIM_SIGMAS = 1.0  # by which an edge pixel's coverage must be too small
+
+
+def odd_kernel(size_px: int) -> Mask:
+    """Elliptical structuring element, (size, size) uint8; ValueError for an even size, which would shift the mask."""
+    if size_px < 1 or size_px % 2 == 0:
+        raise ValueError(f"kernel size: {size_px}; allowed are odd numbers from 1")
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size_px, size_px)), dtype=np.uint8)
+
+
+def closed(mask: Mask, size_px: int) -> Mask:
+    """Cracks narrower than the kernel closed; the mask's border counts as empty."""
+    if size_px == 1:
+        return mask
+    kernel, pad = odd_kernel(size_px), size_px // 2
+    wide = cv2.copyMakeBorder(mask, pad, pad, pad, pad, cv2.BORDER_CONSTANT, value=0)
+    wide = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, kernel)
+    return np.ascontiguousarray(wide[pad:-pad, pad:-pad])
+
+
+@njit(cache=True, error_model="numpy")
+def between(labels: Labels, upper: float) -> Mask:
+    """1 on the pixels that differ, and on UNSURE ones with such pixels both above and below, or both left and right.
+
+    Clothes hang between other parts of the body; a shadow on the ground is the last thing in its column.  Left and
+    right count only in the `upper` share of the rows: a shadow may lie between two feet.
+    """
+    height, width = labels.shape
+    mask = np.zeros((height, width), dtype=np.uint8)
+    highest = np.full(width, height, dtype=np.int32)
+    lowest = np.full(width, -1, dtype=np.int32)
+    for y in range(height):
+        for x in range(width):
+            if labels[y, x] >= WEAK:
+                highest[x] = min(highest[x], y)
+                lowest[x] = y
+    for y in range(height):
+        first, last = width, -1
+        if y < upper * height:
+            for x in range(width):
+                if labels[y, x] >= WEAK:
+                    first = min(first, x)
+                    last = x
+        for x in range(width):
+            if labels[y, x] >= WEAK or (labels[y, x] == UNSURE and (highest[x] < y < lowest[x] or first < x < last)):
+                mask[y, x] = 1
+    return mask
+
+
+def fill_holes(mask: Mask, largest_px: int) -> None:
+    """Fill holes of at most so many pixels, in place; larger ones are real, as between an arm and the torso."""
+    holes = find_regions(mask, 0, 0, 1, False)
+    height, width = mask.shape
+    boxes = holes.boxes
+    inside = (boxes[:, 0] > 0) & (boxes[:, 1] > 0) & (boxes[:, 2] < width) & (boxes[:, 3] < height)
+    paint(holes, inside & (holes.areas <= largest_px), 1, mask)
+
+
+@njit(cache=True, error_model="numpy")
+def trim_edges(mask: Mask, frame: Image, mean: Levels, weight: Levels, gain: Levels, half: float) -> Mask:
+    """The mask without the edge pixels of which the person covers less than `half`.
+
+    A pixel on the edge mixes the person's colour and the background's, so noise-fine thresholds make a silhouette up to
+    a pixel too fat.  Its share is its difference from the model projected on that of the next pixel inwards; it must be
+    too small by more than the noise.  A limb one pixel wide has no pixel inwards and is kept.
+    frame, mean, weight: (height, width, 3) of the same place.
+    """
+    height, width = mask.shape
+    out = mask.copy()
+    for y in range(1, height - 1):
+        for x in range(1, width - 1):
+            if mask[y, x] == 0 or mask[y - 1, x] & mask[y + 1, x] & mask[y, x - 1] & mask[y, x + 1] != 0:
+                continue
+            for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                in_x, in_y = x - dx, y - dy
+                if mask[y + dy, x + dx] != 0 or mask[in_y, in_x] == 0:
+                    continue
+                shared, whole, noise = np.float32(0), np.float32(0), np.float32(0)
+                for c in range(3):
+                    inner = np.float32(frame[in_y, in_x, c]) - gain[c] * mean[in_y, in_x, c]
+                    shared += inner * (np.float32(frame[y, x, c]) - gain[c] * mean[y, x, c])
+                    whole += inner * inner
+                    noise += inner * inner / weight[y, x, c]
+                if shared < half * whole - TRIM_SIGMAS * np.sqrt(noise):
+                    out[y, x] = 0
+                    break
+    return out

@@ -1,0 +1,145 @@
+"""Connected regions of a label image, as runs along its rows, in one compiled pass each."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Labels = NDArray[np.uint8]
+Integers = NDArray[np.int32]
+
+
+class Regions(NamedTuple):
+    """runs: (n, 4) row, first column, column after the last, region.
+
+    boxes: (regions, 4) left, top, right, bottom, the last two exclusive.  areas: (regions,) pixels.
+    seeds: (regions,) pixels that are at least the seed label.
+    """
+
+    runs: Integers
+    boxes: Integers
+    areas: Integers
+    seeds: Integers
+
+
+@njit(cache=True, error_model="numpy")
+def _root(parent: Integers, k: int) -> int:
+    while parent[k] != k:
+        parent[k] = parent[parent[k]]
+        k = parent[k]
+    return k
+
+
+@njit(cache=True, error_model="numpy")
+def _runs(labels: Labels, lowest: int, highest: int) -> tuple[Integers, int]:
+    height, width = labels.shape
+    runs = np.empty((max(64, width), 4), dtype=np.int32)
+    count = 0
+    for y in range(height):
+        x = 0
+        while x < width:
+            while x < width and not lowest <= labels[y, x] <= highest:
+                x += 1
+            if x == width:
+                break
+            first = x
+            while x < width and lowest <= labels[y, x] <= highest:
+                x += 1
+            if count == len(runs):
+                longer = np.empty((2 * count, 4), dtype=np.int32)
+                longer[:count] = runs
+                runs = longer
+            runs[count, 0], runs[count, 1], runs[count, 2] = y, first, x
+            count += 1
+    return runs, count
+
+
+@njit(cache=True, error_model="numpy")
+def find_regions(labels: Labels, lowest: int, highest: int, seed: int, diagonal: bool) -> Regions:
+    """Regions of the pixels with lowest <= label <= highest, 8-connected when `diagonal`, else 4-connected.
+
+    labels: (height, width) uint8.  Regions are numbered in the order of their first pixels, row by row.
+    """
+    runs, count = _runs(labels, lowest, highest)
+    runs = runs[:count]
+    reach = 1 if diagonal else 0
+    parent = np.arange(count).astype(np.int32)
+    above = 0
+    for k in range(count):
+        while above < k and (runs[above, 0] < runs[k, 0] - 1):
+            above += 1
+        j = above
+        while j < k and runs[j, 0] == runs[k, 0] - 1 and runs[j, 1] < runs[k, 2] + reach:
+            if runs[j, 2] + reach > runs[k, 1]:
+                a, b = _root(parent, j), _root(parent, k)
+                parent[max(a, b)] = min(a, b)
+            j += 1
+    total = 0
+    for k in range(count):
+        if parent[k] == k:
+            runs[k, 3] = total
+            total += 1
+        else:
+            runs[k, 3] = runs[_root(parent, k), 3]
+    boxes = np.empty((total, 4), dtype=np.int32)
+    boxes[:, 0], boxes[:, 1], boxes[:, 2], boxes[:, 3] = labels.shape[1], labels.shape[0], 0, 0
+    areas = np.zeros(total, dtype=np.int32)
+    seeds = np.zeros(total, dtype=np.int32)
+    for k in range(count):
+        y, first, stop, r = runs[k, 0], runs[k, 1], runs[k, 2], runs[k, 3]
+        boxes[r, 0], boxes[r, 1] = min(boxes[r, 0], first), min(boxes[r, 1], y)
+        boxes[r, 2], boxes[r, 3] = max(boxes[r, 2], stop), max(boxes[r, 3], y + 1)
+        areas[r] += stop - first
+        for x in range(first, stop):
+            seeds[r] += labels[y, x] >= seed
+    return Regions(runs, boxes, areas, seeds)
+
+
+@njit(cache=True, error_model="numpy")
+def gap(regions: Regions, a: int, b: int, enough: int) -> int:
+    """Background pixels between two regions, along rows and columns alike; `enough` when it is that or more."""
+    boxes = regions.boxes
+    across = max(boxes[a, 0], boxes[b, 0]) - min(boxes[a, 2], boxes[b, 2])
+    down = max(boxes[a, 1], boxes[b, 1]) - min(boxes[a, 3], boxes[b, 3])
+    if max(across, down) >= enough:
+        return enough
+    least = enough
+    for i in range(len(regions.runs)):
+        if regions.runs[i, 3] != a:
+            continue
+        for j in range(len(regions.runs)):
+            if regions.runs[j, 3] != b:
+                continue
+            down = abs(regions.runs[i, 0] - regions.runs[j, 0]) - 1
+            across = max(regions.runs[i, 1], regions.runs[j, 1]) - min(regions.runs[i, 2], regions.runs[j, 2])
+            least = min(least, max(across, down, 0))
+    return least
+
+
+@njit(cache=True, error_model="numpy")
+def joined(regions: Regions, chosen: int, reach: int, smallest: int) -> NDArray[np.bool_]:
+    """The regions of `smallest` pixels or more that can be reached from the chosen one over gaps of at most `reach`."""
+    keep = np.zeros(len(regions.areas), dtype=np.bool_)
+    keep[chosen] = True
+    queue = [chosen]
+    while len(queue) > 0:
+        near = queue.pop()
+        for r in range(len(regions.areas)):
+            if (
+                not keep[r]
+                and regions.areas[r] >= smallest
+                and regions.seeds[r] > 0
+                and gap(regions, near, r, reach + 1) <= reach
+            ):
+                keep[r] = True
+                queue.append(r)
+    return keep
+
+
+@njit(cache=True, error_model="numpy")
+def paint(regions: Regions, keep: NDArray[np.bool_], value: int, image: Labels) -> None:
+    """Set the pixels of the kept regions to `value`, in place."""
+    for k in range(len(regions.runs)):
+        if keep[regions.runs[k, 3]]:
+            image[regions.runs[k, 0], regions.runs[k, 1] : regions.runs[k, 2]] = value

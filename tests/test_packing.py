@@ -1,0 +1,96 @@
+"""Packing: any mask comes back, and nothing but a packed mask is accepted."""
+
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+
+from common.vision.packing import pack, unpack
+
+MASKS = arrays(np.uint8, array_shapes(min_dims=2, max_dims=2, max_side=40), elements=st.integers(0, 1))
+
+
+def _cross() -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
+    mask = np.zeros((12, 20), dtype=np.uint8)
+    mask[2:9, 5] = 1
+    mask[4, 3:14] = 1
+    return mask
+
+
+@given(MASKS)
+def test_every_mask_comes_back(mask: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> None:
+    height, width = mask.shape
+    assert np.array_equal(unpack((width, height), *pack(mask)), mask)
+
+
+def test_region_is_the_box_of_the_mask() -> None:
+    assert pack(_cross())[0] == (3, 2, 11, 7)
+
+
+def test_packing_twice_gives_the_same_bytes() -> None:
+    assert pack(_cross()) == pack(_cross().copy())
+
+
+def test_whatever_is_not_zero_is_the_person() -> None:
+    assert pack(_cross() * 255) == pack(_cross())
+
+
+@pytest.mark.parametrize("size", [(0, 12), (20, 0), (-1, 12), (16385, 12)])
+def test_sizes_out_of_range_are_refused(size: tuple[int, int]) -> None:
+    with pytest.raises(ValueError, match=r"size: .*allowed 1 to 16384"):
+        unpack(size, *pack(_cross()))
+
+
+@pytest.mark.parametrize("region", [(-1, 2, 11, 7), (10, 2, 11, 7), (3, 6, 11, 7), (3, 2, -11, 7)])
+def test_regions_beyond_the_image_are_refused(region: tuple[int, int, int, int]) -> None:
+    with pytest.raises(ValueError, match="must lie within 20x12"):
+        unpack((20, 12), region, pack(_cross())[1])
+
+
+@pytest.mark.parametrize("region", [(0, 0, 0, 3), (1, 0, 0, 0)])
+def test_an_empty_mask_has_one_form(region: tuple[int, int, int, int]) -> None:
+    with pytest.raises(ValueError, match="an empty mask is"):
+        unpack((20, 12), region, b"")
+
+
+def test_an_empty_region_carries_no_bytes() -> None:
+    with pytest.raises(ValueError, match="an empty mask is"):
+        unpack((20, 12), (0, 0, 0, 0), b"x")
+
+
+def test_data_for_another_region_are_refused() -> None:
+    with pytest.raises(ValueError, match="do not hold exactly"):
+        unpack((20, 12), (3, 2, 11, 6), pack(_cross())[1])
+
+
+def test_every_cut_is_noticed() -> None:
+    region, data = pack(_cross())
+    for length in range(len(data)):
+        with pytest.raises(ValueError, match="data: "):
+            unpack((20, 12), region, data[:length])
+
+
+def test_trailing_data_are_refused() -> None:
+    region, data = pack(_cross())
+    with pytest.raises(ValueError, match="do not hold exactly"):
+        unpack((20, 12), region, data + b"\0")
+
+
+def test_bits_beyond_the_right_edge_are_refused() -> None:
+    with pytest.raises(ValueError, match="beyond the region's 11 columns"):
+        unpack((20, 12), (3, 2, 11, 1), zlib.compress(b"\xff\xff", 1))
+
+
+def test_a_decompression_bomb_is_refused_within_the_masks_own_memory() -> None:
+    bomb = zlib.compress(bytes(50_000_000), 9)
+    with pytest.raises(ValueError, match="do not hold exactly"):
+        unpack((20, 12), (3, 2, 11, 7), bomb)
+
+
+@given(st.binary(max_size=60))
+def test_noise_is_never_taken_for_a_mask(data: bytes) -> None:
+    with pytest.raises(ValueError, match="data: "):
+        unpack((20, 12), (3, 2, 11, 7), data)

@@ -98,13 +98,17 @@ def resting_arm(torso_to_world: Floats, yaw: float) -> Floats:
     return np.stack([hanging, hanging])
 
 
-def legs_exchanged(directions: Floats) -> Floats:
-    """The limbs (4, 2, 3) with the legs' places exchanged front to back, each staying on its own side."""
+def legs_exchanged(directions: Floats, *, unit: bool = True) -> Floats:
+    """The limbs (4, 2, 3) with the legs' places exchanged front to back, each staying on its own side.
+
+    unit: keep directions of unit length.
+    """
     other = directions.copy()
     for k, twin in ((2, 3), (3, 2)):
         other[k] = directions[twin]
         other[k, :, 0] = directions[k, :, 0]
-        other[k] /= np.linalg.norm(other[k], axis=1, keepdims=True)
+        if unit:
+            other[k] /= np.linalg.norm(other[k], axis=1, keepdims=True)
     return other
 
 

@@ -37,7 +37,7 @@ __all__ = ["describe", "initial_state", "step", "viewer_setup"]
 
 MEDIAN_FRAMES, PLATE_FRAMES, MIXTURE_FRAMES = 60, 5, 60
 UPDATE_EVERY = 8  # frames between two updates of the background: light changes slowly, and updates cost time
-UPDATE_RATE = 0.1
+UPDATE_RATE = 0.01
 OPTIONS = SilhouetteOptions()
 
 Event = Frame | Envelope | Alive | Tick

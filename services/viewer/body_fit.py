@@ -106,6 +106,7 @@ class BodyFit:
         self.position, self.torso_to_world = np.zeros(3), np.eye(3)
         self.directions = np.zeros((4, 2, 3))
         self.expected = np.zeros((4, 2, 3))
+        self.limb_areas = (2 * model.limbs[:, :, 0] * model.limbs[:, :, 1]).sum(axis=1)  # (4,) square metres
 
     def place(self, position: Floats, torso_to_world: Floats, directions: Floats) -> float:
         """Put the whole model down afresh; its matching score.  [Two-view Eq. 1]"""

@@ -33,7 +33,7 @@ class LimbFit:
 
     def __init__(self, fit: BodyFit, k: int) -> None:
         self.fit, self.k = fit, k
-        self.axis = fit.view_axis()
+        self.axis = fit.view_axis
         self.body = fit.limb_body(k)
         self.matchings: tuple[int, ...] = ()
         fit.limb(k, REMOVE)

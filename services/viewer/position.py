@@ -114,6 +114,6 @@ def sight(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Fl
     turns = turn_scores(found, torso_to_world, directions, fit.model, fit.picture, TURNS)
     fit.place(found, torso_to_world, directions)
     fit.core(REMOVE)
-    tilt = tilt_core(found, torso_to_world, torso_to_world @ fit.view_axis(), fit.model, fit.picture)
+    tilt = tilt_core(found, torso_to_world, torso_to_world @ fit.view_axis, fit.model, fit.picture)
     fit.core(ADD)
     return Sight(found, float(score), float(tilt), tuple(float(turn) for turn in turns))

@@ -18,15 +18,15 @@ def open_source(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
     """
     size, fps = viewer.camera.size, viewer.fps
+    preroll = viewer.background.count if isinstance(viewer.background, FirstFrames) else 0
     match viewer.source:
         case Device() | Stream():
             return camera_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
         case VideoFile():
-            return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+            return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll)
         case Images():
             return image_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
         case Actor():
             from services.viewer.sources.actor import actor_frames  # compiles the renderer: only where it is used
 
-            preroll = viewer.background.count if isinstance(viewer.background, FirstFrames) else PREROLL
-            return actor_frames(viewer.source, fps, viewer.camera, playback, preroll)
+            return actor_frames(viewer.source, fps, viewer.camera, playback, preroll or PREROLL)

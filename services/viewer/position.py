@@ -97,4 +97,4 @@ def _tilt(fit: BodyFit) -> float:
         centre += (0.0, -width / 4, width / 4)[winner]
         width /= 2
     fit.core(ADD)
-    return max(scores, key=lambda angle: (scores[angle], -abs(angle)))
+    return float(max(scores, key=lambda angle: (scores[angle], -abs(angle))))

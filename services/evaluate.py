@@ -75,9 +75,7 @@ def accuracy(track: Trajectories, truth: Trajectories, selection: Selection) -> 
         median_mm=float(np.median(millimetres)),
         lost_pct=100.0 * float(lost) / float(np.count_nonzero(known)),
         per_joint_mm={
-            name: 1e3 * float(distance[estimated[:, k], k].mean())
-            for k, name in enumerate(names)
-            if estimated[:, k].any()
+            name: 1e3 * float(distance[estimated[:, k], k].mean()) for k, name in enumerate(names) if estimated[:, k].any()
         },
     )
 

@@ -91,9 +91,7 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
             watch(Instant(current, said))
             current = next(instants_of, None)
     written = recording.statistics
-    failed = offline.failures()
-    if failed:
-        problems.append(f"{failed} steps failed")
+    problems += [f"{count} {what}" for what, count in offline.failures().items() if count]
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(count, poses, written.messages, tuple(problems))
@@ -127,14 +125,14 @@ class Offline:
         runners = {f"viewer {id}": runner.service.describe(runner.state) for id, runner in self._viewers.items()}
         return runners | {"integrator": self._integrator.service.describe(self._integrator.state)}
 
-    def failures(self) -> int:
-        """Steps that raised."""
-        return sum(runner.meter.counts["step_errors"] for runner in (self._integrator, *self._viewers.values()))
+    def failures(self) -> dict[str, int]:
+        """Steps that raised and messages that may not be sent, in words."""
+        meters = [runner.meter for runner in (self._integrator, *self._viewers.values())]
+        kinds = {"steps failed": "step_errors", "messages could not be sent": "unsendable"}
+        return {words: sum(meter.counts[count] for meter in meters) for words, count in kinds.items()}
 
 
-def instants(
-    sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: list[str]
-) -> Iterator[dict[str, Frame]]:
+def instants(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: list[str]) -> Iterator[dict[str, Frame]]:
     """Frames of all viewers grouped by capture time, in order; a source that breaks adds a line to `problems`.
 
     Frames within `tolerance_ns` of the earliest one belong together.  It ends with the last source.

@@ -12,6 +12,6 @@ def end_ellipses(part_to_world: Floats, size: Floats, count: int = 24) -> Floats
     """
     turn = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
     ring = np.stack([size[1] * np.cos(turn), np.zeros(count), size[2] * np.sin(turn)], axis=1)
-    local = np.concatenate([ring, ring + [0.0, size[0], 0.0]])
+    local = np.concatenate([ring, ring + np.array([0.0, size[0], 0.0])])
     points: Floats = local @ part_to_world[:, :3].T + part_to_world[:, 3]
     return points

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from common.body.anatomy import Floats
 
 METRES = {"m": 1.0, "mm": 1e-3}
-HEADER = "DataRate CameraRate NumFrames NumMarkers Units OrigDataRate OrigDataStartFrame OrigNumFrames".split()
+HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
 MAX_BYTES = 1 << 30
 
 
@@ -40,7 +40,7 @@ def write_trc(path: Path, data: Trajectories) -> None:
     axes = "\t".join(f"{axis}{k}" for k in range(1, len(data.names) + 1) for axis in "XYZ")
     lines = [
         f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
-        "\t".join(HEADER),
+        HEADER,
         "\t".join(str(value) for value in values),
         f"Frame#\tTime\t{names}\t\t",
         f"\t\t{axes}",

@@ -1,7 +1,6 @@
 """The integrator as a process: rig in, bus open, log open, run."""
 
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 
 from common.body.anatomy import TEN_PARTS
@@ -63,15 +62,4 @@ def new_recording(rig: Rig, path: Path, start_ns: int, *, overwrite: bool = Fals
     """A take that carries its rig, its calibration and the versions it was made with.  Raises RecordingError."""
     files = tuple(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files)
     metadata = {"versions": versions(), "rig": {"name": rig.name, "method": rig.method, "digest": rig.digest}}
-    return Recording(
-        path, rig=rig.name, start_ns=start_ns, metadata=metadata, attachments=files, overwrite=overwrite
-    )
-
-
-def take_path(rig: Rig, folder: Path, now_ns: int) -> Path:
-    """A name that no file has: the rig's and the time, UTC."""
-    stem = f"{rig.name}-{datetime.fromtimestamp(now_ns // 10**9, UTC):%Y%m%dT%H%M%SZ}"
-    path, number = folder / f"{stem}.mcap", 2
-    while path.exists():
-        path, number = folder / f"{stem}-{number}.mcap", number + 1
-    return path
+    return Recording(path, rig=rig.name, start_ns=start_ns, metadata=metadata, attachments=files, overwrite=overwrite)

@@ -47,12 +47,12 @@ class Board:
             case _:
                 return self
 
-    def angles(self) -> dict[str, float]:
-        """The shown joint angles of the last universal BAP, degrees."""
+    def angles(self) -> dict[str, int]:
+        """The shown joint angles of the last universal BAP, whole degrees."""
         if self.bap is None:
             return {}
         named = self.bap.angles
-        return {words: degrees(named[name]) for words, name in SHOWN_ANGLES if name in named}
+        return {words: round(degrees(named[name])) for words, name in SHOWN_ANGLES if name in named}
 
 
 def title(service: Service) -> str:

@@ -34,7 +34,7 @@ def plain_line(board: Board, services: Sequence[Service], elapsed_s: float) -> s
         view, score = _view(board, service)
         seen = f" {view} {score}" if view else ""
         parts.append(f"{title(service)}: {health.rate:.1f}/s{seen} {health.state}")
-    angles = ", ".join(f"{name} {value:.0f}°" for name, value in board.angles().items())
+    angles = ", ".join(f"{name} {value}°" for name, value in board.angles().items())
     if board.bap is not None:
         trouble = lost_words(board.bap)
         parts.append(f"frame {board.bap.frame}: {angles}" + (f" ({trouble})" if trouble else ""))
@@ -83,7 +83,7 @@ def _pose_line(board: Board) -> Text:
     if board.bap is None:
         return Text("no pose yet: the body is measured when both viewers see the initial posture, arms sideways")
     x, y, z = board.bap.position
-    angles = "   ".join(f"{name} {value:4.0f}°" for name, value in board.angles().items())
+    angles = "   ".join(f"{name} {value:4d}°" for name, value in board.angles().items())
     line = Text(f"frame {board.bap.frame}   navel at {x:+.2f} {y:+.2f} {z:+.2f} m   {angles}")
     trouble = lost_words(board.bap)
     return line.append(f"   {trouble}", style="yellow") if trouble else line

@@ -66,7 +66,8 @@ def run_rig(
         commands.append((f"{name} {id}" if name == "viewer" else name, [*arguments, *_zenoh_arguments(place)]))
     children = Children(commands, time.monotonic)
     with ZenohBus.open(places[-1], rig.name, clock, stopped) as bus:
-        watch = Watch(children, bus, services, take, console)
+        shown = [*services[1:], services[0]]
+        watch = Watch(children, bus, shown, take, console)
         try:
             children.start()
             watch.run(seconds, stopped)
@@ -81,9 +82,7 @@ def run_rig(
 class Watch:
     """The parent's view of its children: reads the bus, shows the board, and tells what happened."""
 
-    def __init__(
-        self, children: Children, bus: Bus, services: list[Service], take: Path | None, console: Console
-    ) -> None:
+    def __init__(self, children: Children, bus: Bus, services: list[Service], take: Path | None, console: Console) -> None:
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
         self._board = Board()

@@ -44,14 +44,10 @@ def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
             pass
     setup = viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, plate)
     topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
-    return Service(
-        "viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe
-    )
+    return Service("viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe)
 
 
-def run_viewer(
-    rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], bool], epoch_ns: int | None = None
-) -> int:
+def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], bool], epoch_ns: int | None = None) -> int:
     """Run until `stopped` or the end of a file; epoch_ns: see `Playback`, agreed with the other viewers if None.
 
     Returns the exit status.  Raises RigError, BusError, SourceError and ValueError before it runs.

@@ -117,9 +117,7 @@ def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: 
         reader.close()
 
 
-def _pass(
-    path: Path, fps: float, fit: Fit, playback: Playback, first: int, preroll: int
-) -> Generator[Frame, None, int]:
+def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int, preroll: int) -> Generator[Frame, None, int]:
     """One pass whose frames count from `first`; returns how many frames the file has."""
     reader = _Reader(path, fit)
     try:
@@ -138,3 +136,11 @@ def _pass(
                 yield Frame(index, captured_ns, image)
     finally:
         reader.close()
+
+
+def declared_frames(path: Path, fps: float) -> int:
+    """How many frames a file says it has, at `fps` per second at most; 0 when it cannot be told."""
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    count, own_fps = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
+    capture.release()
+    return max(0, int(count * min(1.0, fps / own_fps))) if own_fps > 0 else 0

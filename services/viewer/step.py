@@ -197,7 +197,7 @@ def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: A
         return replace(state, pending=None, advice=str(problem)), []
     partial = PartialBdp(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, side="front" if is_front else "side",
-        height_px=float(shape.height), score=0.0, lengths=dict(lengths),
+        height_px=float(shape.height), score=0.0, lengths={name: float(length) for name, length in lengths.items()},
     )  # fmt: skip
     return replace(state, pending=None, advice="measuring the body: stand still"), [partial]
 

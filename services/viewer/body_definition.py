@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 Mask = NDArray[np.uint8]
 
+SHORTEST_ARM = 0.2  # of a stretched arm beside the torso, in body heights; it is about 0.37
 TORSO_ROWS = (0.22, 0.45)  # from shoulders to hips, from the top of the head, in body heights
 
 
@@ -75,7 +76,7 @@ def front_lengths(mask: Mask, metres_per_px: float) -> Mapping[str, float]:
     if shoulder_rows.size == 0 or shoulder_rows[0] - highest < 0.05 * height:
         raise ValueError("no shoulder line under the head: the arms are not stretched sideways or hide the head")
     shoulder_line = int(shoulder_rows[0])
-    arm = _arm_thickness_and_line(mask, torso, columns)
+    arm = _arm_thickness_and_line(mask, torso, columns, round(SHORTEST_ARM * height))
     head = mask[highest : max(shoulder_line - (shoulder_line - highest) // 4, highest + 1)]
     legs = mask[int(lowest - 0.35 * height) : int(lowest - 0.08 * height)]
     m = metres_per_px
@@ -103,13 +104,13 @@ def side_lengths(mask: Mask, metres_per_px: float) -> Mapping[str, float]:
     return {"height": height * metres_per_px, "torso_depth": depth * metres_per_px}
 
 
-def _arm_thickness_and_line(mask: Mask, torso: Torso, columns: NDArray[np.intp]) -> tuple[float, float]:
+def _arm_thickness_and_line(mask: Mask, torso: Torso, columns: NDArray[np.intp], shortest: int) -> tuple[float, float]:
     """Thickness and middle row of the arms, in px, over the inner three quarters of both."""
     thickness, middle = [], []
     for first, last in ((int(columns[0]), torso.left), (torso.right, int(columns[-1]) + 1)):
         reach = last - first
-        if reach < 3:
-            raise ValueError("an arm is not stretched sideways: nothing beside the torso")
+        if reach < max(shortest, 3):
+            raise ValueError(f"an arm is not stretched sideways: {reach} px beside the torso, at least {shortest} expected")
         inner = range(first + reach // 4, last) if first < torso.left else range(first, last - reach // 4)
         for x in inner:
             on = np.flatnonzero(mask[:, x])

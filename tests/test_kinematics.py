@@ -3,11 +3,11 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from two_view_scene import ANGLES, BDP, NAVEL, angles
 
 from common.body.anatomy import TEN_PARTS, Floats
 from common.body.definition import Pose, neutral_pose
 from common.body.kinematics import joint_centres, part_frames
-from two_view_scene import ANGLES, BDP, NAVEL, angles
 
 INDEX = TEN_PARTS.index
 MARKERS = {marker.name: k for k, marker in enumerate(TEN_PARTS.markers)}

@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from two_view_scene import ANGLES, BDP, NAVEL, angles, degrees_between
 
 from common.body.anatomy import TEN_PARTS, Floats
 from common.body.definition import Pose
@@ -19,7 +20,6 @@ from common.body.limbs import (
     resting_arm,
 )
 from common.body.torso import torso_rotation
-from two_view_scene import ANGLES, BDP, NAVEL, angles, degrees_between
 
 SMALL_STEPS = arrays(np.float64, len(TEN_PARTS.angles), elements=st.floats(-0.03, 0.03))
 

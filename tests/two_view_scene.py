@@ -1,10 +1,10 @@
 """What the tests of the two-view method share: a body, poses within its limits, level cameras, model silhouettes."""
 
 import numpy as np
+from actor_cameras import paper_cameras
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from actor_cameras import paper_cameras
 from common.actor.person import person
 from common.actor.truth import true_bdp
 from common.body.anatomy import TEN_PARTS, Floats

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 Mask = NDArray[np.uint8]
 
+UNEVEN, SLOPING = 0.10, 0.15  # body heights that the arms may differ in reach, and lie below the shoulder line
 TORSO_ROWS = (0.22, 0.45)  # from shoulders to hips, from the top of the head, in body heights
 
 
@@ -76,6 +77,11 @@ def front_lengths(mask: Mask, metres_per_px: float) -> Mapping[str, float]:
         raise ValueError("no shoulder line under the head: the arms are not stretched sideways or hide the head")
     shoulder_line = int(shoulder_rows[0])
     arm = _arm_thickness_and_line(mask, torso, columns)
+    middle = (columns[0] + columns[-1]) / 2
+    if abs(middle - torso.centre) > UNEVEN * height:
+        raise ValueError("one arm reaches further than the other: stretch both sideways, facing this camera")
+    if not 0 <= arm[1] - shoulder_line <= SLOPING * height:
+        raise ValueError("the arms are not level with the shoulders: stretch both sideways")
     head = mask[highest : max(shoulder_line - (shoulder_line - highest) // 4, highest + 1)]
     legs = mask[int(lowest - 0.35 * height) : int(lowest - 0.08 * height)]
     m = metres_per_px

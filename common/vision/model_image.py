@@ -15,7 +15,7 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.uint8]
 
 CORNERS = 10  # of a part's outline
-ADD, REMOVE, COUNT = 1, -1, 0
+ADD, REMOVE, COUNT = np.int64(1), np.int64(-1), np.int64(0)  # a plain int would be compiled for each value
 
 
 @njit(cache=True, error_model="numpy")

@@ -6,6 +6,8 @@ counted, so a match costs the limb's own pixels and not the image's.  Everything
 totals: (3,) int64: pixels of the silhouette, of the model, and of both.
 """
 
+from typing import cast
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -15,7 +17,8 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.uint8]
 
 CORNERS = 10  # of a part's outline
-ADD, REMOVE, COUNT = 1, -1, 0
+# Numpy's numbers, because compiled code is made anew for each plain one.
+ADD, REMOVE, COUNT = cast(int, np.int64(1)), cast(int, np.int64(-1)), cast(int, np.int64(0))
 
 
 @njit(cache=True, error_model="numpy")

@@ -14,6 +14,7 @@ Metres = Annotated[float, Meta(ge=-1e3, le=1e3)]
 Size = Annotated[float, Meta(ge=0, le=10)]  # metres
 Radians = Annotated[float, Meta(ge=-50, le=50)]
 Score = Annotated[float, Meta(ge=0, le=1)]
+LogScore = Annotated[float, Meta(ge=-1e3, le=1e3)]
 Slope = Annotated[float, Meta(ge=-100, le=100)]  # pixels over focal length
 Ratio = Annotated[float, Meta(ge=0, le=100)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
@@ -69,10 +70,15 @@ class Sighting(Message, frozen=True, tag="sighting"):
     width: Slope  # W_u-body, as a slope  [Two-view 3.1]
     view: View  # the viewer's own decision
     score: Score  # Eq. 1 of the shifted model
+    tilt: Radians = 0.0  # turn of the torso about this view's axis since the universal BAP
+    turns: Annotated[
+        list[LogScore], Meta(max_length=16)
+    ] = []  # of the body turned about the vertical, see viewer.position
     based_on: Annotated[int, Meta(ge=-1, le=2**53)] = -1  # frame of the universal BAP that the model was placed by
 
 
 class ViewAssignment(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    frame: Count  # of the viewer's own sighting that this answers
     view: View
     scale: Ratio  # r_t, size in this viewer's image against the origin of the action region  [Two-view Eq. 4]
     stale: bool  # this viewer's sighting is an old one
@@ -83,6 +89,9 @@ class Assignment(Message, frozen=True, tag="assignment"):
 
     position: Point  # navel in the world
     yaw: Radians  # of the torso: from +Z towards +X
+    lean: Radians  # of the torso: forward
+    roll: Radians  # of the torso: to the person's right
+    squatting: bool
     views: Annotated[dict[Name, ViewAssignment], Meta(max_length=64)]
     tracking: bool  # false before the universal BDP is known
 
@@ -91,8 +100,8 @@ class LimbMatch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """How one limb was found in one view."""
 
     score: Score  # Eq. 1 with the limb in its best place
-    visible: Score  # share of the limb's own pixels that no other part covers and the silhouette has
-    matchings: Count
+    visible: Score  # how far the view shows the limb: its bare share that fits the silhouette
+    matchings: Annotated[list[Count], Meta(max_length=64)]  # of each tri-tree search
 
 
 class PartialBap(Message, frozen=True, tag="partial_bap"):
@@ -102,6 +111,7 @@ class PartialBap(Message, frozen=True, tag="partial_bap"):
     view: View
     angles: Annotated[dict[Name, Radians], Meta(max_length=64)]
     limbs: Annotated[dict[Name, LimbMatch], Meta(max_length=32)]
+    exchange: LogScore  # gained if the legs exchanged their places; 0 in the flank, which cannot tell
     score: Score
     based_on: Annotated[int, Meta(ge=-1, le=2**53)] = -1
 

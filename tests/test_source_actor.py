@@ -42,7 +42,7 @@ def test_times_are_whole_periods_of_the_shared_epoch_whenever_a_viewer_starts():
     _, late = live(EPOCH + 10 * S + 12_345)
     for playback, first in ((early, 0), (late, 150)):
         frames = list(islice(open_source(viewer, playback), 4))
-        assert [f.index for f in frames] == [first + k for k in range(4)]
+        assert [f.frame for f in frames] == [first + k for k in range(4)]
         assert [f.captured_ns for f in frames] == [EPOCH + round((first + k) * S / 15) for k in range(4)]
 
 
@@ -51,8 +51,8 @@ def test_viewers_that_started_at_different_times_see_the_same_frame():
     camera, source = viewer.camera, Actor("demo", 0)
     _, one = live(EPOCH + 6 * S)
     _, other = live(EPOCH + 6 * S + S // 3)
-    a = {f.index: f.image for f in islice(actor_frames(source, 15.0, camera, one, 2), 12)}
-    b = {f.index: f.image for f in islice(actor_frames(source, 15.0, camera, other, 2), 7)}
+    a = {f.frame: f.image for f in islice(actor_frames(source, 15.0, camera, one, 2), 12)}
+    b = {f.frame: f.image for f in islice(actor_frames(source, 15.0, camera, other, 2), 7)}
     shared = sorted(set(a) & set(b))[2:]
     assert shared
     for index in shared:
@@ -72,8 +72,8 @@ def test_live_late_frames_are_left_out():
     time, playback = live(EPOCH)
     indices = []
     for frame in islice(open_source(viewer, playback), 5):
-        indices.append(frame.index)
-        if frame.index == 1:
+        indices.append(frame.frame)
+        if frame.frame == 1:
             time.ns += S
     assert indices == [0, 1, 16, 17, 18]
 
@@ -82,7 +82,7 @@ def test_offline_the_script_is_played_once():
     viewer = demo_rig().viewers[0]
     source = Actor("squat", 3)
     frames = list(actor_frames(source, 5.0, viewer.camera, Playback(EPOCH, FakeTime(), live=False), 0))
-    assert [f.index for f in frames] == list(range(int(performance(source).duration_s * 5)))
+    assert [f.frame for f in frames] == list(range(int(performance(source).duration_s * 5)))
     assert person_pixels(frames[-1], frames[0]) > 100
 
 

@@ -73,7 +73,7 @@ def level(frame: Frame) -> int:
 def test_a_file_gives_every_frame_at_the_working_size_with_its_own_number_and_time(tmp_path):
     path = write_video(tmp_path / "a.mp4", 6)
     frames = list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline(5 * S)))
-    assert [f.index for f in frames] == list(range(6))
+    assert [f.frame for f in frames] == list(range(6))
     assert [f.captured_ns for f in frames] == [5 * S + k * S // 10 for k in range(6)]
     assert [level(f) for f in frames] == list(range(6))
     assert all(f.image.shape == (24, 32, 3) and f.image.dtype == np.uint8 and not f.initial for f in frames)
@@ -82,7 +82,7 @@ def test_a_file_gives_every_frame_at_the_working_size_with_its_own_number_and_ti
 def test_a_lower_rate_takes_the_first_frame_of_each_period_and_keeps_its_number(tmp_path):
     path = write_video(tmp_path / "a.mp4", 12, fps=30.0)
     frames = list(video_frames(VideoFile(path), 15.0, SIZE, WORKING, offline()))
-    assert [f.index for f in frames] == [0, 2, 4, 6, 8, 10]
+    assert [f.frame for f in frames] == [0, 2, 4, 6, 8, 10]
     assert [level(f) for f in frames] == [0, 2, 4, 6, 8, 10]
 
 
@@ -100,7 +100,7 @@ def test_taken_frames_are_never_more_than_the_rate_allows(fps, own, count):
 def test_the_initial_posture_comes_first_and_does_not_shift_the_files_numbers(tmp_path):
     main, stretched = write_video(tmp_path / "a.mp4", 3), write_video(tmp_path / "s.mp4", 2, start=7)
     frames = list(video_frames(VideoFile(main, stretched), 10.0, SIZE, WORKING, offline(S)))
-    assert [(f.index, f.initial, level(f)) for f in frames] == [
+    assert [(f.frame, f.initial, level(f)) for f in frames] == [
         (0, True, 7),
         (1, True, 8),
         (0, False, 0),
@@ -120,8 +120,8 @@ def test_live_late_frames_are_left_out(tmp_path):
     path, time = write_video(tmp_path / "a.mp4", 10), FakeTime()
     indices = []
     for frame in video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time)):
-        indices.append(frame.index)
-        if frame.index == 2:
+        indices.append(frame.frame)
+        if frame.frame == 2:
             time.ns += S // 2
     assert indices == [0, 1, 2, 6, 7, 8, 9]
 
@@ -129,7 +129,7 @@ def test_live_late_frames_are_left_out(tmp_path):
 def test_a_looped_file_goes_on_counting(tmp_path):
     path, time = write_video(tmp_path / "a.mp4", 3), FakeTime()
     frames = list(islice(video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, loop=True)), 7))
-    assert [(f.index, level(f)) for f in frames] == [(0, 0), (1, 1), (2, 2), (3, 0), (4, 1), (5, 2), (6, 0)]
+    assert [(f.frame, level(f)) for f in frames] == [(0, 0), (1, 1), (2, 2), (3, 0), (4, 1), (5, 2), (6, 0)]
     assert frames[-1].captured_ns == 6 * S // 10
 
 
@@ -233,7 +233,7 @@ def test_pictures_are_taken_by_number(tmp_path):
     for k in (2, 10, 1):
         cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
     frames = list(image_frames(Images(tmp_path, "*.png"), 10.0, SIZE, WORKING, offline(S)))
-    assert [(f.index, level(f)) for f in frames] == [(0, 1), (1, 2), (2, 10)]
+    assert [(f.frame, level(f)) for f in frames] == [(0, 1), (1, 2), (2, 10)]
     assert [f.captured_ns for f in frames] == [S, S + S // 10, S + S // 5]
 
 
@@ -242,7 +242,7 @@ def test_pictures_live_are_paced_looped_and_left_out_when_late(tmp_path):
         cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
     time = FakeTime(ns=S // 4)
     frames = islice(image_frames(Images(tmp_path, "*.png"), 10.0, SIZE, WORKING, live(time, loop=True)), 3)
-    assert [(f.index, level(f)) for f in frames] == [(2, 2), (3, 0), (4, 1)]
+    assert [(f.frame, level(f)) for f in frames] == [(2, 2), (3, 0), (4, 1)]
 
 
 def test_pictures_that_cannot_be_read(tmp_path, monkeypatch):
@@ -293,7 +293,7 @@ def test_a_camera_stamps_its_frames_when_they_are_grabbed():
     camera = FakeCamera(time, 50)
     stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([camera]))
     frames = list(islice(stream, 3))
-    assert [f.index for f in frames] == [0, 1, 2]
+    assert [f.frame for f in frames] == [0, 1, 2]
     assert [f.captured_ns for f in frames] == [S + k * S // 10 for k in (2, 3, 4)]  # the first proved that it works
     stream.close()
     assert camera.released
@@ -306,7 +306,7 @@ def test_a_fast_camera_is_thinned_out_to_the_rate():
     )
     gaps = np.diff([f.captured_ns for f in frames]) / S
     assert gaps.mean() == pytest.approx(1 / 15, rel=0.02)
-    assert [f.index for f in frames] == list(range(30))
+    assert [f.frame for f in frames] == list(range(30))
 
 
 def test_an_unplugged_camera_is_reported_and_opened_again_with_growing_pauses():
@@ -315,7 +315,7 @@ def test_an_unplugged_camera_is_reported_and_opened_again_with_growing_pauses():
     captures = [FakeCamera(time, 3), *absent, FakeCamera(time, 50)]
     stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time, news=news), opening(captures))
     frames = list(islice(stream, 4))
-    assert [f.index for f in frames] == [0, 1, 2, 3]
+    assert [f.frame for f in frames] == [0, 1, 2, 3]
     assert time.sleeps == [0.5, 1.0, 2.0, 4.0, 8.0, 10.0, 10.0]
     assert "lost after 2 frames: unplugged, or the stream ended; trying again" in news[0]
     assert "back after 7 tries" in news[1]
@@ -376,5 +376,5 @@ def test_the_real_clip_is_read_at_its_working_size_initial_posture_first():
     for viewer in rig.viewers:
         frames = list(islice(open_source(viewer, offline(S)), 14))
         assert [f.initial for f in frames] == [True] * 11 + [False] * 3
-        assert [f.index for f in frames] == [*range(11), 0, 1, 2]
+        assert [f.frame for f in frames] == [*range(11), 0, 1, 2]
         assert {f.image.shape for f in frames} == {(viewer.camera.size[1], viewer.camera.size[0], 3)}

@@ -19,6 +19,7 @@ _JOINTS = (
     ("left_hip", "left_knee"),
 )
 SINGULAR = np.cos(np.radians(84))  # below this a rotation about the limb's own line is not defined and keeps its value
+RESTING = np.array([0.0, -0.995, 0.1])  # a hanging arm in the world, a little to the person's front
 STRAIGHT = np.radians(10)  # under this much bending the twist of the upper part is not seen and keeps its value
 
 
@@ -88,6 +89,23 @@ def limb_origins(anatomy: Anatomy, bdp: Bdp) -> Floats:
 def limb_sizes(anatomy: Anatomy, bdp: Bdp) -> Floats:
     """(4, 2, 3) height, long and short radius of every limb's upper and lower part, metres."""
     return np.stack([bdp.sizes[[limb.upper, limb.lower]] for limb in limbs_of(anatomy)])
+
+
+def resting_arm(torso_to_world: Floats, yaw: float) -> Floats:
+    """(2, 3) directions of a hanging arm in the torso's frame, whatever the torso's lean."""
+    front = np.array([RESTING[2] * np.sin(yaw), RESTING[1], RESTING[2] * np.cos(yaw)])
+    hanging = torso_to_world.T @ front
+    return np.stack([hanging, hanging])
+
+
+def legs_exchanged(directions: Floats) -> Floats:
+    """The limbs (4, 2, 3) with the legs' places exchanged front to back, each staying on its own side."""
+    other = directions.copy()
+    for k, twin in ((2, 3), (3, 2)):
+        other[k] = directions[twin]
+        other[k, :, 0] = directions[k, :, 0]
+        other[k] /= np.linalg.norm(other[k], axis=1, keepdims=True)
+    return other
 
 
 def _spherical(z: float, x: float, y: float) -> Floats:

@@ -1,6 +1,6 @@
-"""The whole body model in one view: its cover image, and the searches of torso and position that move it.  [Two-view 3.2]"""
+"""The whole body model over one silhouette: its cover image, placed, moved and scored.  [Two-view 2.3, 3.2]"""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -14,33 +14,12 @@ from common.vision.model_image import ADD, COUNT, REMOVE, cover_part, score_of
 from services.viewer.limb_search import LimbBody, Picture, cover_limb
 
 Mask = NDArray[np.uint8]
-SHIFTS_PX = (0, -1, 1, -2, 2, -5, 5)  # [Two-view 3.2], with the 0 it lacks; at the paper's 120 rows
-ROWS = 120
+Ints = NDArray[np.int64]
 
 
-def camera_rows(camera: Camera) -> Floats:
-    """(5, 3) of a level camera for compiled code: rotation rows, translation, (focal, centre x, centre y) px."""
-    k = camera.matrix
-    return np.vstack([camera.rotation, camera.translation, [k[0, 0], k[0, 2], k[1, 2]]])
-
-
-def torso_rotation(yaw: float, lean: float, roll: float) -> Floats:
-    """M_W^N = Ry(yaw) Rx(lean) Rz(roll): the torso's frame to the world, (3, 3).  [Two-view 2.2 (1)]"""
-    cy, sy, cx, sx, cz, sz = np.cos(yaw), np.sin(yaw), np.cos(lean), np.sin(lean), np.cos(roll), np.sin(roll)
-    ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    rz = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    rotation: Floats = ry @ rx @ rz
-    return rotation
-
-
-@dataclass(frozen=True)
-class BodyModel:
-    """The sizes of one person as the searches need them, all in metres.
-
-    torso, head: (3,) height, long and short radius.  neck: (3,) and origins: (4, 3) in the torso's frame.
-    limbs: (4, 2, 3) heights and radii.
-    """
+class BodyModel(NamedTuple):
+    """The sizes of one person, metres.  torso, head: (3,) height, long and short radius.  neck: (3,) and origins: (4, 3)
+    joints in the torso's frame.  limbs: (4, 2, 3) heights and radii."""
 
     torso: Floats
     head: Floats
@@ -56,89 +35,112 @@ def body_model(anatomy: Anatomy, bdp: Bdp) -> BodyModel:
     )
 
 
+def camera_rows(camera: Camera) -> Floats:
+    """(5, 3) of a level camera for compiled code: rotation rows, translation, (focal, centre x, centre y) px."""
+    k = camera.matrix
+    return np.vstack([camera.rotation, camera.translation, [k[0, 0], k[0, 2], k[1, 2]]])
+
+
 @njit(cache=True, error_model="numpy")
 def cover_core(
-    position: Floats, torso_to_world: Floats, torso: Floats, head: Floats, neck: Floats, picture: Picture, mode: int,
-    totals: NDArray[np.int64],
-) -> None:  # fmt: skip
-    """Add, remove or count torso and head; see `BodyModel` and `Picture`."""
+    position: Floats, torso_to_world: Floats, model: BodyModel, picture: Picture, mode: int, totals: Ints
+) -> None:
+    """Add, remove or count torso and head; changes cover and totals."""
     frame = np.empty((3, 4))
-    frame[:, :3] = torso_to_world
-    frame[:, 3] = position
     top = np.empty((3, 4))
-    top[:, :3] = torso_to_world
     for row in range(3):
+        frame[row, 3] = position[row]
         top[row, 3] = position[row]
         for k in range(3):
-            top[row, 3] += torso_to_world[row, k] * neck[k]
+            frame[row, k] = torso_to_world[row, k]
+            top[row, k] = torso_to_world[row, k]
+            top[row, 3] += torso_to_world[row, k] * model.neck[k]
     if mode == COUNT:
-        cover_part(frame, torso, picture.camera, picture.mask, picture.cover, ADD, totals)
-        cover_part(top, head, picture.camera, picture.mask, picture.cover, COUNT, totals)
-        model, both = totals[1], totals[2]
-        cover_part(frame, torso, picture.camera, picture.mask, picture.cover, REMOVE, totals)
-        totals[1], totals[2] = model, both
+        cover_part(frame, model.torso, picture.camera, picture.mask, picture.cover, ADD, totals)
+        cover_part(top, model.head, picture.camera, picture.mask, picture.cover, COUNT, totals)
+        counted, both = totals[1], totals[2]
+        cover_part(frame, model.torso, picture.camera, picture.mask, picture.cover, REMOVE, totals)
+        totals[1], totals[2] = counted, both
     else:
-        cover_part(frame, torso, picture.camera, picture.mask, picture.cover, mode, totals)
-        cover_part(top, head, picture.camera, picture.mask, picture.cover, mode, totals)
+        cover_part(frame, model.torso, picture.camera, picture.mask, picture.cover, mode, totals)
+        cover_part(top, model.head, picture.camera, picture.mask, picture.cover, mode, totals)
 
 
 @njit(cache=True, error_model="numpy")
-def core_score(
-    position: Floats, torso_to_world: Floats, torso: Floats, head: Floats, neck: Floats, picture: Picture
-) -> float:
-    """Matching score with torso and head placed; the cover holds the limbs only."""
+def core_score(position: Floats, torso_to_world: Floats, model: BodyModel, picture: Picture) -> float:
+    """Matching score with torso and head placed so; the cover holds the limbs only and is left as it was."""
     counted = picture.totals.copy()
-    cover_core(position, torso_to_world, torso, head, neck, picture, COUNT, counted)
+    cover_core(position, torso_to_world, model, picture, COUNT, counted)
     return score_of(counted[0], counted[1], counted[2])
+
+
+@njit(cache=True, error_model="numpy")
+def cover_body(
+    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture
+) -> float:
+    """Put the whole model down afresh and return its matching score.  directions: (4, 2, 3) in the torso's frame."""
+    picture.cover[:, :] = 0
+    picture.totals[1] = 0
+    picture.totals[2] = 0
+    cover_core(position, torso_to_world, model, picture, ADD, picture.totals)
+    placed = Picture(torso_to_world, picture.camera, picture.mask, picture.cover, picture.totals)
+    for k in range(4):
+        origin = position.copy()
+        for row in range(3):
+            for column in range(3):
+                origin[row] += torso_to_world[row, column] * model.origins[k, column]
+        limb = LimbBody(origin, model.limbs[k], k >= 2, directions[k])
+        cover_limb(directions[k], limb, placed, ADD, picture.totals)
+    return score_of(picture.totals[0], picture.totals[1], picture.totals[2])
 
 
 class BodyFit:
     """The cover image of the whole model over one silhouette.  Mutable, made for one frame and thrown away.
 
     position: (3,) navel, metres.  torso_to_world: (3, 3).  directions: (4, 2, 3) limbs in the torso's frame.
+    expected: (4, 2, 3) see `LimbBody`.
     """
 
     def __init__(self, model: BodyModel, camera: Floats, mask: Mask) -> None:
+        totals = np.array([int(np.count_nonzero(mask)), 0, 0], dtype=np.int64)
         self.model = model
-        self.camera = camera
-        self.mask = mask
+        self.picture = Picture(np.eye(3), camera, mask, np.zeros_like(mask), totals)
+        self.position, self.torso_to_world = np.zeros(3), np.eye(3)
+        self.directions = np.zeros((4, 2, 3))
         self.expected = np.zeros((4, 2, 3))
-        self.cover = np.zeros_like(mask)
-        self.totals = np.array([int(np.count_nonzero(mask)), 0, 0], dtype=np.int64)
 
-    def place(self, position: Floats, torso_to_world: Floats, directions: Floats) -> None:
-        """Put the whole model down afresh."""
+    def place(self, position: Floats, torso_to_world: Floats, directions: Floats) -> float:
+        """Put the whole model down afresh; its matching score.  [Two-view Eq. 1]"""
         self.position, self.torso_to_world, self.directions = position, torso_to_world, directions.copy()
-        self.cover[:] = 0
-        self.totals[1:] = 0
-        self.picture = Picture(torso_to_world, self.camera, self.mask, self.cover, self.totals)
-        self.core(ADD)
-        for k in range(len(directions)):
-            self.limb(k, ADD)
+        self.picture = self.picture._replace(torso_to_world=torso_to_world)
+        return cover_body(position, torso_to_world, directions, self.model, self.picture)
 
     def core(self, mode: int) -> None:
-        m = self.model
-        cover_core(self.position, self.torso_to_world, m.torso, m.head, m.neck, self.picture, mode, self.totals)
+        cover_core(self.position, self.torso_to_world, self.model, self.picture, mode, self.picture.totals)
 
     def limb_body(self, k: int) -> LimbBody:
         origin = self.position + self.torso_to_world @ self.model.origins[k]
         return LimbBody(origin, self.model.limbs[k], k >= 2, self.expected[k])
 
     def limb(self, k: int, mode: int) -> None:
-        cover_limb(self.directions[k], self.limb_body(k), self.picture, mode, self.totals)
+        cover_limb(self.directions[k], self.limb_body(k), self.picture, mode, self.picture.totals)
 
     def score(self) -> float:
         """Matching score of the whole model.  [Two-view Eq. 1]"""
-        return score_of(self.totals[0], self.totals[1], self.totals[2])
-
-    def core_score(self, position: Floats, torso_to_world: Floats) -> float:
-        m = self.model
-        return core_score(position, torso_to_world, m.torso, m.head, m.neck, self.picture)
+        silhouette, model, both = self.picture.totals
+        return score_of(silhouette, model, both)
 
     def metres_per_pixel(self) -> float:
-        depth = float(self.camera[2] @ self.position + self.camera[3, 2])
-        return depth / float(self.camera[4, 0])
+        return self.depth() / float(self.picture.camera[4, 0])
 
-    def right(self) -> Floats:
-        """The image's x axis in the world, (3,)."""
-        return self.camera[0]
+    def depth(self) -> float:
+        """Of the navel along the camera's axis, metres."""
+        camera = self.picture.camera
+        return float(camera[2] @ self.position + camera[3, 2])
+
+    def view_axis(self) -> Floats:
+        """(3,) unit vector from the camera to the navel, in the torso's frame."""
+        camera = self.picture.camera
+        ray = self.position + camera[:3].T @ camera[3]  # the camera's centre is -R^T t
+        axis: Floats = self.torso_to_world.T @ (ray / np.linalg.norm(ray))
+        return axis

@@ -17,11 +17,11 @@ Size = tuple[int, int]
 class Frame:
     """image: (height, width, 3) blue, green, red at the working size.  captured_ns: since the Unix epoch.
 
-    index: a file's frame k has index k, so frames left out leave gaps.  initial: of the separate video of the initial
+    frame: a file's frame k has number k, so frames left out leave gaps.  initial: of the separate video of the initial
     posture, which counts for itself.
     """
 
-    index: int
+    frame: int
     captured_ns: int
     image: Image
     initial: bool = False

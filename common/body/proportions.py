@@ -1,10 +1,10 @@
-"""The BDP integrator: two viewers' lengths become one universal body definition.  [Two-view 2.4, 4.2]"""
+"""From measured lengths to a body: [Two-view 2.4], with anthropometric proportions where the paper is silent."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from common.body.anatomy import Anatomy
+from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
 
 # Proportions where the paper is silent, or where its own (torso : leg = 4 : 6) would raise the hips by 84 mm.
@@ -17,31 +17,26 @@ HIP_HALF_BREADTH = 0.36 * 0.151
 LONG_RADIUS_OF_HEAD, SHORT_RADIUS_OF_HEAD, RADIUS_OF_LEG = 0.2, 0.16, 0.2  # of W_torso  [Two-view 2.4]
 
 
-def height_ratio(front: Mapping[str, float], side: Mapping[str, float]) -> float:
-    """r_t = t2 / t1: the side viewer's height of the person over the front viewer's.  [Two-view 4.2]"""
-    return side["height"] / front["height"]
+def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
+    """One body from the lengths of `viewer.body_definition` in metres, all in one scale.
 
-
-def universal_bdp(anatomy: Anatomy, front: Mapping[str, float], side: Mapping[str, float]) -> Bdp:
-    """One body in the front viewer's scale, from both viewers' lengths in metres (see `viewer.body_definition`).
-
-    SR_torso,u = SR_torso,2 / r_t; all else is the front viewer's.  Raises ValueError for a body no person has.
+    Raises ValueError for a body no person has.
     """
-    height, width = front["height"], front["torso_width"]
+    height, width = lengths["height"], lengths["torso_width"]
     hip = HIP_HEIGHT * height
-    torso = front["shoulder_line"] - hip
-    arm_radius = front["arm_thickness"] / 2
+    torso = lengths["shoulder_line"] - hip
+    arm_radius = lengths["arm_thickness"] / 2
     shoulder_half = width / 2 - arm_radius  # the torso's columns end at the deltoids, one arm's radius past the joints
-    arm = front["arm_span"] / 2 - shoulder_half
-    depth = side["torso_depth"] / 2 / height_ratio(front, side)
+    arm = lengths["arm_span"] / 2 - shoulder_half
+    depth = lengths["torso_depth"] / 2
     upper_leg, lower_leg = hip - KNEE_HEIGHT * height, KNEE_HEIGHT * height
     sizes = {
         "torso": (torso, width / 2, depth),
-        "head": (height - front["shoulder_line"], front["head_width"] / 2, LONG_RADIUS_OF_HEAD * width),
+        "head": (height - lengths["shoulder_line"], lengths["head_width"] / 2, LONG_RADIUS_OF_HEAD * width),
         "upper_arm": (UPPER_ARM_SHARE * arm, arm_radius, arm_radius),
         "lower_arm": ((1 - UPPER_ARM_SHARE) * arm, arm_radius, arm_radius),
         "upper_leg": (upper_leg, RADIUS_OF_LEG * width, RADIUS_OF_LEG * width),
-        "lower_leg": (lower_leg, front["leg_width"] / 2, front["leg_width"] / 2),
+        "lower_leg": (lower_leg, lengths["leg_width"] / 2, lengths["leg_width"] / 2),
     }
     for part, size in sizes.items():
         if min(size) < 0.02 or max(size) > 1.2:
@@ -50,12 +45,20 @@ def universal_bdp(anatomy: Anatomy, front: Mapping[str, float], side: Mapping[st
             )
     offsets = {
         "neck": (0.0, torso, 0.0),
-        "shoulder": (shoulder_half, front["arm_line"] - hip, 0.0),
+        "shoulder": (shoulder_half, lengths["arm_line"] - hip, 0.0),
         "elbow": (0.0, sizes["upper_arm"][0], 0.0),
         "hip": (HIP_HALF_BREADTH * height, 0.0, 0.0),
         "knee": (0.0, upper_leg, 0.0),
     }
     return _by_anatomy(anatomy, sizes, offsets)
+
+
+def stretched_angles(anatomy: Anatomy) -> Floats:
+    """(angles,) of the initial posture: upright, arms stretched sideways."""
+    angles = anatomy.neutral.copy()
+    angles[anatomy.index["right_shoulder.z"]] = np.pi / 2
+    angles[anatomy.index["left_shoulder.z"]] = 3 * np.pi / 2
+    return angles
 
 
 def _by_anatomy(

@@ -1,0 +1,105 @@
+"""Each instant's assignment: where the tracked person stands, how the torso is turned, and who sees the facade.  [Two-view 4.2, 4.3]"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import pi, radians
+
+import numpy as np
+
+from common.body.anatomy import Floats
+from common.body.torso import TURNS, tilt_of_spine, torso_rotation, width_thresholds
+from common.messages import Message, Sighting
+from services.integrator.arbitrator import Claim, View, arbitrate
+from services.integrator.integration import is_squatting, spine_after, turn_of_body
+from services.integrator.measuring import assignment, facing
+from services.integrator.pairing import Instant
+from services.integrator.perspective import Ray, meeting_depths
+from services.integrator.states import Person, Placed, Setup, State
+
+KEPT_PLACES = 4
+SNAP = radians(60)  # a body further off the facade viewer's axis than this has turned
+
+
+def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tuple[State, list[Message]]:
+    """The assignment of one instant.  With one viewer's sighting the other's part stays as it was, marked stale."""
+    person = state.person
+    seen = {viewer: sighting for viewer, sighting in instant.items.items() if sighting.present}
+    if person is None or not seen:
+        return state, []
+    stale = tuple(viewer for viewer in setup.cameras if viewer not in seen)
+    position = _position(setup, person, seen)
+    views = _views(setup, state, seen, position)
+    yaw, lean, roll = _torso(setup, person, seen, position, views)
+    index = setup.anatomy.index
+    hips = tuple(float(person.pose.angles[index[f"{side}_hip.z"]]) for side in ("right", "left"))
+    squatting = is_squatting(float(position[1]), person.height, (hips[0], hips[1]), person.stance)
+    placed = Placed(instant.captured_ns, position, yaw, lean, roll, squatting, views, stale)
+    person = replace(person, placed=(*person.placed, placed)[-KEPT_PLACES:])
+    frames = {viewer: state.last[viewer].frame for viewer in setup.cameras if viewer in state.last}
+    return replace(state, person=person, views=views), [assignment(setup, placed, frames, tracking=True)]
+
+
+def _position(setup: Setup, person: Person, seen: Mapping[str, Sighting]) -> Floats:
+    """(3,) navel: where the rays meet; a lone viewer's ray at the last depth."""
+    rays = [Ray(setup.cameras[viewer], sighting.x, sighting.y) for viewer, sighting in seen.items()]
+    if len(rays) == 2:
+        try:
+            depths = meeting_depths(rays[0], rays[1])
+            return np.asarray(np.mean([ray.at_depth(d) for ray, d in zip(rays, depths, strict=True)], axis=0))
+        except ValueError:
+            pass  # two sightings that do not meet: each alone, the first one's counts
+    camera = rays[0].camera
+    depth = float(camera.rotation[2] @ person.pose.position + camera.translation[2])
+    return rays[0].at_depth(depth)
+
+
+def _torso(
+    setup: Setup, person: Person, seen: Mapping[str, Sighting], position: Floats, views: Mapping[str, View]
+) -> tuple[float, float, float]:
+    """Yaw, lean and roll: both viewers' tilts about their axes, and the turn that explains both pictures best."""
+    index, angles = setup.anatomy.index, person.pose.angles
+    yaw, lean, roll = (float(angles[index[f"navel.{axis}"]]) for axis in "yxz")
+    tilts = []
+    for viewer, sighting in seen.items():
+        ray = position - setup.cameras[viewer].centre
+        tilts.append((sighting.tilt, ray / np.linalg.norm(ray)))
+    spine = spine_after(torso_rotation(yaw, lean, roll)[:, 1], tilts)
+    off_axis = _off_axis(setup, yaw, views)
+    if abs(off_axis) > SNAP:  # the arbitrator has seen a turn that the torso's own search has not
+        yaw -= off_axis
+    else:
+        profiles = [sighting.turns for sighting in seen.values() if len(sighting.turns) == len(TURNS)]
+        if profiles:
+            yaw += turn_of_body(profiles, TURNS, off_axis)
+    limits = setup.anatomy.limits
+    lean, roll = tilt_of_spine(spine, yaw)
+    lean = float(np.clip(lean, *limits[index["navel.x"]]))
+    return _wrapped(yaw), lean, float(np.clip(roll, *limits[index["navel.z"]]))
+
+
+def _off_axis(setup: Setup, yaw: float, views: Mapping[str, View]) -> float:
+    """How far the body is turned from the facade viewer's axis, front or back to it, in [-90, 90] degrees."""
+    facade = next(viewer for viewer in setup.cameras if views[viewer] == "facade")
+    off = _wrapped(yaw - facing(setup.cameras[facade]))
+    return off - pi * round(off / pi)
+
+
+def _views(setup: Setup, state: State, seen: Mapping[str, Sighting], position: Floats) -> dict[str, View]:
+    """Facade and flank by the arbitrator; unchanged while a viewer is missing."""
+    person = state.person
+    if person is None or len(seen) < len(setup.cameras):
+        return dict(state.views)
+    torso = person.bdp.sizes[setup.anatomy.index["torso"]]
+    low, high = width_thresholds(2 * float(torso[2]), 2 * float(torso[1]))
+    claims = []
+    for viewer, camera in setup.cameras.items():
+        depth = float(camera.rotation[2] @ position + camera.translation[2])
+        claims.append(Claim(state.views[viewer], seen[viewer].view, seen[viewer].width * depth, low, high))
+    first, second = arbitrate(claims[0], claims[1])
+    one, two = setup.cameras
+    return {one: first, two: second}
+
+
+def _wrapped(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return float((angle + pi) % (2 * pi) - pi)

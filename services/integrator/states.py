@@ -1,0 +1,87 @@
+"""The integrator's setup and what it remembers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from common.body.anatomy import Anatomy, Floats
+from common.body.definition import Bdp, Pose
+from common.camera.level import level_view
+from common.camera.pinhole import Camera
+from common.messages import PartialBap, PartialBdp, Sighting
+from common.runtime.clock import Offset
+from services.integrator.arbitrator import View
+from services.integrator.pairing import Pairs
+
+INSTANTS_OF_BODY = 5  # pairs of partial BDPs that the universal one is the median of
+
+
+@dataclass(frozen=True)
+class Setup:
+    """cameras: the level view of each viewer's camera, by viewer id, in the rig's order.  frame_ns: frame period."""
+
+    anatomy: Anatomy
+    cameras: Mapping[str, Camera]
+    frame_ns: int
+
+
+def integrator_setup(anatomy: Anatomy, cameras: Mapping[str, Camera], frame_ns: int) -> Setup:
+    """cameras: each viewer's, at its working size.
+
+    Raises ValueError for other than two viewers, or a camera that looks straight up or down.
+    """
+    if len(cameras) != 2:
+        raise ValueError(f"two-view needs two viewers; the rig has {len(cameras)}: {', '.join(cameras)}")
+    return Setup(anatomy, {viewer: level_view(camera).camera for viewer, camera in cameras.items()}, frame_ns)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Where one instant's assignment put the body.  position: (3,) metres.  yaw, lean, roll: of the torso, radians.
+
+    stale: viewers whose part is an old one.
+    """
+
+    captured_ns: int
+    position: Floats
+    yaw: float
+    lean: float
+    roll: float
+    squatting: bool
+    views: Mapping[str, View]
+    stale: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Person:
+    """The person being tracked.  pose: of the last universal BAP.  placed: the last assignments, oldest first.
+
+    height: of the navel in the initial posture, metres.  stance: theta_Z of the hips from straight down there, radians.
+    exchange: evidence that the legs were taken for each other.
+    """
+
+    bdp: Bdp
+    pose: Pose
+    placed: tuple[Placed, ...]
+    height: float
+    stance: float = 0.0
+    exchange: float = 0.0
+
+
+@dataclass(frozen=True)
+class State:
+    """sightings, baps: what waits for its pair.  views: arbitrated, by viewer.  bodies: pairs of partial BDPs (front, side).
+
+    offsets: each viewer's clock against this one.
+    """
+
+    sightings: Pairs[Sighting]
+    baps: Pairs[PartialBap]
+    bdps: Pairs[PartialBdp]
+    views: Mapping[str, View]
+    bodies: tuple[tuple[PartialBdp, PartialBdp], ...] = ()
+    last: Mapping[str, Sighting] = MappingProxyType({})
+    first: Placed | None = None
+    person: Person | None = None
+    offsets: Mapping[str, Offset] = field(default_factory=lambda: MappingProxyType({}))
+    problem: str = ""

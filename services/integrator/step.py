@@ -1,0 +1,87 @@
+"""The integrator's step: the viewers' sightings, partial BDPs and BAPs in; assignments, universal BDP and BAP out.  [Two-view 4]"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TypeAlias, TypeVar
+
+from common.bus.protocol import Alive, Envelope
+from common.messages import Health, Message, PartialBap, PartialBdp, Sighting
+from common.runtime.clock import offset_in, to_integrator_ns
+from common.runtime.service import Tick
+from services.integrator.arbitrator import View
+from services.integrator.measuring import define_body, place_first
+from services.integrator.placing import place_person
+from services.integrator.posing import pose_person
+from services.integrator.pairing import Instant, Pairs, offer
+from services.integrator.states import INSTANTS_OF_BODY, Setup, State, integrator_setup
+
+__all__ = ["counts", "describe", "initial_state", "integrator_setup", "step"]
+
+Event = Envelope | Alive | Tick
+Result: TypeAlias = tuple[State, list[Message]]
+T = TypeVar("T")
+
+
+def initial_state(setup: Setup) -> State:
+    viewers = tuple(setup.cameras)
+    tolerance = setup.frame_ns // 2
+    views: dict[str, View] = {viewers[0]: "facade", viewers[1]: "flank"}
+    return State(Pairs(viewers, tolerance), Pairs(viewers, tolerance), Pairs(viewers, tolerance), views)
+
+
+def step(setup: Setup, state: State, event: Event) -> Result:
+    """One event.  Pure: the state and the messages depend on the arguments alone."""
+    if not isinstance(event, Envelope):
+        return state, []
+    message = event.message
+    match message:
+        case Sighting(viewer=viewer):
+            pairs, sightings = offer(state.sightings, viewer, _time(state, message), message)
+            return _each(setup, replace(state, sightings=pairs), sightings, _assign)
+        case PartialBdp(viewer=viewer):
+            bdps, pairs_of_bdps = offer(state.bdps, viewer, _time(state, message), message)
+            return _each(setup, replace(state, bdps=bdps), pairs_of_bdps, define_body)
+        case PartialBap(viewer=viewer):
+            baps, pairs_of_baps = offer(state.baps, viewer, _time(state, message), message)
+            return _each(setup, replace(state, baps=baps), pairs_of_baps, pose_person)
+        case Health(service="viewer", id=viewer) if viewer in setup.cameras:
+            offset = offset_in(message)
+            return (replace(state, offsets={**state.offsets, viewer: offset}) if offset else state), []
+        case _:
+            return state, []
+
+
+def describe(state: State) -> str:
+    """What the integrator is doing, for its health."""
+    if state.person is None:
+        measured = f"measuring the body ({len(state.bodies)} of {INSTANTS_OF_BODY})" if state.bodies else ""
+        return state.problem or measured or "waiting for the initial posture in both views"
+    gone = [viewer for viewer in state.sightings.viewers if state.sightings.missed.get(viewer, 0) > 2]
+    return "tracking" + (f", without viewer {' and '.join(gone)}" if gone else "")
+
+
+def counts(state: State) -> Mapping[str, int]:
+    """Sightings and partial BAPs that were late, doubled, out of order, unknown or went on alone."""
+    kinds = (("sighting", state.sightings.counts), ("bap", state.baps.counts), ("bdp", state.bdps.counts))
+    return {f"{name}_{what}": count for name, kind in kinds for what, count in kind.items()}
+
+
+def _time(state: State, message: Sighting | PartialBdp | PartialBap) -> int:
+    """Capture time on this clock."""
+    offset = state.offsets.get(message.viewer)
+    return to_integrator_ns(message.captured_ns, offset) if offset else message.captured_ns
+
+
+def _each(
+    setup: Setup, state: State, instants: Sequence[Instant[T]], act: Callable[[Setup, State, Instant[T]], Result]
+) -> Result:
+    messages: list[Message] = []
+    for instant in instants:
+        state, more = act(setup, state, instant)
+        messages += more
+    return state, messages
+
+
+def _assign(setup: Setup, state: State, instant: Instant[Sighting]) -> Result:
+    state = replace(state, last={**state.last, **{v: s for v, s in instant.items.items() if s.present}})
+    return place_first(setup, state, instant) if state.person is None else place_person(setup, state, instant)

@@ -1,0 +1,118 @@
+"""A viewer's setup and the phases it goes through, as types."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.body.anatomy import TEN_PARTS, Anatomy, Floats
+from common.body.definition import Bdp, Pose
+from common.camera.level import LevelView, level_view
+from common.camera.pinhole import Camera
+from common.messages import Assignment
+from common.runtime.specs import BackgroundImage, FirstFrames, MedianFrames, Mog2
+from common.vision.background import Background
+from common.vision.mixture import Mixture
+from common.vision.silhouette import Extents
+from services.viewer.body_fit import BodyFit, BodyModel, camera_rows
+
+BackgroundSpec = FirstFrames | MedianFrames | BackgroundImage | Mog2
+Image = NDArray[np.uint8]
+Mask = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """camera: at the working size.  rows: (5, 3) of the level view.  plate: the picture of an image background."""
+
+    id: str
+    camera: Camera
+    level: LevelView
+    rows: Floats
+    background: BackgroundSpec
+    publish_silhouette: bool
+    anatomy: Anatomy
+    plate: Image | None
+
+
+def viewer_setup(
+    id: str,
+    camera: Camera,
+    background: BackgroundSpec,
+    publish_silhouette: bool,
+    plate: Image | None = None,
+    anatomy: Anatomy = TEN_PARTS,
+) -> Setup:
+    """plate: (height, width, 3) at the working size, for an image background.
+
+    Raises ValueError for a camera that looks straight up or down, or an image background without its plate.
+    """
+    if isinstance(background, BackgroundImage) and plate is None:
+        raise ValueError(f"viewer {id}: background image {background.path} was not read")
+    level = level_view(camera)
+    return Setup(id, camera, level, camera_rows(level.camera), background, publish_silhouette, anatomy, plate)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What this viewer knows of the scene: its background model and where the person last was."""
+
+    background: Background | Mixture
+    extents: Extents | None = None
+
+
+@dataclass(frozen=True)
+class LearningBackground:
+    """Collecting frames of the scene."""
+
+    frames: tuple[Image, ...] = ()
+
+
+@dataclass(frozen=True)
+class Pending:
+    """A frame whose sighting is out and whose assignment is awaited."""
+
+    frame: int
+    captured_ns: int
+    mask: Mask
+    fit: BodyFit | None = None
+
+
+@dataclass(frozen=True)
+class MeasuringBody:
+    """Waiting for the initial posture, or measuring it."""
+
+    seen: Seen
+    pending: Pending | None = None
+    advice: str = "waiting for a person"
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """bdp, model: the universal body.  pose: of the universal BAP last received, of frame `based_on`, with the one before.
+
+    typical: running median-like score of this person in this view.  lost: limbs to be searched for widely.
+    """
+
+    seen: Seen
+    bdp: Bdp
+    model: BodyModel
+    pose: Pose
+    before: Pose
+    based_on: int = -1
+    assignment: Assignment | None = None
+    pending: Pending | None = None
+    typical: float = 0.0
+    score: float = 0.0
+    lost: frozenset[str] = field(default_factory=frozenset)
+
+
+@dataclass(frozen=True)
+class AwaitingPose:
+    """The body is known, its pose not yet."""
+
+    seen: Seen
+    bdp: Bdp
+
+
+State = LearningBackground | MeasuringBody | AwaitingPose | Tracking

@@ -1,0 +1,214 @@
+"""A viewer's step: frames and the integrator's answers in; sightings, partial BDPs and BAPs out.  [Two-view Fig. 1]"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from common import messages as m
+from common.body.definition import Pose
+from common.body.torso import torso_rotation
+from common.bus.protocol import Alive, Envelope
+from common.conversion import angles_of, bdp_of
+from common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp
+from common.runtime.service import Tick
+from common.runtime.specs import BackgroundImage, FirstFrames, Mog2
+from common.vision.background import Background, from_image, learn, learn_median, update
+from common.vision.mixture import Mixture
+from common.vision.packing import pack
+from common.vision.silhouette import Silhouette, SilhouetteOptions, extract
+from services.viewer.body_fit import body_model
+from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline, side_view_lengths
+from services.viewer.sources.frame import Frame
+from services.viewer.states import (
+    AwaitingPose,
+    Image,
+    LearningBackground,
+    MeasuringBody,
+    Pending,
+    Seen,
+    Setup,
+    State,
+    Tracking,
+    viewer_setup,
+)  # fmt: skip
+from services.viewer.tracking import limbs, sighting
+
+__all__ = ["describe", "initial_state", "step", "viewer_setup"]
+
+MEDIAN_FRAMES, PLATE_FRAMES, MIXTURE_FRAMES = 60, 5, 60
+UPDATE_EVERY = 8  # frames between two updates of the background: light changes slowly, and updates cost time
+UPDATE_RATE = 0.1
+OPTIONS = SilhouetteOptions()
+
+Event = Frame | Envelope | Alive | Tick
+
+
+def initial_state(setup: Setup) -> State:
+    return LearningBackground()
+
+
+def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]]:
+    """One event.  Pure: the state and the messages depend on the arguments alone."""
+    match state, event:
+        case LearningBackground(), Frame():
+            return _learn(setup, state, event)
+        case ((MeasuringBody() | AwaitingPose() | Tracking()), Frame()):
+            return _see(setup, state, event)
+        case _, Envelope(message=message):
+            return _hear(setup, state, message)
+        case _:
+            return state, []
+
+
+def describe(state: State) -> str:
+    """What the viewer is doing, for its health."""
+    match state:
+        case LearningBackground(frames=frames):
+            return f"learning the background ({len(frames)} frames)"
+        case MeasuringBody(advice=advice):
+            return advice
+        case AwaitingPose():
+            return "waiting for the integrator's pose"
+        case Tracking(lost=lost):
+            return "tracking" + (f", searching for {', '.join(sorted(lost))}" if lost else "")
+
+
+def _learn(setup: Setup, state: LearningBackground, frame: Frame) -> tuple[State, list[Message]]:
+    frames: tuple[Image, ...] = (*state.frames, frame.image)
+    background: Background | Mixture
+    match setup.background:
+        case FirstFrames(count=count):
+            if len(frames) < count:
+                return LearningBackground(frames), []
+            background = learn(frames)
+        case BackgroundImage():
+            if len(frames) < PLATE_FRAMES:
+                return LearningBackground(frames), []
+            assert setup.plate is not None  # viewer_setup checked it
+            background = from_image(setup.plate, frames)
+        case Mog2():
+            if len(frames) < MIXTURE_FRAMES:
+                return LearningBackground(frames), []
+            background = Mixture(frames)
+        case _:
+            if len(frames) < MEDIAN_FRAMES:
+                return LearningBackground(frames), []
+            background = learn_median(frames)
+    return MeasuringBody(Seen(background)), []
+
+
+def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Frame) -> tuple[State, list[Message]]:
+    """A frame becomes a silhouette, and that a sighting."""
+    silhouette = extract(state.seen.background, frame.image, OPTIONS, state.seen.extents)
+    background = state.seen.background
+    if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
+        person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
+        background = update(background, frame.image, person, UPDATE_RATE, margin_px=max(2, frame.image.shape[0] // 40))
+    seen = Seen(background, silhouette.extents if silhouette else None)
+    messages: list[Message] = []
+    if silhouette and setup.publish_silhouette:
+        messages.append(_silhouette_message(setup, frame, silhouette))
+    mask = setup.level.warp(silhouette.mask) if silhouette else None
+    if mask is None or not mask.any():
+        absent = Sighting(
+            frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, present=False, x=0.0, y=0.0, height=0.0,
+            width=0.0, view="facade", score=0.0,
+        )  # fmt: skip
+        if isinstance(state, MeasuringBody):
+            state = replace(state, advice="waiting for a person")
+        return replace(state, seen=seen), [*messages, absent]
+    pending = Pending(frame.frame, frame.captured_ns, mask)
+    match state:
+        case Tracking():
+            tracked, sight = sighting(setup, replace(state, seen=seen), pending)
+            return tracked, [*messages, sight]
+        case MeasuringBody():
+            return replace(state, seen=seen, pending=pending), [*messages, _first_sighting(setup, pending)]
+        case AwaitingPose():
+            return replace(state, seen=seen), [*messages, _first_sighting(setup, pending)]
+
+
+def _first_sighting(setup: Setup, pending: Pending) -> Sighting:
+    """Before the body is known: the torso's columns and the height of the hips by body proportions."""
+    shape = outline(pending.mask)
+    focal = setup.level.focal_px()
+    cx, cy = setup.level.centre_px()
+    return Sighting(
+        frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, present=True,
+        x=(shape.column - cx) / focal, y=(shape.navel_row - cy) / focal, height=shape.height / focal,
+        width=shape.width / focal, view="facade" if looks_like_front(shape) else "flank", score=0.0,
+    )  # fmt: skip
+
+
+def _hear(setup: Setup, state: State, message: Message) -> tuple[State, list[Message]]:
+    """The integrator's messages."""
+    match state, message:
+        case MeasuringBody(pending=Pending() as pending), Assignment(tracking=False):
+            if _answers(setup, pending, message):
+                return _measure(setup, state, pending, message)
+        case Tracking(pending=Pending() as pending), Assignment(tracking=True):
+            if _answers(setup, pending, message):
+                return limbs(setup, state, pending, message)
+        case Tracking(), Assignment(tracking=False):
+            return MeasuringBody(state.seen), []  # the integrator started anew and knows no body
+        case ((MeasuringBody() | AwaitingPose() | Tracking()), UniversalBdp()):
+            bdp = bdp_of(setup.anatomy, message.body)
+            if isinstance(state, Tracking):
+                return replace(state, bdp=bdp, model=body_model(setup.anatomy, bdp)), []
+            return AwaitingPose(state.seen, bdp), []
+        case AwaitingPose(), UniversalBap():
+            pose = _pose(setup, message)
+            model = body_model(setup.anatomy, state.bdp)
+            return Tracking(state.seen, state.bdp, model, pose, pose, message.frame), []
+        case Tracking(), UniversalBap():
+            lost = frozenset(message.lost)
+            return replace(state, pose=_pose(setup, message), before=state.pose, based_on=message.frame, lost=lost), []
+    return state, []
+
+
+def _answers(setup: Setup, pending: Pending, assignment: Assignment) -> bool:
+    """Whether the assignment is for the frame that waits; its time is on the integrator's clock, so frames count."""
+    mine = assignment.views.get(setup.id)
+    return mine is not None and not mine.stale and mine.frame == pending.frame
+
+
+def _pose(setup: Setup, message: UniversalBap) -> Pose:
+    angles = angles_of(setup.anatomy, message.angles, setup.anatomy.neutral)
+    return Pose(np.array(message.position), angles)
+
+
+def _measure(
+    setup: Setup, state: MeasuringBody, pending: Pending, assignment: Assignment
+) -> tuple[State, list[Message]]:
+    """Partial BDP, when this viewer sees its side of the initial posture."""
+    shape = outline(pending.mask)
+    position = np.array(assignment.position)
+    is_front = assignment.views[setup.id].view == "facade"
+    depth = float(setup.rows[2] @ position + setup.rows[3, 2])
+    try:
+        if is_front:
+            if not looks_like_front(shape):
+                raise ValueError("stretch both arms sideways, facing this camera")
+            lengths = fine_tuned(
+                setup.anatomy, pending.mask, setup.rows, position, torso_rotation(assignment.yaw, 0.0, 0.0)
+            )
+        else:
+            if not looks_like_side(shape):
+                raise ValueError("stand side on to this camera")
+            lengths = side_view_lengths(pending.mask, depth / setup.level.focal_px())
+    except ValueError as problem:
+        return replace(state, pending=None, advice=str(problem)), []
+    partial = PartialBdp(
+        frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, side="front" if is_front else "side",
+        height_px=float(shape.height), score=0.0, lengths=dict(lengths),
+    )  # fmt: skip
+    return replace(state, pending=None, advice="measuring the body: stand still"), [partial]
+
+
+def _silhouette_message(setup: Setup, frame: Frame, silhouette: Silhouette) -> m.Silhouette:
+    region, data = pack(silhouette.mask)
+    left, top, width, height = region
+    return m.Silhouette(
+        frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id,
+        size=(silhouette.mask.shape[1], silhouette.mask.shape[0]), region=(left, top, width, height), data=data,
+    )  # fmt: skip

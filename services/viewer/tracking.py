@@ -1,0 +1,113 @@
+"""A viewer's tracking of one frame: a sighting first, and the limbs once the integrator has placed the body."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from common.body.anatomy import Floats
+from common.body.limbs import LIMBS, limb_angles, limb_directions, limbs_of, resting_arm
+from common.body.torso import torso_rotation
+from common.conversion import angles_by_name
+from common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
+from services.viewer.arms import find_arm
+from services.viewer.body_fit import BodyFit
+from services.viewer.legs import LEFT, RIGHT, exchange_gain, find_leg_facade, find_leg_flank
+from services.viewer.limb_fit import LimbResult
+from services.viewer.measuring import outline
+from services.viewer.position import sight
+from services.viewer.states import Pending, Setup, Tracking
+from common.body.torso import width_thresholds
+from services.viewer.view import own_view, upper_body_width
+
+PREDICTED = 0.8  # share of the last frame's motion that is expected to go on
+DRAW = 0.01  # matching score that a limb's motion may cost, see LimbBody.expected
+REST_DRAW = 0.005  # the same towards the hanging arm
+LOST_SCORE = 0.6  # of the person's own typical score in this view
+TYPICAL_RATE = 0.05
+
+
+def torso_of(setup: Setup, angles: Floats) -> Floats:
+    """(3, 3) torso to world of a pose's angles."""
+    index = setup.anatomy.index
+    return torso_rotation(*(float(angles[index[f"navel.{axis}"]]) for axis in "yxz"))
+
+
+def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking, Sighting]:
+    """Position, tilt and turn of the body in this view, from where the universal BAP had it.  [Two-view 3.1, 3.2]"""
+    pose = state.pose
+    torso = torso_of(setup, pose.angles)
+    directions = limb_directions(setup.anatomy, pose.angles)
+    fit = BodyFit(state.model, setup.rows, pending.mask)
+    start = pose.position + PREDICTED * (pose.position - state.before.position)
+    found = sight(fit, start, torso, directions)
+    if state.typical and found.score < LOST_SCORE * state.typical:
+        found = _found_again(setup, state, fit, torso, directions, found.score) or found
+    local = setup.rows[:3] @ found.position + setup.rows[3]
+    shape = outline(pending.mask)
+    focal, (_, cy) = setup.level.focal_px(), setup.level.centre_px()
+    torso_px = float(state.model.torso[0]) * focal / local[2]
+    width = upper_body_width(pending.mask, cy + focal * local[1] / local[2], torso_px)
+    metres = width * local[2] / focal
+    low, high = width_thresholds(2 * float(state.model.torso[2]), 2 * float(state.model.torso[1]))
+    before = state.assignment.views[setup.id].view if state.assignment else "facade"
+    message = Sighting(
+        frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, present=True,
+        x=float(local[0] / local[2]), y=float(local[1] / local[2]), height=shape.height / focal, width=width / focal,
+        view=own_view(before, metres, low, high), score=found.score, tilt=found.tilt, turns=list(found.turns),
+        based_on=state.based_on,
+    )  # fmt: skip
+    typical = found.score if not state.typical else state.typical + TYPICAL_RATE * (found.score - state.typical)
+    pending = replace(pending, fit=fit)
+    return replace(state, pending=pending, score=found.score, typical=typical), message
+
+
+def _found_again(setup, state, fit, torso, directions, score):  # type: ignore[no-untyped-def]
+    """The person where the silhouette's torso is, when the last place explains it badly."""
+    shape = outline(fit.picture.mask)
+    focal, (cx, cy) = setup.level.focal_px(), setup.level.centre_px()
+    depth = float(setup.rows[2] @ state.pose.position + setup.rows[3, 2])
+    local = np.array([(shape.column - cx) / focal, (shape.navel_row - cy) / focal, 1.0]) * depth
+    place = setup.rows[:3].T @ (local - setup.rows[3])
+    found = sight(fit, place, torso, directions)
+    return found if found.score > score else None
+
+
+def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignment) -> tuple[Tracking, list[Message]]:
+    """Partial BAP of the pending frame with the body where the integrator placed it.  [Two-view 3.3, 3.4]"""
+    anatomy, fit = setup.anatomy, pending.fit
+    if fit is None:
+        return replace(state, pending=None), []
+    torso_before = torso_of(setup, state.pose.angles)
+    torso = torso_rotation(assignment.yaw, assignment.lean, assignment.roll)
+    position = np.array(assignment.position)
+    directions = limb_directions(anatomy, state.pose.angles) @ torso_before.T @ torso
+    moved = directions - limb_directions(anatomy, state.before.angles) @ torso_of(setup, state.before.angles).T @ torso
+    expected = directions + PREDICTED * moved
+    expected /= np.linalg.norm(expected, axis=2, keepdims=True)
+    resting = resting_arm(torso, assignment.yaw)
+    fit.expected = DRAW * expected
+    fit.expected[:2] += REST_DRAW * resting
+    fit.place(position, torso, expected)
+    view = assignment.views[setup.id].view
+    results: dict[int, LimbResult] = {}
+    for k in (RIGHT, LEFT):
+        results[k] = find_leg_facade(fit, k, assignment.squatting) if view == "facade" else find_leg_flank(fit, k)
+    for k in (0, 1):
+        results[k] = find_arm(fit, k, resting, LIMBS[k] in state.lost)
+    gain = exchange_gain(fit) if view == "facade" else 0.0
+    angles = limb_angles(anatomy, fit.directions, state.pose.angles)
+    named = angles_by_name(anatomy, angles)
+    message = PartialBap(
+        frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, view=view,
+        angles={name: named[name] for limb in limbs_of(anatomy) for name in _names(limb.spherical, anatomy.angles[limb.flexion])},
+        limbs={
+            LIMBS[k]: LimbMatch(score=max(r.score, 0.0), visible=r.visible, matchings=list(r.matchings))
+            for k, r in sorted(results.items())
+        },
+        exchange=gain, score=fit.score(), based_on=state.based_on,
+    )  # fmt: skip
+    return replace(state, pending=None, assignment=assignment), [message]
+
+
+def _names(spherical: str, flexion: str) -> list[str]:
+    return [f"{spherical}.{axis}" for axis in "zxy"] + [flexion]

@@ -1,0 +1,31 @@
+"""Facade or flank: the width of the upper body in one view.  [Two-view 3.1]"""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Mask = NDArray[np.uint8]
+View = Literal["facade", "flank"]
+
+THRESHOLD = 0.65  # Paper: the torso's height h, against columns of 1.2 h: a slight bow and the torso is gone
+BELOW_HIPS = 0.2  # y_hip = y_c + 0.2 h
+
+
+def upper_body_width(mask: Mask, hip_row: float, torso_height_px: float) -> int:
+    """W_u-body in px: between the outermost columns with more than 0.65 h of silhouette above y_hip.
+
+    mask: (height, width).  hip_row: y_c, row of the navel.  torso_height_px: h times the perspective scaling factor.
+    0 when no column is high enough.
+    """
+    bottom = int(np.clip(round(hip_row + BELOW_HIPS * torso_height_px), 0, mask.shape[0]))
+    projection = np.count_nonzero(mask[:bottom], axis=0)
+    high = np.flatnonzero(projection > THRESHOLD * torso_height_px)
+    return int(high[-1] - high[0] + 1) if high.size else 0
+
+
+def own_view(view: View, width: float, low: float, high: float) -> View:
+    """The viewer's own decision: flank below `low`, facade above `high`, otherwise unchanged."""
+    if width < low:
+        return "flank"
+    return "facade" if width > high else view

@@ -9,7 +9,8 @@ from common.actor.truth import SEGMENTS, SIDE_NAMES, Truth
 from common.body.anatomy import TEN_PARTS, Floats
 from common.body.definition import Bdp, Pose
 from common.body.kinematics import joint_centres, part_frames
-from common.messages import Body, UniversalBap
+from common.conversion import angles_of
+from common.messages import UniversalBap
 
 JOINTS = tuple(marker.name for marker in TEN_PARTS.markers)
 LIMB_SEGMENTS = tuple(f"{side}_{segment}" for side in SIDE_NAMES for segment in SEGMENTS)
@@ -39,20 +40,8 @@ class FrameError:
         return bool(self.joints.mean() > LOST_MM)
 
 
-def bdp_of(body: Body) -> Bdp:
-    """The arrays of a universal BDP as it is on the wire."""
-    return Bdp(
-        np.array([body.sizes[part] for part in TEN_PARTS.parts]),
-        np.array([body.offsets.get(joint.name, (0.0, 0.0, 0.0)) for joint in TEN_PARTS.joints]),
-    )
-
-
-def pose_of(bap: UniversalBap) -> Pose:
-    return Pose(np.array(bap.position), np.array([bap.angles[name] for name in TEN_PARTS.angles]))
-
-
 def estimate(bdp: Bdp, bap: UniversalBap) -> Estimate:
-    pose = pose_of(bap)
+    pose = Pose(np.array(bap.position), angles_of(TEN_PARTS, bap.angles, TEN_PARTS.neutral))
     frames = part_frames(TEN_PARTS, bdp, pose)
     torso = frames[TEN_PARTS.index["torso"]]
     return Estimate(

@@ -9,12 +9,13 @@ from common.body.anatomy import TEN_PARTS
 from common.body.definition import Bdp
 from common.bus.protocol import Envelope
 from common.camera.pinhole import Camera
+from common.conversion import bdp_of
 from common.runtime.specs import Background, FirstFrames
 from common.topics import topic_of
 from services.integrator import step as integrator
 from services.viewer import step as viewer
 from services.viewer.sources.frame import Frame
-from tests.evaluation.errors import Estimate, bdp_of, estimate
+from tests.evaluation.errors import Estimate, estimate
 from tests.evaluation.takes import Film
 
 EPOCH_NS = 1_700_000_000_000_000_000
@@ -72,7 +73,7 @@ class Loop:
     def _note(self, message: m.Message) -> None:
         match message:
             case m.UniversalBdp():
-                self.track.body = bdp_of(message.body)
+                self.track.body = bdp_of(TEN_PARTS, message.body)
             case m.UniversalBap():
                 self.track.baps[message.frame] = message
             case m.PartialBap():

@@ -44,15 +44,11 @@ def run(chosen: list[Take], folder: Path | None, jobs: int) -> dict[Take, list[F
 def report(results: dict[Take, list[FrameError]]) -> str:
     rows = []
     for posture in dict.fromkeys(take.posture for take in results):
-        rows.append(
-            (posture, *summary([e for take, found in results.items() if take.posture == posture for e in found]))
-        )
+        rows.append((posture, *summary([e for take, found in results.items() if take.posture == posture for e in found])))
     every = [error for found in results.values() for error in found]
     rows.append(("all", *summary(every)))
     segments = np.stack([error.segments for error in every if np.isfinite(error.segments).all()])
-    parts = [
-        (name, float(segments[:, k].mean()), float(np.median(segments[:, k]))) for k, name in enumerate(LIMB_SEGMENTS)
-    ]
+    parts = [(name, float(segments[:, k].mean()), float(np.median(segments[:, k]))) for k, name in enumerate(LIMB_SEGMENTS)]
     people = [
         (somebody, *summary([e for take, found in results.items() if take.person == somebody for e in found]))
         for somebody in dict.fromkeys(take.person for take in results)

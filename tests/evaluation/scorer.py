@@ -35,9 +35,7 @@ class FullFrame:
         self.situation = situation
         self.canvas = np.zeros_like(situation.picture.mask)
 
-    def score(
-        self, directions: Floats, axis: Floats, what: int, angle: float, limb: LimbBody, picture: Picture
-    ) -> float:
+    def score(self, directions: Floats, axis: Floats, what: int, angle: float, limb: LimbBody, picture: Picture) -> float:
         trial = np.empty((2, 3))
         turn_limb(directions, axis, what, angle, trial)
         if not allowed(trial, limb.is_leg):

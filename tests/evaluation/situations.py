@@ -37,9 +37,7 @@ class Situation:
     picture: Picture
 
     def tri_tree(self) -> Found:
-        return tri_tree(
-            self.directions[self.limb], self.axis, self.what, self.region, -FREE, FREE, self.body, self.picture
-        )
+        return tri_tree(self.directions[self.limb], self.axis, self.what, self.region, -FREE, FREE, self.body, self.picture)
 
     def full_search(self, step: float) -> Found:
         start = self.directions[self.limb]

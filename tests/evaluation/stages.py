@@ -89,9 +89,7 @@ def measure(size: Size, count: int) -> list[tuple[str | float, ...]]:
         ms = 1000.0 * np.array([row[stage] for row in rows])
         target = TARGETS_MS[size] if stage == WHOLE else ""
         name = f"{size[0]}x{size[1]} {stage}"
-        table_rows.append(
-            (name, len(rows), float(np.median(ms)), float(np.quantile(ms, 0.9)), float(ms.mean()), target)
-        )
+        table_rows.append((name, len(rows), float(np.median(ms)), float(np.quantile(ms, 0.9)), float(ms.mean()), target))
     return table_rows
 
 
@@ -102,9 +100,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     rows = [row for size in (SMALL, LARGE) for row in measure(size, options.takes)]
     print(
-        table(
-            "A viewer's time per frame, one core", ("stage", "frames", "median ms", "p90 ms", "mean ms", "target"), rows
-        )
+        table("A viewer's time per frame, one core", ("stage", "frames", "median ms", "p90 ms", "mean ms", "target"), rows)
     )
 
 

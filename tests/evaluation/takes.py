@@ -59,9 +59,7 @@ def people(people_seed: int, count: int = PEOPLE) -> list[int]:
     return [PEOPLE * people_seed + k for k in range(count)]
 
 
-def takes(
-    people_seed: int, count: int = PEOPLE, postures: tuple[str, ...] = POSTURES, size: Size = SMALL
-) -> list[Take]:
+def takes(people_seed: int, count: int = PEOPLE, postures: tuple[str, ...] = POSTURES, size: Size = SMALL) -> list[Take]:
     return [
         Take(somebody, posture, number, size)
         for somebody in people(people_seed, count)

@@ -71,9 +71,7 @@ class Sighting(Message, frozen=True, tag="sighting"):
     view: View  # the viewer's own decision
     score: Score  # Eq. 1 of the shifted model
     tilt: Radians = 0.0  # turn of the torso about this view's axis since the universal BAP
-    turns: Annotated[
-        list[LogScore], Meta(max_length=16)
-    ] = []  # of the body turned about the vertical, see viewer.position
+    turns: Annotated[list[LogScore], Meta(max_length=16)] = []  # of the body turned about the vertical, see viewer.position
     based_on: Annotated[int, Meta(ge=-1, le=2**53)] = -1  # frame of the universal BAP that the model was placed by
 
 

@@ -51,9 +51,7 @@ class Topic:
 PARTIAL_BDP = Topic("partial_bdp", "zenocap/{rig}/viewer/{viewer}/bdp", m.PartialBdp, Queueing.KEPT, "on change")
 SIGHTING = Topic("sighting", "zenocap/{rig}/viewer/{viewer}/sighting", m.Sighting, Queueing.LATEST, "every frame")
 PARTIAL_BAP = Topic("partial_bap", "zenocap/{rig}/viewer/{viewer}/bap", m.PartialBap, Queueing.LATEST, "every frame")
-SILHOUETTE = Topic(
-    "silhouette", "zenocap/{rig}/viewer/{viewer}/silhouette", m.Silhouette, Queueing.LATEST, "every frame"
-)
+SILHOUETTE = Topic("silhouette", "zenocap/{rig}/viewer/{viewer}/silhouette", m.Silhouette, Queueing.LATEST, "every frame")
 PREVIEW = Topic("preview", "zenocap/{rig}/viewer/{viewer}/preview", m.Preview, Queueing.LATEST, "at most 5 Hz")
 CAMERA = Topic("camera", "zenocap/{rig}/viewer/{viewer}/camera", m.CameraInfo, Queueing.KEPT, "on change")
 UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.UniversalBdp, Queueing.KEPT, "on change")

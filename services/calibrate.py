@@ -157,9 +157,7 @@ def _print_solved(solved: SolvedCamera) -> None:
     x, y, z = solved.camera.centre
     typer.echo(f"{solved.camera.name}: focal length {solved.focal_px:.1f} px, at ({x:.3f}, {y:.3f}, {z:.3f}) m")
     typer.echo(f"  distance {solved.distance_m:.3f} ± {solved.distance_error_m:.3f} m")
-    residuals = ", ".join(
-        f"{name}' ({x:+.2f}, {y:+.2f})" for name, (x, y) in zip("ABC", solved.residuals_px, strict=True)
-    )
+    residuals = ", ".join(f"{name}' ({x:+.2f}, {y:+.2f})" for name, (x, y) in zip("ABC", solved.residuals_px, strict=True))
     typer.echo(f"  residuals px: {residuals}")
 
 

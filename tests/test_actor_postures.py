@@ -47,9 +47,7 @@ def test_repetitions_differ_and_are_repeatable(name: str) -> None:
 
 @pytest.mark.parametrize("name", POSTURES)
 @pytest.mark.parametrize(("seed", "repetition"), PEOPLE)
-def test_a_take_is_about_forty_frames_at_fifteen_and_starts_and_ends_neutral(
-    name: str, seed: int, repetition: int
-) -> None:
+def test_a_take_is_about_forty_frames_at_fifteen_and_starts_and_ends_neutral(name: str, seed: int, repetition: int) -> None:
     someone = person(seed)
     motion = posture(someone, name, repetition)
     assert 2.2 < motion.duration_s < 3.3

@@ -190,9 +190,7 @@ def test_opencv_storage_errors_name_file_and_key(tmp_path):
     path = tmp_path / "extri.yml"
     path.write_text("%YAML:1.0\n---\nRot_a: 1\n")
     storage(tmp_path / "intri.yml", {"K_a": np.eye(3)})
-    with pytest.raises(
-        CalibrationError, match=r"extri\.yml: no camera in it: there are: Rot_a; allowed: extri\.yml with"
-    ):
+    with pytest.raises(CalibrationError, match=r"extri\.yml: no camera in it: there are: Rot_a; allowed: extri\.yml with"):
         read_calibration(path)
     storage(path, {"T_a": np.zeros((3, 1)), "Rot_a": np.eye(3)})
     with pytest.raises(CalibrationError, match=r"intri\.yml: dist_a is missing; there are: K_a"):

@@ -16,9 +16,7 @@ def level_camera(facing: int, focal: float, centre: tuple[float, float, float], 
     return Camera("c", size, matrix, np.zeros(4), FACING[facing], -FACING[facing] @ np.array(centre))
 
 
-def measure(
-    one: Camera, two: Camera, d_x: float, d_z: float, t: float, noise: float = 0.0, seed: int = 0
-) -> Measurements:
+def measure(one: Camera, two: Camera, d_x: float, d_z: float, t: float, noise: float = 0.0, seed: int = 0) -> Measurements:
     chance = np.random.default_rng(seed)
     points = np.array([[0, t, 0], [0, t, d_z], [d_x, t, 0.0]])
     seen = [camera.project(points) + noise * chance.standard_normal((3, 2)) for camera in (one, two)]

@@ -175,9 +175,7 @@ def test_two_view_needs_two_viewers(tmp_path):
 
 
 def test_a_rig_that_is_not_there_and_a_method_that_is_none(tmp_path):
-    with pytest.raises(
-        RigError, match=r"no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/"
-    ):
+    with pytest.raises(RigError, match=r"no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/"):
         load_rig(tmp_path / "none.toml")
     with pytest.raises(RigError, match="method = 'magic': allowed: two-view, joint, hybrid"):
         load_rig(write_rig(tmp_path), "magic")
@@ -258,9 +256,7 @@ def test_videos_with_other_names_are_taken_in_order(tmp_path):
 
 
 def test_errors_of_a_folder(tmp_path):
-    with pytest.raises(
-        RigError, match=r"calibration.toml is missing: allowed: a rig file or a folder with it and videos/"
-    ):
+    with pytest.raises(RigError, match=r"calibration.toml is missing: allowed: a rig file or a folder with it and videos/"):
         load_rig(tmp_path)
     folder = write_folder(tmp_path / "take", [0, 90], 'up_axis = "x"')
     with pytest.raises(RigError, match=r"clip.toml: up_axis = 'x': allowed: 'y' or 'z'"):

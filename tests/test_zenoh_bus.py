@@ -199,9 +199,7 @@ def test_a_router_that_comes_back_finds_the_rig_again(endpoint: str) -> None:
             reader.subscribe(PARTIAL_BDP)
             wait_for(reader, carries(m.PartialBdp))
             router.close()
-            changed = m.PartialBdp(
-                frame=9, captured_ns=0, viewer="1", side="side", height_px=1.0, score=0.1, lengths={}
-            )
+            changed = m.PartialBdp(frame=9, captured_ns=0, viewer="1", side="side", height_px=1.0, score=0.1, lengths={})
             sender.publish(PARTIAL_BDP, changed)
             with open_session(listening):
                 found = wait_for(reader, carries(m.PartialBdp), 5.0)

@@ -136,9 +136,7 @@ class ActorCamera:
         )
         covered = (dark > 0).astype(np.float32)
         # A penumbra is as wide to the side as the scale says, but foreshortened along the ground.
-        soft = cv2.GaussianBlur(
-            covered, (0, 0), max(blur * SHADOW_STEP, 0.4), sigmaY=max(0.45 * blur * SHADOW_STEP, 0.4)
-        )
+        soft = cv2.GaussianBlur(covered, (0, 0), max(blur * SHADOW_STEP, 0.4), sigmaY=max(0.45 * blur * SHADOW_STEP, 0.4))
         soft = cv2.resize(soft, (region.width, region.height), interpolation=cv2.INTER_LINEAR)
         rows, cols = slice(region.top, region.top + region.height), slice(region.left, region.left + region.width)
         light = np.float32(1.0) - np.float32(SHADOW) * soft * self._view.floor[rows, cols]

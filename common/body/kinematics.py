@@ -45,9 +45,7 @@ def place_part(
 
 
 @njit(cache=True, error_model="numpy")
-def place_parts(
-    tree: NDArray[np.int64], offsets: Floats, position: Floats, angles: Floats, part_to_world: Floats
-) -> None:
+def place_parts(tree: NDArray[np.int64], offsets: Floats, position: Floats, angles: Floats, part_to_world: Floats) -> None:
     """Place every part: part_to_world (parts, 3, 4) is overwritten."""
     for joint in range(tree.shape[0]):
         place_part(joint, tree, offsets, position, angles, part_to_world)

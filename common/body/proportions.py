@@ -40,9 +40,7 @@ def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
     }
     for part, size in sizes.items():
         if min(size) < 0.02 or max(size) > 1.2:
-            raise ValueError(
-                f"{part}: size {tuple(round(float(s), 3) for s in size)} m is not a person's (0.02 to 1.2)"
-            )
+            raise ValueError(f"{part}: size {tuple(round(float(s), 3) for s in size)} m is not a person's (0.02 to 1.2)")
     offsets = {
         "neck": (0.0, torso, 0.0),
         "shoulder": (shoulder_half, lengths["arm_line"] - hip, 0.0),

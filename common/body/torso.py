@@ -4,7 +4,6 @@ import numpy as np
 
 from common.body.anatomy import Floats
 
-
 TURNS = np.radians([-16.0, -8.0, 0.0, 8.0, 16.0])  # about the vertical: the turns whose scores the viewers share
 LOW, HIGH = 0.35, 0.65  # th_low and th_high between the flank's and the facade's width
 

@@ -52,9 +52,7 @@ class ZenohBus:
         self._asked = 0
 
     @classmethod
-    def open(
-        cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False
-    ) -> "ZenohBus":
+    def open(cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False) -> "ZenohBus":
         """Raises BusError as `open_session` does, and ValueError for a bad rig name."""
         checked_name("rig", rig)
         return cls(open_session(options, stopped), rig, clock)
@@ -207,7 +205,5 @@ class ZenohBus:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()

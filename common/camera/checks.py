@@ -36,9 +36,7 @@ class Entry:
         meant = difflib.get_close_matches(key, list(there), 1)
         hint = f"; did you mean {meant[0]!r}?" if meant else ""
         where = f"{self.key}.{key}" if self.key else key
-        return CalibrationError(
-            f"{self.path}: {where} is missing; there are: {', '.join(sorted(there)) or 'none'}{hint}"
-        )
+        return CalibrationError(f"{self.path}: {where} is missing; there are: {', '.join(sorted(there)) or 'none'}{hint}")
 
     def numbers(self, key: str, value: object, *shapes: tuple[int, ...]) -> Floats:
         """`value` as finite floats of one of `shapes`; CalibrationError otherwise."""
@@ -74,9 +72,7 @@ def checked_camera(
     turn = checked_rotation(entry, rotation)
     shift = entry.numbers("translation", translation, (3,))
     if np.linalg.norm(shift) > MAX_DISTANCE_M:
-        raise entry.error(
-            "translation", translation, f"metres, at most {MAX_DISTANCE_M:g} long; are these millimetres?"
-        )
+        raise entry.error("translation", translation, f"metres, at most {MAX_DISTANCE_M:g} long; are these millimetres?")
     if up_axis == "z":
         turn = turn @ Z_UP_TO_Y_UP.T
     lens = entry.numbers("distortions", distortions, *((n,) for n in DISTORTION_COUNTS))

@@ -175,9 +175,7 @@ def _distance(view: _View, tape_m: float | None, rows: Floats) -> tuple[float, f
     return float(distance), float(PIXEL_NOISE * abs(slope) * np.hypot(far / np.sqrt(2), near))
 
 
-def _remarks(
-    view: _View, size: tuple[int, int], distance: float, error: float, rows: Floats, height: float
-) -> list[str]:
+def _remarks(view: _View, size: tuple[int, int], distance: float, error: float, rows: Floats, height: float) -> list[str]:
     """What the redundant measurements say against the calibration."""
     seen, label = view.seen, view.label
     limit, centre_x, remarks = MAX_RESIDUAL * size[0], (size[0] - 1) / 2, []
@@ -190,13 +188,9 @@ def _remarks(
     rise, run = abs(view.beside[1] - seen.a[1]), abs(view.beside[0] - seen.a[0])
     if rise > limit:
         angle = np.degrees(np.arctan2(rise, run))
-        remarks.append(
-            f"{label}: the line between equally far pinnacles rises by {angle:.1f} degrees: level the camera"
-        )
+        remarks.append(f"{label}: the line between equally far pinnacles rises by {angle:.1f} degrees: level the camera")
     if error > GOOD_DISTANCE * distance:
-        remarks.append(
-            f"{label}: the distance {distance:.2f} m is known only to ±{error:.2f} m: measure it with a tape"
-        )
+        remarks.append(f"{label}: the distance {distance:.2f} m is known only to ±{error:.2f} m: measure it with a tape")
     if seen.distance_m is not None and rows[0] * rows[1] > 0 and abs(rows[0] - rows[1]) > 2:
         solved, spread = _distance(view, None, rows)
         if abs(solved - distance) > 3 * spread + TAPE_ERROR_M:

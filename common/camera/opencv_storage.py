@@ -22,9 +22,7 @@ def read_opencv(path: Path, up_axis: str = "y") -> dict[str, Camera]:
     names = [key[2:] for key in extrinsics if key.startswith("T_")]
     if not names:
         allowed = "extri.yml with T_name and Rot_name for each camera, intri.yml beside it with K_name and dist_name"
-        raise CalibrationError(
-            f"{path}: no camera in it: there are: {', '.join(extrinsics) or 'none'}; allowed: {allowed}"
-        )
+        raise CalibrationError(f"{path}: no camera in it: there are: {', '.join(extrinsics) or 'none'}; allowed: {allowed}")
     return {name: _camera(path, beside, name, extrinsics, intrinsics, up_axis) for name in names}
 
 

@@ -107,9 +107,7 @@ def demo_rig_file() -> Path:
     root = Path(__file__).resolve().parents[2]
     path = root / "deploy" / "rigs" / "demo.toml"
     if not path.is_file():
-        raise RigError(
-            f"{path}: no such file: the demo needs a checkout of the project, installed with pip install -e ."
-        )
+        raise RigError(f"{path}: no such file: the demo needs a checkout of the project, installed with pip install -e .")
     return path
 
 
@@ -200,9 +198,7 @@ def _own_fps(path: Path, key: str, source: Source, files: bool) -> float:
             rate = float(capture.get(cv2.CAP_PROP_FPS)) if capture.isOpened() else 0.0
             capture.release()
             if not 0 < rate <= 1000:
-                raise RigError(
-                    f"{path}: {key}.source: {file} cannot be opened as a video or has no frame rate: give fps"
-                )
+                raise RigError(f"{path}: {key}.source: {file} cannot be opened as a video or has no frame rate: give fps")
             return rate
     return DEVICE_FPS
 

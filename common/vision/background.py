@@ -143,9 +143,7 @@ def _ratios(mean: Levels, frame: Image, person: Mask, step: int) -> tuple[Levels
     return ratios[:count], sampled
 
 
-def update(
-    background: Background, frame: Image, person: Mask | None, rate: float = 0.02, margin_px: int = 0
-) -> Background:
+def update(background: Background, frame: Image, person: Mask | None, rate: float = 0.02, margin_px: int = 0) -> Background:
     """The model moved towards the frame by `rate` in [0, 1] everywhere but on the person.
 
     person: (height, width) uint8, not 0 on the person; it is widened by margin_px, or 3 % of the image's height if

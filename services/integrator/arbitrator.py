@@ -34,10 +34,8 @@ def arbitrate(first: Claim, second: Claim) -> tuple[View, View]:
             return first.own, second.own
         return first.before, second.before
     mover, stayer = (first, second) if first.changes else (second, first)
-    if mover.own != stayer.own or _passed(mover) > _short(stayer):
-        moved = mover.own
-    else:
-        moved = mover.before
+    wins = mover.own != stayer.own or _passed(mover) > _short(stayer)
+    moved = mover.own if wins else mover.before
     other: View = "flank" if moved == "facade" else "facade"
     return (moved, other) if first.changes else (other, moved)
 

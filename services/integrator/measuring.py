@@ -46,7 +46,8 @@ def define_body(setup: Setup, state: State, instant: Instant[PartialBdp]) -> tup
     """The universal BDP, once both viewers have measured a standing person in several instants."""
     fronts = [partial for partial in instant.items.values() if partial.side == "front"]
     sides = [partial for partial in instant.items.values() if partial.side == "side"]
-    if state.person is not None or state.first is None or len(fronts) != 1 or len(sides) != 1:
+    first = state.first
+    if state.person is not None or first is None or len(fronts) != 1 or len(sides) != 1:
         return replace(state, bodies=()), []
     bodies = (*state.bodies, (fronts[0], sides[0]))[-INSTANTS_OF_BODY:]
     state = replace(state, bodies=bodies)
@@ -57,7 +58,6 @@ def define_body(setup: Setup, state: State, instant: Instant[PartialBdp]) -> tup
         bdp, ratio = integrate_bodies(setup.anatomy, [f.lengths for f, _ in bodies], [s.lengths for _, s in bodies])
     except ValueError as problem:
         return replace(state, bodies=(), problem=f"the body cannot be: {problem}"), []
-    first = state.first
     angles = stretched_angles(setup.anatomy)
     angles[setup.anatomy.index["navel.y"]] = first.yaw
     pose = Pose(first.position, angles)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -28,10 +27,10 @@ class Pairs(Generic[T]):
 
     viewers: tuple[str, ...]
     tolerance_ns: int
-    waiting: Mapping[str, tuple[Item[T], ...]] = MappingProxyType({})
-    missed: Mapping[str, int] = MappingProxyType({})
+    waiting: Mapping[str, tuple[Item[T], ...]] = field(default_factory=dict)
+    missed: Mapping[str, int] = field(default_factory=dict)
     last_ns: int = -1
-    counts: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    counts: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def offer(pairs: Pairs[T], viewer: str, captured_ns: int, value: T) -> tuple[Pai
     queue = tuple(sorted((*queue, Item(captured_ns, value)), key=lambda item: item.captured_ns))[-KEPT_WAITING:]
     waiting = {**pairs.waiting, viewer: queue}
     missed = {**pairs.missed, viewer: 0}
-    pairs = replace(pairs, waiting=MappingProxyType(waiting), missed=MappingProxyType(missed))
+    pairs = replace(pairs, waiting=waiting, missed=missed)
     instants: list[Instant[T]] = []
     while (found := _next(pairs)) is not None:
         pairs, instant = found
@@ -83,11 +82,9 @@ def _next(pairs: Pairs[T]) -> tuple[Pairs[T], Instant[T]] | None:
     missed = {viewer: 0 if viewer in chosen else pairs.missed.get(viewer, 0) + 1 for viewer in pairs.viewers}
     if absent:
         pairs = _count(pairs, "unpaired")
-    pairs = replace(
-        pairs, waiting=MappingProxyType(waiting), missed=MappingProxyType(missed), last_ns=max(pairs.last_ns, start_ns)
-    )
+    pairs = replace(pairs, waiting=waiting, missed=missed, last_ns=max(pairs.last_ns, start_ns))
     return pairs, Instant(start_ns, {viewer: item.value for viewer, item in chosen.items()})
 
 
 def _count(pairs: Pairs[T], what: str) -> Pairs[T]:
-    return replace(pairs, counts=MappingProxyType({**pairs.counts, what: pairs.counts.get(what, 0) + 1}))
+    return replace(pairs, counts={**pairs.counts, what: pairs.counts.get(what, 0) + 1})

@@ -1,4 +1,4 @@
-"""Each instant's assignment: where the tracked person stands, how the torso is turned, and who sees the facade.  [Two-view 4.2, 4.3]"""
+"""Each instant's assignment: where the person stands, how the torso turns, who sees the facade.  [Two-view 4.2, 4.3]"""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -54,9 +54,7 @@ def _placed(setup: Setup, person: Person, captured_ns: int) -> Placed | None:
     return near[-1] if near else None
 
 
-def _viewed(
-    setup: Setup, placed: Placed, torso: Floats, person: Person, viewer: str, bap: PartialBap
-) -> ViewedLimbs:
+def _viewed(setup: Setup, placed: Placed, torso: Floats, person: Person, viewer: str, bap: PartialBap) -> ViewedLimbs:
     angles = angles_of(setup.anatomy, bap.angles, person.pose.angles)
     ray = placed.position - setup.cameras[viewer].centre
     visible = np.array([bap.limbs[limb].visible if limb in bap.limbs else 0.0 for limb in LIMBS])

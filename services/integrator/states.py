@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp, Pose
@@ -70,8 +69,9 @@ class Person:
 
 @dataclass(frozen=True)
 class State:
-    """sightings, baps: what waits for its pair.  views: arbitrated, by viewer.  bodies: pairs of partial BDPs (front, side).
+    """sightings, baps, bdps: what waits for its pair.  views: arbitrated, by viewer.  bodies: (front, side) BDPs so far.
 
+    last: each viewer's last sighting of a person.  first: the newest assignment made before the body is known.
     offsets: each viewer's clock against this one.
     """
 
@@ -80,8 +80,8 @@ class State:
     bdps: Pairs[PartialBdp]
     views: Mapping[str, View]
     bodies: tuple[tuple[PartialBdp, PartialBdp], ...] = ()
-    last: Mapping[str, Sighting] = MappingProxyType({})
+    last: Mapping[str, Sighting] = field(default_factory=dict)
     first: Placed | None = None
     person: Person | None = None
-    offsets: Mapping[str, Offset] = field(default_factory=lambda: MappingProxyType({}))
+    offsets: Mapping[str, Offset] = field(default_factory=dict)
     problem: str = ""

@@ -1,4 +1,4 @@
-"""The integrator's step: the viewers' sightings, partial BDPs and BAPs in; assignments, universal BDP and BAP out.  [Two-view 4]"""
+"""The integrator's step: sightings, partial BDPs and BAPs in; assignments, universal BDP and BAP out.  [Two-view 4]"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -10,9 +10,9 @@ from common.runtime.clock import offset_in, to_integrator_ns
 from common.runtime.service import Tick
 from services.integrator.arbitrator import View
 from services.integrator.measuring import define_body, place_first
+from services.integrator.pairing import Instant, Pairs, offer
 from services.integrator.placing import place_person
 from services.integrator.posing import pose_person
-from services.integrator.pairing import Instant, Pairs, offer
 from services.integrator.states import INSTANTS_OF_BODY, Setup, State, integrator_setup
 
 __all__ = ["counts", "describe", "initial_state", "integrator_setup", "step"]

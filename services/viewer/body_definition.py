@@ -33,7 +33,7 @@ class Torso:
 
 def vertical_projection(mask: Mask) -> NDArray[np.int64]:
     """P(x): silhouette pixels in every column.  mask: (height, width) of 0 and 1."""
-    return np.count_nonzero(mask, axis=0).astype(np.int64)
+    return np.asarray(np.count_nonzero(mask, axis=0), dtype=np.int64)
 
 
 def torso_columns(mask: Mask) -> Torso:
@@ -51,7 +51,7 @@ def torso_columns(mask: Mask) -> Torso:
 
 def without_head(mask: Mask, torso_width: int) -> Mask:
     """The silhouette after closing and opening with an element of 0.8 W_torso x 1: the head is gone.  [Two-view Fig. 6]"""
-    length = max(3, int(round(0.8 * torso_width)) | 1)  # odd: an even element shifts the mask
+    length = max(3, round(0.8 * torso_width) | 1)  # odd: an even element shifts the mask
     element = np.ones((1, length), np.uint8)
     closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, element)
     return np.asarray(cv2.morphologyEx(closed, cv2.MORPH_OPEN, element), dtype=np.uint8)

@@ -75,9 +75,7 @@ def core_score(position: Floats, torso_to_world: Floats, model: BodyModel, pictu
 
 
 @njit(cache=True, error_model="numpy")
-def cover_body(
-    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture
-) -> float:
+def cover_body(position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture) -> float:
     """Put the whole model down afresh and return its matching score.  directions: (4, 2, 3) in the torso's frame."""
     picture.cover[:, :] = 0
     picture.totals[1] = 0

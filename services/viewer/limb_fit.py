@@ -45,9 +45,7 @@ class LimbFit:
     def turn(self, what: int, region: float, axis: Floats | None = None) -> None:
         """A tri-tree search about `axis`, the view's axis if none is given."""
         axis = self.axis if axis is None else axis
-        angle, score, matchings = tri_tree(
-            self.directions, axis, what, region, -FREE, FREE, self.body, self.fit.picture
-        )
+        angle, score, matchings = tri_tree(self.directions, axis, what, region, -FREE, FREE, self.body, self.fit.picture)
         self.matchings += (matchings,)
         self._apply(what, axis, angle, score)
 

@@ -58,9 +58,7 @@ def looks_like_side(shape: Outline) -> bool:
     return shape.width <= SIDE_WIDTH * shape.height
 
 
-def fine_tuned(
-    anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, yaw_rotation: Floats
-) -> Mapping[str, float]:
+def fine_tuned(anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, yaw_rotation: Floats) -> Mapping[str, float]:
     """The front viewer's lengths after fine-tuning by the matching score.  [Two-view 2.4, (c)]
 
     mask: (height, width).  camera: (5, 3) level camera rows.  position: (3,) navel.  yaw_rotation: (3, 3) torso to world.

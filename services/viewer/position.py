@@ -66,9 +66,7 @@ def sight(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Fl
     mask = fit.picture.mask
     fit.place(position, torso_to_world, directions)
     coarse = max(1, round(mask.shape[0] / PAPER_ROWS))
-    found, score = shift_body(
-        position, torso_to_world, directions, fit.model, fit.picture, fit.metres_per_pixel(), coarse
-    )
+    found, score = shift_body(position, torso_to_world, directions, fit.model, fit.picture, fit.metres_per_pixel(), coarse)
     fit.place(found, torso_to_world, directions)
     turns = tuple(_turn_score(fit, found, torso_to_world, directions, turn) for turn in TURNS)
     fit.place(found, torso_to_world, directions)

@@ -177,9 +177,7 @@ def _pose(setup: Setup, message: UniversalBap) -> Pose:
     return Pose(np.array(message.position), angles)
 
 
-def _measure(
-    setup: Setup, state: MeasuringBody, pending: Pending, assignment: Assignment
-) -> tuple[State, list[Message]]:
+def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: Assignment) -> tuple[State, list[Message]]:
     """Partial BDP, when this viewer sees its side of the initial posture."""
     shape = outline(pending.mask)
     position = np.array(assignment.position)

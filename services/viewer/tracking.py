@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from common.body.anatomy import Floats
-from common.body.limbs import LIMBS, limb_angles, limb_directions, limbs_of, resting_arm
-from common.body.torso import torso_rotation
+from common.body.anatomy import Anatomy, Floats
+from common.body.limbs import LIMBS, Limb, limb_angles, limb_directions, limbs_of, resting_arm
+from common.body.torso import torso_rotation, width_thresholds
 from common.conversion import angles_by_name
 from common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
 from services.viewer.arms import find_arm
@@ -14,9 +14,8 @@ from services.viewer.body_fit import BodyFit
 from services.viewer.legs import LEFT, RIGHT, exchange_gain, find_leg_facade, find_leg_flank
 from services.viewer.limb_fit import LimbResult
 from services.viewer.measuring import outline
-from services.viewer.position import sight
+from services.viewer.position import Sight, sight
 from services.viewer.states import Pending, Setup, Tracking
-from common.body.torso import width_thresholds
 from services.viewer.view import own_view, upper_body_width
 
 PREDICTED = 0.8  # share of the last frame's motion that is expected to go on
@@ -61,7 +60,9 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
     return replace(state, pending=pending, score=found.score, typical=typical), message
 
 
-def _found_again(setup, state, fit, torso, directions, score):  # type: ignore[no-untyped-def]
+def _found_again(
+    setup: Setup, state: Tracking, fit: BodyFit, torso: Floats, directions: Floats, score: float
+) -> Sight | None:
     """The person where the silhouette's torso is, when the last place explains it badly."""
     shape = outline(fit.picture.mask)
     focal, (cx, cy) = setup.level.focal_px(), setup.level.centre_px()
@@ -99,7 +100,7 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
     named = angles_by_name(anatomy, angles)
     message = PartialBap(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, view=view,
-        angles={name: named[name] for limb in limbs_of(anatomy) for name in _names(limb.spherical, anatomy.angles[limb.flexion])},
+        angles={name: named[name] for limb in limbs_of(anatomy) for name in _angle_names(anatomy, limb)},
         limbs={
             LIMBS[k]: LimbMatch(score=max(r.score, 0.0), visible=r.visible, matchings=list(r.matchings))
             for k, r in sorted(results.items())
@@ -109,5 +110,5 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
     return replace(state, pending=None, assignment=assignment), [message]
 
 
-def _names(spherical: str, flexion: str) -> list[str]:
-    return [f"{spherical}.{axis}" for axis in "zxy"] + [flexion]
+def _angle_names(anatomy: Anatomy, limb: Limb) -> list[str]:
+    return [anatomy.angles[k] for k in (limb.z, limb.x, limb.y, limb.flexion)]

@@ -36,9 +36,7 @@ def actor_frames(source: Actor, fps: float, camera: Camera, playback: Playback, 
         for index in range(int(script.duration_s * fps)):
             yield Frame(index, playback.time_of(index, fps), film.render(script.pose_at(index / fps), index))
         return
-    film.render(
-        script.pose_at(script.motion_from_s), 0
-    )  # what is compiled on first use must not delay the first frames
+    film.render(script.pose_at(script.motion_from_s), 0)  # what is compiled on first use must not delay the first frames
     index, seen = 0, 0
     while True:
         behind = (playback.clock.now_ns() - playback.epoch_ns) * fps / 1e9

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import pi, radians
+from math import cos, pi, radians
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from services.integrator.perspective import Ray, meeting_depths
 from services.integrator.states import Person, Placed, Setup, State
 
 KEPT_PLACES = 4
+UPRIGHT = cos(radians(25))  # a torso bent further than this is no longer as wide as its columns
 SNAP = radians(60)  # a body further off the facade viewer's axis than this has turned
 
 
@@ -66,8 +67,8 @@ def _torso(
     spine = spine_after(torso_rotation(yaw, lean, roll)[:, 1], tilts)
     off_axis = _off_axis(setup, yaw, views)
     if abs(off_axis) > SNAP:  # the arbitrator has seen a turn that the torso's own search has not
-        yaw -= off_axis
-    else:
+        yaw = _turned_to(setup, yaw, views)
+    elif spine[1] > UPRIGHT:
         profiles = [sighting.turns for sighting in seen.values() if len(sighting.turns) == len(TURNS)]
         if profiles:
             yaw += turn_of_body(profiles, TURNS, off_axis)
@@ -75,6 +76,21 @@ def _torso(
     lean, roll = tilt_of_spine(spine, yaw)
     lean = float(np.clip(lean, *limits[index["navel.x"]]))
     return _wrapped(yaw), lean, float(np.clip(roll, *limits[index["navel.z"]]))
+
+
+def _turned_to(setup: Setup, yaw: float, views: Mapping[str, View]) -> float:
+    """The yaw on the facade viewer's axis after a turn: front or back, whichever is nearer.
+
+    A silhouette cannot tell them apart ([Two-view 5.2 (4)]), so facing the first viewer again counts for half its angle.
+    """
+    facade = next(viewer for viewer in setup.cameras if views[viewer] == "facade")
+    start = facing(next(iter(setup.cameras.values())))
+    front = facing(setup.cameras[facade])
+
+    def cost(candidate: float) -> float:
+        return abs(_wrapped(candidate - yaw)) + 0.5 * abs(_wrapped(candidate - start))
+
+    return min((front, front + pi), key=cost)
 
 
 def _off_axis(setup: Setup, yaw: float, views: Mapping[str, View]) -> float:
@@ -88,6 +104,10 @@ def _views(setup: Setup, state: State, seen: Mapping[str, Sighting], position: F
     """Facade and flank by the arbitrator; unchanged while a viewer is missing."""
     person = state.person
     if person is None or len(seen) < len(setup.cameras):
+        return dict(state.views)
+    index, angles = setup.anatomy.index, person.pose.angles
+    spine = torso_rotation(0.0, float(angles[index["navel.x"]]), float(angles[index["navel.z"]]))[1, 1]
+    if spine < UPRIGHT:
         return dict(state.views)
     torso = person.bdp.sizes[setup.anatomy.index["torso"]]
     low, high = width_thresholds(2 * float(torso[2]), 2 * float(torso[1]))

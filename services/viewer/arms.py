@@ -8,34 +8,39 @@ from math import radians
 
 from common.body.anatomy import Floats
 from services.viewer.body_fit import BodyFit
-from services.viewer.limb_fit import LimbFit, LimbResult
+from services.viewer.limb_fit import FREE, LimbFit, LimbResult
 from services.viewer.limb_search import ARM_REGION, BOTH, LOWER
 
-LOST_STEP = radians(15)
+SWEEP_STEP = radians(15)
 WORTH = 0.004  # matching score that another start must gain
 
 
 def find_arm(fit: BodyFit, k: int, resting: Floats, lost: bool) -> LimbResult:
     """Arm k (0 right, 1 left): shoulder, elbow, then their slant; also begun from `resting` (2, 3), the hanging arm.
 
-    lost: look all the way round first.
+    lost: also look all the way round.
     """
     search = LimbFit(fit, k)
+
+    def near() -> None:
+        search.turn(BOTH, ARM_REGION)
+        search.turn(LOWER, ARM_REGION)
+        search.turn(BOTH, ARM_REGION, search.slant_axis(0))
+        search.turn(LOWER, ARM_REGION / 2, search.slant_axis(1))
+        search.turn(BOTH, ARM_REGION / 4)
+
+    def from_rest() -> None:
+        search.start(resting)
+        search.turn(BOTH, ARM_REGION)
+        search.turn(LOWER, ARM_REGION)
+
+    def all_round() -> None:
+        search.start(resting)
+        search.sweep(BOTH, 2 * FREE, SWEEP_STEP)
+        near()
+
+    near()
+    search.better_of(from_rest, WORTH)
     if lost:
-        search.sweep(BOTH, LOST_STEP)
-    _search(search)
-    found = search.directions, search.score
-    search.start(resting)
-    search.turn(BOTH, ARM_REGION)
-    search.turn(LOWER, ARM_REGION)
-    if search.score < found[1] + WORTH:
-        search.directions, search.score = found
+        search.better_of(all_round, WORTH)
     return search.done()
-
-
-def _search(search: LimbFit) -> None:
-    search.turn(BOTH, ARM_REGION)
-    search.turn(LOWER, ARM_REGION)
-    search.turn(BOTH, ARM_REGION, search.slant_axis(0))
-    search.turn(LOWER, ARM_REGION / 2, search.slant_axis(1))
-    search.turn(BOTH, ARM_REGION / 4)

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 Mask = NDArray[np.uint8]
 
+TORSO_ROWS = (0.22, 0.45)  # from shoulders to hips, from the top of the head, in body heights
+
 
 @dataclass(frozen=True)
 class Torso:
@@ -90,10 +92,15 @@ def front_lengths(mask: Mask, metres_per_px: float) -> Mapping[str, float]:
 
 
 def side_lengths(mask: Mask, metres_per_px: float) -> Mapping[str, float]:
-    """height and torso_depth in metres, by the same projection in the side view.  Raises ValueError for an empty mask."""
+    """height and torso_depth in metres in the side view.  Raises ValueError for an empty mask."""
     rows = np.flatnonzero(mask.any(axis=1))
-    torso = torso_columns(mask)
-    return {"height": (rows[-1] + 1 - rows[0]) * metres_per_px, "torso_depth": torso.width * metres_per_px}
+    if rows.size == 0:
+        raise ValueError("no person in the silhouette: it is empty")
+    height = int(rows[-1]) + 1 - int(rows[0])
+    # Paper: the columns above the mean column, as in the front view; from the side those are the legs as much as the torso.
+    torso = mask[int(rows[0] + TORSO_ROWS[0] * height) : int(rows[0] + TORSO_ROWS[1] * height)]
+    depth = float(np.median(np.count_nonzero(torso, axis=1)))
+    return {"height": height * metres_per_px, "torso_depth": depth * metres_per_px}
 
 
 def _arm_thickness_and_line(mask: Mask, torso: Torso, columns: NDArray[np.intp]) -> tuple[float, float]:

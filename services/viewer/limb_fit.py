@@ -1,5 +1,6 @@
 """One limb taken off the body model, searched in one view, and put back."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians
 
@@ -49,12 +50,19 @@ class LimbFit:
         self.matchings += (matchings,)
         self._apply(what, axis, angle, score)
 
-    def sweep(self, what: int, step: float) -> None:
-        """All the way round about the view's axis: for a limb that is lost."""
+    def sweep(self, what: int, region: float, step: float) -> None:
+        """Every `step` of a region about the view's axis: for a limb that is lost."""
         angle, score, _ = full_search(
-            self.directions, self.axis, what, 2 * FREE, -FREE, FREE, step, self.body, self.fit.picture
+            self.directions, self.axis, what, region, -FREE, FREE, step, self.body, self.fit.picture
         )
         self._apply(what, self.axis, angle, score)
+
+    def better_of(self, other: Callable[[], None], worth: float) -> None:
+        """Search anew by `other`, and keep what it finds if that gains at least `worth` of matching score."""
+        directions, score = self.directions, self.score
+        other()
+        if self.score < score + worth:
+            self.directions, self.score = directions, score
 
     def _apply(self, what: int, axis: Floats, angle: float, score: float) -> None:
         if score >= self.score:

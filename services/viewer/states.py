@@ -1,6 +1,6 @@
 """A viewer's setup and the phases it goes through, as types."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +91,8 @@ class MeasuringBody:
 class Tracking:
     """bdp, model: the universal body.  pose: of the universal BAP last received, of frame `based_on`, with the one before.
 
-    typical: running median-like score of this person in this view.  lost: limbs to be searched for widely.
+    typical: the matching score that this person usually reaches in this view.  lost: the last frame fell short of it and
+    was searched widely.
     """
 
     seen: Seen
@@ -104,7 +105,7 @@ class Tracking:
     pending: Pending | None = None
     typical: float = 0.0
     score: float = 0.0
-    lost: frozenset[str] = field(default_factory=frozenset)
+    lost: bool = False
 
 
 @dataclass(frozen=True)

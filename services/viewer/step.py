@@ -70,7 +70,7 @@ def describe(state: State) -> str:
         case AwaitingPose():
             return "waiting for the integrator's pose"
         case Tracking(lost=lost):
-            return "tracking" + (f", searching for {', '.join(sorted(lost))}" if lost else "")
+            return "tracking, searching more widely" if lost else "tracking"
 
 
 def _learn(setup: Setup, state: LearningBackground, frame: Frame) -> tuple[State, list[Message]]:
@@ -161,8 +161,7 @@ def _hear(setup: Setup, state: State, message: Message) -> tuple[State, list[Mes
             model = body_model(setup.anatomy, state.bdp)
             return Tracking(state.seen, state.bdp, model, pose, pose, message.frame), []
         case Tracking(), UniversalBap():
-            lost = frozenset(message.lost)
-            return replace(state, pose=_pose(setup, message), before=state.pose, based_on=message.frame, lost=lost), []
+            return replace(state, pose=_pose(setup, message), before=state.pose, based_on=message.frame), []
     return state, []
 
 

@@ -21,8 +21,8 @@ from services.viewer.view import own_view, upper_body_width
 PREDICTED = 0.8  # share of the last frame's motion that is expected to go on
 DRAW = 0.01  # matching score that a limb's motion may cost, see LimbBody.expected
 REST_DRAW = 0.005  # the same towards the hanging arm
-LOST_SCORE = 0.6  # of the person's own typical score in this view
-TYPICAL_RATE = 0.05
+LOST_PERSON, LOST_SHARE = 0.5, 0.92  # of the person's own typical score in this view: look elsewhere, look wider
+RISE, FALL = 0.2, 0.01  # the typical score follows the good ones
 
 
 def torso_of(setup: Setup, angles: Floats) -> Floats:
@@ -39,7 +39,7 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
     fit = BodyFit(state.model, setup.rows, pending.mask)
     start = pose.position + PREDICTED * (pose.position - state.before.position)
     found = sight(fit, start, torso, directions)
-    if state.typical and found.score < LOST_SCORE * state.typical:
+    if state.typical and found.score < LOST_PERSON * state.typical:
         found = _found_again(setup, state, fit, torso, directions, found.score) or found
     local = setup.rows[:3] @ found.position + setup.rows[3]
     shape = outline(pending.mask)
@@ -55,9 +55,8 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
         view=own_view(before, metres, low, high), score=found.score, tilt=found.tilt, turns=list(found.turns),
         based_on=state.based_on,
     )  # fmt: skip
-    typical = found.score if not state.typical else state.typical + TYPICAL_RATE * (found.score - state.typical)
     pending = replace(pending, fit=fit)
-    return replace(state, pending=pending, score=found.score, typical=typical), message
+    return replace(state, pending=pending, score=found.score), message
 
 
 def _found_again(
@@ -90,11 +89,24 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
     fit.expected[:2] += REST_DRAW * resting
     fit.place(position, torso, expected)
     view = assignment.views[setup.id].view
+    standing = np.tile(torso.T @ np.array([0.0, -1.0, 0.0]), (2, 1))
     results: dict[int, LimbResult] = {}
-    for k in (RIGHT, LEFT):
-        results[k] = find_leg_facade(fit, k, assignment.squatting) if view == "facade" else find_leg_flank(fit, k)
-    for k in (0, 1):
-        results[k] = find_arm(fit, k, resting, LIMBS[k] in state.lost)
+
+    def search(lost: bool) -> None:
+        for k in (RIGHT, LEFT):
+            if view == "facade":
+                results[k] = find_leg_facade(fit, k, assignment.squatting)
+            else:
+                results[k] = find_leg_flank(fit, k, standing, lost)
+        for k in (0, 1):
+            results[k] = find_arm(fit, k, resting, lost)
+
+    search(lost=False)
+    lost = fit.score() < LOST_SHARE * state.typical
+    if lost:
+        search(lost=True)
+    score = fit.score()
+    typical = state.typical + (RISE if score > state.typical else FALL) * (score - state.typical)
     gain = exchange_gain(fit) if view == "facade" else 0.0
     angles = limb_angles(anatomy, fit.directions, state.pose.angles)
     named = angles_by_name(anatomy, angles)
@@ -105,9 +117,9 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
             LIMBS[k]: LimbMatch(score=max(r.score, 0.0), visible=r.visible, matchings=list(r.matchings))
             for k, r in sorted(results.items())
         },
-        exchange=gain, score=fit.score(), based_on=state.based_on,
+        exchange=gain, score=score, based_on=state.based_on,
     )  # fmt: skip
-    return replace(state, pending=None, assignment=assignment), [message]
+    return replace(state, pending=None, assignment=assignment, typical=typical, lost=lost), [message]
 
 
 def _angle_names(anatomy: Anatomy, limb: Limb) -> list[str]:

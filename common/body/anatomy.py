@@ -45,9 +45,9 @@ class Marker:
     joints: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Anatomy:
-    """Joints in an order in which parents come first; part k is moved by joint k."""
+    """Joints in an order in which parents come first; part k is moved by joint k.  Compared by identity."""
 
     name: str
     joints: tuple[Joint, ...]

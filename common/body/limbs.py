@@ -5,11 +5,15 @@ from the directions at the end.  Limbs are right arm, left arm, right leg, left 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
+from common.body.kinematics import rotate
 
 LIMBS = ("right_arm", "left_arm", "right_leg", "left_leg")
 _JOINTS = (
@@ -20,6 +24,7 @@ _JOINTS = (
 )
 SINGULAR = np.cos(np.radians(84))  # below this a rotation about the limb's own line is not defined and keeps its value
 RESTING = np.array([0.0, -0.995, 0.1])  # a hanging arm in the world, a little to the person's front
+FURTHEST_X = np.radians(150)  # of the second solution
 STRAIGHT = np.radians(10)  # under this much bending the twist of the upper part is not seen and keeps its value
 
 
@@ -38,6 +43,7 @@ class Limb:
     is_leg: bool
 
 
+@lru_cache
 def limbs_of(anatomy: Anatomy) -> tuple[Limb, ...]:
     """The four limbs of an anatomy, ordered as `LIMBS`."""
     index = anatomy.index
@@ -52,11 +58,7 @@ def limbs_of(anatomy: Anatomy) -> tuple[Limb, ...]:
 def limb_directions(anatomy: Anatomy, angles: Floats) -> Floats:
     """(4, 2, 3) unit vectors of every limb's upper and lower part in the torso's frame; angles: (angles,) radians."""
     directions = np.empty((len(LIMBS), 2, 3))
-    for k, limb in enumerate(limbs_of(anatomy)):
-        upper_to_torso = _spherical(angles[limb.z], angles[limb.x], angles[limb.y])
-        e = angles[limb.flexion]
-        directions[k, 0] = upper_to_torso[:, 1]
-        directions[k, 1] = upper_to_torso @ np.array([0.0, np.cos(e), np.sin(e)])
+    _directions(_table(anatomy), angles, directions)
     return directions
 
 
@@ -68,17 +70,8 @@ def limb_angles(anatomy: Anatomy, directions: Floats, previous: Floats) -> Float
     Results are within the anatomy's limits.
     """
     angles = previous.copy()
-    for k, limb in enumerate(limbs_of(anatomy)):
-        upper, lower = directions[k]
-        z, x = _upper_angles(upper, float(previous[limb.z]), float(previous[limb.x]), anatomy.limits[limb.z])
-        forearm = _spherical(z, x, 0.0).T @ lower
-        bend = float(np.arccos(np.clip(forearm[1], -1, 1)))
-        sign = -1.0 if limb.is_leg else 1.0
-        twist = float(np.arctan2(sign * forearm[0], sign * forearm[2]))
-        if bend < STRAIGHT:
-            twist = float(previous[limb.y])
-        angles[limb.z], angles[limb.x], angles[limb.y], angles[limb.flexion] = z, x, twist, sign * bend
-    return np.clip(angles, anatomy.limits[:, 0], anatomy.limits[:, 1])
+    _angles(_table(anatomy), anatomy.limits, directions, angles)
+    return angles
 
 
 def limb_origins(anatomy: Anatomy, bdp: Bdp) -> Floats:
@@ -98,40 +91,81 @@ def resting_arm(torso_to_world: Floats, yaw: float) -> Floats:
     return np.stack([hanging, hanging])
 
 
-def legs_exchanged(directions: Floats) -> Floats:
-    """The limbs (4, 2, 3) with the legs' places exchanged front to back, each staying on its own side."""
+def legs_exchanged(directions: Floats, *, unit: bool = True) -> Floats:
+    """The limbs (4, 2, 3) with the legs' places exchanged front to back, each staying on its own side.
+
+    unit: keep directions of unit length.
+    """
     other = directions.copy()
     for k, twin in ((2, 3), (3, 2)):
         other[k] = directions[twin]
         other[k, :, 0] = directions[k, :, 0]
-        other[k] /= np.linalg.norm(other[k], axis=1, keepdims=True)
+        if unit:
+            other[k] /= np.linalg.norm(other[k], axis=1, keepdims=True)
     return other
 
 
-def _spherical(z: float, x: float, y: float) -> Floats:
-    cz, sz, cx, sx, cy, sy = np.cos(z), np.sin(z), np.cos(x), np.sin(x), np.cos(y), np.sin(y)
-    rz = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    product: Floats = rz @ rx @ ry
-    return product
+@lru_cache
+def _table(anatomy: Anatomy) -> NDArray[np.int64]:
+    """(4, 5) for compiled code: angle indices z, x, y and flexion, and whether it is a leg."""
+    return np.array([[limb.z, limb.x, limb.y, limb.flexion, limb.is_leg] for limb in limbs_of(anatomy)], dtype=np.int64)
 
 
+@njit(cache=True, error_model="numpy")
+def _rotation(z: float, x: float, y: float, out: Floats) -> None:
+    """out (3, 3) = Rz(z) Rx(x) Ry(y)."""
+    for row in range(3):
+        for column in range(3):
+            out[row, column] = 1.0 if row == column else 0.0
+    rotate(out, 2, z)
+    rotate(out, 0, x)
+    rotate(out, 1, y)
+
+
+@njit(cache=True, error_model="numpy")
+def _directions(table: NDArray[np.int64], angles: Floats, directions: Floats) -> None:
+    turned = np.empty((3, 3))
+    for k in range(table.shape[0]):
+        _rotation(angles[table[k, 0]], angles[table[k, 1]], angles[table[k, 2]], turned)
+        bend = angles[table[k, 3]]
+        for row in range(3):
+            directions[k, 0, row] = turned[row, 1]
+            directions[k, 1, row] = turned[row, 1] * np.cos(bend) + turned[row, 2] * np.sin(bend)
+
+
+@njit(cache=True, error_model="numpy")
+def _angles(table: NDArray[np.int64], limits: Floats, directions: Floats, angles: Floats) -> None:
+    turned = np.empty((3, 3))
+    for k in range(table.shape[0]):
+        z, x = _upper_angles(directions[k, 0], angles[table[k, 0]], angles[table[k, 1]], limits[table[k, 0]])
+        _rotation(z, x, 0.0, turned)
+        lower = turned.T @ directions[k, 1]
+        bend = np.arccos(min(max(lower[1], -1.0), 1.0))
+        sign = -1.0 if table[k, 4] else 1.0
+        if bend >= STRAIGHT:
+            angles[table[k, 2]] = np.arctan2(sign * lower[0], sign * lower[2])
+        angles[table[k, 0]], angles[table[k, 1]], angles[table[k, 3]] = z, x, sign * bend
+        for column in range(4):
+            at = table[k, column]
+            angles[at] = min(max(angles[at], limits[at, 0]), limits[at, 1])
+
+
+@njit(cache=True, error_model="numpy")
 def _upper_angles(upper: Floats, z_before: float, x_before: float, z_limits: Floats) -> tuple[float, float]:
-    x = float(np.arcsin(np.clip(upper[2], -1, 1)))
+    x = np.arcsin(min(max(upper[2], -1.0), 1.0))
     if np.hypot(upper[0], upper[1]) < SINGULAR:
-        # Forward or backward, z is free; the branch of x follows it.
-        return z_before, x
-    middle = float(z_limits.mean())
-    z = _near(float(np.arctan2(-upper[0], upper[1])), middle)
+        return z_before, x  # forward or backward, z is free
+    middle = (z_limits[0] + z_limits[1]) / 2
+    z = _near(np.arctan2(-upper[0], upper[1]), middle)
     other_z, other_x = _near(z + np.pi, middle), _near(np.pi - x, 0.0)
     nearer = abs(other_z - z_before) + abs(other_x - x_before) < abs(z - z_before) + abs(x - x_before)
-    outside = not z_limits[0] - 0.35 <= z <= z_limits[1] + 0.35
-    if (nearer or outside) and abs(other_x) < np.radians(150):
+    outside = z < z_limits[0] - 0.35 or z > z_limits[1] + 0.35
+    if (nearer or outside) and abs(other_x) < FURTHEST_X:
         return other_z, other_x
     return z, x
 
 
+@njit(cache=True, error_model="numpy")
 def _near(angle: float, middle: float) -> float:
     """The same angle within half a turn of `middle`."""
-    return angle + 2 * np.pi * round((middle - angle) / (2 * np.pi))
+    return float(angle + 2 * np.pi * np.round((middle - angle) / (2 * np.pi)))

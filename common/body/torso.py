@@ -28,14 +28,6 @@ def tilt_of_spine(spine: Floats, yaw: float) -> tuple[float, float]:
     return float(np.arctan2(z, y)), float(-np.arcsin(np.clip(x, -1, 1)))
 
 
-def turned_about(axis: Floats, angle: float) -> Floats:
-    """(3, 3) rotation by `angle` radians about the unit vector `axis` (3,)."""
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    rotation: Floats = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-    return rotation
-
-
 def width_thresholds(flank_width: float, facade_width: float) -> tuple[float, float]:
     """(th_low, th_high) of the upper body's width, in the unit of the widths in the initial posture.  [Two-view 3.1]"""
     gap = facade_width - flank_width

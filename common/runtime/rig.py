@@ -49,6 +49,7 @@ class Rig:
     """base: the folder that the file's paths are relative to.  notes: what to tell the user.
 
     digest: of the content of the rig and calibration files, equal on every machine of the rig.
+    files: the rig file and the calibration, for the log.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Rig:
     digest: str
     zenoh: ZenohTable
     log: LogTable
+    files: tuple[Path, ...]
 
     def viewer(self, id: str) -> Viewer:
         """The viewer of that id.  Raises RigError, which lists the ones there are."""
@@ -82,9 +84,11 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
         base = path
         content, notes = folder_rig(path, method or METHODS[0])
         content_bytes = repr(content).encode()
+        own_file = path / "clip.toml"
     elif path.exists():
         base, content_bytes = path.parent, path.read_bytes()
         content = rig_file(path, read_toml(path))
+        own_file = path
     else:
         raise RigError(f"{path}: no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/")
     method = method or content.method
@@ -99,7 +103,8 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
     viewers, chosen = _enough(path, method, viewers)
     digest = hashlib.sha256(b"\0".join([content_bytes, calibration.read_bytes(), method.encode()])).hexdigest()[:16]
     all_notes = (*notes, *chosen, *_size_notes(content, viewers))
-    return Rig(content.name, method, viewers, all_notes, base, digest, content.zenoh, content.log)
+    files_of_rig = tuple(file for file in (own_file, calibration) if file.is_file())
+    return Rig(content.name, method, viewers, all_notes, base, digest, content.zenoh, content.log, files_of_rig)
 
 
 def demo_rig_file() -> Path:

@@ -136,10 +136,12 @@ def run(
     source: Iterator[F] | None = None,
     stopped: Callable[[], bool] = lambda: False,
     extra_counts: Callable[[], Mapping[str, int]] = dict,
+    greeting: Sequence[Message] = (),
 ) -> int:
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
     extra_counts: counts of others for this service's health, such as those of its log.
+    greeting: messages to publish at the start, once nobody else is found to run this service.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -148,6 +150,8 @@ def run(
         if service.keeps_time:
             bus.serve_clock()
         runner.subscribe()
+        for message in greeting:
+            runner.publish(message)
         if frames:
             frames.start()
         _loop(runner, frames, stopped, extra_counts)

@@ -1,5 +1,6 @@
 """SIGINT and SIGTERM as a question that loops ask."""
 
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -8,9 +9,14 @@ from types import FrameType
 
 
 @contextmanager
-def stop_signals() -> Iterator[Callable[[], bool]]:
-    """`stopped` for the body: true after SIGINT or SIGTERM.  A second signal ends the process the hard way."""
+def stop_signals(with_parent: bool = False) -> Iterator[Callable[[], bool]]:
+    """`stopped` for the body: true after SIGINT or SIGTERM.  A second signal ends the process the hard way.
+
+    with_parent: also once standard input, a pipe from the parent, is closed: so no child outlives it.
+    """
     event = threading.Event()
+    if with_parent:
+        threading.Thread(target=_until_closed, args=(event,), name="parent", daemon=True).start()
     signals = (signal.SIGINT, signal.SIGTERM)
     before = {number: signal.getsignal(number) for number in signals}
 
@@ -26,3 +32,9 @@ def stop_signals() -> Iterator[Callable[[], bool]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _until_closed(event: threading.Event) -> None:
+    while os.read(0, 4096):
+        pass
+    event.set()

@@ -21,6 +21,7 @@ TURN_COST = 0.02  # log matching score of a turn by 8 degrees: noise must not tu
 FACING_COST = 0.2  # the same for standing 45 degrees off the facade viewer's axis
 MOST_TURN = radians(12)  # in one frame
 
+EXCHANGE_BIAS = 0.015  # the pose that was tracked is refined frame after frame, the exchanged one was just made
 EXCHANGE_KEPT, EXCHANGE_AT, EXCHANGE_FLOOR = 0.85, 0.06, -0.06  # memory and thresholds of the legs' exchange
 
 
@@ -85,7 +86,7 @@ def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: f
 
 def exchange_evidence(before: float, gain: float) -> tuple[float, bool]:
     """(evidence, whether the legs have been taken for each other) after a frame's gain in the facade."""
-    evidence = max(EXCHANGE_FLOOR, EXCHANGE_KEPT * before + gain)
+    evidence = max(EXCHANGE_FLOOR, EXCHANGE_KEPT * before + gain + EXCHANGE_BIAS)
     return (0.0, True) if evidence > EXCHANGE_AT else (evidence, False)
 
 

@@ -96,7 +96,7 @@ class BodyFit:
     """The cover image of the whole model over one silhouette.  Mutable, made for one frame and thrown away.
 
     position: (3,) navel, metres.  torso_to_world: (3, 3).  directions: (4, 2, 3) limbs in the torso's frame.
-    expected: (4, 2, 3) see `LimbBody`.
+    expected: (4, 2, 3) see `LimbBody`.  view_axis: (3,) unit vector from the camera to the navel, in the torso's frame.
     """
 
     def __init__(self, model: BodyModel, camera: Floats, mask: Mask) -> None:
@@ -104,13 +104,16 @@ class BodyFit:
         self.model = model
         self.picture = Picture(np.eye(3), camera, mask, np.zeros_like(mask), totals)
         self.position, self.torso_to_world = np.zeros(3), np.eye(3)
+        self.view_axis = np.zeros(3)
         self.directions = np.zeros((4, 2, 3))
         self.expected = np.zeros((4, 2, 3))
+        self.limb_areas = (2 * model.limbs[:, :, 0] * model.limbs[:, :, 1]).sum(axis=1)  # (4,) square metres
 
     def place(self, position: Floats, torso_to_world: Floats, directions: Floats) -> float:
         """Put the whole model down afresh; its matching score.  [Two-view Eq. 1]"""
         self.position, self.torso_to_world, self.directions = position, torso_to_world, directions.copy()
         self.picture = self.picture._replace(torso_to_world=torso_to_world)
+        self.view_axis = self._axis()
         return cover_body(position, torso_to_world, directions, self.model, self.picture)
 
     def core(self, mode: int) -> None:
@@ -136,9 +139,8 @@ class BodyFit:
         camera = self.picture.camera
         return float(camera[2] @ self.position + camera[3, 2])
 
-    def view_axis(self) -> Floats:
-        """(3,) unit vector from the camera to the navel, in the torso's frame."""
+    def _axis(self) -> Floats:
         camera = self.picture.camera
-        ray = self.position + camera[:3].T @ camera[3]  # the camera's centre is -R^T t
-        axis: Floats = self.torso_to_world.T @ (ray / np.linalg.norm(ray))
+        ray = self.torso_to_world.T @ (self.position + camera[:3].T @ camera[3])  # the camera's centre is -R^T t
+        axis: Floats = ray / np.sqrt(ray @ ray)
         return axis

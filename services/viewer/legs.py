@@ -55,10 +55,14 @@ def exchange_gain(fit: BodyFit) -> float:
 
     The flank cannot tell the legs apart: the facade can, since the nearer foot stands lower in the image.
     """
-    kept, kept_score = fit.directions.copy(), fit.score()
+    for k in (RIGHT, LEFT):
+        find_leg_facade(fit, k, squatting=False)
+    kept, kept_score, expected = fit.directions.copy(), fit.score(), fit.expected
+    fit.expected = legs_exchanged(expected, unit=False)
     fit.place(fit.position, fit.torso_to_world, legs_exchanged(kept))
     for k in (RIGHT, LEFT):
         find_leg_facade(fit, k, squatting=False)
     other_score = fit.score()
+    fit.expected = expected
     fit.place(fit.position, fit.torso_to_world, kept)
     return log(other_score + 1e-3) - log(kept_score + 1e-3)

@@ -7,9 +7,9 @@ from math import radians
 import numpy as np
 
 from common.body.anatomy import Floats
-from common.vision.model_image import ADD, REMOVE
+from common.vision.model_image import REMOVE
 from services.viewer.body_fit import BodyFit
-from services.viewer.limb_search import full_search, tri_tree, turn_limb
+from services.viewer.limb_search import full_search, put_back, slant_axis, tri_tree, turn_limb
 
 FREE = radians(180)
 
@@ -33,7 +33,7 @@ class LimbFit:
 
     def __init__(self, fit: BodyFit, k: int) -> None:
         self.fit, self.k = fit, k
-        self.axis = fit.view_axis()
+        self.axis = fit.view_axis
         self.body = fit.limb_body(k)
         self.matchings: tuple[int, ...] = ()
         fit.limb(k, REMOVE)
@@ -72,23 +72,14 @@ class LimbFit:
 
     def slant_axis(self, part: int) -> Floats:
         """The axis in the image plane about which a part tips out of it."""
-        across = np.cross(self.axis, self.directions[part])
-        norm = float(np.linalg.norm(across))
-        if norm < 0.05:  # it points along the view: any axis will do
-            across = np.cross(self.axis, np.array([0.0, 1.0, 0.0]))
-            norm = float(np.linalg.norm(across))
-        return across / norm
+        return slant_axis(self.axis, self.directions[part])
 
     def done(self) -> LimbResult:
         """Put the limb back where it was found."""
-        fit, totals = self.fit, self.fit.picture.totals
-        fit.directions[self.k] = self.directions
-        twin = self.k ^ 1  # both arms or both legs may lie one over the other
-        fit.limb(twin, REMOVE)
-        model, both = int(totals[1]), int(totals[2])
-        fit.limb(self.k, ADD)
-        own, inside = int(totals[1]) - model, int(totals[2]) - both
-        fit.limb(twin, ADD)
-        area = float(np.sum(2 * self.body.sizes[:, 0] * self.body.sizes[:, 1])) / fit.metres_per_pixel() ** 2
+        fit, k = self.fit, self.k
+        fit.directions[k] = self.directions
+        twin = k ^ 1  # both arms or both legs may lie one over the other
+        own, inside = put_back(self.directions, self.body, fit.directions[twin], fit.limb_body(twin), fit.picture)
+        area = fit.limb_areas[k] / fit.metres_per_pixel() ** 2
         visible = min(1.0, own / max(area, 1.0)) * max(0.0, 2 * inside - own) / max(own, 1)
         return LimbResult(self.directions, fit.score(), visible, self.matchings)

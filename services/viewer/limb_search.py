@@ -55,7 +55,7 @@ BACKWARD_KNEE = -0.12  # sine of the largest backward bending of a knee that noi
 
 
 @njit(cache=True, error_model="numpy")
-def turned(vector: Floats, axis: Floats, angle: float, out: Floats) -> None:
+def turn_vector(vector: Floats, axis: Floats, angle: float, out: Floats) -> None:
     """out = vector turned about the unit vector `axis` by `angle` (Rodrigues); all (3,)."""
     c, s = np.cos(angle), np.sin(angle)
     dot = axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2]
@@ -69,13 +69,13 @@ def turn_limb(directions: Floats, axis: Floats, what: int, angle: float, out: Fl
     """out (2, 3) = the limb's directions (2, 3) after turning `what` by `angle` about `axis` (3,)."""
     if what == LOWER:
         out[0] = directions[0]
-        turned(directions[1], axis, angle, out[1])
+        turn_vector(directions[1], axis, angle, out[1])
     elif what == UPPER:
-        turned(directions[0], axis, angle, out[0])
+        turn_vector(directions[0], axis, angle, out[0])
         out[1] = directions[1]
     else:
-        turned(directions[0], axis, angle, out[0])
-        turned(directions[1], axis, -angle if what == FOLD else angle, out[1])
+        turn_vector(directions[0], axis, angle, out[0])
+        turn_vector(directions[1], axis, -angle if what == FOLD else angle, out[1])
 
 
 @njit(cache=True, error_model="numpy")
@@ -131,6 +131,37 @@ def cover_limb(directions: Floats, limb: LimbBody, picture: Picture, mode: int, 
     else:
         cover_part(upper, limb.sizes[0], picture.camera, picture.mask, picture.cover, mode, totals)
         cover_part(lower, limb.sizes[1], picture.camera, picture.mask, picture.cover, mode, totals)
+
+
+@njit(cache=True, error_model="numpy")
+def put_back(
+    directions: Floats, limb: LimbBody, twin_directions: Floats, twin: LimbBody, picture: Picture
+) -> tuple[int, int]:
+    """Add a limb to the cover: its pixels that nothing but its twin covers, and those of them in the silhouette."""
+    totals = picture.totals
+    cover_limb(twin_directions, twin, picture, REMOVE, totals)
+    model, both = totals[1], totals[2]
+    cover_limb(directions, limb, picture, ADD, totals)
+    own, inside = totals[1] - model, totals[2] - both
+    cover_limb(twin_directions, twin, picture, ADD, totals)
+    return own, inside
+
+
+@njit(cache=True, error_model="numpy")
+def slant_axis(view_axis: Floats, direction: Floats) -> Floats:
+    """(3,) unit vector in the image plane about which a part along `direction` tips out of it."""
+    across = np.empty(3)
+    norm = 0.0
+    y = direction
+    for _ in range(2):
+        across[0] = view_axis[1] * y[2] - view_axis[2] * y[1]
+        across[1] = view_axis[2] * y[0] - view_axis[0] * y[2]
+        across[2] = view_axis[0] * y[1] - view_axis[1] * y[0]
+        norm = np.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
+        if norm >= 0.05:
+            break
+        y = np.array([0.0, 1.0, 0.0])  # it points along the view: any axis will do
+    return across / norm
 
 
 @njit(cache=True, error_model="numpy")

@@ -6,10 +6,10 @@ import numpy as np
 from numba import njit
 
 from common.body.anatomy import Floats
-from common.body.torso import TURNS, turned_about
+from common.body.torso import TURNS
 from common.vision.model_image import ADD, REMOVE
 from services.viewer.body_fit import BodyFit, BodyModel, core_score, cover_body
-from services.viewer.limb_search import Picture
+from services.viewer.limb_search import Picture, turn_vector
 
 SHIFTS_PX = np.array([-5, -2, -1, 1, 2, 5])  # [Two-view 3.2]; 0, which the paper leaves out, is where the search stands
 PAPER_ROWS = 120  # the image height those shifts are for
@@ -61,40 +61,59 @@ def shift_body(
         scale = 1
 
 
-def sight(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Floats) -> Sight:
-    """Shift the model image to the silhouette, then tilt and turn its torso.  The fit is left with the torso tilted."""
-    mask = fit.picture.mask
-    fit.place(position, torso_to_world, directions)
-    coarse = max(1, round(mask.shape[0] / PAPER_ROWS))
-    found, score = shift_body(position, torso_to_world, directions, fit.model, fit.picture, fit.metres_per_pixel(), coarse)
-    fit.place(found, torso_to_world, directions)
-    turns = tuple(_turn_score(fit, found, torso_to_world, directions, turn) for turn in TURNS)
-    fit.place(found, torso_to_world, directions)
-    return Sight(found, score, _tilt(fit), turns)
+@njit(cache=True, error_model="numpy")
+def turn_scores(
+    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture, turns: Floats
+) -> Floats:
+    """(n,) log matching scores of the whole body turned by `turns` (n,) radians about the vertical."""
+    scores = np.empty(turns.shape[0])
+    turned = np.empty((3, 3))
+    for k in range(turns.shape[0]):
+        c, s = np.cos(turns[k]), np.sin(turns[k])
+        for column in range(3):
+            turned[0, column] = c * torso_to_world[0, column] + s * torso_to_world[2, column]
+            turned[1, column] = torso_to_world[1, column]
+            turned[2, column] = c * torso_to_world[2, column] - s * torso_to_world[0, column]
+        scores[k] = np.log(cover_body(position, turned, directions, model, picture) + 1e-3)
+    return scores
 
 
-def _turn_score(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Floats, turn: float) -> float:
-    turned = turned_about(np.array([0.0, 1.0, 0.0]), turn) @ torso_to_world
-    return float(np.log(fit.place(position, turned, directions) + 1e-3))
+@njit(cache=True, error_model="numpy")
+def tilt_core(position: Floats, torso_to_world: Floats, axis: Floats, model: BodyModel, picture: Picture) -> float:
+    """Turn of torso and head about `axis` (3,) of the world by the overlapped tri-tree, the limbs staying where they are.
 
-
-def _tilt(fit: BodyFit) -> float:
-    """Turn of torso and head about the view's axis by the overlapped tri-tree, the limbs staying where they are."""
-    axis = fit.torso_to_world @ fit.view_axis()
-    fit.core(REMOVE)
-    scores: dict[float, float] = {}
-
-    def score(angle: float) -> float:
-        if angle not in scores:
-            turned = turned_about(axis, angle) @ fit.torso_to_world
-            scores[angle] = core_score(fit.position, turned, fit.model, fit.picture)
-        return scores[angle]
-
+    The cover holds the limbs only.  A tie stays.
+    """
+    turned = np.empty((3, 3))
+    column = np.empty(3)
+    best, best_score = 0.0, -1.0
     centre, width = 0.0, TILT_REGION
     while width > TILT_STOP * 1.001:
-        trials = (centre, centre - width / 2, centre + width / 2)
-        winner = max(range(3), key=lambda k: (score(trials[k]), -k))
-        centre += (0.0, -width / 4, width / 4)[winner]
+        winner, winner_score = 0.0, -1.0
+        for part in (0.0, -0.5, 0.5):
+            angle = centre + part * width
+            for k in range(3):
+                turn_vector(torso_to_world[:, k].copy(), axis, angle, column)
+                turned[:, k] = column
+            score = core_score(position, turned, model, picture)
+            if score > winner_score:
+                winner, winner_score = part, score
+            if score > best_score or (score == best_score and abs(angle) < abs(best)):
+                best, best_score = angle, score
+        centre += winner / 2 * width
         width /= 2
+    return best
+
+
+def sight(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Floats) -> Sight:
+    """Shift the model image to the silhouette, then tilt and turn its torso.  The fit is left at the found place."""
+    coarse = max(1, round(fit.picture.mask.shape[0] / PAPER_ROWS))
+    fit.place(position, torso_to_world, directions)
+    step = fit.metres_per_pixel()
+    found, score = shift_body(position, torso_to_world, directions, fit.model, fit.picture, step, coarse)
+    turns = turn_scores(found, torso_to_world, directions, fit.model, fit.picture, TURNS)
+    fit.place(found, torso_to_world, directions)
+    fit.core(REMOVE)
+    tilt = tilt_core(found, torso_to_world, torso_to_world @ fit.view_axis, fit.model, fit.picture)
     fit.core(ADD)
-    return max(scores, key=lambda angle: (scores[angle], -abs(angle)))
+    return Sight(found, float(score), float(tilt), tuple(float(turn) for turn in turns))

@@ -37,7 +37,7 @@ __all__ = ["describe", "initial_state", "step", "viewer_setup"]
 
 MEDIAN_FRAMES, PLATE_FRAMES, MIXTURE_FRAMES = 60, 5, 60
 UPDATE_EVERY = 8  # frames between two updates of the background: light changes slowly, and updates cost time
-UPDATE_RATE = 0.1
+UPDATE_RATE = 0.01
 OPTIONS = SilhouetteOptions()
 
 Event = Frame | Envelope | Alive | Tick
@@ -197,7 +197,7 @@ def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: A
         return replace(state, pending=None, advice=str(problem)), []
     partial = PartialBdp(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, side="front" if is_front else "side",
-        height_px=float(shape.height), score=0.0, lengths=dict(lengths),
+        height_px=float(shape.height), score=0.0, lengths={name: float(length) for name, length in lengths.items()},
     )  # fmt: skip
     return replace(state, pending=None, advice="measuring the body: stand still"), [partial]
 

@@ -18,7 +18,8 @@ from services.viewer.position import Sight, sight
 from services.viewer.states import Pending, Setup, Tracking
 from services.viewer.view import own_view, upper_body_width
 
-PREDICTED = 0.8  # share of the last frame's motion that is expected to go on
+PREDICTED = 1.0  # share of the last frame's motion that is expected to go on
+LEG_DRAW = 0.03
 DRAW = 0.01  # matching score that a limb's motion may cost, see LimbBody.expected
 REST_DRAW = 0.005  # the same towards the hanging arm
 LOST_PERSON, LOST_SHARE = 0.5, 0.92  # of the person's own typical score in this view: look elsewhere, look wider
@@ -87,6 +88,7 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
     resting = resting_arm(torso, assignment.yaw)
     fit.expected = DRAW * expected
     fit.expected[:2] += REST_DRAW * resting
+    fit.expected[2:] *= LEG_DRAW / DRAW
     fit.place(position, torso, expected)
     view = assignment.views[setup.id].view
     standing = np.tile(torso.T @ np.array([0.0, -1.0, 0.0]), (2, 1))

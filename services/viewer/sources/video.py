@@ -65,19 +65,38 @@ def taken(index: int, fps: float, own_fps: float) -> bool:
     return index == 0 or int(index * fps / own_fps + 1e-6) > int((index - 1) * fps / own_fps + 1e-6)
 
 
-def video_frames(source: VideoFile, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
+def video_frames(
+    source: VideoFile, fps: float, calibrated: Size, working: Size, playback: Playback, preroll: int = 0
+) -> Iterator[Frame]:
     """The frames of a file, `fps` of them per second at most; before them those of its video of the initial posture.
 
-    Raises SourceError.  The file's first frame has index 0 and the time `epoch_ns`; the initial posture lies before.
+    preroll: so many frames come however late they are, for a viewer that must learn the empty scene at the start.
+    Raises SourceError.  The file's first frame has number 0 and the time `epoch_ns`; the initial posture lies before.
     """
     if source.initial is not None:
         yield from _initial(source.initial, fps, calibrated, working, playback)
     first = 0
     while True:
-        count = yield from _pass(source.path, fps, Fit(str(source.path), calibrated, working), playback, first)
+        count = yield from _pass(source.path, fps, Fit(str(source.path), calibrated, working), playback, first, preroll)
         if not playback.loop:
             return
         first += count
+
+
+def median_picture(path: Path, fit: Fit, count: int = 41) -> Image:
+    """The median of `count` frames spread over a file, at the working size.  Raises SourceError."""
+    reader = _Reader(path, fit)
+    try:
+        every = max(1, reader.declared // count)
+        pictures = []
+        while True:
+            there, image = reader.next(reader.read % every == every // 2)
+            if image is not None:
+                pictures.append(image)
+            if not there:
+                return np.median(np.stack(pictures), axis=0).astype(np.uint8)
+    finally:
+        reader.close()
 
 
 def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
@@ -98,20 +117,30 @@ def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: 
         reader.close()
 
 
-def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int) -> Generator[Frame, None, int]:
+def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int, preroll: int) -> Generator[Frame, None, int]:
     """One pass whose frames count from `first`; returns how many frames the file has."""
     reader = _Reader(path, fit)
     try:
+        taken_frames = 0
         while True:
             index = first + reader.read
             captured_ns = playback.time_of(index, reader.fps)
             late = playback.live and playback.clock.now_ns() - captured_ns > LATE_FRAMES * 1e9 / min(fps, reader.fps)
-            there, image = reader.next(taken(reader.read, fps, reader.fps) and not late)
+            there, image = reader.next(taken(reader.read, fps, reader.fps) and (not late or taken_frames < preroll))
             if not there:
                 return reader.read
             if image is not None:
                 if playback.live:
                     playback.wait_until(captured_ns)
+                taken_frames += 1
                 yield Frame(index, captured_ns, image)
     finally:
         reader.close()
+
+
+def declared_frames(path: Path, fps: float) -> int:
+    """How many frames a file says it has, at `fps` per second at most; 0 when it cannot be told."""
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    count, own_fps = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
+    capture.release()
+    return max(0, int(count * min(1.0, fps / own_fps))) if own_fps > 0 else 0

@@ -1,0 +1,124 @@
+"""The poses of a take: its universal BDP and universal BAPs as arrays of the human model."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common import messages as m
+from common.body.anatomy import TEN_PARTS, Anatomy, Floats
+from common.body.definition import Bdp, Pose
+from common.body.kinematics import joint_centres
+from common.bus.protocol import Envelope
+from common.codec import BadMessage
+from common.conversion import angles_of, bdp_of
+from common.formats.trc import FormatError, Trajectories
+from common.runtime.take import Take, envelope
+
+ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS,)}
+
+
+@dataclass(frozen=True)
+class Poses:
+    """What a take says of one person.
+
+    baps: in the order of their frames, one each.  bdp: the last one.  start_ns: capture time of frame 0.
+    cameras: by viewer.  cut: what is missing of the file, None when it is whole.
+    """
+
+    path: Path
+    anatomy: Anatomy
+    bdp: Bdp
+    baps: tuple[m.UniversalBap, ...]
+    start_ns: int
+    cameras: dict[str, m.CameraInfo]
+    cut: str | None
+
+    def pose(self, bap: m.UniversalBap) -> Pose:
+        return pose_of(self.anatomy, bap)
+
+    @property
+    def frames(self) -> NDArray[np.int64]:
+        """(n,) frame numbers of `baps`."""
+        return np.array([bap.frame for bap in self.baps], dtype=np.int64)
+
+    @property
+    def times_s(self) -> Floats:
+        """(n,) seconds since frame 0."""
+        return np.array([(bap.captured_ns - self.start_ns) / 1e9 for bap in self.baps])
+
+    def rate(self) -> float:
+        """Poses per second."""
+        steps = np.diff(self.times_s)
+        return float(1 / np.median(steps)) if len(steps) and np.median(steps) > 0 else 0.0
+
+    def trajectories(self) -> Trajectories:
+        """Joint centres of every pose; blank while the person is lost."""
+        points = np.full((len(self.baps), len(self.anatomy.markers), 3), np.nan)
+        for k, bap in enumerate(self.baps):
+            if "person" not in bap.lost:
+                points[k] = joint_centres(self.anatomy, self.bdp, self.pose(bap))
+        names = tuple(marker.name for marker in self.anatomy.markers)
+        return Trajectories(names, self.frames, self.times_s, points, round(self.rate(), 3))
+
+
+def read_poses(path: Path) -> Poses:
+    """The poses of the take at `path`, those of a separate video of the initial posture left out.
+
+    Raises FormatError for a take without any, and TakeError for a file that is no take.
+    """
+    take = Take(path)
+    return poses_of(path, _envelopes(take), take)
+
+
+def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take) -> Poses:
+    """See `read_poses`; path: of the take, for errors."""
+    body: m.Body | None = None
+    baps: dict[int, m.UniversalBap] = {}
+    cameras: dict[str, m.CameraInfo] = {}
+    for received in envelopes:
+        match received.message:
+            case m.UniversalBdp(body=found):
+                body = found
+            case m.UniversalBap() as bap:
+                baps[bap.captured_ns] = bap
+            case m.CameraInfo() as camera:
+                cameras[camera.viewer] = camera
+    start_ns = min((camera.captured_ns for camera in cameras.values()), default=0)
+    # A video of the initial posture lies before frame 0 and counts for itself.
+    moving = [bap for captured_ns, bap in sorted(baps.items()) if captured_ns >= start_ns]
+    if body is None or not moving:
+        missing = "universal BDP: the initial posture was not seen" if body is None else "universal BAP"
+        raise FormatError(f"{path}: no {missing}; nothing can be exported")
+    if not cameras:
+        start_ns = moving[0].captured_ns
+    if body.anatomy not in ANATOMIES:
+        raise FormatError(f"{path}: anatomy {body.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
+    anatomy = ANATOMIES[body.anatomy]
+    by_frame = {bap.frame: bap for bap in moving}
+    ordered = tuple(by_frame[frame] for frame in sorted(by_frame))
+    try:
+        bdp = bdp_of(anatomy, body)
+    except ValueError as error:
+        raise FormatError(f"{path}: {error}") from error
+    return Poses(path, anatomy, bdp, ordered, start_ns, cameras, take.cut)
+
+
+def pose_of(anatomy: Anatomy, bap: m.UniversalBap) -> Pose:
+    """A universal BAP as arrays; an angle that it does not have is that of standing upright.
+
+    Raises ValueError for an angle that the anatomy does not have.
+    """
+    return Pose(np.array(bap.position, dtype=np.float64), angles_of(anatomy, bap.angles, anatomy.neutral))
+
+
+def _envelopes(take: Take) -> Iterable[Envelope]:
+    for recorded in take.messages():
+        try:
+            received = envelope(recorded)
+        except BadMessage:
+            continue  # a version of ours that this one does not read
+        if received is not None:
+            yield received

@@ -1,0 +1,96 @@
+"""TRC files, as OpenSim and Pose2Sim have them: joint centres by name, a row per frame, tab separated."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.body.anatomy import Floats
+
+METRES = {"m": 1.0, "mm": 1e-3}
+HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
+MAX_BYTES = 1 << 30
+
+
+class FormatError(ValueError):
+    """A file that is not what its format asks for; the text names file, line and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """names: of the markers.  frames: (n,) frame numbers, rising.  times_s: (n,) seconds.
+
+    points: (n, markers, 3) metres, Y up; NaN where there is no estimate.  rate: rows per second.
+    """
+
+    names: tuple[str, ...]
+    frames: NDArray[np.int64]
+    times_s: Floats
+    points: Floats
+    rate: float
+
+
+def write_trc(path: Path, data: Trajectories) -> None:
+    """Write metres; NaN becomes blank.  Raises OSError."""
+    count, first = len(data.frames), int(data.frames[0]) if len(data.frames) else 0
+    rate = f"{data.rate:.6g}"
+    values = [rate, rate, count, len(data.names), "m", rate, first, count]
+    names = "\t\t\t".join(data.names)
+    axes = "\t".join(f"{axis}{k}" for k in range(1, len(data.names) + 1) for axis in "XYZ")
+    lines = [
+        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
+        HEADER,
+        "\t".join(str(value) for value in values),
+        f"Frame#\tTime\t{names}\t\t",
+        f"\t\t{axes}",
+        "",
+    ]
+    for frame, time_s, row in zip(data.frames, data.times_s, data.points, strict=True):
+        cells = ("" if np.isnan(value) else f"{value:.6f}" for value in row.ravel())
+        lines.append("\t".join([str(int(frame)), f"{time_s:.6f}", *cells]))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def read_trc(path: Path) -> Trajectories:
+    """Points in metres whatever the file's unit.  Raises FormatError."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise FormatError(f"{path}: more than {MAX_BYTES >> 20} MiB: no TRC file of ours or others is that long")
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: not a TRC file: {error}") from error
+    if len(lines) < 5 or not lines[0].startswith("PathFileType"):
+        raise FormatError(f"{path}: line 1: allowed: PathFileType, then four more lines of a TRC file's header")
+    header = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=False))
+    unit = header.get("Units", "").strip().lower()
+    if unit not in METRES:
+        raise FormatError(f"{path}: line 3: Units = {unit!r}: allowed: {', '.join(METRES)}")
+    names = tuple(name.strip() for name in lines[3].split("\t")[2:] if name.strip())
+    if not names or len(set(names)) != len(names):
+        raise FormatError(f"{path}: line 4: allowed: Frame#, Time and different names of markers")
+    rows: dict[int, tuple[float, list[float]]] = {}
+    for number, line in enumerate(lines[5:], start=6):
+        cells = line.split("\t")
+        if not cells[0].strip():
+            continue
+        try:
+            values = [_number(cell) for cell in cells[2 : 2 + 3 * len(names)]]
+            rows[int(float(cells[0]))] = (_number(cells[1]), values + [np.nan] * (3 * len(names) - len(values)))
+        except (ValueError, IndexError, OverflowError):
+            raise FormatError(f"{path}: line {number}: {line[:40]!r}: allowed: numbers between tabs") from None
+    frames = sorted(rows)
+    points = np.array([rows[frame][1] for frame in frames]).reshape(len(frames), len(names), 3) * METRES[unit]
+    times_s = np.array([rows[frame][0] for frame in frames])
+    try:
+        rate = float(header.get("DataRate", ""))
+    except ValueError:
+        raise FormatError(f"{path}: line 3: DataRate = {header.get('DataRate')!r}: allowed: a number") from None
+    return Trajectories(names, np.array(frames, dtype=np.int64), times_s, points, rate)
+
+
+def _number(cell: str) -> float:
+    text = cell.strip()
+    return float(text) if text else np.nan

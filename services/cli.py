@@ -1,0 +1,61 @@
+"""`zenocap`: the table of commands."""
+
+from typing import Annotated
+
+import typer
+
+from services.calibrate import calibrate
+from services.commands import live, offline
+
+app = typer.Typer(
+    name="zenocap",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""Human motion capture from ordinary fixed cameras, in real time, without neural network or GPU.
+
+    `zenocap demo` shows it with a synthetic actor. For your own two cameras write a rig file, calibrate,
+    and `zenocap up studio.toml`. Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss.""",
+)
+
+ON_THIS_MACHINE, SERVICES, FILES, BEFORE = "On this machine", "One service", "Files", "Preparing"
+TABLE = (
+    (ON_THIS_MACHINE, live.demo),
+    (ON_THIS_MACHINE, live.up),
+    (SERVICES, live.viewer),
+    (SERVICES, live.integrator),
+    (SERVICES, live.router),
+    (FILES, offline.track),
+    (FILES, offline.export),
+    (FILES, offline.info),
+    (FILES, offline.evaluate),
+    (BEFORE, offline.warmup),
+)
+for panel, command in TABLE:
+    app.command(command.__name__, rich_help_panel=panel)(command)
+app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from common.runtime.versions import versions
+
+        typer.echo(f"zenocap {versions()['zenocap']}")
+        raise typer.Exit
+
+
+@app.callback()
+def common_options(
+    version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Say it.")] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    app()
+
+
+if __name__ == "__main__":
+    main()

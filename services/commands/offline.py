@@ -1,0 +1,212 @@
+"""Commands that work on files: track, export, info, evaluate, warmup."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from services.commands.options import DONE, LOSS, RigPath, TakePath, one_line_errors, rig_at
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from common.runtime.rig import Rig
+    from services.overlay import Overlay
+    from services.track import Instant
+
+PICTURES = 20  # of an overlay, about
+
+OutputOption = Annotated[
+    Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.", show_default=False)
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="For programs: one JSON object.")]
+
+
+def track(
+    rig: RigPath,
+    output: OutputOption,
+    method: Annotated[Literal["two-view"], typer.Option(help="How the pose is found.")] = "two-view",
+    size: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Working size, such as 160x120; default: the rig's.")
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option(min=0.1, max=1000, help="Frames per second that are used; default: the rig's.")
+    ] = None,
+    overlay: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write pictures of the model drawn on the person, and a video.")
+    ] = None,
+    overlay_every: Annotated[
+        int | None, typer.Option(min=1, help="A picture each so many frames; default: about 20 pictures.")
+    ] = None,
+) -> None:
+    """Track every frame of a rig's videos, offline: the same steps as live, without network, the same bytes each time.
+
+    An existing output is replaced. Exit status 3: done, but a video ended early or something was lost.
+
+    Example: `zenocap track clips/walk -o walk.mcap`, then `zenocap export walk.mcap --to trc -o walk.trc`
+    """
+    wanted = None if size is None else parsed_size(size)
+    with one_line_errors():
+        from common.runtime import logs
+        from services.track import at_working_size
+        from services.track import track as run_track
+
+        logs.configure("track")
+        one = at_working_size(rig_at(rig, files=True, method=method), wanted, fps)
+        for note in one.notes:
+            typer.echo(f"note: {note}", err=True)
+        expected = expected_instants(one)
+        drawing = None if overlay is None else _overlay(one, overlay, overlay_every, expected)
+        with _progress(expected, () if drawing is None else (drawing.see,)) as watch:
+            result = run_track(one, output, watch)
+    typer.echo(f"{output}: {result.instants} frames, {result.poses} poses, {result.messages} messages")
+    if drawing is not None:
+        typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4")
+    for problem in result.problems:
+        typer.echo(f"lost: {problem}", err=True)
+    if not result.poses:
+        typer.echo("no pose: the body is measured when both viewers see the initial posture, arms sideways", err=True)
+    raise typer.Exit(LOSS if result.problems or not result.poses else DONE)
+
+
+def export(
+    take: TakePath,
+    to: Annotated[Literal["trc", "csv"], typer.Option(help="trc: joint centres. csv: angles, scores and joint centres.")],
+    output: OutputOption,
+) -> None:
+    """Write the poses of a take for other programs.
+
+    trc: OpenSim and Pose2Sim, metres, Y up, HALPE names. csv: one row per frame, degrees and metres.
+
+    Example: `zenocap export walk.mcap --to trc -o walk.trc`
+    """
+    with one_line_errors():
+        from services.export import export as run_export
+
+        poses = run_export(take, to, output)
+    typer.echo(f"{output}: {len(poses.baps)} frames, {poses.frames[0]} to {poses.frames[-1]}")
+    if poses.cut:
+        typer.echo(f"lost: {poses.cut}", err=True)
+    raise typer.Exit(LOSS if poses.cut else DONE)
+
+
+def info(take: TakePath, as_json: JsonOption = False) -> None:
+    """What is in a take: messages by key, rates, versions, and whether it is whole.
+
+    Example: `zenocap info recordings/demo.mcap`
+    """
+    with one_line_errors():
+        from services.info import info as read_info
+
+        found = read_info(take)
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=2))
+    else:
+        start = datetime.fromtimestamp(found.start_ns / 1e9, UTC)
+        typer.echo(f"{found.path}: {found.messages} messages, {found.size_bytes / 1e6:.1f} MB")
+        typer.echo(f"start     {start:%Y-%m-%d %H:%M:%S} UTC, {found.duration_s:.1f} s")
+        for name, values in found.metadata.items():
+            typer.echo(f"{name:9} {', '.join(f'{key} {value}' for key, value in values.items())}")
+        for name, size in found.attachments.items():
+            typer.echo(f"file      {name}, {size} bytes")
+        width = max((len(channel.key) for channel in found.channels), default=0)
+        for channel in found.channels:
+            typer.echo(f"{channel.key:{width}} {channel.messages:7d}  {channel.rate:6.1f}/s  {channel.schema}")
+    if found.cut:
+        typer.echo(f"lost: {found.cut}", err=True)
+    raise typer.Exit(LOSS if found.cut else DONE)
+
+
+def evaluate(
+    take: TakePath,
+    truth: Annotated[Path, typer.Option(metavar="FILE.trc", help="The true joint centres.", show_default=False)],
+    first: Annotated[int | None, typer.Option("--from", help="First frame of the truth.", show_default=False)] = None,
+    last: Annotated[int | None, typer.Option("--to", help="Last frame of the truth.", show_default=False)] = None,
+    every: Annotated[int, typer.Option(min=1, help="Score each Nth frame, for a take at 1/N of the rate.")] = 1,
+    offset: Annotated[int, typer.Option(help="Frame of the take minus frame of the truth.")] = 0,
+    as_json: JsonOption = False,
+) -> None:
+    """How far a take's joint centres are from the truth: mean and RMS distance, shape error, share of lost ones.
+
+    shape_mm is the RMS distance after each joint's constant offset in its own body is taken off, because two bodies do
+    not define their joints alike. Lost is what has no estimate or is more than 250 mm away.
+
+    Example: `zenocap evaluate walk.mcap --truth clips/walk/truth.trc --from 99`
+    """
+    with one_line_errors():
+        from common.formats.poses import read_poses
+        from common.formats.trc import read_trc
+        from services.evaluate import Selection, accuracy
+
+        poses = read_poses(take)
+        found = accuracy(poses.trajectories(), read_trc(truth), Selection(first, last, every, offset))
+    if as_json:
+        typer.echo(json.dumps(asdict(found)))
+    else:
+        for name in ("frames", "joints"):
+            typer.echo(f"{name:10} {getattr(found, name)}")
+        for name in ("mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
+            typer.echo(f"{name:10} {getattr(found, name):.2f}")
+        typer.echo("joints mm  " + "  ".join(f"{name} {value:.0f}" for name, value in found.per_joint_mm.items()))
+    if poses.cut:
+        typer.echo(f"lost: {poses.cut}", err=True)
+    raise typer.Exit(LOSS if poses.cut else DONE)
+
+
+def warmup(part: Annotated[Literal["steps", "actor"] | None, typer.Option(hidden=True)] = None) -> None:
+    """Compile everything that is compiled on first use, so that the next start is quick.
+
+    demo and up do it by themselves; do it before a take where a late start matters. Takes some 20 s once.
+
+    Example: `zenocap warmup`
+    """
+    from services.warmup import PARTS, warm_up
+
+    for one in PARTS if part is None else (part,):
+        warm_up(one, lambda text: typer.echo(text, err=True) if part is None else None)
+
+
+def parsed_size(text: str) -> tuple[int, int]:
+    """(width, height) of "160x120".  Raises typer.BadParameter."""
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if not found or min(int(found[1]), int(found[2])) < 16:
+        raise typer.BadParameter(f"--size {text!r}: allowed: WIDTHxHEIGHT of 16 px or more, such as 160x120")
+    return int(found[1]), int(found[2])
+
+
+def expected_instants(rig: Rig) -> int | None:
+    """About how many instants a rig's files have; None when it cannot be told."""
+    from services.viewer.source import frame_count
+
+    counts = [count for count in map(frame_count, rig.viewers) if count]
+    return max(counts) if counts else None
+
+
+def _overlay(rig: Rig, folder: Path, every: int | None, expected: int | None) -> Overlay:
+    from services.overlay import Overlay
+
+    return Overlay(rig, folder, every or max(1, (expected or PICTURES) // PICTURES))
+
+
+@contextmanager
+def _progress(expected: int | None, watchers: tuple[Callable[[Instant], None], ...]) -> Iterator[Callable[[Instant], None]]:
+    """A bar on standard error, moved by each instant, which goes on to the watchers."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("tracking (the first run compiles for some 20 s)", total=expected)
+
+        def watch(instant: Instant) -> None:
+            for watcher in watchers:
+                watcher(instant)
+            progress.update(task, advance=1, description="tracking")
+
+        yield watch

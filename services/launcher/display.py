@@ -1,0 +1,89 @@
+"""The board on a terminal as a live table, elsewhere as one plain line a second."""
+
+from collections.abc import Sequence
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from common import messages as m
+from services.launcher.board import Board, Service, lost_words, title
+
+# Counts that a person should know of; the rest stands in the take.
+LOSSES = ("dropped_frames", "dropped_queue_full", "rejected_invalid", "step_errors", "unsendable", "log_lost")
+
+
+def table(board: Board, services: Sequence[Service], elapsed_s: float, take: str) -> Group:
+    """The whole display."""
+    rows = Table(title=f"zenocap  {elapsed_s:.0f} s", title_justify="left", expand=False)
+    for heading in ("service", "frames/s", "stage times, ms", "dropped", "view", "score", "state"):
+        rows.add_column(heading, justify="right" if heading in ("frames/s", "dropped", "score") else "left")
+    for service in services:
+        rows.add_row(*_row(board, service))
+    return Group(rows, _pose_line(board), Text(f"take: {take}    Ctrl-C ends", style="dim"))
+
+
+def plain_line(board: Board, services: Sequence[Service], elapsed_s: float) -> str:
+    """The same in one line."""
+    parts = [f"{elapsed_s:5.1f} s"]
+    for service in services:
+        health = board.health.get(service)
+        if service not in board.alive or health is None:
+            parts.append(f"{title(service)}: not there")
+            continue
+        view, score = _view(board, service)
+        seen = f" {view} {score}" if view else ""
+        parts.append(f"{title(service)}: {health.rate:.1f}/s{seen} {health.state}")
+    angles = ", ".join(f"{name} {value}°" for name, value in board.angles().items())
+    if board.bap is not None:
+        trouble = lost_words(board.bap)
+        parts.append(f"frame {board.bap.frame}: {angles}" + (f" ({trouble})" if trouble else ""))
+    return " | ".join(parts)
+
+
+def _row(board: Board, service: Service) -> list[str | Text]:
+    health = board.health.get(service)
+    if service not in board.alive:
+        return [title(service), "", "", "", "", "", Text("not there" if health else "starting", style="yellow")]
+    if health is None:
+        return [title(service), "", "", "", "", "", "starting"]
+    view, score = _view(board, service)
+    lost = dropped(health)
+    return [
+        title(service),
+        f"{health.rate:.1f}",
+        stage_times(health),
+        Text(str(lost), style="red" if lost else ""),
+        view,
+        score,
+        health.state,
+    ]
+
+
+def stage_times(health: m.Health) -> str:
+    """Medians of what takes time, longest first; waiting is not work."""
+    work = {name.removeprefix("step_"): ms for name, ms in health.stages_ms.items() if name.startswith("step_")}
+    longest = sorted(work.items(), key=lambda stage: -stage[1])[:3]
+    return "  ".join(f"{name} {ms:.1f}" for name, ms in longest)
+
+
+def dropped(health: m.Health) -> int:
+    return sum(health.counts.get(name, 0) for name in LOSSES)
+
+
+def _view(board: Board, service: Service) -> tuple[str, str]:
+    name, id = service
+    if name != "viewer" or board.bap is None or id not in board.bap.views:
+        return "", ""
+    score = board.bap.scores.get(id)
+    return board.bap.views[id], "" if score is None else f"{score:.2f}"
+
+
+def _pose_line(board: Board) -> Text:
+    if board.bap is None:
+        return Text("no pose yet: the body is measured when both viewers see the initial posture, arms sideways")
+    x, y, z = board.bap.position
+    angles = "   ".join(f"{name} {value:4d}°" for name, value in board.angles().items())
+    line = Text(f"frame {board.bap.frame}   navel at {x:+.2f} {y:+.2f} {z:+.2f} m   {angles}")
+    trouble = lost_words(board.bap)
+    return line.append(f"   {trouble}", style="yellow") if trouble else line

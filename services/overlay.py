@@ -1,0 +1,120 @@
+"""Pictures and a video of the model drawn on the person in every view, to see with one's own eyes how well it fits."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from common import messages as m
+from common.body.anatomy import TEN_PARTS
+from common.body.definition import Bdp, Pose
+from common.body.kinematics import part_frames
+from common.body.surface import end_ellipses
+from common.camera.pinhole import Camera
+from common.conversion import bdp_of
+from common.formats.poses import pose_of
+from common.runtime.rig import Rig, Viewer
+from common.runtime.rig_file import RigError
+from common.vision.packing import unpack
+from services.track import Instant
+from services.viewer.sources.frame import Frame, Image
+
+HEIGHT_PX = 480  # of each view in the picture
+DIMMED = 0.55
+CAPTION_PX = 26
+CONTOUR = (255, 255, 255)
+LEFT, RIGHT, MIDDLE = (60, 150, 255), (255, 190, 60), (110, 220, 110)  # orange, blue, green (BGR)
+
+
+@dataclass(frozen=True)
+class Posed:
+    """What is drawn: the last universal body and pose."""
+
+    bdp: Bdp
+    pose: Pose
+    bap: m.UniversalBap
+
+
+class Overlay:
+    """folder: gets frame-NNNNNN.png for each `every`-th frame, and overlay.mp4 of all."""
+
+    def __init__(self, rig: Rig, folder: Path, every: int) -> None:
+        """Raises RigError when the folder cannot be written."""
+        self._rig, self._folder, self._every = rig, folder, every
+        self._bdp: Bdp | None = None
+        self._film: cv2.VideoWriter | None = None
+        self._last: dict[str, Image] = {}
+        self._pictures = self._seen = 0
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RigError(f"--overlay {folder}: cannot be made: {error.strerror or error}") from error
+
+    def see(self, instant: Instant) -> None:
+        """Draw one instant."""
+        posed: Posed | None = None
+        masks: dict[str, Image] = {}
+        for message in instant.said:
+            match message:
+                case m.UniversalBdp(body=body):
+                    self._bdp = bdp_of(TEN_PARTS, body)
+                case m.UniversalBap() as bap if self._bdp is not None:
+                    posed = Posed(self._bdp, pose_of(TEN_PARTS, bap), bap)
+                case m.Silhouette() as silhouette:
+                    masks[silhouette.viewer] = unpack(silhouette.size, silhouette.region, silhouette.data)
+        for viewer in self._rig.viewers:
+            frame = instant.frames.get(viewer.id)
+            if frame is not None:
+                self._last[viewer.id] = drawn(viewer, frame, masks.get(viewer.id), posed)
+        if len(self._last) < len(self._rig.viewers):
+            return
+        picture = np.hstack([self._last[viewer.id] for viewer in self._rig.viewers])
+        first = next(iter(instant.frames.values()))
+        if self._seen % self._every == 0:
+            self._pictures += 1
+            name = f"{'initial' if first.initial else 'frame'}-{first.frame:06d}.png"
+            cv2.imwrite(str(self._folder / name), picture)
+        self._seen += 1
+        if self._film is None:
+            size = (picture.shape[1], picture.shape[0])
+            codec = cv2.VideoWriter.fourcc(*"mp4v")
+            self._film = cv2.VideoWriter(str(self._folder / "overlay.mp4"), codec, self._rig.viewers[0].fps, size)
+        self._film.write(picture)
+
+    def finish(self) -> int:
+        """Close the video; how many pictures were written."""
+        if self._film is not None:
+            self._film.release()
+        return self._pictures
+
+
+def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: Posed | None) -> Image:
+    """One view, HEIGHT_PX high and a caption: dimmed image, silhouette's contour, the model's parts, what is known."""
+    width, height = viewer.camera.size
+    size = (round(HEIGHT_PX * width / height / 2) * 2, HEIGHT_PX)
+    image = np.asarray(cv2.resize(frame.image, size, interpolation=cv2.INTER_CUBIC) * DIMMED, dtype=np.uint8)
+    if mask is not None:
+        large = cv2.resize(mask, size, interpolation=cv2.INTER_NEAREST)
+        contours, _ = cv2.findContours(large, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        cv2.drawContours(image, contours, -1, CONTOUR, 1)
+    words = f"viewer {viewer.id}   {'initial ' if frame.initial else ''}frame {frame.frame}"
+    if posed is not None:
+        draw_model(image, viewer.camera.resized(size), posed.bdp, posed.pose)
+        score = posed.bap.scores.get(viewer.id)
+        words += f"   {posed.bap.views.get(viewer.id, '')}" + ("" if score is None else f"   score {score:.2f}")
+        words += f"   lost: {', '.join(posed.bap.lost)}" if posed.bap.lost else ""
+    caption = np.full((CAPTION_PX, size[0], 3), 32, dtype=np.uint8)
+    cv2.putText(caption, words, (6, 18), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (235, 235, 235), 1, cv2.LINE_AA)
+    return np.vstack([image, caption])
+
+
+def draw_model(image: Image, camera: Camera, bdp: Bdp, pose: Pose) -> None:
+    """Outline every part as `camera` sees it, tilt and lens included: left limbs orange, right ones blue."""
+    for part, frame, size in zip(TEN_PARTS.parts, part_frames(TEN_PARTS, bdp, pose), bdp.sizes, strict=True):
+        points = camera.project(end_ellipses(frame, size))
+        if not np.all(np.isfinite(points)) or np.abs(points).max() > 1e5:
+            continue  # behind the camera, or all but in it
+        hull = cv2.convexHull(points.astype(np.float32))
+        colour = LEFT if part.startswith("left") else RIGHT if part.startswith("right") else MIDDLE
+        cv2.polylines(image, [np.round(hull * 16).astype(np.int32)], True, colour, 2, cv2.LINE_AA, 4)

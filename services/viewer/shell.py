@@ -1,0 +1,109 @@
+"""A viewer as a process: rig in, bus open, source open, run."""
+
+import logging
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from common.bus.protocol import Bus, Envelope
+from common.bus.zenoh_bus import ZenohBus
+from common.bus.zenoh_session import ZenohOptions
+from common.camera.pinhole import Camera
+from common.messages import CameraInfo
+from common.runtime.clock import Clock, RealClock
+from common.runtime.rig import Rig, Viewer
+from common.runtime.service import Service, Subscription, run
+from common.runtime.specs import BackgroundImage, Device, MedianFrames, Stream, VideoFile
+from common.topics import ASSIGNMENT, CAMERA, UNIVERSAL_BAP, UNIVERSAL_BDP
+from services.viewer.source import open_source
+from services.viewer.sources.fit import Fit
+from services.viewer.sources.frame import Frame, Image, OpenError, Playback
+from services.viewer.sources.video import median_picture
+from services.viewer.states import Setup, State, viewer_setup
+from services.viewer.step import describe, initial_state, step
+
+logger = logging.getLogger(__name__)
+
+LEAD_NS = 3_000_000_000  # from the first viewer's start to frame 0 of a performance or a file
+LISTEN_NS = 1_500_000_000  # for the viewers that have begun
+
+
+def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
+    """One viewer of a rig.  Raises OpenError for an unreadable background picture, ValueError for a useless camera."""
+    background, plate = viewer.background, None
+    match viewer.background, viewer.source:
+        case BackgroundImage(path=path), _:
+            plate = _picture(viewer, path)
+        case MedianFrames(), VideoFile(path=path):
+            # Of the whole video, not only of its first frames, in which a person may stand still.
+            background = BackgroundImage(path)
+            plate = median_picture(path, Fit(str(path), viewer.calibrated_size, viewer.camera.size))
+        case _:
+            pass
+    setup = viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, plate)
+    topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
+    return Service("viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe)
+
+
+def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], bool], epoch_ns: int | None = None) -> int:
+    """Run until `stopped` or the end of a file; epoch_ns: see `Playback`, agreed with the other viewers if None.
+
+    Returns the exit status.  Raises RigError, BusError, SourceError and ValueError before it runs.
+    """
+    viewer, clock = rig.viewer(id), RealClock()
+    service = viewer_service(viewer)
+    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        if isinstance(viewer.source, Device | Stream):
+            epoch_ns = clock.now_ns()
+        elif epoch_ns is None:
+            with bus.reader() as others:
+                epoch_ns = agreed_epoch(viewer, others, clock, stopped)
+        greeting = (camera_info(viewer, epoch_ns),)
+        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock))
+        return run(service, bus, clock, frames, stopped, greeting=greeting)
+
+
+def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:
+    """The calibration of a viewer's camera at the working size; epoch_ns: capture time of frame 0."""
+    camera: Camera = viewer.camera
+    return CameraInfo(
+        frame=0,
+        captured_ns=epoch_ns,
+        viewer=viewer.id,
+        name=camera.name,
+        size=camera.size,
+        matrix=camera.matrix.ravel().tolist(),
+        distortions=camera.distortions.ravel().tolist(),
+        rotation=camera.rotation.ravel().tolist(),
+        translation=camera.translation.ravel().tolist(),
+    )
+
+
+def agreed_epoch(viewer: Viewer, bus: Bus, clock: Clock, stopped: Callable[[], bool]) -> int:
+    """Capture time of frame 0 of a file or the actor, the same for all viewers: the earliest that any of them says.
+
+    Each says its own in its camera message, so that viewers may start in any order, and one that comes back joins.
+    """
+    started_ns = clock.now_ns()
+    own = camera_info(viewer, started_ns + LEAD_NS)
+    bus.subscribe(CAMERA)
+    bus.publish(CAMERA, own)
+    earliest_ns, until_ns = own.captured_ns, started_ns + LISTEN_NS
+    while not stopped() and clock.now_ns() < until_ns:
+        match bus.receive(0.1):
+            case Envelope(message=CameraInfo(viewer=other, captured_ns=captured_ns)) if other != viewer.id:
+                earliest_ns = min(earliest_ns, captured_ns)
+    if earliest_ns < own.captured_ns:
+        logger.info("joins the others %.1f s after their start", max(0.0, (clock.now_ns() - earliest_ns) / 1e9))
+        bus.publish(CAMERA, camera_info(viewer, earliest_ns))
+    return earliest_ns
+
+
+def _picture(viewer: Viewer, path: Path) -> Image:
+    """A background picture at the viewer's working size.  Raises OpenError and SizeMismatch."""
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise OpenError(f"{path}: not a picture that can be decoded")
+    return Fit(str(path), viewer.calibrated_size, viewer.camera.size)(np.asarray(image, dtype=np.uint8))

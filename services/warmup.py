@@ -1,0 +1,108 @@
+"""`zenocap warmup`: run everything that is compiled once, so that later processes load it instead of compiling.
+
+A model of the body is drawn, tracked and thrown away; nothing of it depends on a camera, a file or the actor.
+"""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from common.actor.person import person
+from common.actor.render import ActorCamera
+from common.actor.script import stretched
+from common.actor.truth import true_bdp
+from common.body.anatomy import TEN_PARTS
+from common.body.definition import Pose, neutral_pose
+from common.body.kinematics import part_frames
+from common.body.surface import end_ellipses
+from common.bus.local import LocalNetwork
+from common.camera.pinhole import Camera
+from common.messages import UniversalBap
+from common.runtime.clock import ManualClock
+from common.runtime.rig import Rig, Viewer
+from common.runtime.rig_file import LogTable, ZenohTable
+from common.runtime.specs import FirstFrames, VideoFile
+from common.topics import UNIVERSAL_BAP
+from services.track import EPOCH_NS, Offline
+from services.viewer.sources.frame import Frame, Image
+
+PARTS = ("steps", "actor")
+EMPTY, STILL, MOVING = 4, 14, 6  # frames of the empty scene, of the initial posture, of lowering the arms
+FPS = 15.0
+SIZE = (160, 120)
+
+
+def warm_up(part: str, report: Callable[[str], None] = lambda _: None) -> None:
+    """Compile one of PARTS.  report: is told what goes on."""
+    {"steps": _steps, "actor": _actor}[part](report)
+
+
+def _actor(report: Callable[[str], None]) -> None:
+    report("the synthetic actor")
+    somebody = person(0)
+    film = ActorCamera(_cameras()[0], somebody, 0)
+    film.render(stretched(somebody), 0)
+    film.render(None, 1)
+
+
+def _steps(report: Callable[[str], None]) -> int:
+    """The viewers' and the integrator's steps; the number of universal BAPs."""
+    cameras = _cameras()
+    viewers = tuple(
+        Viewer(str(k + 1), camera, SIZE, VideoFile(Path("none")), FirstFrames(EMPTY), FPS, False, True)
+        for k, camera in enumerate(cameras)
+    )
+    rig = Rig("warmup", "two-view", viewers, (), Path(), "", ZenohTable(), LogTable(), ())
+    clock = ManualClock(EPOCH_NS)
+    network = LocalNetwork(rig.name, clock)
+    offline, listener = Offline(rig, network), network.bus()
+    listener.subscribe(UNIVERSAL_BAP)
+    report("the viewers and the integrator")
+    for k, pose in enumerate(_poses()):
+        captured_ns = EPOCH_NS + round(k * 1e9 / FPS)
+        clock.set(captured_ns)
+        images = {viewer.id: _drawn(viewer.camera, pose, k) for viewer in viewers}
+        offline.see({id: Frame(k, captured_ns, image) for id, image in images.items()})
+        report(", ".join(f"{name}: {state}" for name, state in offline.states().items()))
+    found = 0
+    while (event := listener.receive()) is not None:
+        found += isinstance(getattr(event, "message", None), UniversalBap)
+    return found
+
+
+def _cameras() -> tuple[Camera, Camera]:
+    """The paper's rig: 5.2 m from the origin, on +Z and on -X, 1 m above the ground.  [Two-view 4.1]"""
+    matrix = np.array([[150.0, 0.0, 79.5], [0.0, 150.0, 59.5], [0.0, 0.0, 1.0]])
+    front = np.diag([1.0, -1.0, -1.0])
+    side = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
+    away = np.array([0.0, 1.0, 5.2])
+    one, two = (Camera(name, SIZE, matrix, np.zeros(4), rotation, away) for name, rotation in (("1", front), ("2", side)))
+    return one, two
+
+
+def _poses() -> Iterator[Pose | None]:
+    """Nobody, then the initial posture, then the arms go down."""
+    index = TEN_PARTS.index
+    for k in range(EMPTY + STILL + MOVING):
+        if k < EMPTY:
+            yield None
+            continue
+        pose = neutral_pose(TEN_PARTS, np.array([0.0, 0.95, 0.0]))
+        raised = np.pi / 2 - max(0, k - EMPTY - STILL) * np.radians(8)
+        pose.angles[index["right_shoulder.z"]] = np.pi - raised
+        pose.angles[index["left_shoulder.z"]] = np.pi + raised
+        yield pose
+
+
+def _drawn(camera: Camera, pose: Pose | None, seed: int) -> Image:
+    """The model in dark before a bright wall, with noise."""
+    noise = np.random.default_rng(seed).integers(0, 5, (SIZE[1], SIZE[0], 3))
+    image = (150 + noise).astype(np.uint8)
+    if pose is not None:
+        bdp = true_bdp(person(0))
+        for frame, size in zip(part_frames(TEN_PARTS, bdp, pose), bdp.sizes, strict=True):
+            hull = cv2.convexHull(np.round(camera.project(end_ellipses(frame, size))).astype(np.int32))
+            cv2.fillConvexPoly(image, hull, (40, 50, 60))
+    return image

@@ -16,8 +16,8 @@ Mask = NDArray[np.uint8]
 # Bands of the body's height, from the soles upwards, in which its parts are measured: between hips and stretched arms or
 # shoulders, the head with its neck, between crotch and knee, between knee and ankle.
 TORSO_FRONT, TORSO_SIDE, HEAD, THIGHS, SHINS = (0.54, 0.74), (0.52, 0.78), (0.86, 1.0), (0.32, 0.44), (0.06, 0.26)
-# How much nearer than the body the lowest visible sole is, in body heights: the ball of a foot seen from the front, the near
-# foot seen from the side.  The foot's length is 0.152 (Drillis and Contini), the ankle a quarter of it from the heel.
+# How much nearer than the body the lowest visible sole is, in body heights: the ball of a foot seen from the front, the
+# near foot seen from the side.  The foot's length is 0.152 (Drillis and Contini), the ankle a quarter of it from the heel.
 FRONT_TOES, SIDE_TOES = 0.06, 0.05
 
 TORSO_ROWS = (0.22, 0.45)  # from shoulders to hips, from the top of the head, in body heights
@@ -68,7 +68,7 @@ def without_head(mask: Mask, torso_width: int) -> Mask:
 
 @dataclass(frozen=True)
 class Scale:
-    """How a level view shows the person.  depth: of the person, metres.  focal, horizon: focal length and horizon row, px."""
+    """How a level view shows the person.  depth: of the person, m.  focal, horizon: focal length and horizon row, px."""
 
     depth: float
     focal: float

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from common.body.anatomy import Anatomy, Floats
 from common.body.limbs import limb_directions
 from common.body.proportions import HIP_HEIGHT, body_from_lengths, stretched_angles
-from services.viewer.body_definition import Scale, front_lengths, side_lengths, torso_columns
+from services.viewer.body_definition import Scale, front_lengths, torso_columns
 from services.viewer.body_fit import BodyFit, body_model
 
 Mask = NDArray[np.uint8]

@@ -16,8 +16,8 @@ from common.vision.background import Background, from_image, learn, learn_median
 from common.vision.mixture import Mixture
 from common.vision.packing import pack
 from common.vision.silhouette import Silhouette, SilhouetteOptions, extract
-from services.viewer.body_fit import body_model
 from services.viewer.body_definition import Scale, side_lengths
+from services.viewer.body_fit import body_model
 from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline
 from services.viewer.sources.frame import Frame
 from services.viewer.states import (

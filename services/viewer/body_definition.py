@@ -20,6 +20,7 @@ TORSO_FRONT, TORSO_SIDE, HEAD, THIGHS, SHINS = (0.54, 0.74), (0.52, 0.78), (0.86
 # near foot seen from the side.  The foot's length is 0.152 (Drillis and Contini), the ankle a quarter of it from the heel.
 FRONT_TOES, SIDE_TOES = 0.06, 0.05
 
+SHORTEST_ARM = 0.2  # of a stretched arm beside the torso, in body heights; it is about 0.37
 UNEVEN = 0.10  # body heights that the arms may differ in reach
 
 
@@ -110,7 +111,7 @@ def front_lengths(mask: Mask, scale: Scale) -> Mapping[str, float]:
         # Paper: W_torso, columns higher than the mean; whether the shoulders are among them depends on the arms' thickness.
         "torso_width": _mean_width(mask, TORSO_FRONT) * m,
         "arm_span": (columns[-1] + 1 - columns[0]) * m,
-        "arm_thickness": _arm_thickness(mask, torso, columns) * m,
+        "arm_thickness": _arm_thickness(mask, torso, columns, round(SHORTEST_ARM * height)) * m,
         "head_width": _mean_width(mask, HEAD) * m,
         "thigh_width": _mean_width(mask, THIGHS) / 2 * m,
         "leg_width": _mean_width(mask, SHINS) / 2 * m,
@@ -138,13 +139,13 @@ def _mean_width(mask: Mask, band: tuple[float, float]) -> float:
     return float(np.count_nonzero(mask[first : max(last, first + 1)])) / max(last - first, 1)
 
 
-def _arm_thickness(mask: Mask, torso: Torso, columns: NDArray[np.intp]) -> float:
+def _arm_thickness(mask: Mask, torso: Torso, columns: NDArray[np.intp], shortest: int) -> float:
     """Thickness of the arms, in px, over the inner three quarters of both."""
     thickness = []
     for first, last in ((int(columns[0]), torso.left), (torso.right, int(columns[-1]) + 1)):
         reach = last - first
-        if reach < 3:
-            raise ValueError("an arm is not stretched sideways: nothing beside the torso")
+        if reach < max(shortest, 3):
+            raise ValueError(f"an arm is not stretched sideways: {reach} px beside the torso, at least {shortest} expected")
         inner = range(first + reach // 4, last) if first < torso.left else range(first, last - reach // 4)
         thickness += [n for x in inner if (n := int(np.count_nonzero(mask[:, x])))]
     return float(np.median(thickness))

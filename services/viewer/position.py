@@ -52,8 +52,7 @@ def shift_body(
                         trial[k] += shift * scale * metres_per_px * picture.camera[axis, k]
                     score = cover_body(trial, torso_to_world, directions, model, picture)
                     if score > best_score:
-                        best[:] = trial
-                        best_score = score
+                        best, best_score = trial, score
             if best[0] == start[0] and best[1] == start[1] and best[2] == start[2]:
                 break
         if scale == 1:
@@ -94,7 +93,8 @@ def tilt_core(position: Floats, torso_to_world: Floats, axis: Floats, model: Bod
             angle = centre + part * width
             for k in range(3):
                 turn_vector(torso_to_world[:, k].copy(), axis, angle, column)
-                turned[:, k] = column
+                for row in range(3):
+                    turned[row, k] = column[row]
             score = core_score(position, turned, model, picture)
             if score > winner_score:
                 winner, winner_score = part, score

@@ -16,8 +16,9 @@ from common.vision.background import Background, from_image, learn, learn_median
 from common.vision.mixture import Mixture
 from common.vision.packing import pack
 from common.vision.silhouette import Silhouette, SilhouetteOptions, extract
+from services.viewer.body_definition import Scale, side_lengths
 from services.viewer.body_fit import body_model
-from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline, side_view_lengths
+from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline
 from services.viewer.sources.frame import Frame
 from services.viewer.states import (
     AwaitingPose,
@@ -79,22 +80,23 @@ def _learn(setup: Setup, state: LearningBackground, frame: Frame) -> tuple[State
     match setup.background:
         case FirstFrames(count=count):
             if len(frames) < count:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             background = learn(frames)
         case BackgroundImage():
             if len(frames) < PLATE_FRAMES:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             assert setup.plate is not None  # viewer_setup checked it
             background = from_image(setup.plate, frames)
         case Mog2():
             if len(frames) < MIXTURE_FRAMES:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             background = Mixture(frames)
         case _:
             if len(frames) < MEDIAN_FRAMES:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             background = learn_median(frames)
-    return MeasuringBody(Seen(background)), []
+    seen = Seen(background)
+    return (MeasuringBody(seen) if state.bdp is None else AwaitingPose(seen, state.bdp)), []
 
 
 def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Frame) -> tuple[State, list[Message]]:
@@ -151,6 +153,8 @@ def _hear(setup: Setup, state: State, message: Message) -> tuple[State, list[Mes
                 return limbs(setup, state, pending, message)
         case Tracking(), Assignment(tracking=False):
             return MeasuringBody(state.seen), []  # the integrator started anew and knows no body
+        case LearningBackground(), UniversalBdp():  # a viewer that comes back while the others track
+            return replace(state, bdp=bdp_of(setup.anatomy, message.body)), []
         case ((MeasuringBody() | AwaitingPose() | Tracking()), UniversalBdp()):
             bdp = bdp_of(setup.anatomy, message.body)
             if isinstance(state, Tracking):
@@ -192,7 +196,7 @@ def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: A
         else:
             if not looks_like_side(shape):
                 raise ValueError("stand side on to this camera")
-            lengths = side_view_lengths(pending.mask, depth / setup.level.focal_px())
+            lengths = side_lengths(pending.mask, Scale(depth, setup.level.focal_px(), setup.level.centre_px()[1]))
     except ValueError as problem:
         return replace(state, pending=None, advice=str(problem)), []
     partial = PartialBdp(

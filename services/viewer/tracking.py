@@ -116,10 +116,10 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, view=view,
         angles={name: named[name] for limb in limbs_of(anatomy) for name in _angle_names(anatomy, limb)},
         limbs={
-            LIMBS[k]: LimbMatch(score=max(r.score, 0.0), visible=r.visible, matchings=list(r.matchings))
+            LIMBS[k]: LimbMatch(score=max(float(r.score), 0.0), visible=float(r.visible), matchings=list(r.matchings))
             for k, r in sorted(results.items())
         },
-        exchange=gain, score=score, based_on=state.based_on,
+        exchange=float(gain), score=float(score), based_on=state.based_on,
     )  # fmt: skip
     return replace(state, pending=None, assignment=assignment, typical=typical, lost=lost), [message]
 

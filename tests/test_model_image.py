@@ -95,7 +95,7 @@ def random_part(seed: int) -> tuple[Floats, Floats]:
 def sampled_hull(frame: Floats, size: Floats, camera: Floats) -> NDArray[np.float32]:
     turn = np.linspace(0, 2 * np.pi, 200)
     ring = np.stack([size[1] * np.cos(turn), 0 * turn, size[2] * np.sin(turn)], axis=1)
-    world = np.concatenate([ring, ring + [0, size[0], 0]]) @ frame[:, :3].T + frame[:, 3]
+    world = np.concatenate([ring, ring + np.array([0, size[0], 0])]) @ frame[:, :3].T + frame[:, 3]
     local = world @ camera[:3].T + camera[3]
     pixels = camera[4, 0] * local[:, :2] / local[:, 2:] + camera[4, 1:]
     return np.asarray(cv2.convexHull(pixels.astype(np.float32)), dtype=np.float32)

@@ -44,7 +44,7 @@ def test_a_known_shift_is_found_within_a_pixel(x_px: int, y_px: int, viewer: int
 def test_a_shift_is_found_at_either_size(size: tuple[int, int]) -> None:
     camera = rows(0, size)
     fit = BodyFit(MODEL, camera, model_mask(camera, LIMBS, size=size))
-    found = sight(fit, NAVEL + [0.15, -0.08, 0.0], UPRIGHT, LIMBS)
+    found = sight(fit, NAVEL + np.array([0.15, -0.08, 0.0]), UPRIGHT, LIMBS)
     assert np.max(np.abs(pixel_offset(camera, found.position, NAVEL))) <= 1.0
     assert found.score > 0.75  # the start is not whole pixels away
 
@@ -88,7 +88,7 @@ def test_a_known_turn_scores_best(viewer: int, k: int) -> None:
 
 def test_a_sight_leaves_the_fit_consistent_at_the_found_place() -> None:
     fit = BodyFit(MODEL, rows(0), model_mask(rows(0), LIMBS))
-    found = sight(fit, NAVEL + [0.1, 0.05, 0.0], UPRIGHT, LIMBS)
+    found = sight(fit, NAVEL + np.array([0.1, 0.05, 0.0]), UPRIGHT, LIMBS)
     cover, totals = fit.picture.cover.copy(), fit.picture.totals.copy()
     fresh = BodyFit(MODEL, rows(0), fit.picture.mask)
     assert fresh.place(found.position, UPRIGHT, LIMBS) == found.score

@@ -79,7 +79,15 @@ def test_the_shared_scorer_finds_the_same(tmp_path: Path) -> None:
     track = replace(track, points=track.points[1:30], frames=track.frames[1:30], times_s=track.times_s[1:30])
     write_trc(tmp_path / "track.trc", track)
     write_trc(tmp_path / "truth.trc", truth)
-    command = [sys.executable, str(SCORER), str(tmp_path / "track.trc"), str(tmp_path / "truth.trc"), "--from", "9", "--json"]
+    command = [
+        sys.executable,
+        str(SCORER),
+        str(tmp_path / "track.trc"),
+        str(tmp_path / "truth.trc"),
+        "--from",
+        "9",
+        "--json",
+    ]
     shared = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     ours = accuracy(track, truth, Selection(first=9))
     for name in ("frames", "joints", "mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):

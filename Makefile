@@ -3,7 +3,9 @@ PYTHON ?= python3
 VENV := .venv
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test check benchmark clean
+EVALUATIONS := bodies postures clips matchings scorer stages latency
+
+.PHONY: demo test check benchmark evaluate clean
 
 demo: $(STAMP)
 	$(VENV)/bin/zenocap demo $(ARGS)
@@ -18,6 +20,9 @@ check: $(STAMP)
 
 benchmark: $(STAMP)
 	$(VENV)/bin/python -m pytest --benchmark-only --benchmark-columns=min,median,rounds $(ARGS)
+
+evaluate: $(STAMP)
+	@for name in $(EVALUATIONS); do $(VENV)/bin/python -m tests.evaluation.$$name || exit 1; done
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "zenocap needs Python 3.11 or newer; set PYTHON=..." >&2; exit 2; }

@@ -100,8 +100,10 @@ def test_edges_are_cut_at_the_given_coverage(share: float) -> None:
     assert np.all(trimmed[4:8, 4:8] == 1)
 
 
-def test_a_limb_one_pixel_wide_survives_trimming() -> None:
+@pytest.mark.parametrize("rows", [{4: 0.4}, {4: 0.9, 5: 0.2}, {4: 0.2, 5: 0.9}])
+def test_a_limb_one_or_two_pixels_wide_survives_trimming(rows: dict[int, float]) -> None:
     coverage = np.zeros((9, 20))
-    coverage[4, 2:18] = 0.4
+    for row, share in rows.items():
+        coverage[row, 2:18] = share
     trimmed = _trimmed((coverage > 0).astype(np.uint8), coverage)
-    assert np.all(trimmed[4, 2:18] == 1)
+    assert all(np.all(trimmed[row, 4:16] == 1) for row in rows)

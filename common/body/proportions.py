@@ -8,13 +8,16 @@ from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
 
 # Proportions where the paper is silent, or where its own (torso : leg = 4 : 6) would raise the hips by 84 mm.
-# Segment lengths over body height: Drillis and Contini (1966), as in Winter, Biomechanics, 4th ed., fig. 4.1.
-HIP_HEIGHT, KNEE_HEIGHT = 0.530, 0.285
-UPPER_ARM_SHARE = 0.186 / (0.186 + 0.146 + 0.108)  # of the arm with the hand
+# Heights over body height: Drillis and Contini (1966), as in Winter, Biomechanics, 4th ed., fig. 4.1.
+HIP_HEIGHT, KNEE_HEIGHT, SHOULDER_HEIGHT = 0.530, 0.285, 0.818
+# Shoulder joint centre: biacromial breadth 0.225 (Gordon et al. 1989), less 0.011 from either acromion to the joint.
+# Paper: the torso's edge, which in a silhouette is anything from the waist's to the deltoid's.
+SHOULDER_HALF_BREADTH = 0.225 / 2 - 0.011
+# Joint centres, mean of both sexes (de Leva 1996): upper arm, forearm, wrist to fingertip in mm.
+UPPER_ARM_SHARE = 278.4 / (278.4 + 266.6 + 180.0)
 # Hip joint centre: 0.36 of the distance between the iliac spines from the middle (Bell et al. 1990), that distance 0.151
 # of body height (Gordon et al. 1989).
 HIP_HALF_BREADTH = 0.36 * 0.151
-LONG_RADIUS_OF_HEAD, SHORT_RADIUS_OF_HEAD, RADIUS_OF_LEG = 0.2, 0.16, 0.2  # of W_torso  [Two-view 2.4]
 
 
 def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
@@ -22,28 +25,28 @@ def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
 
     Raises ValueError for a body no person has.
     """
-    height, width = lengths["height"], lengths["torso_width"]
-    hip = HIP_HEIGHT * height
-    torso = lengths["shoulder_line"] - hip
+    height = lengths["height"]
+    hip, shoulder = HIP_HEIGHT * height, SHOULDER_HEIGHT * height
+    torso = shoulder - hip
     arm_radius = lengths["arm_thickness"] / 2
-    shoulder_half = width / 2 - arm_radius  # the torso's columns end at the deltoids, one arm's radius past the joints
+    shoulder_half = SHOULDER_HALF_BREADTH * height
     arm = lengths["arm_span"] / 2 - shoulder_half
-    depth = lengths["torso_depth"] / 2
     upper_leg, lower_leg = hip - KNEE_HEIGHT * height, KNEE_HEIGHT * height
+    thigh_radius, shin_radius = lengths["thigh_width"] / 2, lengths["leg_width"] / 2
     sizes = {
-        "torso": (torso, width / 2, depth),
-        "head": (height - lengths["shoulder_line"], lengths["head_width"] / 2, LONG_RADIUS_OF_HEAD * width),
+        "torso": (torso, lengths["torso_width"] / 2, lengths["torso_depth"] / 2),
+        "head": (height - shoulder, lengths["head_width"] / 2, lengths["head_depth"] / 2),
         "upper_arm": (UPPER_ARM_SHARE * arm, arm_radius, arm_radius),
         "lower_arm": ((1 - UPPER_ARM_SHARE) * arm, arm_radius, arm_radius),
-        "upper_leg": (upper_leg, RADIUS_OF_LEG * width, RADIUS_OF_LEG * width),
-        "lower_leg": (lower_leg, lengths["leg_width"] / 2, lengths["leg_width"] / 2),
+        "upper_leg": (upper_leg, thigh_radius, thigh_radius),
+        "lower_leg": (lower_leg, shin_radius, shin_radius),
     }
     for part, size in sizes.items():
         if min(size) < 0.02 or max(size) > 1.2:
             raise ValueError(f"{part}: size {tuple(round(float(s), 3) for s in size)} m is not a person's (0.02 to 1.2)")
     offsets = {
         "neck": (0.0, torso, 0.0),
-        "shoulder": (shoulder_half, lengths["arm_line"] - hip, 0.0),
+        "shoulder": (shoulder_half, torso, 0.0),
         "elbow": (0.0, sizes["upper_arm"][0], 0.0),
         "hip": (HIP_HALF_BREADTH * height, 0.0, 0.0),
         "knee": (0.0, upper_leg, 0.0),
@@ -57,8 +60,8 @@ def lengths_of_height(height: float) -> Mapping[str, float]:
     Shares of body height: Drillis and Contini (1966), and breadths and depths of Gordon et al. (1989), means of both sexes.
     """
     shares = {
-        "height": 1.0, "torso_width": 0.245, "shoulder_line": 0.830, "arm_line": 0.818, "arm_span": 1.015,
-        "arm_thickness": 0.050, "head_width": 0.088, "leg_width": 0.070, "torso_depth": 0.135,
+        "height": 1.0, "torso_width": 0.200, "torso_depth": 0.135, "arm_span": 1.015, "arm_thickness": 0.050,
+        "head_width": 0.085, "head_depth": 0.105, "thigh_width": 0.090, "leg_width": 0.062,
     }  # fmt: skip
     return {name: share * height for name, share in shares.items()}
 

@@ -72,7 +72,8 @@ def trim_edges(mask: Mask, frame: Image, mean: Levels, weight: Levels, gain: Lev
 
     A pixel on the edge mixes the person's colour and the background's, so noise-fine thresholds make a silhouette up to
     a pixel too fat.  Its share is its difference from the model projected on that of the next pixel inwards; it must be
-    too small by more than the noise.  A limb one pixel wide has no pixel inwards and is kept.
+    too small by more than the noise.  A limb one or two pixels wide is kept: both of its pixels are edges, and trimming
+    would cut thin arms off the body.
     frame, mean, weight: (height, width, 3) of the same place.
     """
     height, width = mask.shape
@@ -84,6 +85,9 @@ def trim_edges(mask: Mask, frame: Image, mean: Levels, weight: Levels, gain: Lev
             for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
                 in_x, in_y = x - dx, y - dy
                 if mask[y + dy, x + dx] != 0 or mask[in_y, in_x] == 0:
+                    continue
+                deep_y, deep_x = in_y - dy, in_x - dx
+                if not (0 <= deep_y < height and 0 <= deep_x < width and mask[deep_y, deep_x] != 0):
                     continue
                 shared, whole, noise = np.float32(0), np.float32(0), np.float32(0)
                 for c in range(3):

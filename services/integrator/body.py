@@ -24,7 +24,7 @@ def integrate_bodies(
     """
     front, side = _medians(fronts), _medians(sides)
     ratio = height_ratio(front, side)
-    return body_from_lengths(anatomy, front | {"torso_depth": side["torso_depth"] / ratio}), ratio
+    return body_from_lengths(anatomy, front | {name: side[name] / ratio for name in ("torso_depth", "head_depth")}), ratio
 
 
 def _medians(frames: Sequence[Mapping[str, float]]) -> dict[str, float]:

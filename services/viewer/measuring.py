@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from common.body.anatomy import Anatomy, Floats
 from common.body.limbs import limb_directions
 from common.body.proportions import HIP_HEIGHT, body_from_lengths, stretched_angles
-from services.viewer.body_definition import front_lengths, side_lengths, torso_columns
+from services.viewer.body_definition import Scale, front_lengths, torso_columns
 from services.viewer.body_fit import BodyFit, body_model
 
 Mask = NDArray[np.uint8]
@@ -65,19 +65,16 @@ def fine_tuned(anatomy: Anatomy, mask: Mask, camera: Floats, position: Floats, y
     Raises ValueError when the posture is not the initial one.
     """
     depth = float(camera[2] @ position + camera[3, 2])
-    lengths = dict(front_lengths(mask, depth / float(camera[4, 0])))
+    lengths = dict(front_lengths(mask, Scale(depth, float(camera[4, 0]), float(camera[4, 2]))))
     stretched = limb_directions(anatomy, stretched_angles(anatomy))
 
     def score(trial: Mapping[str, float]) -> float:
-        # The torso's depth is the side viewer's and is hardly seen from the front.
-        bdp = body_from_lengths(anatomy, dict(trial) | {"torso_depth": trial["torso_width"] * 0.6})
+        # What the side viewer measures is hardly seen from the front.
+        hidden = {"torso_depth": 0.7 * trial["torso_width"], "head_depth": trial["head_width"]}
+        bdp = body_from_lengths(anatomy, dict(trial) | hidden)
         return BodyFit(body_model(anatomy, bdp), camera, mask).place(position, yaw_rotation, stretched)
 
     for name in FINE_TUNED:
         trials = [lengths | {name: lengths[name] * step} for step in FINE_STEPS]
         lengths = max(trials, key=score)
     return lengths
-
-
-def side_view_lengths(mask: Mask, metres_per_px: float) -> Mapping[str, float]:
-    return side_lengths(mask, metres_per_px)

@@ -16,8 +16,9 @@ from common.vision.background import Background, from_image, learn, learn_median
 from common.vision.mixture import Mixture
 from common.vision.packing import pack
 from common.vision.silhouette import Silhouette, SilhouetteOptions, extract
+from services.viewer.body_definition import Scale, side_lengths
 from services.viewer.body_fit import body_model
-from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline, side_view_lengths
+from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline
 from services.viewer.sources.frame import Frame
 from services.viewer.states import (
     AwaitingPose,
@@ -195,7 +196,7 @@ def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: A
         else:
             if not looks_like_side(shape):
                 raise ValueError("stand side on to this camera")
-            lengths = side_view_lengths(pending.mask, depth / setup.level.focal_px())
+            lengths = side_lengths(pending.mask, Scale(depth, setup.level.focal_px(), setup.level.centre_px()[1]))
     except ValueError as problem:
         return replace(state, pending=None, advice=str(problem)), []
     partial = PartialBdp(

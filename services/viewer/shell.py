@@ -1,33 +1,28 @@
 """A viewer as a process: rig in, bus open, source open, run."""
 
-import logging
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from common.bus.protocol import Bus, Envelope
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.camera.pinhole import Camera
 from common.messages import CameraInfo
-from common.runtime.clock import Clock, RealClock
+from common.runtime.clock import RealClock
 from common.runtime.rig import Rig, Viewer
 from common.runtime.service import Service, Subscription, run
 from common.runtime.specs import BackgroundImage, Device, MedianFrames, Stream, VideoFile
-from common.topics import ASSIGNMENT, CAMERA, UNIVERSAL_BAP, UNIVERSAL_BDP
+from common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
+from services.viewer.beginning import agreed_epoch
 from services.viewer.source import open_source
 from services.viewer.sources.fit import Fit
 from services.viewer.sources.frame import Frame, Image, OpenError, Playback
 from services.viewer.sources.video import median_picture
 from services.viewer.states import Setup, State, viewer_setup
 from services.viewer.step import describe, initial_state, step
-
-logger = logging.getLogger(__name__)
-
-LEAD_NS = 3_000_000_000  # from the first viewer's start to frame 0 of a performance or a file
-LISTEN_NS = 1_500_000_000  # for the viewers that have begun
 
 
 def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
@@ -59,7 +54,8 @@ def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], b
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
             with bus.reader() as others:
-                epoch_ns = agreed_epoch(viewer, others, clock, stopped)
+                ids = [other.id for other in rig.viewers if other is not viewer]
+                epoch_ns = agreed_epoch(ids, partial(camera_info, viewer), others, clock, stopped)
         greeting = (camera_info(viewer, epoch_ns),)
         frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock))
         return run(service, bus, clock, frames, stopped, greeting=greeting)
@@ -79,26 +75,6 @@ def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:
         rotation=camera.rotation.ravel().tolist(),
         translation=camera.translation.ravel().tolist(),
     )
-
-
-def agreed_epoch(viewer: Viewer, bus: Bus, clock: Clock, stopped: Callable[[], bool]) -> int:
-    """Capture time of frame 0 of a file or the actor, the same for all viewers: the earliest that any of them says.
-
-    Each says its own in its camera message, so that viewers may start in any order, and one that comes back joins.
-    """
-    started_ns = clock.now_ns()
-    own = camera_info(viewer, started_ns + LEAD_NS)
-    bus.subscribe(CAMERA)
-    bus.publish(CAMERA, own)
-    earliest_ns, until_ns = own.captured_ns, started_ns + LISTEN_NS
-    while not stopped() and clock.now_ns() < until_ns:
-        match bus.receive(0.1):
-            case Envelope(message=CameraInfo(viewer=other, captured_ns=captured_ns)) if other != viewer.id:
-                earliest_ns = min(earliest_ns, captured_ns)
-    if earliest_ns < own.captured_ns:
-        logger.info("joins the others %.1f s after their start", max(0.0, (clock.now_ns() - earliest_ns) / 1e9))
-        bus.publish(CAMERA, camera_info(viewer, earliest_ns))
-    return earliest_ns
 
 
 def _picture(viewer: Viewer, path: Path) -> Image:

@@ -88,7 +88,9 @@ def test_equation_4_is_the_ratio_of_depths(place: np.ndarray) -> None:
 def test_a_vertical_stick_is_scaled_by_it(place: np.ndarray) -> None:
     stick = np.array([[0.0, 0.2, 0.0], [0.0, 1.5, 0.0]])
     for camera in (ONE, TWO):
-        here, there = (np.ptp(camera.project(stick + offset * [1, 0, 1])[:, 1]) for offset in (np.zeros(3), place))
+        here, there = (
+            np.ptp(camera.project(stick + offset * np.array([1, 0, 1]))[:, 1]) for offset in (np.zeros(3), place)
+        )
         assert there / here == pytest.approx(scaling_factor(camera, place))
 
 

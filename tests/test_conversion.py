@@ -35,7 +35,7 @@ def test_angles_that_are_not_named_stay() -> None:
 
 
 def test_an_angle_of_nobody_is_refused_by_name() -> None:
-    with pytest.raises(ValueError, match="joint angle 'tail.x' is not one of anatomy 'ten-parts'"):
+    with pytest.raises(ValueError, match=r"joint angle 'tail\.x' is not one of anatomy 'ten-parts'"):
         angles_of(TEN_PARTS, {"tail.x": 0.1}, TEN_PARTS.neutral)
 
 

@@ -9,6 +9,7 @@ from two_view_scene import angles, degrees_between
 from common import messages as m
 from common.body.anatomy import TEN_PARTS, Floats
 from common.body.limbs import LIMBS, limb_directions, resting_arm
+from services.integrator.integration import EXCHANGE_AT
 from services.integrator.states import State
 
 INDEX = TEN_PARTS.index
@@ -62,7 +63,7 @@ def test_the_facades_lasting_evidence_exchanges_the_legs() -> None:
     step = angles(right_hip_x=30, left_hip_x=-20)
     state, frame, bap = TRACKED, FIRST, None
     for frame in range(FIRST, FIRST + 12):
-        baps = (changed(partial_bap("1", frame, step), exchange=0.05), partial_bap("2", frame, step))
+        baps = (changed(partial_bap("1", frame, step), exchange=EXCHANGE_AT / 3), partial_bap("2", frame, step))
         state, bap = pose(state, frame, *baps)
         if directions_of(bap)[2, 0, 2] < 0:
             break

@@ -171,7 +171,7 @@ def evaluate(
     raise typer.Exit(LOSS if poses.cut else DONE)
 
 
-def warmup(part: Annotated[Literal["steps", "actor"] | None, typer.Option(hidden=True)] = None) -> None:
+def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) -> None:
     """Compile everything that is compiled on first use, so that the next start is quick.
 
     demo and up do it by themselves; do it before a take where a late start matters. Takes some 20 s once.
@@ -180,8 +180,8 @@ def warmup(part: Annotated[Literal["steps", "actor"] | None, typer.Option(hidden
     """
     from services.warmup import PARTS, warm_up
 
-    for one in PARTS if part is None else (part,):
-        warm_up(one, lambda text: typer.echo(text, err=True) if part is None else None)
+    for one in part or PARTS:
+        warm_up(one, lambda text: None if part else typer.echo(text, err=True))
 
 
 def parsed_size(text: str) -> tuple[int, int]:

@@ -83,7 +83,10 @@ def track(
     for problem in result.problems:
         typer.echo(f"lost: {problem}", err=True)
     if not result.poses:
-        typer.echo("no pose: the body is measured when both viewers see the initial posture, arms sideways", err=True)
+        typer.echo("no pose: the body is measured when both viewers see the initial posture, arms sideways;", err=True)
+        typer.echo("  where it is not shown, give --height.  At the end:", err=True)
+        for service, state in result.states.items():
+            typer.echo(f"  {service}: {state}", err=True)
     raise typer.Exit(LOSS if result.problems or not result.poses else DONE)
 
 

@@ -55,6 +55,9 @@ def assignment(event: Envelope) -> m.Assignment:
         captured_ns=event.message.captured_ns,
         position=(0.0, 1.0, 0.0),
         yaw=0.0,
+        lean=0.0,
+        roll=0.0,
+        squatting=False,
         views={},
         tracking=True,
     )

@@ -117,7 +117,7 @@ class Offline:
         for id, runner in self._viewers.items():
             if id in frames:
                 runner.handle(frames[id])
-        while any([_drain(runner) for runner in (self._integrator, *self._viewers.values())]):
+        while _drain(self._integrator) or any([_drain(runner) for runner in self._viewers.values()]):
             pass
 
     def states(self) -> dict[str, str]:
@@ -127,7 +127,7 @@ class Offline:
 
     def failures(self) -> dict[str, int]:
         """Steps that raised and messages that may not be sent, in words."""
-        meters = [runner.meter for runner in (self._integrator, *self._viewers.values())]
+        meters = [self._integrator.meter, *(runner.meter for runner in self._viewers.values())]
         kinds = {"steps failed": "step_errors", "messages could not be sent": "unsendable"}
         return {words: sum(meter.counts[count] for meter in meters) for words, count in kinds.items()}
 
@@ -161,6 +161,15 @@ def instants(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: l
 def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -> Rig:
     """The rig with every viewer's working size and rate replaced where given.  Raises RigError."""
     return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
+
+
+def of_height(rig: Rig, height: float) -> Rig:
+    """The rig for a person of that height in metres, whose body is not measured: no initial posture is shown."""
+    viewers = tuple(
+        replace(viewer, source=replace(viewer.source, initial=None)) if isinstance(viewer.source, VideoFile) else viewer
+        for viewer in rig.viewers
+    )
+    return replace(rig, viewers=viewers, person_height=height)
 
 
 def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float | None) -> Viewer:

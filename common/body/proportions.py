@@ -54,6 +54,18 @@ def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
     return _by_anatomy(anatomy, sizes, offsets)
 
 
+def lengths_of_height(height: float) -> Mapping[str, float]:
+    """Every length of `body_from_lengths` for a person of whom only the height is known, metres.
+
+    Shares of body height: Drillis and Contini (1966), and breadths and depths of Gordon et al. (1989), means of both sexes.
+    """
+    shares = {
+        "height": 1.0, "torso_width": 0.190, "arm_span": 1.015, "arm_thickness": 0.050, "head_width": 0.088,
+        "thigh_width": 0.097, "leg_width": 0.066, "torso_depth": 0.140, "head_depth": 0.105,
+    }  # fmt: skip
+    return {name: share * height for name, share in shares.items()}
+
+
 def stretched_angles(anatomy: Anatomy) -> Floats:
     """(angles,) of the initial posture: upright, arms stretched sideways."""
     angles = anatomy.neutral.copy()

@@ -50,6 +50,7 @@ class Rig:
 
     digest: of the content of the rig and calibration files, equal on every machine of the rig.
     files: the rig file and the calibration, for the log.
+    person_height: metres, of a person who is not asked for the initial posture; None to measure the body.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Rig:
     zenoh: ZenohTable
     log: LogTable
     files: tuple[Path, ...]
+    person_height: float | None = None
 
     def viewer(self, id: str) -> Viewer:
         """The viewer of that id.  Raises RigError, which lists the ones there are."""
@@ -104,7 +106,18 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
     digest = hashlib.sha256(b"\0".join([content_bytes, calibration.read_bytes(), method.encode()])).hexdigest()[:16]
     all_notes = (*notes, *chosen, *_size_notes(content, viewers))
     files_of_rig = tuple(file for file in (own_file, calibration) if file.is_file())
-    return Rig(content.name, method, viewers, all_notes, base, digest, content.zenoh, content.log, files_of_rig)
+    return Rig(
+        content.name,
+        method,
+        viewers,
+        all_notes,
+        base,
+        digest,
+        content.zenoh,
+        content.log,
+        files_of_rig,
+        content.person_height,
+    )
 
 
 def demo_rig_file() -> Path:

@@ -57,6 +57,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     viewer: tuple[ViewerTable, ...]
     up_axis: str = "y"
     method: str = "two-view"
+    person_height: Annotated[float, Meta(ge=0.5, le=2.5)] | None = None  # metres; instead of the initial posture
     zenoh: ZenohTable = ZenohTable()
     log: LogTable = LogTable()
 

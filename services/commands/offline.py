@@ -38,6 +38,16 @@ def track(
     fps: Annotated[
         float | None, typer.Option(min=0.1, max=1000, help="Frames per second that are used; default: the rig's.")
     ] = None,
+    height: Annotated[
+        float | None,
+        typer.Option(
+            "--height",
+            min=0.5,
+            max=2.5,
+            metavar="METRES",
+            help="The person's height, where no initial posture is shown: the body then has average proportions.",
+        ),
+    ] = None,
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write pictures of the model drawn on the person, and a video.")
     ] = None,
@@ -54,11 +64,13 @@ def track(
     wanted = None if size is None else parsed_size(size)
     with one_line_errors():
         from common.runtime import logs
-        from services.track import at_working_size
+        from services.track import at_working_size, of_height
         from services.track import track as run_track
 
         logs.configure("track")
         one = at_working_size(rig_at(rig, files=True, method=method), wanted, fps)
+        if height is not None:
+            one = of_height(one, height)
         for note in one.notes:
             typer.echo(f"note: {note}", err=True)
         expected = expected_instants(one)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from common.body.anatomy import Floats
-from common.body.definition import Pose
-from common.body.proportions import stretched_angles
+from common.body.definition import Bdp, Pose
+from common.body.proportions import body_from_lengths, lengths_of_height, stretched_angles
 from common.camera.pinhole import Camera
 from common.conversion import angles_by_name, body_of
 from common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp, ViewAssignment
@@ -16,6 +16,7 @@ from services.integrator.pairing import Instant
 from services.integrator.perspective import Ray, meeting_depths, scaling_factor
 from services.integrator.states import INSTANTS_OF_BODY, Person, Placed, Setup, State
 
+HEIGHTS_AGREE = 0.12  # largest |r_t - 1| after both heights are in metres
 STANDS_STILL = 0.03  # spread of the measured heights, over their median, that is still one posture
 
 
@@ -38,6 +39,9 @@ def place_first(setup: Setup, state: State, instant: Instant[Sighting]) -> tuple
     yaw = facing(setup.cameras[facade])
     placed = Placed(instant.captured_ns, position, yaw, 0.0, 0.0, False, views, ())
     state = replace(state, views=views, first=placed, problem="")
+    if setup.height is not None:
+        bdp = body_from_lengths(setup.anatomy, lengths_of_height(setup.height))
+        return _begin(setup, state, placed, bdp, 1.0, setup.anatomy.neutral, max(s.frame for s in seen.values()))
     frames = {viewer: sighting.frame for viewer, sighting in instant.items.items()}
     return state, [assignment(setup, placed, frames, tracking=False)]
 
@@ -54,20 +58,30 @@ def define_body(setup: Setup, state: State, instant: Instant[PartialBdp]) -> tup
     heights = np.array([front.lengths["height"] for front, _ in bodies])
     if len(bodies) < INSTANTS_OF_BODY or np.ptp(heights) > STANDS_STILL * np.median(heights):
         return state, []
+    ratio = float(np.median([side.lengths["height"] / front.lengths["height"] for front, side in bodies]))
+    if abs(ratio - 1) > HEIGHTS_AGREE:
+        problem = f"the viewers see heights {abs(ratio - 1):.0%} apart: check calibration, background and initial posture"
+        return replace(state, bodies=(), problem=problem), []
     try:
         bdp, ratio = integrate_bodies(setup.anatomy, [f.lengths for f, _ in bodies], [s.lengths for _, s in bodies])
     except ValueError as problem:
         return replace(state, bodies=(), problem=f"the body cannot be: {problem}"), []
-    angles = stretched_angles(setup.anatomy)
-    angles[setup.anatomy.index["navel.y"]] = first.yaw
-    pose = Pose(first.position, angles)
-    person = Person(bdp, pose, (first,), float(first.position[1]))
-    frame, captured_ns = fronts[0].frame, instant.captured_ns
+    return _begin(setup, state, first, bdp, ratio, stretched_angles(setup.anatomy), fronts[0].frame)
+
+
+def _begin(
+    setup: Setup, state: State, placed: Placed, bdp: Bdp, ratio: float, angles: Floats, frame: int
+) -> tuple[State, list[Message]]:
+    """Track a person from this body and these angles on, standing where `placed` says."""
+    angles = angles.copy()
+    angles[setup.anatomy.index["navel.y"]] = placed.yaw
+    pose = Pose(placed.position, angles)
+    person = Person(bdp, pose, (placed,), float(placed.position[1]))
     messages: list[Message] = [
-        UniversalBdp(frame=frame, captured_ns=captured_ns, body=body_of(setup.anatomy, bdp), ratio=ratio),
+        UniversalBdp(frame=frame, captured_ns=placed.captured_ns, body=body_of(setup.anatomy, bdp), ratio=ratio),
         UniversalBap(
-            frame=frame, captured_ns=captured_ns, position=point(pose.position),
-            angles=angles_by_name(setup.anatomy, angles), scores={}, views=dict(first.views), stale=[], lost=[],
+            frame=frame, captured_ns=placed.captured_ns, position=point(pose.position),
+            angles=angles_by_name(setup.anatomy, angles), scores={}, views=dict(placed.views), stale=[], lost=[],
         ),
     ]  # fmt: skip
     return replace(state, person=person, bodies=(), problem=""), messages

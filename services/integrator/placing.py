@@ -7,6 +7,8 @@ from math import cos, pi, radians
 import numpy as np
 
 from common.body.anatomy import Floats
+from common.body.definition import Pose
+from common.body.limbs import limb_angles, limb_directions
 from common.body.torso import TURNS, tilt_of_spine, torso_rotation, width_thresholds
 from common.messages import Message, Sighting
 from services.integrator.arbitrator import Claim, View, arbitrate
@@ -17,6 +19,8 @@ from services.integrator.perspective import Ray, meeting_depths
 from services.integrator.states import Person, Placed, Setup, State
 
 KEPT_PLACES = 4
+WALKING = 0.4  # m/s: slower steps say nothing of where somebody faces
+MOST_BACKWARDS, FORGOTTEN_S = 0.5, 1.5  # metres; whoever walks further backwards than this faces the other way
 UPRIGHT = cos(radians(25))  # a torso bent further than this is no longer as wide as its columns
 SNAP = radians(60)  # a body further off the facade viewer's axis than this has turned
 
@@ -31,11 +35,15 @@ def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tupl
     position = _position(setup, person, seen)
     views = _views(setup, state, seen, position)
     yaw, lean, roll = _torso(setup, person, seen, position, views)
+    backwards = _backwards(person, instant.captured_ns, position)
+    if backwards > MOST_BACKWARDS:
+        person = replace(person, pose=_about_face(setup, person.pose))
+        yaw, lean, roll, backwards = _wrapped(yaw + pi), -lean, -roll, 0.0
     index = setup.anatomy.index
     hips = tuple(float(person.pose.angles[index[f"{side}_hip.z"]]) for side in ("right", "left"))
     squatting = is_squatting(float(position[1]), person.height, (hips[0], hips[1]), person.stance)
     placed = Placed(instant.captured_ns, position, yaw, lean, roll, squatting, views, stale)
-    person = replace(person, placed=(*person.placed, placed)[-KEPT_PLACES:])
+    person = replace(person, placed=(*person.placed, placed)[-KEPT_PLACES:], backwards=backwards)
     frames = {viewer: state.last[viewer].frame for viewer in setup.cameras if viewer in state.last}
     return replace(state, person=person, views=views), [assignment(setup, placed, frames, tracking=True)]
 
@@ -76,6 +84,28 @@ def _torso(
     lean, roll = tilt_of_spine(spine, yaw)
     lean = float(np.clip(lean, *limits[index["navel.x"]]))
     return _wrapped(yaw), lean, float(np.clip(roll, *limits[index["navel.z"]]))
+
+
+def _backwards(person: Person, captured_ns: int, position: Floats) -> float:
+    """Metres walked backwards of late: people face where they walk, which settles what a silhouette cannot."""
+    last = person.placed[-1]
+    seconds = (captured_ns - last.captured_ns) / 1e9
+    if not 0 < seconds < FORGOTTEN_S:
+        return 0.0
+    step = position - last.position
+    forward = float(step[0] * np.sin(last.yaw) + step[2] * np.cos(last.yaw))
+    walked = person.backwards * float(np.exp(-seconds / FORGOTTEN_S))
+    return max(0.0, walked - forward) if abs(forward) > WALKING * seconds else walked
+
+
+def _about_face(setup: Setup, pose: Pose) -> Pose:
+    """The same body the other way round: what was taken for the right side is the left one."""
+    directions = limb_directions(setup.anatomy, pose.angles)[[1, 0, 3, 2]] * np.array([-1.0, 1.0, -1.0])
+    angles = pose.angles.copy()
+    index = setup.anatomy.index
+    angles[index["navel.y"]] = _wrapped(float(angles[index["navel.y"]]) + pi)
+    angles[[index["navel.x"], index["navel.z"]]] *= -1
+    return Pose(pose.position, limb_angles(setup.anatomy, directions, angles))
 
 
 def _turned_to(setup: Setup, yaw: float, views: Mapping[str, View]) -> float:

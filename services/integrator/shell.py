@@ -25,7 +25,7 @@ def integrator_service(rig: Rig) -> Service[Setup, State, FrameLike]:
     """The integrator of a rig.  Raises ValueError when its cameras do not suit the method."""
     cameras = {viewer.id: viewer.camera for viewer in rig.viewers}
     slowest = min(viewer.fps for viewer in rig.viewers)
-    setup = integrator_setup(TEN_PARTS, cameras, round(1e9 / slowest))
+    setup = integrator_setup(TEN_PARTS, cameras, round(1e9 / slowest), rig.person_height)
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP)
     return Service(
         "integrator",

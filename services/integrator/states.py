@@ -17,21 +17,25 @@ INSTANTS_OF_BODY = 5  # pairs of partial BDPs that the universal one is the medi
 
 @dataclass(frozen=True)
 class Setup:
-    """cameras: the level view of each viewer's camera, by viewer id, in the rig's order.  frame_ns: frame period."""
+    """cameras: the level view of each viewer's camera, by viewer id, in the rig's order.  frame_ns: frame period.
+
+    height: of the person in metres, to go by instead of the initial posture; None to measure.
+    """
 
     anatomy: Anatomy
     cameras: Mapping[str, Camera]
     frame_ns: int
+    height: float | None = None
 
 
-def integrator_setup(anatomy: Anatomy, cameras: Mapping[str, Camera], frame_ns: int) -> Setup:
-    """cameras: each viewer's, at its working size.
+def integrator_setup(anatomy: Anatomy, cameras: Mapping[str, Camera], frame_ns: int, height: float | None = None) -> Setup:
+    """cameras: each viewer's, at its working size.  height: see `Setup`.
 
     Raises ValueError for other than two viewers, or a camera that looks straight up or down.
     """
     if len(cameras) != 2:
         raise ValueError(f"two-view needs two viewers; the rig has {len(cameras)}: {', '.join(cameras)}")
-    return Setup(anatomy, {viewer: level_view(camera).camera for viewer, camera in cameras.items()}, frame_ns)
+    return Setup(anatomy, {viewer: level_view(camera).camera for viewer, camera in cameras.items()}, frame_ns, height)
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ class Person:
     """The person being tracked.  pose: of the last universal BAP.  placed: the last assignments, oldest first.
 
     height: of the navel in the initial posture, metres.  stance: theta_Z of the hips from straight down there, radians.
-    exchange: evidence that the legs were taken for each other.
+    exchange: evidence that the legs were taken for each other.  backwards: metres walked backwards of late.
     """
 
     bdp: Bdp
@@ -65,6 +69,7 @@ class Person:
     height: float
     stance: float = 0.0
     exchange: float = 0.0
+    backwards: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import TypeAlias, TypeVar
 from common.bus.protocol import Alive, Envelope
 from common.messages import Health, Message, PartialBap, PartialBdp, Sighting
 from common.runtime.clock import offset_in, to_integrator_ns
+from common.runtime.frames import FrameLike
 from common.runtime.service import Tick
 from services.integrator.arbitrator import View
 from services.integrator.measuring import define_body, place_first
@@ -17,7 +18,7 @@ from services.integrator.states import INSTANTS_OF_BODY, Setup, State, integrato
 
 __all__ = ["counts", "describe", "initial_state", "integrator_setup", "step"]
 
-Event = Envelope | Alive | Tick
+Event = FrameLike | Envelope | Alive | Tick  # the loop's; the integrator has no frames
 Result: TypeAlias = tuple[State, list[Message]]
 T = TypeVar("T")
 

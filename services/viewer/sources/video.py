@@ -94,7 +94,7 @@ def median_picture(path: Path, fit: Fit, count: int = 41) -> Image:
             if image is not None:
                 pictures.append(image)
             if not there:
-                return np.median(np.stack(pictures), axis=0).astype(np.uint8)
+                return np.asarray(np.median(np.stack(pictures), axis=0), dtype=np.uint8)
     finally:
         reader.close()
 

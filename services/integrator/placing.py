@@ -12,7 +12,7 @@ from common.body.limbs import limb_angles, limb_directions
 from common.body.torso import TURNS, tilt_of_spine, torso_rotation, width_thresholds
 from common.messages import Message, Sighting
 from services.integrator.arbitrator import Claim, View, arbitrate
-from services.integrator.integration import is_squatting, spine_after, turn_of_body
+from services.integrator.integration import ARM_COST, LEG_COST, best_way, is_squatting, spine_after, turn_of_body
 from services.integrator.measuring import assignment, facing
 from services.integrator.pairing import Instant
 from services.integrator.perspective import Ray, meeting_depths
@@ -45,7 +45,11 @@ def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tupl
     placed = Placed(instant.captured_ns, position, yaw, lean, roll, squatting, views, stale)
     person = replace(person, placed=(*person.placed, placed)[-KEPT_PLACES:], backwards=backwards)
     frames = {viewer: state.last[viewer].frame for viewer in setup.cameras if viewer in state.last}
-    return replace(state, person=person, views=views), [assignment(setup, placed, frames, tracking=True)]
+    both = list(seen.values()) if not stale else []
+    arms = best_way([sighting.arms for sighting in both], ARM_COST)
+    legs = best_way([sighting.legs for sighting in both], LEG_COST)
+    answer = assignment(setup, placed, frames, tracking=True, arms=arms, legs=legs)
+    return replace(state, person=person, views=views), [answer]
 
 
 def _position(setup: Setup, person: Person, seen: Mapping[str, Sighting]) -> Floats:

@@ -11,6 +11,7 @@ from typing import TypeVar
 import msgpack
 import msgspec
 import msgspec.inspect as mi
+import numpy as np
 
 from common.messages import Message
 
@@ -35,7 +36,7 @@ def encode(message: Message) -> bytes:
     """
     expected = type(message)
     try:
-        plain = msgspec.to_builtins(message, builtin_types=(bytes,))
+        plain = msgspec.to_builtins(message, builtin_types=(bytes,), enc_hook=_plain_number)
         msgspec.convert(plain, expected)
         data: bytes = msgpack.packb(plain)
     except (ValueError, TypeError, OverflowError, msgspec.MsgspecError) as error:
@@ -43,6 +44,13 @@ def encode(message: Message) -> bytes:
     if len(data) > size_limit(expected):
         raise BadMessage(f"{expected.__name__}: {len(data)} bytes, more than {size_limit(expected)}")
     return data
+
+
+def _plain_number(value: object) -> object:
+    """A number as numpy computes it becomes Python's own, which is what travels."""
+    if isinstance(value, np.floating | np.integer | np.bool_):
+        return value.item()
+    raise TypeError(f"{type(value).__name__} cannot be sent")
 
 
 def decode(data: bytes, expected: type[M]) -> M:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Never, TypeVar
 
 from common.bus.local import LocalBus, LocalNetwork
 from common.bus.protocol import Envelope, RoundTrip
@@ -36,7 +36,7 @@ Setup = TypeVar("Setup")
 State = TypeVar("State")
 F = TypeVar("F", bound=FrameLike)
 ViewerRunner = Runner[viewer_states.Setup, viewer_states.State, Frame]
-IntegratorRunner = Runner[integrator_states.Setup, integrator_states.State, FrameLike]
+IntegratorRunner = Runner[integrator_states.Setup, integrator_states.State, Never]
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class Offline:
         for id, runner in self._viewers.items():
             if id in frames:
                 runner.handle(frames[id])
-        while _drain(self._integrator) or any([_drain(runner) for runner in self._viewers.values()]):
+        while any([_drain(self._integrator), *map(_drain, self._viewers.values())]):
             pass
 
     def states(self) -> dict[str, str]:

@@ -29,7 +29,7 @@ from services.track import EPOCH_NS, Offline
 from services.viewer.sources.frame import Frame, Image
 
 PARTS = ("steps", "actor")
-EMPTY, STILL, MOVING = 4, 14, 6  # frames of the empty scene, of the initial posture, of lowering the arms
+EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the initial posture, lowering the arms, a jump
 FPS = 15.0
 SIZE = (160, 120)
 
@@ -83,9 +83,9 @@ def _cameras() -> tuple[Camera, Camera]:
 
 
 def _poses() -> Iterator[Pose | None]:
-    """Nobody, then the initial posture, then the arms go down."""
+    """Nobody, then the initial posture, then the arms go down, and at last are lost: they jump to the front and up."""
     index = TEN_PARTS.index
-    for k in range(EMPTY + STILL + MOVING):
+    for k in range(EMPTY + STILL + MOVING + AWAY):
         if k < EMPTY:
             yield None
             continue
@@ -93,6 +93,9 @@ def _poses() -> Iterator[Pose | None]:
         raised = np.pi / 2 - max(0, k - EMPTY - STILL) * np.radians(8)
         pose.angles[index["right_shoulder.z"]] = np.pi - raised
         pose.angles[index["left_shoulder.z"]] = np.pi + raised
+        if k >= EMPTY + STILL + MOVING:
+            pose.angles[index["right_shoulder.z"]] = 0.1
+            pose.angles[index["left_shoulder.x"]] = pose.angles[index["left_hip.x"]] = np.radians(70)
         yield pose
 
 

@@ -34,9 +34,9 @@ def place_part(
     else:
         up = part_to_world[parent]
         for row in range(3):
-            out[row, :3] = up[row, :3]
             out[row, 3] = up[row, 3]
-            for k in range(3):
+            for k in range(3):  # a slice would compile numba's error texts along: seconds
+                out[row, k] = up[row, k]
                 out[row, 3] += up[row, k] * offsets[joint, k]
     for k in range(3):
         axis = tree[joint, 2 + k]

@@ -25,6 +25,7 @@ _JOINTS = (
 SINGULAR = np.cos(np.radians(84))  # below this a rotation about the limb's own line is not defined and keeps its value
 RESTING = np.array([0.0, -0.995, 0.1])  # a hanging arm in the world, a little to the person's front
 FURTHEST_X = np.radians(150)  # of the second solution
+BEYOND = np.radians(20)  # past its limit z is clipped rather than that the limb takes its other solution
 STRAIGHT = np.radians(10)  # under this much bending the twist of the upper part is not seen and keeps its value
 
 
@@ -159,10 +160,14 @@ def _upper_angles(upper: Floats, z_before: float, x_before: float, z_limits: Flo
     z = _near(np.arctan2(-upper[0], upper[1]), middle)
     other_z, other_x = _near(z + np.pi, middle), _near(np.pi - x, 0.0)
     nearer = abs(other_z - z_before) + abs(other_x - x_before) < abs(z - z_before) + abs(x - x_before)
-    outside = z < z_limits[0] - 0.35 or z > z_limits[1] + 0.35
-    if (nearer or outside) and abs(other_x) < FURTHEST_X:
+    if (nearer or _outside(z, z_limits)) and not _outside(other_z, z_limits) and abs(other_x) < FURTHEST_X:
         return other_z, other_x
     return z, x
+
+
+@njit(cache=True, error_model="numpy")
+def _outside(z: float, limits: Floats) -> bool:
+    return bool(z < limits[0] - BEYOND or z > limits[1] + BEYOND)
 
 
 @njit(cache=True, error_model="numpy")

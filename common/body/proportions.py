@@ -60,8 +60,8 @@ def lengths_of_height(height: float) -> Mapping[str, float]:
     Shares of body height: Drillis and Contini (1966), and breadths and depths of Gordon et al. (1989), means of both sexes.
     """
     shares = {
-        "height": 1.0, "torso_width": 0.190, "arm_span": 1.015, "arm_thickness": 0.050, "head_width": 0.088,
-        "thigh_width": 0.097, "leg_width": 0.066, "torso_depth": 0.140, "head_depth": 0.105,
+        "height": 1.0, "torso_width": 0.200, "torso_depth": 0.135, "arm_span": 1.015, "arm_thickness": 0.050,
+        "head_width": 0.085, "head_depth": 0.105, "thigh_width": 0.090, "leg_width": 0.062,
     }  # fmt: skip
     return {name: share * height for name, share in shares.items()}
 

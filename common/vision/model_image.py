@@ -6,6 +6,8 @@ counted, so a match costs the limb's own pixels and not the image's.  Everything
 totals: (3,) int64: pixels of the silhouette, of the model, and of both.
 """
 
+from typing import cast
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -15,7 +17,10 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.uint8]
 
 CORNERS = 10  # of a part's outline
-ADD, REMOVE, COUNT = 1, -1, 0
+# Numpy's numbers, because compiled code is made anew for each plain one.
+NEAREST = 0.1  # metres in front of the camera
+SINES = np.sin(np.pi / 4 * np.arange(-2, 5))  # of k - 2 eighths of a turn
+ADD, REMOVE, COUNT = cast(int, np.int64(1)), cast(int, np.int64(-1)), cast(int, np.int64(0))
 
 
 @njit(cache=True, error_model="numpy")
@@ -38,28 +43,26 @@ def outline_part(frame: Floats, size: Floats, camera: Floats, corners: Floats) -
     Each end is an ellipse under local parallel projection; the outline is the hull of both ends' support points.
     False when an end is not in front of the camera.
     """
-    ends = np.empty((2, 6))
+    ends = np.empty((2, 6))  # each end's centre, and its two half axes
+    focal = camera[4, 0]
     for end in range(2):
-        local = np.empty(3)
-        for row in range(3):
-            local[row] = camera[3, row]
-            for k in range(3):
-                local[row] += camera[row, k] * (frame[k, 3] + end * size[0] * frame[k, 1])
-        if local[2] < 0.1:
+        x = frame[0, 3] + end * size[0] * frame[0, 1]
+        y = frame[1, 3] + end * size[0] * frame[1, 1]
+        z = frame[2, 3] + end * size[0] * frame[2, 1]
+        depth = camera[2, 0] * x + camera[2, 1] * y + camera[2, 2] * z + camera[3, 2]
+        if depth < NEAREST:
             return False
-        scale = camera[4, 0] / local[2]
-        u, v = local[0] / local[2], local[1] / local[2]
-        ends[end, 0] = camera[4, 0] * u + camera[4, 1]
-        ends[end, 1] = camera[4, 0] * v + camera[4, 2]
+        u = (camera[0, 0] * x + camera[0, 1] * y + camera[0, 2] * z + camera[3, 0]) / depth
+        v = (camera[1, 0] * x + camera[1, 1] * y + camera[1, 2] * z + camera[3, 1]) / depth
+        ends[end, 0] = focal * u + camera[4, 1]
+        ends[end, 1] = focal * v + camera[4, 2]
         for axis in range(2):
-            radius = size[1 + axis]
+            scale = focal / depth * size[1 + axis]
             column = 2 * axis  # the part's x, then its z
-            across = np.zeros(3)
-            for row in range(3):
-                for k in range(3):
-                    across[row] += camera[row, k] * frame[k, column]
-            ends[end, 2 + 2 * axis] = scale * radius * (across[0] - u * across[2])
-            ends[end, 3 + 2 * axis] = scale * radius * (across[1] - v * across[2])
+            a, b, c = frame[0, column], frame[1, column], frame[2, column]
+            forward = camera[2, 0] * a + camera[2, 1] * b + camera[2, 2] * c
+            ends[end, 2 + 2 * axis] = scale * (camera[0, 0] * a + camera[0, 1] * b + camera[0, 2] * c - u * forward)
+            ends[end, 3 + 2 * axis] = scale * (camera[1, 0] * a + camera[1, 1] * b + camera[1, 2] * c - v * forward)
     dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
     length = np.hypot(dx, dy)
     if length < 1e-6:
@@ -70,8 +73,7 @@ def outline_part(frame: Floats, size: Floats, camera: Floats, corners: Floats) -
     for end in range(2):
         away = 1.0 if end == 1 else -1.0
         for step in range(5):  # around the first end from the far side, around the second back to it
-            turn = np.pi / 4 * step
-            along, side = np.sin(turn) * away, -np.cos(turn) * away
+            along, side = SINES[step + 2] * away, SINES[step] * away
             nx, ny = along * dx - side * dy, along * dy + side * dx
             a = ends[end, 2] * nx + ends[end, 3] * ny
             b = ends[end, 4] * nx + ends[end, 5] * ny
@@ -98,8 +100,8 @@ def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: I
     top, bottom = max(int(np.ceil(low)), 0), min(int(np.floor(high)), height - 1)
     if bottom < top or not np.isfinite(high - low):
         return
-    left = np.full(bottom - top + 1, np.inf)
-    right = np.full(bottom - top + 1, -np.inf)
+    spans = np.empty((bottom - top + 1, 2))  # each row's first and last x
+    spans[:, 0], spans[:, 1] = np.inf, -np.inf
     for k in range(corners.shape[0]):
         other = k + 1 if k + 1 < corners.shape[0] else 0
         x0, y0, x1, y1 = corners[k, 0], corners[k, 1], corners[other, 0], corners[other, 1]
@@ -110,12 +112,12 @@ def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: I
         slope = (x1 - x0) / (y1 - y0)
         for y in range(max(int(np.ceil(y0)), top), min(int(np.floor(y1)), bottom) + 1):
             x = x0 + (y - y0) * slope
-            left[y - top] = min(left[y - top], x)
-            right[y - top] = max(right[y - top], x)
+            spans[y - top, 0] = min(spans[y - top, 0], x)
+            spans[y - top, 1] = max(spans[y - top, 1], x)
     model, both = np.int64(0), np.int64(0)
     for y in range(top, bottom + 1):
-        first = max(int(np.ceil(max(left[y - top], -1.0))), 0)
-        last = min(int(np.floor(min(right[y - top], width * 1.0))), width - 1)
+        first = max(int(np.ceil(max(spans[y - top, 0], -1.0))), 0)
+        last = min(int(np.floor(min(spans[y - top, 1], width * 1.0))), width - 1)
         if mode == COUNT:
             for x in range(first, last + 1):
                 bare = np.int64(cover[y, x] == 0)
@@ -143,3 +145,25 @@ def cover_part(frame: Floats, size: Floats, camera: Floats, mask: Mask, cover: M
     corners = np.empty((CORNERS, 2))
     if outline_part(frame, size, camera, corners):
         cover_outline(corners, mask, cover, mode, totals)
+
+
+@njit(cache=True, error_model="numpy")
+def cover_pair(frames: Floats, sizes: Floats, camera: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
+    """Add, remove or count two parts that overlap: frames (2, 3, 4), sizes (2, 3).  COUNT leaves the cover as it was."""
+    first, second = np.empty((CORNERS, 2)), np.empty((CORNERS, 2))
+    first_seen = outline_part(frames[0], sizes[0], camera, first)
+    second_seen = outline_part(frames[1], sizes[1], camera, second)
+    if mode != COUNT:
+        if first_seen:
+            cover_outline(first, mask, cover, mode, totals)
+        if second_seen:
+            cover_outline(second, mask, cover, mode, totals)
+        return
+    if first_seen:  # the second must not count again what the first covers
+        cover_outline(first, mask, cover, ADD, totals)
+    if second_seen:
+        cover_outline(second, mask, cover, COUNT, totals)
+    model, both = totals[1], totals[2]
+    if first_seen:
+        cover_outline(first, mask, cover, REMOVE, totals)
+    totals[1], totals[2] = model, both

@@ -48,7 +48,9 @@ def _runs(labels: Labels, lowest: int, highest: int) -> tuple[Integers, int]:
                 x += 1
             if count == len(runs):
                 longer = np.empty((2 * count, 4), dtype=np.int32)
-                longer[:count] = runs
+                for k in range(count):  # a slice would compile numba's error texts along: seconds
+                    for column in range(3):
+                        longer[k, column] = runs[k, column]
                 runs = longer
             runs[count, 0], runs[count, 1], runs[count, 2] = y, first, x
             count += 1
@@ -83,7 +85,8 @@ def find_regions(labels: Labels, lowest: int, highest: int, seed: int, diagonal:
         else:
             runs[k, 3] = runs[_root(parent, k), 3]
     boxes = np.empty((total, 4), dtype=np.int32)
-    boxes[:, 0], boxes[:, 1], boxes[:, 2], boxes[:, 3] = labels.shape[1], labels.shape[0], 0, 0
+    for r in range(total):
+        boxes[r, 0], boxes[r, 1], boxes[r, 2], boxes[r, 3] = labels.shape[1], labels.shape[0], 0, 0
     areas = np.zeros(total, dtype=np.int32)
     seeds = np.zeros(total, dtype=np.int32)
     for k in range(count):
@@ -142,4 +145,5 @@ def paint(regions: Regions, keep: NDArray[np.bool_], value: int, image: Labels) 
     """Set the pixels of the kept regions to `value`, in place."""
     for k in range(len(regions.runs)):
         if keep[regions.runs[k, 3]]:
-            image[regions.runs[k, 0], regions.runs[k, 1] : regions.runs[k, 2]] = value
+            for x in range(regions.runs[k, 1], regions.runs[k, 2]):
+                image[regions.runs[k, 0], x] = value

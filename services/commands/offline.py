@@ -213,7 +213,8 @@ def _progress(expected: int | None, watchers: tuple[Callable[[Instant], None], .
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("tracking (the first run compiles for some 20 s)", total=expected)
 
         def watch(instant: Instant) -> None:

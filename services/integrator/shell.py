@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Never
 
 from common.body.anatomy import TEN_PARTS
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.runtime.clock import RealClock
-from common.runtime.frames import FrameLike
 from common.runtime.recording import Attachment, Recording
 from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
@@ -21,7 +21,7 @@ ID = "main"
 LOSS = 3  # exit status: all went well, but the log is not complete
 
 
-def integrator_service(rig: Rig) -> Service[Setup, State, FrameLike]:
+def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
     """The integrator of a rig.  Raises ValueError when its cameras do not suit the method."""
     cameras = {viewer.id: viewer.camera for viewer in rig.viewers}
     slowest = min(viewer.fps for viewer in rig.viewers)

@@ -12,6 +12,9 @@ from services.launcher.board import Board, Service, lost_words, title
 # Counts that a person should know of; the rest stands in the take.
 LOSSES = ("dropped_frames", "dropped_queue_full", "rejected_invalid", "step_errors", "unsendable", "log_lost")
 
+# What a service does on which event, every frame.
+STAGES = (("frame", "silhouette + place"), ("assignment", "limbs"), ("sighting", "assign"), ("partial_bap", "pose"))
+
 
 def table(board: Board, services: Sequence[Service], elapsed_s: float, take: str) -> Group:
     """The whole display."""
@@ -61,10 +64,9 @@ def _row(board: Board, service: Service) -> list[str | Text]:
 
 
 def stage_times(health: m.Health) -> str:
-    """Medians of what takes time, longest first; waiting is not work."""
-    work = {name.removeprefix("step_"): ms for name, ms in health.stages_ms.items() if name.startswith("step_")}
-    longest = sorted(work.items(), key=lambda stage: -stage[1])[:3]
-    return "  ".join(f"{name} {ms:.1f}" for name, ms in longest)
+    """Medians of what is done for every frame."""
+    shown = ((words, health.stages_ms.get(f"step_{event}")) for event, words in STAGES)
+    return "  ".join(f"{words} {ms:.1f}" for words, ms in shown if ms is not None)
 
 
 def dropped(health: m.Health) -> int:

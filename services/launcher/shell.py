@@ -29,7 +29,7 @@ from services.launcher.mesh import Place, free_ports, mesh
 from services.launcher.warming import compile_first
 
 DONE, FAILED, LOSS = 0, 1, 3
-LEAD_S = 3.0  # from the start of the processes to frame 0: they import, connect and load compiled code
+LEAD_S = 2.0  # from the start of the processes to frame 0: they import, connect and load compiled code
 LOOK_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
 
 

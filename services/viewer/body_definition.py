@@ -19,7 +19,9 @@ TORSO_FRONT, TORSO_SIDE, HEAD, THIGHS, SHINS = (0.54, 0.74), (0.52, 0.78), (0.86
 # How much nearer than the body the lowest visible sole is, in body heights: the ball of a foot seen from the front, the
 # near foot seen from the side.  The foot's length is 0.152 (Drillis and Contini), the ankle a quarter of it from the heel.
 FRONT_TOES, SIDE_TOES = 0.06, 0.05
-UNEVEN, SLOPING = 0.10, 0.15  # body heights that the arms may differ in reach, and lie below the shoulder line
+
+SHORTEST_ARM = 0.2  # of a stretched arm beside the torso, in body heights; it is about 0.37
+UNEVEN = 0.10  # body heights that the arms may differ in reach
 
 
 @dataclass(frozen=True)
@@ -101,20 +103,15 @@ def front_lengths(mask: Mask, scale: Scale) -> Mapping[str, float]:
     shoulder_rows = np.flatnonzero(headless[: highest + height // 2].any(axis=1))
     if shoulder_rows.size == 0 or shoulder_rows[0] - highest < 0.05 * height:
         raise ValueError("no shoulder line under the head: the arms are not stretched sideways or hide the head")
-    shoulder_line = int(shoulder_rows[0])
-    arm_thickness, arm_line = _arm_thickness_and_line(mask, torso, columns)
-    middle = (columns[0] + columns[-1]) / 2
-    if abs(middle - torso.centre) > UNEVEN * height:
+    if abs((columns[0] + columns[-1]) / 2 - torso.centre) > UNEVEN * height:
         raise ValueError("one arm reaches further than the other: stretch both sideways, facing this camera")
-    if not 0 <= arm_line - shoulder_line <= SLOPING * height:
-        raise ValueError("the arms are not level with the shoulders: stretch both sideways")
     m = scale.metres_per_px
     return {
         "height": scale.height(highest, lowest, FRONT_TOES),
         # Paper: W_torso, columns higher than the mean; whether the shoulders are among them depends on the arms' thickness.
         "torso_width": _mean_width(mask, TORSO_FRONT) * m,
         "arm_span": (columns[-1] + 1 - columns[0]) * m,
-        "arm_thickness": arm_thickness * m,
+        "arm_thickness": _arm_thickness(mask, torso, columns, round(SHORTEST_ARM * height)) * m,
         "head_width": _mean_width(mask, HEAD) * m,
         "thigh_width": _mean_width(mask, THIGHS) / 2 * m,
         "leg_width": _mean_width(mask, SHINS) / 2 * m,
@@ -142,17 +139,13 @@ def _mean_width(mask: Mask, band: tuple[float, float]) -> float:
     return float(np.count_nonzero(mask[first : max(last, first + 1)])) / max(last - first, 1)
 
 
-def _arm_thickness_and_line(mask: Mask, torso: Torso, columns: NDArray[np.intp]) -> tuple[float, float]:
-    """Thickness and middle row of the arms, in px, over the inner three quarters of both."""
-    thickness, middle = [], []
+def _arm_thickness(mask: Mask, torso: Torso, columns: NDArray[np.intp], shortest: int) -> float:
+    """Thickness of the arms, in px, over the inner three quarters of both."""
+    thickness = []
     for first, last in ((int(columns[0]), torso.left), (torso.right, int(columns[-1]) + 1)):
         reach = last - first
-        if reach < 3:
-            raise ValueError("an arm is not stretched sideways: nothing beside the torso")
+        if reach < max(shortest, 3):
+            raise ValueError(f"an arm is not stretched sideways: {reach} px beside the torso, at least {shortest} expected")
         inner = range(first + reach // 4, last) if first < torso.left else range(first, last - reach // 4)
-        for x in inner:
-            on = np.flatnonzero(mask[:, x])
-            if on.size:
-                thickness.append(on.size)
-                middle.append(float(on.mean()))
-    return float(np.median(thickness)), float(np.median(middle))
+        thickness += [n for x in inner if (n := int(np.count_nonzero(mask[:, x])))]
+    return float(np.median(thickness))

@@ -10,7 +10,7 @@ from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
 from common.body.limbs import limb_origins, limb_sizes
 from common.camera.pinhole import Camera
-from common.vision.model_image import ADD, COUNT, REMOVE, cover_part, score_of
+from common.vision.model_image import ADD, COUNT, cover_pair, score_of
 from services.viewer.limb_search import LimbBody, Picture, cover_limb
 
 Mask = NDArray[np.uint8]
@@ -47,24 +47,15 @@ def cover_core(
     position: Floats, torso_to_world: Floats, model: BodyModel, picture: Picture, mode: int, totals: Ints
 ) -> None:
     """Add, remove or count torso and head; changes cover and totals."""
-    frame = np.empty((3, 4))
-    top = np.empty((3, 4))
+    frames = np.empty((2, 3, 4))
+    sizes = np.empty((2, 3))
     for row in range(3):
-        frame[row, 3] = position[row]
-        top[row, 3] = position[row]
+        frames[0, row, 3] = frames[1, row, 3] = position[row]
+        sizes[0, row], sizes[1, row] = model.torso[row], model.head[row]
         for k in range(3):
-            frame[row, k] = torso_to_world[row, k]
-            top[row, k] = torso_to_world[row, k]
-            top[row, 3] += torso_to_world[row, k] * model.neck[k]
-    if mode == COUNT:
-        cover_part(frame, model.torso, picture.camera, picture.mask, picture.cover, ADD, totals)
-        cover_part(top, model.head, picture.camera, picture.mask, picture.cover, COUNT, totals)
-        counted, both = totals[1], totals[2]
-        cover_part(frame, model.torso, picture.camera, picture.mask, picture.cover, REMOVE, totals)
-        totals[1], totals[2] = counted, both
-    else:
-        cover_part(frame, model.torso, picture.camera, picture.mask, picture.cover, mode, totals)
-        cover_part(top, model.head, picture.camera, picture.mask, picture.cover, mode, totals)
+            frames[0, row, k] = frames[1, row, k] = torso_to_world[row, k]
+            frames[1, row, 3] += torso_to_world[row, k] * model.neck[k]
+    cover_pair(frames, sizes, picture.camera, picture.mask, picture.cover, mode, totals)
 
 
 @njit(cache=True, error_model="numpy")

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from common.vision.model_image import ADD, COUNT, REMOVE, cover_part, score_of
+from common.vision.model_image import ADD, COUNT, REMOVE, cover_pair, score_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -90,47 +90,34 @@ def allowed(directions: Floats, is_leg: bool) -> bool:
 @njit(cache=True, error_model="numpy")
 def segment_frame(origin: Floats, along: Floats, torso_to_world: Floats, frame: Floats) -> None:
     """Write frame (3, 4): +Y along `along` (3,) of the torso's frame, at `origin` (3,) of the world."""
-    y = np.zeros(3)
-    x = np.zeros(3)
+    r = torso_to_world
+    side = 2 if abs(along[0]) > 0.9 else 0  # the torso's axis that is turned into the part's X
+    dot = norm = 0.0
     for row in range(3):
-        for k in range(3):
-            y[row] += torso_to_world[row, k] * along[k]
-        x[row] = torso_to_world[row, 0]
-    if abs(along[0]) > 0.9:
-        for row in range(3):
-            x[row] = torso_to_world[row, 2]
-    dot = x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
-    for row in range(3):
-        x[row] -= dot * y[row]
-    norm = np.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
-    for row in range(3):
-        x[row] /= norm
-        frame[row, 0] = x[row]
-        frame[row, 1] = y[row]
+        frame[row, 1] = r[row, 0] * along[0] + r[row, 1] * along[1] + r[row, 2] * along[2]
         frame[row, 3] = origin[row]
-    frame[0, 2] = x[1] * y[2] - x[2] * y[1]
-    frame[1, 2] = x[2] * y[0] - x[0] * y[2]
-    frame[2, 2] = x[0] * y[1] - x[1] * y[0]
+        dot += r[row, side] * frame[row, 1]
+    for row in range(3):
+        frame[row, 0] = r[row, side] - dot * frame[row, 1]
+        norm += frame[row, 0] ** 2
+    norm = np.sqrt(norm)
+    for row in range(3):
+        frame[row, 0] /= norm
+    frame[0, 2] = frame[1, 0] * frame[2, 1] - frame[2, 0] * frame[1, 1]
+    frame[1, 2] = frame[2, 0] * frame[0, 1] - frame[0, 0] * frame[2, 1]
+    frame[2, 2] = frame[0, 0] * frame[1, 1] - frame[1, 0] * frame[0, 1]
 
 
 @njit(cache=True, error_model="numpy")
 def cover_limb(directions: Floats, limb: LimbBody, picture: Picture, mode: int, totals: Ints) -> None:
     """Add, remove or count a limb along `directions` (2, 3) of the torso's frame; changes cover and totals."""
-    upper, lower = np.empty((3, 4)), np.empty((3, 4))
-    segment_frame(limb.origin, directions[0], picture.torso_to_world, upper)
+    frames = np.empty((2, 3, 4))
+    segment_frame(limb.origin, directions[0], picture.torso_to_world, frames[0])
     elbow = np.empty(3)
     for row in range(3):
-        elbow[row] = limb.origin[row] + limb.sizes[0, 0] * upper[row, 1]
-    segment_frame(elbow, directions[1], picture.torso_to_world, lower)
-    if mode == COUNT:  # the lower part must not count again what the upper one covers
-        cover_part(upper, limb.sizes[0], picture.camera, picture.mask, picture.cover, ADD, totals)
-        cover_part(lower, limb.sizes[1], picture.camera, picture.mask, picture.cover, COUNT, totals)
-        model, both = totals[1], totals[2]
-        cover_part(upper, limb.sizes[0], picture.camera, picture.mask, picture.cover, REMOVE, totals)
-        totals[1], totals[2] = model, both
-    else:
-        cover_part(upper, limb.sizes[0], picture.camera, picture.mask, picture.cover, mode, totals)
-        cover_part(lower, limb.sizes[1], picture.camera, picture.mask, picture.cover, mode, totals)
+        elbow[row] = limb.origin[row] + limb.sizes[0, 0] * frames[0, row, 1]
+    segment_frame(elbow, directions[1], picture.torso_to_world, frames[1])
+    cover_pair(frames, limb.sizes, picture.camera, picture.mask, picture.cover, mode, totals)
 
 
 @njit(cache=True, error_model="numpy")

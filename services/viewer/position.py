@@ -52,8 +52,7 @@ def shift_body(
                         trial[k] += shift * scale * metres_per_px * picture.camera[axis, k]
                     score = cover_body(trial, torso_to_world, directions, model, picture, ARMLESS)
                     if score > best_score:
-                        best[:] = trial
-                        best_score = score
+                        best, best_score = trial, score
             if best[0] == start[0] and best[1] == start[1] and best[2] == start[2]:
                 break
         if scale == 1:

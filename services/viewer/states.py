@@ -63,9 +63,10 @@ class Seen:
 
 @dataclass(frozen=True)
 class LearningBackground:
-    """Collecting frames of the scene."""
+    """Collecting frames of the scene.  bdp: the universal body, if it is known already."""
 
     frames: tuple[Image, ...] = ()
+    bdp: Bdp | None = None
 
 
 @dataclass(frozen=True)

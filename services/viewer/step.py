@@ -80,22 +80,23 @@ def _learn(setup: Setup, state: LearningBackground, frame: Frame) -> tuple[State
     match setup.background:
         case FirstFrames(count=count):
             if len(frames) < count:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             background = learn(frames)
         case BackgroundImage():
             if len(frames) < PLATE_FRAMES:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             assert setup.plate is not None  # viewer_setup checked it
             background = from_image(setup.plate, frames)
         case Mog2():
             if len(frames) < MIXTURE_FRAMES:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             background = Mixture(frames)
         case _:
             if len(frames) < MEDIAN_FRAMES:
-                return LearningBackground(frames), []
+                return replace(state, frames=frames), []
             background = learn_median(frames)
-    return MeasuringBody(Seen(background)), []
+    seen = Seen(background)
+    return (MeasuringBody(seen) if state.bdp is None else AwaitingPose(seen, state.bdp)), []
 
 
 def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Frame) -> tuple[State, list[Message]]:
@@ -152,6 +153,8 @@ def _hear(setup: Setup, state: State, message: Message) -> tuple[State, list[Mes
                 return limbs(setup, state, pending, message)
         case Tracking(), Assignment(tracking=False):
             return MeasuringBody(state.seen), []  # the integrator started anew and knows no body
+        case LearningBackground(), UniversalBdp():  # a viewer that comes back while the others track
+            return replace(state, bdp=bdp_of(setup.anatomy, message.body)), []
         case ((MeasuringBody() | AwaitingPose() | Tracking()), UniversalBdp()):
             bdp = bdp_of(setup.anatomy, message.body)
             if isinstance(state, Tracking):

@@ -1,0 +1,13 @@
+import numpy as np
+
+from common.body.anatomy import TEN_PARTS
+from common.body.definition import neutral_pose
+
+
+def test_the_neutral_pose_faces_its_yaw_and_leaves_the_anatomy_alone() -> None:
+    before = TEN_PARTS.neutral.copy()
+    pose = neutral_pose(TEN_PARTS, np.array([1, 2, 3]), yaw=0.7)
+    assert pose.angles[TEN_PARTS.index["navel.y"]] == 0.7
+    assert pose.position.dtype == np.float64
+    np.testing.assert_array_equal(pose.position, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(TEN_PARTS.neutral, before)

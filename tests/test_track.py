@@ -1,0 +1,170 @@
+"""Offline tracking: every frame, in a fixed order, the same bytes each time, through the live system's own steps."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from common import messages as m
+from common.bus.protocol import Envelope
+from common.formats.csv import write_csv
+from common.formats.poses import read_poses
+from common.formats.trc import FormatError
+from common.runtime.rig import Rig, RigError, demo_rig
+from common.runtime.specs import Actor, Device
+from common.runtime.take import Take, envelope
+from services import warmup
+from services.overlay import Overlay
+from services.track import EPOCH_NS, Instant, at_working_size, instants, track
+from services.viewer.sources.frame import EndedEarly, Frame, SourceError
+
+IMAGE = np.zeros((12, 16, 3), dtype=np.uint8)
+
+
+def frames(*times: int, breaks: bool = False) -> Iterator[Frame]:
+    for k, captured_ns in enumerate(times):
+        yield Frame(k, captured_ns, IMAGE)
+    if breaks:
+        raise EndedEarly("cam01.mp4: cut")
+
+
+def grouped(tolerance_ns: int, **sources: Iterator[Frame]) -> tuple[list[dict[str, int]], list[str]]:
+    problems: list[str] = []
+    found = [{id: frame.captured_ns for id, frame in group.items()} for group in instants(sources, tolerance_ns, problems)]
+    return found, problems
+
+
+def test_frames_of_one_time_are_one_instant() -> None:
+    found, _ = grouped(5, a=frames(0, 10, 20, 30), b=frames(1, 19, 33))
+    assert found == [{"a": 0, "b": 1}, {"a": 10}, {"a": 20, "b": 19}, {"a": 30, "b": 33}]
+
+
+def test_the_rest_of_a_longer_source_comes_alone() -> None:
+    found, problems = grouped(5, a=frames(0), b=frames(0, 10, 20))
+    assert found == [{"a": 0, "b": 0}, {"b": 10}, {"b": 20}]
+    assert problems == []
+
+
+def test_a_source_that_breaks_is_told_and_the_other_goes_on() -> None:
+    found, problems = grouped(5, a=frames(0, breaks=True), b=frames(0, 10))
+    assert found == [{"a": 0, "b": 0}, {"b": 10}]
+    assert problems == ["cam01.mp4: cut"]
+
+
+@pytest.fixture(scope="module")
+def short_rig() -> Rig:
+    """The demo's rig with an actor who raises both arms once."""
+    rig = demo_rig()
+    source = Actor("raise-both-arms", 3)
+    return replace(rig, viewers=tuple(replace(viewer, source=source) for viewer in rig.viewers))
+
+
+@pytest.fixture(scope="module")
+def take(short_rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("take") / "one.mcap"
+    track(short_rig, path)
+    return path
+
+
+def test_two_runs_give_equal_bytes(short_rig: Rig, take: Path, tmp_path: Path) -> None:
+    result = track(short_rig, tmp_path / "two.mcap")
+    assert (tmp_path / "two.mcap").read_bytes() == take.read_bytes()
+    assert result.poses > 20
+    assert result.problems == ()
+
+
+def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
+    seen = [found for recorded in Take(take).messages() if (found := envelope(recorded))]
+    said = [found.message for found in seen]
+    start = next(message.frame for message in said if isinstance(message, m.Sighting))
+    for viewer in ("1", "2"):
+        numbers = [message.frame for message in said if isinstance(message, m.Sighting) and message.viewer == viewer]
+        assert numbers == list(range(start, start + len(numbers)))
+    assert all(found.message.captured_ns >= EPOCH_NS for found in seen)
+
+
+def test_a_take_carries_rig_calibration_and_versions(take: Path) -> None:
+    read = Take(take)
+    assert sum(1 for _ in read.messages()) > 100
+    assert set(read.attachments) == {"demo.toml", "demo-calibration.toml"}
+    assert read.metadata["rig"]["name"] == "demo"
+    assert "numpy" in read.metadata["versions"]
+
+
+def test_the_exported_poses_stand_on_the_ground_and_in_time(take: Path) -> None:
+    poses = read_poses(take)
+    data = poses.trajectories()
+    assert poses.rate() == pytest.approx(15, rel=0.02)
+    np.testing.assert_allclose(data.times_s, data.frames / 15, atol=1e-6)
+    head = data.points[:, data.names.index("Head"), 1]
+    assert 1.3 < np.nanmedian(head) < 2.1
+
+
+def test_a_csv_row_has_a_cell_for_every_heading(take: Path, tmp_path: Path) -> None:
+    poses = read_poses(take)
+    write_csv(tmp_path / "a.csv", poses)
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    heading = lines[0].split(",")
+    assert len(lines) == 1 + len(poses.baps)
+    assert {len(line.split(",")) for line in lines} == {len(heading)}
+    turn = poses.anatomy.index["navel.y"]
+    row = dict(zip(heading, lines[-1].split(","), strict=True))
+    angle = poses.pose(poses.baps[-1]).angles[turn]
+    assert float(row["navel.y_deg"]) == pytest.approx(np.degrees(angle), abs=1e-5)
+    assert row["view.1"] in ("facade", "flank")
+
+
+def test_a_take_without_poses_cannot_be_exported(short_rig: Rig, tmp_path: Path) -> None:
+    nobody = replace(
+        short_rig, viewers=tuple(replace(viewer, source=Actor("march", 1), fps=1.0) for viewer in short_rig.viewers)
+    )
+    assert track(nobody, tmp_path / "a.mcap").poses == 0
+    with pytest.raises(FormatError, match=r"a\.mcap: no universal BDP"):
+        read_poses(tmp_path / "a.mcap")
+
+
+def test_an_overlay_draws_the_model_on_the_person(short_rig: Rig, tmp_path: Path) -> None:
+    overlay = Overlay(short_rig, tmp_path / "pictures", every=10)
+    seen: list[Instant] = []
+
+    def watch(instant: Instant) -> None:
+        seen.append(instant)
+        overlay.see(instant)
+
+    track(short_rig, tmp_path / "a.mcap", watch)
+    assert overlay.finish() == len(list((tmp_path / "pictures").glob("*.png"))) == -(-len(seen) // 10)
+    assert (tmp_path / "pictures" / "overlay.mp4").stat().st_size > 10_000
+
+
+def test_live_cameras_and_other_shapes_are_refused(short_rig: Rig, tmp_path: Path) -> None:
+    live = replace(short_rig, viewers=tuple(replace(viewer, source=Device(0)) for viewer in short_rig.viewers))
+    with pytest.raises(RigError, match="viewer 1 is a live camera"):
+        track(live, tmp_path / "a.mcap")
+    with pytest.raises(RigError, match=r"size 160x160: allowed: .* such as 160x120"):
+        at_working_size(short_rig, (160, 160), None)
+
+
+def test_a_source_that_cannot_begin_is_an_error_and_leaves_no_take(short_rig: Rig, tmp_path: Path) -> None:
+    wrong = replace(short_rig, viewers=tuple(replace(v, source=Actor("flying", 0)) for v in short_rig.viewers))
+    with pytest.raises(SourceError, match="flying"):
+        track(wrong, tmp_path / "a.mcap")
+    assert not (tmp_path / "a.mcap").exists()
+
+
+def test_warming_up_gets_as_far_as_poses() -> None:
+    """What is compiled on first use is compiled by then, a lost limb's search included."""
+    said: list[str] = []
+    warmup.warm_up("steps", said.append)
+    assert any("searching" in text for text in said)
+    assert isinstance(said[-1], str)
+    assert "integrator: tracking" in said[-1]
+
+
+def test_envelopes_are_what_a_take_gives(take: Path) -> None:
+    first = next(iter(Take(take).messages()))
+    found = envelope(first)
+    assert isinstance(found, Envelope)
+    assert isinstance(found.message, m.CameraInfo)
+    assert found.message.captured_ns == EPOCH_NS

@@ -18,7 +18,7 @@ FORWARD, UP = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 
 def arm_ways(expected: Floats, resting: Floats) -> Floats:
-    """(2, ARM_WAYS, 2, 3) directions of right and left arm: as expected, like the other arm, hanging, forward, sideways, up.
+    """(2, ARM_WAYS, 2, 3) of right and left arm: as expected, like the other arm, hanging, forward, sideways, up.
 
     expected: (4, 2, 3) and resting: (2, 3) in the torso's frame.
     """

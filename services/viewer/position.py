@@ -38,7 +38,8 @@ def shift_body(
 ) -> tuple[Floats, float]:  # fmt: skip
     """Shift the whole model in the image to its best score, first in steps of `coarse` px, then of one.
 
-    planting: the feet stay where they are, see `planted`.  Returns the new navel (3,) and the score; cover and totals are those of the last shift tried.
+    planting: the feet stay where they are, see `planted`.
+    Returns the new navel (3,) and the score; cover and totals are those of the last shift tried.
     """
     limbs = directions.copy()
     best = position.copy()

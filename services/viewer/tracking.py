@@ -17,7 +17,7 @@ from services.viewer.limb_fit import LimbResult
 from services.viewer.measuring import outline
 from services.viewer.position import Sight, sight
 from services.viewer.states import Pending, Setup, Tracking
-from services.viewer.view import own_view, upper_body_width
+from services.viewer.view import own_view, toes_offset, upper_body_width
 
 PREDICTED = 1.0  # share of the last frame's motion that is expected to go on
 FASTEST = 0.7  # cosine of a limb's turn in one frame beyond which it was found elsewhere and did not move
@@ -55,11 +55,12 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
     expected = _expected(setup, state, torso)
     arms = way_scores(fit, 0, arm_ways(expected, resting_arm(torso, float(pose.angles[setup.anatomy.index["navel.y"]]))))
     legs = way_scores(fit, RIGHT, leg_ways(expected))
+    toes = float(np.clip(toes_offset(pending.mask) * local[2] / focal, -1, 1))
     message = Sighting(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, present=True,
         x=float(local[0] / local[2]), y=float(local[1] / local[2]), height=shape.height / focal, width=width / focal,
         view=own_view(before, metres, low, high), score=found.score, tilt=found.tilt, turns=list(found.turns),
-        arms=arms.tolist(), legs=legs.tolist(), based_on=state.based_on,
+        toes=toes, arms=arms.tolist(), legs=legs.tolist(), based_on=state.based_on,
     )  # fmt: skip
     pending = replace(pending, fit=fit)
     return replace(state, pending=pending, score=found.score), message

@@ -20,7 +20,7 @@ from common.vision.packing import unpack
 from services.track import Instant
 from services.viewer.sources.frame import Frame, Image
 
-HEIGHT_PX = 480  # of each view in the picture
+LONG_SIDE_PX = 640  # of each view in the picture
 DIMMED = 0.55
 CAPTION_PX = 26
 CONTOUR = (255, 255, 255)
@@ -90,9 +90,10 @@ class Overlay:
 
 
 def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: Posed | None) -> Image:
-    """One view, HEIGHT_PX high and a caption: dimmed image, silhouette's contour, the model's parts, what is known."""
-    width, height = viewer.camera.size
-    size = (round(HEIGHT_PX * width / height / 2) * 2, HEIGHT_PX)
+    """One view and a caption: dimmed image, silhouette's contour, the model's parts, what is known."""
+    scale = LONG_SIDE_PX / max(viewer.camera.size)
+    width, height = (2 * round(scale * side / 2) for side in viewer.camera.size)  # even, as video codecs need it
+    size = (width, height)
     image = np.asarray(cv2.resize(frame.image, size, interpolation=cv2.INTER_CUBIC) * DIMMED, dtype=np.uint8)
     if mask is not None:
         large = cv2.resize(mask, size, interpolation=cv2.INTER_NEAREST)

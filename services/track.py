@@ -48,12 +48,16 @@ class Instant:
 
 @dataclass(frozen=True)
 class Tracked:
-    """instants: of frames.  poses: universal BAPs.  problems: what was lost on the way, in words."""
+    """instants: of frames.  poses: universal BAPs.  problems: what was lost on the way, in words.
+
+    states: what each service was doing at the end.
+    """
 
     instants: int
     poses: int
     messages: int
     problems: tuple[str, ...]
+    states: dict[str, str]
 
 
 def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: None) -> Tracked:
@@ -93,7 +97,7 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
     problems += [f"{count} {what}" for what, count in offline.failures().items() if count]
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
-    return Tracked(count, poses, written.messages, tuple(problems))
+    return Tracked(count, poses, written.messages, tuple(problems), offline.states())
 
 
 class Offline:

@@ -19,57 +19,93 @@ from common.body.kinematics import part_frames
 from common.body.surface import end_ellipses
 from common.bus.local import LocalNetwork
 from common.camera.pinhole import Camera
-from common.messages import UniversalBap
+from common.messages import Assignment, View, ViewAssignment
 from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, Viewer
 from common.runtime.rig_file import LogTable, ZenohTable
 from common.runtime.specs import FirstFrames, VideoFile
-from common.topics import UNIVERSAL_BAP
+from common.vision.background import learn, update
+from common.vision.silhouette import SilhouetteOptions, extract
 from services.track import EPOCH_NS, Offline
+from services.viewer.body_fit import body_model
 from services.viewer.sources.frame import Frame, Image
+from services.viewer.states import Pending, Seen, Tracking, viewer_setup
+from services.viewer.tracking import limbs, sighting
 
-PARTS = ("steps", "actor")
+PARTS = ("tracking", "silhouettes", "actor")  # the first is as long as the others together, and best goes beside them
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the initial posture, lowering the arms, a jump
 FPS = 15.0
+VIEWS: tuple[View, ...] = ("facade", "flank")
 SIZE = (160, 120)
 
 
 def warm_up(part: str, report: Callable[[str], None] = lambda _: None) -> None:
     """Compile one of PARTS.  report: is told what goes on."""
-    {"steps": _steps, "actor": _actor}[part](report)
+    report(f"compiling: {part}")
+    {"tracking": _tracking, "silhouettes": _silhouettes, "actor": _actor}[part](report)
 
 
-def _actor(report: Callable[[str], None]) -> None:
-    report("the synthetic actor")
+def _actor(_: Callable[[str], None]) -> None:
     somebody = person(0)
     film = ActorCamera(_cameras()[0], somebody, 0)
     film.render(stretched(somebody), 0)
     film.render(None, 1)
 
 
-def _steps(report: Callable[[str], None]) -> int:
-    """The viewers' and the integrator's steps; the number of universal BAPs."""
-    cameras = _cameras()
+def _silhouettes(_: Callable[[str], None]) -> None:
+    camera, *_others = _cameras()
+    pictures = [_drawn(camera, pose, k) for k, pose in enumerate(_poses())]
+    background = learn(pictures[:EMPTY])
+    seen = extract(background, pictures[-1], SilhouetteOptions())
+    update(background, pictures[-1], seen.mask if seen else None)
+
+
+def _tracking(report: Callable[[str], None]) -> None:
+    """The search for limbs, which is most of it; then both steps from the background to lost limbs."""
+    for view in VIEWS:
+        _limbs(view)
+    _steps(report)
+
+
+def _limbs(view: View) -> None:
+    """One frame of a viewer that tracks."""
+    camera, pose, bdp = _cameras()[0], _standing(0.0), true_bdp(person(0))
+    setup = viewer_setup("1", camera, FirstFrames(EMPTY), True)
+    empty = _drawn(camera, None, 0)
+    mask = np.asarray(_drawn(camera, pose, 0).min(axis=2) < 100, dtype=np.uint8)
+    before = Tracking(Seen(learn([empty])), bdp, body_model(TEN_PARTS, bdp), pose, pose, typical=1.0)
+    tracked, _ = sighting(setup, before, Pending(0, EPOCH_NS, mask))
+    answer = ViewAssignment(frame=0, view=view, scale=1.0, stale=False)
+    assignment = Assignment(
+        frame=0,
+        captured_ns=EPOCH_NS,
+        position=(0.0, float(pose.position[1]), 0.0),
+        yaw=0.0,
+        lean=0.0,
+        roll=0.0,
+        squatting=False,
+        views={"1": answer},
+        tracking=True,
+    )
+    if tracked.pending is not None:
+        limbs(setup, tracked, tracked.pending, assignment)
+
+
+def _steps(report: Callable[[str], None]) -> None:
+    """The viewers and the integrator, over pictures."""
     viewers = tuple(
         Viewer(str(k + 1), camera, SIZE, VideoFile(Path("none")), FirstFrames(EMPTY), FPS, False, True)
-        for k, camera in enumerate(cameras)
+        for k, camera in enumerate(_cameras())
     )
     rig = Rig("warmup", "two-view", viewers, (), Path(), "", ZenohTable(), LogTable(), ())
     clock = ManualClock(EPOCH_NS)
-    network = LocalNetwork(rig.name, clock)
-    offline, listener = Offline(rig, network), network.bus()
-    listener.subscribe(UNIVERSAL_BAP)
-    report("the viewers and the integrator")
+    offline = Offline(rig, LocalNetwork(rig.name, clock))
     for k, pose in enumerate(_poses()):
         captured_ns = EPOCH_NS + round(k * 1e9 / FPS)
         clock.set(captured_ns)
         images = {viewer.id: _drawn(viewer.camera, pose, k) for viewer in viewers}
         offline.see({id: Frame(k, captured_ns, image) for id, image in images.items()})
         report(", ".join(f"{name}: {state}" for name, state in offline.states().items()))
-    found = 0
-    while (event := listener.receive()) is not None:
-        found += isinstance(getattr(event, "message", None), UniversalBap)
-    return found
 
 
 def _cameras() -> tuple[Camera, Camera]:
@@ -89,14 +125,19 @@ def _poses() -> Iterator[Pose | None]:
         if k < EMPTY:
             yield None
             continue
-        pose = neutral_pose(TEN_PARTS, np.array([0.0, 0.95, 0.0]))
-        raised = np.pi / 2 - max(0, k - EMPTY - STILL) * np.radians(8)
-        pose.angles[index["right_shoulder.z"]] = np.pi - raised
-        pose.angles[index["left_shoulder.z"]] = np.pi + raised
+        pose = _standing(max(0, k - EMPTY - STILL) * np.radians(8))
         if k >= EMPTY + STILL + MOVING:
             pose.angles[index["right_shoulder.z"]] = 0.1
             pose.angles[index["left_shoulder.x"]] = pose.angles[index["left_hip.x"]] = np.radians(70)
         yield pose
+
+
+def _standing(lowered: float) -> Pose:
+    """The initial posture, arms lowered by an angle in radians."""
+    pose = neutral_pose(TEN_PARTS, np.array([0.0, 0.95, 0.0]))
+    pose.angles[TEN_PARTS.index["right_shoulder.z"]] = np.pi / 2 + lowered
+    pose.angles[TEN_PARTS.index["left_shoulder.z"]] = 3 * np.pi / 2 - lowered
+    return pose
 
 
 def _drawn(camera: Camera, pose: Pose | None, seed: int) -> Image:

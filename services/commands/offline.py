@@ -83,7 +83,10 @@ def track(
     for problem in result.problems:
         typer.echo(f"lost: {problem}", err=True)
     if not result.poses:
-        typer.echo("no pose: the body is measured when both viewers see the initial posture, arms sideways", err=True)
+        typer.echo("no pose: the body is measured when both viewers see the initial posture, arms sideways;", err=True)
+        typer.echo("  where it is not shown, give --height.  At the end:", err=True)
+        for service, state in result.states.items():
+            typer.echo(f"  {service}: {state}", err=True)
     raise typer.Exit(LOSS if result.problems or not result.poses else DONE)
 
 
@@ -171,7 +174,7 @@ def evaluate(
     raise typer.Exit(LOSS if poses.cut else DONE)
 
 
-def warmup(part: Annotated[Literal["steps", "actor"] | None, typer.Option(hidden=True)] = None) -> None:
+def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) -> None:
     """Compile everything that is compiled on first use, so that the next start is quick.
 
     demo and up do it by themselves; do it before a take where a late start matters. Takes some 20 s once.
@@ -180,8 +183,8 @@ def warmup(part: Annotated[Literal["steps", "actor"] | None, typer.Option(hidden
     """
     from services.warmup import PARTS, warm_up
 
-    for one in PARTS if part is None else (part,):
-        warm_up(one, lambda text: typer.echo(text, err=True) if part is None else None)
+    for one in part or PARTS:
+        warm_up(one, lambda text: None if part else typer.echo(text, err=True))
 
 
 def parsed_size(text: str) -> tuple[int, int]:

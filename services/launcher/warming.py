@@ -16,17 +16,17 @@ LOOK_S = 0.05
 
 def compile_first(has_actor: bool, stopped: Callable[[], bool], console: Console) -> bool:
     """Compile what a rig needs, saying so if it takes a while; False when stopped or failed, which is printed."""
-    parts = [part for part in PARTS if has_actor or part != "actor"]
+    longest, *others = [part for part in PARTS if has_actor or part != "actor"]
     running = [
         subprocess.Popen(
-            [sys.executable, "-P", "-m", "services.cli", "warmup", "--part", part],
+            [sys.executable, "-P", "-m", "services.cli", "warmup", *(word for part in parts for word in ("--part", part))],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
         )
-        for part in parts
+        for parts in ([longest], others)
     ]
     started_s, said = time.monotonic(), False
     status = Status("starting ...", console=console)

@@ -17,6 +17,7 @@ from common.runtime.service import Service, Subscription, run
 from common.runtime.specs import BackgroundImage, Device, MedianFrames, Stream, VideoFile
 from common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
 from services.viewer.beginning import agreed_epoch
+from services.viewer.ready import load_compiled
 from services.viewer.source import open_source
 from services.viewer.sources.fit import Fit
 from services.viewer.sources.frame import Frame, Image, OpenError, Playback
@@ -49,6 +50,7 @@ def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], b
     """
     viewer, clock = rig.viewer(id), RealClock()
     service = viewer_service(viewer)
+    load_compiled(service.setup)
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         if isinstance(viewer.source, Device | Stream):
             epoch_ns = clock.now_ns()

@@ -23,7 +23,6 @@ WALKING = 0.4  # m/s: slower steps say nothing of where somebody faces
 MOST_BACKWARDS, FORGOTTEN_S = 0.5, 1.5  # metres; whoever walks further backwards than this faces the other way
 UPRIGHT = cos(radians(25))  # a torso bent further than this is no longer as wide as its columns
 KEPT_TOES = 0.85  # memory of where the feet point, per frame
-MOST_AGAINST = 0.25  # metres of feet pointing backwards, summed up, that turn the person round
 TOES_WORTH = 30.0  # radians of turn that a metre of feet is worth in choosing between front and back
 SNAP = radians(60)  # a body further off the facade viewer's axis than this has turned
 
@@ -40,10 +39,7 @@ def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tupl
     person = replace(person, toes=_toes(person, seen))
     yaw, lean, roll = _torso(setup, person, seen, position, views)
     backwards = _backwards(person, instant.captured_ns, position)
-    against = max(0.0, KEPT_TOES * person.against - _agreement(setup, {v: s.toes for v, s in seen.items()}, yaw))
-    person = replace(person, against=against)
-    if backwards > MOST_BACKWARDS or against > MOST_AGAINST:
-        person = replace(person, against=0.0)
+    if backwards > MOST_BACKWARDS:
         person = replace(person, pose=_about_face(setup, person.pose))
         yaw, lean, roll, backwards = _wrapped(yaw + pi), -lean, -roll, 0.0
     index = setup.anatomy.index

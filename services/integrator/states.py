@@ -79,7 +79,7 @@ class State:
     """sightings, baps, bdps: what waits for its pair.  views: arbitrated, by viewer.  bodies: (front, side) BDPs so far.
 
     last: each viewer's last sighting of a person.  first: the newest assignment made before the body is known.
-    offsets: each viewer's clock against this one.
+    offsets: each viewer's clock against this one.  asked_ns: since when the arbitrator asks for other views, or 0.
     """
 
     sightings: Pairs[Sighting]
@@ -92,3 +92,4 @@ class State:
     person: Person | None = None
     offsets: Mapping[str, Offset] = field(default_factory=dict)
     problem: str = ""
+    asked_ns: int = 0

@@ -95,8 +95,8 @@ class Assignment(Message, frozen=True, tag="assignment"):
     squatting: bool
     views: Annotated[dict[Name, ViewAssignment], Meta(max_length=64)]
     tracking: bool  # false before the universal BDP is known
-    arms: Annotated[int, Meta(ge=0, lt=64)] = 0  # the way the arms' searches begin from, see viewer.hypotheses
-    legs: Annotated[int, Meta(ge=0, lt=64)] = 0  # the same of the legs'
+    arms: Annotated[int, Meta(ge=0, le=63)] = 0  # the way the arms' searches begin from, see viewer.hypotheses
+    legs: Annotated[int, Meta(ge=0, le=63)] = 0  # the same of the legs'
 
 
 class LimbMatch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

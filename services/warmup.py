@@ -19,7 +19,6 @@ from common.body.kinematics import part_frames
 from common.body.surface import end_ellipses
 from common.bus.local import LocalNetwork
 from common.camera.pinhole import Camera
-from common.messages import Assignment, View, ViewAssignment
 from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, Viewer
 from common.runtime.rig_file import LogTable, ZenohTable
@@ -27,15 +26,13 @@ from common.runtime.specs import FirstFrames, VideoFile
 from common.vision.background import learn, update
 from common.vision.silhouette import SilhouetteOptions, extract
 from services.track import EPOCH_NS, Offline
-from services.viewer.body_fit import body_model
+from services.viewer.ready import load_compiled
 from services.viewer.sources.frame import Frame, Image
-from services.viewer.states import Pending, Seen, Tracking, viewer_setup
-from services.viewer.tracking import limbs, sighting
+from services.viewer.states import viewer_setup
 
 PARTS = ("tracking", "silhouettes", "actor")  # the first is as long as the others together, and best goes beside them
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the initial posture, lowering the arms, a jump
 FPS = 15.0
-VIEWS: tuple[View, ...] = ("facade", "flank")
 SIZE = (160, 120)
 
 
@@ -62,33 +59,8 @@ def _silhouettes(_: Callable[[str], None]) -> None:
 
 def _tracking(report: Callable[[str], None]) -> None:
     """The search for limbs, which is most of it; then both steps from the background to lost limbs."""
-    for view in VIEWS:
-        _limbs(view)
+    load_compiled(viewer_setup("1", _cameras()[0], FirstFrames(EMPTY), True))
     _steps(report)
-
-
-def _limbs(view: View) -> None:
-    """One frame of a viewer that tracks."""
-    camera, pose, bdp = _cameras()[0], _standing(0.0), true_bdp(person(0))
-    setup = viewer_setup("1", camera, FirstFrames(EMPTY), True)
-    empty = _drawn(camera, None, 0)
-    mask = np.asarray(_drawn(camera, pose, 0).min(axis=2) < 100, dtype=np.uint8)
-    before = Tracking(Seen(learn([empty])), bdp, body_model(TEN_PARTS, bdp), pose, pose, typical=1.0)
-    tracked, _ = sighting(setup, before, Pending(0, EPOCH_NS, mask))
-    answer = ViewAssignment(frame=0, view=view, scale=1.0, stale=False)
-    assignment = Assignment(
-        frame=0,
-        captured_ns=EPOCH_NS,
-        position=(0.0, float(pose.position[1]), 0.0),
-        yaw=0.0,
-        lean=0.0,
-        roll=0.0,
-        squatting=False,
-        views={"1": answer},
-        tracking=True,
-    )
-    if tracked.pending is not None:
-        limbs(setup, tracked, tracked.pending, assignment)
 
 
 def _steps(report: Callable[[str], None]) -> None:

@@ -184,7 +184,9 @@ def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) 
     from services.warmup import PARTS, warm_up
 
     for one in part or PARTS:
-        warm_up(one, lambda text: None if part else typer.echo(text, err=True))
+        if not part:
+            typer.echo(f"compiling: {one} ...", err=True)
+        warm_up(one)
 
 
 def parsed_size(text: str) -> tuple[int, int]:

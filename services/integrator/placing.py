@@ -22,8 +22,8 @@ KEPT_PLACES = 4
 WALKING = 0.4  # m/s: slower steps say nothing of where somebody faces
 MOST_BACKWARDS, FORGOTTEN_S = 0.5, 1.5  # metres; whoever walks further backwards than this faces the other way
 UPRIGHT = cos(radians(25))  # a torso bent further than this is no longer as wide as its columns
+SETTLED_NS = 120_000_000  # for which the arbitrator must ask for other views: widths are uncertain by a pixel
 KEPT_TOES = 0.85  # memory of where the feet point, per frame
-MOST_AGAINST = 0.25  # metres of feet pointing backwards, summed up, that turn the person round
 TOES_WORTH = 30.0  # radians of turn that a metre of feet is worth in choosing between front and back
 SNAP = radians(60)  # a body further off the facade viewer's axis than this has turned
 
@@ -36,14 +36,13 @@ def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tupl
         return state, []
     stale = tuple(viewer for viewer in setup.cameras if viewer not in seen)
     position = _position(setup, person, seen)
-    views = _views(setup, state, seen, position)
+    asked = _views(setup, state, seen, position)
+    asked_ns = 0 if asked == state.views else state.asked_ns or instant.captured_ns
+    views = asked if instant.captured_ns - asked_ns >= SETTLED_NS else dict(state.views)
     person = replace(person, toes=_toes(person, seen))
     yaw, lean, roll = _torso(setup, person, seen, position, views)
     backwards = _backwards(person, instant.captured_ns, position)
-    against = max(0.0, KEPT_TOES * person.against - _agreement(setup, {v: s.toes for v, s in seen.items()}, yaw))
-    person = replace(person, against=against)
-    if backwards > MOST_BACKWARDS or against > MOST_AGAINST:
-        person = replace(person, against=0.0)
+    if backwards > MOST_BACKWARDS:
         person = replace(person, pose=_about_face(setup, person.pose))
         yaw, lean, roll, backwards = _wrapped(yaw + pi), -lean, -roll, 0.0
     index = setup.anatomy.index
@@ -56,7 +55,7 @@ def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tupl
     arms = best_way([sighting.arms for sighting in both], ARM_COST)
     legs = best_way([sighting.legs for sighting in both], LEG_COST)
     answer = assignment(setup, placed, frames, tracking=True, arms=arms, legs=legs)
-    return replace(state, person=person, views=views), [answer]
+    return replace(state, person=person, views=views, asked_ns=asked_ns), [answer]
 
 
 def _position(setup: Setup, person: Person, seen: Mapping[str, Sighting]) -> Floats:

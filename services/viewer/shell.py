@@ -1,5 +1,6 @@
 """A viewer as a process: rig in, bus open, source open, run."""
 
+import logging
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -24,6 +25,8 @@ from services.viewer.sources.frame import Frame, Image, OpenError, Playback
 from services.viewer.sources.video import median_picture
 from services.viewer.states import Setup, State, viewer_setup
 from services.viewer.step import describe, initial_state, step
+
+logger = logging.getLogger(__name__)
 
 
 def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
@@ -50,6 +53,7 @@ def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], b
     """
     viewer, clock = rig.viewer(id), RealClock()
     service = viewer_service(viewer)
+    logger.info("getting ready; the first time ever compiles for some 20 s")
     load_compiled(service.setup)
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         if isinstance(viewer.source, Device | Stream):

@@ -72,6 +72,9 @@ class Sighting(Message, frozen=True, tag="sighting"):
     score: Score  # Eq. 1 of the shifted model
     tilt: Radians = 0.0  # turn of the torso about this view's axis since the universal BAP
     turns: Annotated[list[LogScore], Meta(max_length=16)] = []  # of the body turned about the vertical, see viewer.position
+    toes: Metres = 0.0  # how far the feet reach past the shins to the right of the image
+    arms: Annotated[list[LogScore], Meta(max_length=64)] = []  # of the ways the arms may be, see viewer.hypotheses
+    legs: Annotated[list[LogScore], Meta(max_length=64)] = []  # the same of the legs
     based_on: Annotated[int, Meta(ge=-1, le=2**53)] = -1  # frame of the universal BAP that the model was placed by
 
 
@@ -92,6 +95,8 @@ class Assignment(Message, frozen=True, tag="assignment"):
     squatting: bool
     views: Annotated[dict[Name, ViewAssignment], Meta(max_length=64)]
     tracking: bool  # false before the universal BDP is known
+    arms: Annotated[int, Meta(ge=0, lt=64)] = 0  # the way the arms' searches begin from, see viewer.hypotheses
+    legs: Annotated[int, Meta(ge=0, lt=64)] = 0  # the same of the legs'
 
 
 class LimbMatch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

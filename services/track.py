@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Never, TypeVar
 
 from common.bus.local import LocalBus, LocalNetwork
-from common.bus.protocol import Envelope, RoundTrip
+from common.bus.protocol import Envelope, FrameLike, RoundTrip
 from common.messages import Message, UniversalBap
 from common.runtime.clock import ManualClock
-from common.runtime.frames import FrameLike
 from common.runtime.recording import Recording
 from common.runtime.rig import Rig, RigError, Viewer
 from common.runtime.service import Runner, Service

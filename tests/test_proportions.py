@@ -4,11 +4,11 @@ import pytest
 from common.body.anatomy import TEN_PARTS
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
-from common.body.proportions import HIP_HEIGHT, body_from_lengths, stretched_angles
+from common.body.proportions import HIP_HEIGHT, KNEE_HEIGHT, body_from_lengths, lengths_of_height, stretched_angles
 
 LENGTHS = {
-    "height": 1.75, "torso_width": 0.42, "torso_depth": 0.24, "shoulder_line": 1.45, "arm_line": 1.40, "arm_span": 1.75,
-    "arm_thickness": 0.09, "head_width": 0.16, "leg_width": 0.13,
+    "height": 1.75, "torso_width": 0.34, "torso_depth": 0.24, "arm_span": 1.78, "arm_thickness": 0.09, "head_width": 0.16,
+    "head_depth": 0.19, "thigh_width": 0.16, "leg_width": 0.11,
 }  # fmt: skip
 
 
@@ -19,9 +19,9 @@ def test_the_stretched_body_has_the_measured_lengths() -> None:
     ends = frames[:, :, 3] + bdp.sizes[:, :1] * frames[:, :, 1]
     at = {part: ends[k] for k, part in enumerate(TEN_PARTS.parts)}
     assert at["head"][1] == pytest.approx(LENGTHS["height"])
-    assert at["torso"][1] == pytest.approx(LENGTHS["shoulder_line"])
     assert at["left_lower_arm"][0] - at["right_lower_arm"][0] == pytest.approx(LENGTHS["arm_span"])
-    assert at["left_lower_arm"][1] == pytest.approx(LENGTHS["arm_line"])
+    assert at["left_lower_arm"][1] == pytest.approx(at["torso"][1])
+    assert at["right_upper_leg"][1] == pytest.approx(KNEE_HEIGHT * LENGTHS["height"])
     assert at["right_lower_leg"][1] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -35,31 +35,43 @@ def test_the_body_is_symmetric() -> None:
             assert bdp.offsets[k][0] <= 0
 
 
-def test_circular_parts_are_round_and_the_widths_are_halved() -> None:
+@pytest.mark.parametrize(
+    ("part", "radii"),
+    [
+        ("torso", ("torso_width", "torso_depth")), ("head", ("head_width", "head_depth")),
+        ("right_lower_arm", ("arm_thickness", "arm_thickness")), ("left_upper_leg", ("thigh_width", "thigh_width")),
+        ("right_lower_leg", ("leg_width", "leg_width")),
+    ],
+)  # fmt: skip
+def test_radii_are_half_the_widths(part: str, radii: tuple[str, str]) -> None:
     bdp = body_from_lengths(TEN_PARTS, LENGTHS)
-    for part in TEN_PARTS.circular:
-        assert bdp.sizes[TEN_PARTS.index[part], 1] == bdp.sizes[TEN_PARTS.index[part], 2] == LENGTHS["arm_thickness"] / 2
-    np.testing.assert_allclose(
-        bdp.sizes[TEN_PARTS.index["torso"], 1:], [LENGTHS["torso_width"] / 2, LENGTHS["torso_depth"] / 2]
-    )
+    np.testing.assert_allclose(2 * bdp.sizes[TEN_PARTS.index[part], 1:], [LENGTHS[name] for name in radii])
 
 
 @pytest.mark.parametrize("scale", [0.9, 1.1])
 def test_a_taller_person_has_longer_parts(scale: float) -> None:
     scaled = {name: scale * length for name, length in LENGTHS.items()}
-    np.testing.assert_allclose(
-        body_from_lengths(TEN_PARTS, scaled).sizes, scale * body_from_lengths(TEN_PARTS, LENGTHS).sizes
-    )
+    one, other = body_from_lengths(TEN_PARTS, LENGTHS), body_from_lengths(TEN_PARTS, scaled)
+    np.testing.assert_allclose(other.sizes, scale * one.sizes)
+    np.testing.assert_allclose(other.offsets, scale * one.offsets)
+
+
+@pytest.mark.parametrize("height", [1.2, 1.5, 1.75, 2.0])
+def test_a_height_alone_makes_a_body(height: float) -> None:
+    bdp = body_from_lengths(TEN_PARTS, lengths_of_height(height))
+    index = TEN_PARTS.index
+    standing = sum(bdp.sizes[index[part], 0] for part in ("torso", "head", "left_upper_leg", "left_lower_leg"))
+    assert standing == pytest.approx(height)
 
 
 @pytest.mark.parametrize(
     ("change", "part"),
     [
-        ({"shoulder_line": 0.90}, "torso"),
         ({"torso_depth": 0.01}, "torso"),
         ({"arm_span": 0.40}, "upper_arm"),
         ({"head_width": 3.0}, "head"),
-        ({"height": 5.0, "shoulder_line": 4.6}, "torso"),
+        ({"height": 5.0}, "torso"),
+        ({"leg_width": 0.0}, "lower_leg"),
     ],
 )
 def test_a_body_no_person_has_is_refused_by_name(change: dict[str, float], part: str) -> None:

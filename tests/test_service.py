@@ -7,9 +7,9 @@ import pytest
 
 from common import messages as m
 from common.bus.local import LocalBus, LocalNetwork
-from common.bus.protocol import Alive, Envelope
+from common.bus.protocol import Alive, Envelope, Tick
 from common.runtime.clock import ManualClock, RealClock
-from common.runtime.service import Event, GivingUp, Runner, Service, Subscription, Tick, run
+from common.runtime.service import Event, GivingUp, Runner, Service, Subscription, run
 from common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
 from tests.test_inbox import bap, sighting
 

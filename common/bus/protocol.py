@@ -1,4 +1,4 @@
-"""What every bus can do, and what comes out of it.
+"""What every bus can do, what comes out of it, and what else a step is fed: ticks and frames.
 
 One thread owns a bus: it publishes, and it receives what the transport's own threads have only queued.
 """
@@ -34,6 +34,23 @@ class Alive:
     id: str
     alive: bool
     received_ns: int
+
+
+@dataclass(frozen=True)
+class Tick:
+    """Time passed: lets a step notice what did not come."""
+
+    received_ns: int
+
+
+class FrameLike(Protocol):
+    """frame: number from 0.  captured_ns: capture time, nanoseconds since the Unix epoch, this machine's clock."""
+
+    @property
+    def frame(self) -> int: ...
+
+    @property
+    def captured_ns(self) -> int: ...
 
 
 @dataclass(frozen=True)

@@ -3,19 +3,11 @@
 import logging
 import threading
 from collections.abc import Callable, Iterator
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
+
+from common.bus.protocol import FrameLike
 
 logger = logging.getLogger(__name__)
-
-
-class FrameLike(Protocol):
-    """frame: number from 0.  captured_ns: capture time, nanoseconds since the Unix epoch, this machine's clock."""
-
-    @property
-    def frame(self) -> int: ...
-
-    @property
-    def captured_ns(self) -> int: ...
 
 
 F = TypeVar("F", bound=FrameLike)

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
-from common.bus.protocol import Alive, Bus, BusError, Envelope, Received, RoundTrip
+from common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
 from common.messages import Message
 from common.runtime.clock import Clock, ClockFilter, observe, offset_at
-from common.runtime.frames import FrameLike, NewestFrame
+from common.runtime.frames import NewestFrame
 from common.runtime.health import Meter
 from common.runtime.logs import OncePerSource
 from common.topics import Topic, topic_of
@@ -23,13 +23,6 @@ HEALTH_NS = 1_000_000_000
 FAST_TRIPS, FAST_TRIP_NS = 10, 100_000_000  # the first round trips, then one with each Health
 BATCH = 256  # messages before a waiting frame gets its turn
 WAIT_S = 0.1  # longest wait for an event, so that signals are heeded
-
-
-@dataclass(frozen=True)
-class Tick:
-    """Time passed: lets a step notice what did not come."""
-
-    received_ns: int
 
 
 Setup = TypeVar("Setup")

@@ -24,10 +24,10 @@ class Claim:
 def arbitrate(first: Claim, second: Claim) -> tuple[View, View]:
     """The views of viewer 1 and 2: always one facade and one flank.
 
-    When one viewer changes and the other does not, the one that is further past its threshold wins: the paper's cases 1
-    to 4.  Paper: cases 3 and 4 measure the staying viewer by its other threshold, which makes the result depend on who is
-    called viewer 1; here it is always by the threshold it would have to cross.  Both changing at once to opposite views
-    agree; both changing to the same view is what the paper leaves open, and nothing changes.
+    When one viewer changes and the other does not, the changing one wins if it is further past its threshold than the
+    staying one is from the threshold that it would have to cross: the paper's cases 1 to 4, which do not depend on who is
+    called viewer 1.  Both changing at once to opposite views agree; both changing to the same view is what the paper
+    leaves open, and nothing changes.
     """
     if first.changes == second.changes:
         if first.own != second.own:

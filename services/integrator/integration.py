@@ -21,6 +21,8 @@ TURN_COST = 0.02  # log matching score of a turn by 8 degrees: noise must not tu
 FACING_COST = 0.2  # the same for standing 45 degrees off the facade viewer's axis
 MOST_TURN = radians(12)  # in one frame
 
+ARM_COST, LEG_COST = 0.03, 0.03  # log matching score that another way of a limb must gain
+
 EXCHANGE_BIAS = 0.015  # the pose that was tracked is refined frame after frame, the exchanged one was just made
 EXCHANGE_KEPT, EXCHANGE_AT, EXCHANGE_FLOOR = 0.85, 0.06, -0.06  # memory and thresholds of the legs' exchange
 
@@ -82,6 +84,20 @@ def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: f
         if curvature < 0:
             turn += step * 0.5 * float((left - right) / curvature)
     return float(np.clip(turn, -MOST_TURN, MOST_TURN))
+
+
+def best_way(profiles: Sequence[Sequence[float]], cost: float) -> int:
+    """The way both limbs of a pair are, i * n + j for ways i and j: the best sum of the views' log matching scores.
+
+    profiles: per view, scores of all n * n combinations.  cost: what each limb that is not as expected must gain.  0 when
+    no combination does, or when the views do not speak of the same ones.
+    """
+    if not profiles or len({len(profile) for profile in profiles}) != 1 or not profiles[0]:
+        return 0
+    total = np.sum(np.array(profiles), axis=0)
+    count = round(len(total) ** 0.5)
+    changed = (np.arange(count) > 0).astype(float)
+    return int(np.argmax(total - cost * np.add.outer(changed, changed).reshape(-1)))
 
 
 def exchange_evidence(before: float, gain: float) -> tuple[float, bool]:

@@ -93,11 +93,14 @@ def facing(camera: Camera) -> float:
     return float(np.arctan2(-forward[0], -forward[2]))
 
 
-def assignment(setup: Setup, placed: Placed, frames: dict[str, int], *, tracking: bool) -> Assignment:
-    """frames: each viewer's own frame number, of its last sighting if it is stale."""
+def assignment(
+    setup: Setup, placed: Placed, frames: dict[str, int], *, tracking: bool, arms: int = 0, legs: int = 0
+) -> Assignment:
+    """frames: each viewer's own frame number, of its last sighting if it is stale.  arms, legs: see `best_way`."""
     return Assignment(
         frame=max(frames.values()), captured_ns=placed.captured_ns, position=point(placed.position), yaw=placed.yaw,
         lean=placed.lean, roll=placed.roll, squatting=placed.squatting, tracking=tracking,
+        arms=arms, legs=legs,
         views={
             viewer: ViewAssignment(
                 frame=frames[viewer], view=placed.views[viewer], stale=viewer in placed.stale,

@@ -22,7 +22,7 @@ class Item(Generic[T]):
 class Pairs(Generic[T]):
     """waiting: by viewer, oldest first.  missed: instants in a row that went on without a viewer.  counts: what came wrong.
 
-    tolerance_ns: half a frame period.  last_ns: the newest instant given out.
+    tolerance_ns: half a frame period.  last_ns: the newest instant given out.  given: each viewer's newest item in one.
     """
 
     viewers: tuple[str, ...]
@@ -30,6 +30,7 @@ class Pairs(Generic[T]):
     waiting: Mapping[str, tuple[Item[T], ...]] = field(default_factory=dict)
     missed: Mapping[str, int] = field(default_factory=dict)
     last_ns: int = -1
+    given: Mapping[str, int] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
 
 
@@ -45,14 +46,18 @@ def offer(pairs: Pairs[T], viewer: str, captured_ns: int, value: T) -> tuple[Pai
     """Take one item in; give out every instant that it completes, oldest first.
 
     An instant is complete when each viewer that is not gone has an item within half a frame period.  A viewer's next item
-    ends the wait for the others at its last one.  Doubled, late and unknown items are counted and dropped.
+    ends the wait for the others at its last one.  Doubled, late and unknown items are counted and dropped; instants are
+    strictly in the order of time.
     """
     if viewer not in pairs.viewers:
         return _count(pairs, "unknown"), []
     queue = pairs.waiting.get(viewer, ())
-    if any(abs(item.captured_ns - captured_ns) <= pairs.tolerance_ns // 2 for item in queue):
+    known = [item.captured_ns for item in queue] + ([pairs.given[viewer]] if viewer in pairs.given else [])
+    if any(abs(known_ns - captured_ns) <= pairs.tolerance_ns // 2 for known_ns in known):
         return _count(pairs, "doubled"), []
-    if captured_ns <= pairs.last_ns - pairs.tolerance_ns:
+    if captured_ns <= pairs.last_ns:
+        if captured_ns > pairs.last_ns - pairs.tolerance_ns:  # it is back: the next instant waits for it
+            pairs = replace(pairs, missed={**pairs.missed, viewer: 0})
         return _count(pairs, "late"), []
     if queue and captured_ns < queue[-1].captured_ns:
         pairs = _count(pairs, "out_of_order")
@@ -82,7 +87,8 @@ def _next(pairs: Pairs[T]) -> tuple[Pairs[T], Instant[T]] | None:
     missed = {viewer: 0 if viewer in chosen else pairs.missed.get(viewer, 0) + 1 for viewer in pairs.viewers}
     if absent:
         pairs = _count(pairs, "unpaired")
-    pairs = replace(pairs, waiting=waiting, missed=missed, last_ns=max(pairs.last_ns, start_ns))
+    given = {**pairs.given, **{viewer: item.captured_ns for viewer, item in chosen.items()}}
+    pairs = replace(pairs, waiting=waiting, missed=missed, last_ns=max(pairs.last_ns, start_ns), given=given)
     return pairs, Instant(start_ns, {viewer: item.value for viewer, item in chosen.items()})
 
 

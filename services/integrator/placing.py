@@ -12,7 +12,7 @@ from common.body.limbs import limb_angles, limb_directions
 from common.body.torso import TURNS, tilt_of_spine, torso_rotation, width_thresholds
 from common.messages import Message, Sighting
 from services.integrator.arbitrator import Claim, View, arbitrate
-from services.integrator.integration import is_squatting, spine_after, turn_of_body
+from services.integrator.integration import ARM_COST, LEG_COST, best_way, is_squatting, spine_after, turn_of_body
 from services.integrator.measuring import assignment, facing
 from services.integrator.pairing import Instant
 from services.integrator.perspective import Ray, meeting_depths
@@ -22,6 +22,9 @@ KEPT_PLACES = 4
 WALKING = 0.4  # m/s: slower steps say nothing of where somebody faces
 MOST_BACKWARDS, FORGOTTEN_S = 0.5, 1.5  # metres; whoever walks further backwards than this faces the other way
 UPRIGHT = cos(radians(25))  # a torso bent further than this is no longer as wide as its columns
+SETTLED_NS = 120_000_000  # for which the arbitrator must ask for other views: widths are uncertain by a pixel
+KEPT_TOES = 0.85  # memory of where the feet point, per frame
+TOES_WORTH = 30.0  # radians of turn that a metre of feet is worth in choosing between front and back
 SNAP = radians(60)  # a body further off the facade viewer's axis than this has turned
 
 
@@ -33,7 +36,10 @@ def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tupl
         return state, []
     stale = tuple(viewer for viewer in setup.cameras if viewer not in seen)
     position = _position(setup, person, seen)
-    views = _views(setup, state, seen, position)
+    asked = _views(setup, state, seen, position)
+    asked_ns = 0 if asked == state.views else state.asked_ns or instant.captured_ns
+    views = asked if instant.captured_ns - asked_ns >= SETTLED_NS else dict(state.views)
+    person = replace(person, toes=_toes(person, seen))
     yaw, lean, roll = _torso(setup, person, seen, position, views)
     backwards = _backwards(person, instant.captured_ns, position)
     if backwards > MOST_BACKWARDS:
@@ -45,7 +51,11 @@ def place_person(setup: Setup, state: State, instant: Instant[Sighting]) -> tupl
     placed = Placed(instant.captured_ns, position, yaw, lean, roll, squatting, views, stale)
     person = replace(person, placed=(*person.placed, placed)[-KEPT_PLACES:], backwards=backwards)
     frames = {viewer: state.last[viewer].frame for viewer in setup.cameras if viewer in state.last}
-    return replace(state, person=person, views=views), [assignment(setup, placed, frames, tracking=True)]
+    both = list(seen.values()) if not stale else []
+    arms = best_way([sighting.arms for sighting in both], ARM_COST)
+    legs = best_way([sighting.legs for sighting in both], LEG_COST)
+    answer = assignment(setup, placed, frames, tracking=True, arms=arms, legs=legs)
+    return replace(state, person=person, views=views, asked_ns=asked_ns), [answer]
 
 
 def _position(setup: Setup, person: Person, seen: Mapping[str, Sighting]) -> Floats:
@@ -75,7 +85,7 @@ def _torso(
     spine = spine_after(torso_rotation(yaw, lean, roll)[:, 1], tilts)
     off_axis = _off_axis(setup, yaw, views)
     if abs(off_axis) > SNAP:  # the arbitrator has seen a turn that the torso's own search has not
-        yaw = _turned_to(setup, yaw, views)
+        yaw = _turned_to(setup, person, yaw, views)
     elif spine[1] > UPRIGHT:
         profiles = [sighting.turns for sighting in seen.values() if len(sighting.turns) == len(TURNS)]
         if profiles:
@@ -108,17 +118,31 @@ def _about_face(setup: Setup, pose: Pose) -> Pose:
     return Pose(pose.position, limb_angles(setup.anatomy, directions, angles))
 
 
-def _turned_to(setup: Setup, yaw: float, views: Mapping[str, View]) -> float:
+def _toes(person: Person, seen: Mapping[str, Sighting]) -> Mapping[str, float]:
+    """How far the feet reach past the shins in each view, over the last frames."""
+    before = person.toes
+    return {viewer: KEPT_TOES * before.get(viewer, 0.0) + (1 - KEPT_TOES) * s.toes for viewer, s in seen.items()}
+
+
+def _agreement(setup: Setup, toes: Mapping[str, float], yaw: float) -> float:
+    """Metres by which the feet point where a person of this yaw faces; negative for one who faces the other way."""
+    front = np.array([np.sin(yaw), 0.0, np.cos(yaw)])
+    return float(sum(reach * (setup.cameras[viewer].rotation[0] @ front) for viewer, reach in toes.items()))
+
+
+def _turned_to(setup: Setup, person: Person, yaw: float, views: Mapping[str, View]) -> float:
     """The yaw on the facade viewer's axis after a turn: front or back, whichever is nearer.
 
-    A silhouette cannot tell them apart ([Two-view 5.2 (4)]), so facing the first viewer again counts for half its angle.
+    A silhouette of the ten parts cannot tell them apart ([Two-view 5.2 (4)]), but its feet do; facing the first viewer
+    again counts for half its angle.
     """
     facade = next(viewer for viewer in setup.cameras if views[viewer] == "facade")
     start = facing(next(iter(setup.cameras.values())))
     front = facing(setup.cameras[facade])
 
     def cost(candidate: float) -> float:
-        return abs(_wrapped(candidate - yaw)) + 0.5 * abs(_wrapped(candidate - start))
+        turn = abs(_wrapped(candidate - yaw)) + 0.5 * abs(_wrapped(candidate - start))
+        return turn - TOES_WORTH * _agreement(setup, person.toes, candidate)
 
     return min((front, front + pi), key=cost)
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Never
 
 from common.body.anatomy import TEN_PARTS
+from common.body.limbs import limb_angles, limb_directions
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.runtime.clock import RealClock
@@ -46,6 +47,7 @@ def run_integrator(rig: Rig, options: ZenohOptions, take: Path | None, stopped: 
     """
     clock = RealClock()
     service = integrator_service(rig)
+    limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral)  # loads what is compiled
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         if take is None:
             return run(service, bus, clock, stopped=stopped)

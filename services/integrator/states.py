@@ -61,6 +61,7 @@ class Person:
 
     height: of the navel in the initial posture, metres.  stance: theta_Z of the hips from straight down there, radians.
     exchange: evidence that the legs were taken for each other.  backwards: metres walked backwards of late.
+    toes: by viewer, how far the feet reach past the shins of late, metres to the right of the image.
     """
 
     bdp: Bdp
@@ -70,6 +71,7 @@ class Person:
     stance: float = 0.0
     exchange: float = 0.0
     backwards: float = 0.0
+    toes: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class State:
     """sightings, baps, bdps: what waits for its pair.  views: arbitrated, by viewer.  bodies: (front, side) BDPs so far.
 
     last: each viewer's last sighting of a person.  first: the newest assignment made before the body is known.
-    offsets: each viewer's clock against this one.
+    offsets: each viewer's clock against this one.  asked_ns: since when the arbitrator asks for other views, or 0.
     """
 
     sightings: Pairs[Sighting]
@@ -90,3 +92,4 @@ class State:
     person: Person | None = None
     offsets: Mapping[str, Offset] = field(default_factory=dict)
     problem: str = ""
+    asked_ns: int = 0

@@ -4,11 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
-from common.bus.protocol import Alive, Envelope
+from common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from common.messages import Health, Message, PartialBap, PartialBdp, Sighting
 from common.runtime.clock import offset_in, to_integrator_ns
-from common.runtime.frames import FrameLike
-from common.runtime.service import Tick
 from services.integrator.arbitrator import View
 from services.integrator.measuring import define_body, place_first
 from services.integrator.pairing import Instant, Pairs, offer

@@ -15,6 +15,7 @@ from services.viewer.limb_search import LimbBody, Picture, cover_limb
 
 Mask = NDArray[np.uint8]
 Ints = NDArray[np.int64]
+WHOLE, ARMLESS = 0, 2  # the first limb that is put down
 
 
 class BodyModel(NamedTuple):
@@ -66,14 +67,19 @@ def core_score(position: Floats, torso_to_world: Floats, model: BodyModel, pictu
 
 
 @njit(cache=True, error_model="numpy")
-def cover_body(position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture) -> float:
-    """Put the whole model down afresh and return its matching score.  directions: (4, 2, 3) in the torso's frame."""
+def cover_body(
+    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture, first: int
+) -> float:
+    """Put the model down afresh, with the limbs from `first` on, and return its matching score.
+
+    directions: (4, 2, 3) in the torso's frame.  first: 0 for the whole model, 2 for the one without arms.
+    """
     picture.cover[:, :] = 0
     picture.totals[1] = 0
     picture.totals[2] = 0
     cover_core(position, torso_to_world, model, picture, ADD, picture.totals)
     placed = Picture(torso_to_world, picture.camera, picture.mask, picture.cover, picture.totals)
-    for k in range(4):
+    for k in range(first, 4):
         origin = position.copy()
         for row in range(3):
             for column in range(3):
@@ -105,7 +111,7 @@ class BodyFit:
         self.position, self.torso_to_world, self.directions = position, torso_to_world, directions.copy()
         self.picture = self.picture._replace(torso_to_world=torso_to_world)
         self.view_axis = self._axis()
-        return cover_body(position, torso_to_world, directions, self.model, self.picture)
+        return cover_body(position, torso_to_world, directions, self.model, self.picture, WHOLE)
 
     def core(self, mode: int) -> None:
         cover_core(self.position, self.torso_to_world, self.model, self.picture, mode, self.picture.totals)

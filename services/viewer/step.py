@@ -7,10 +7,9 @@ import numpy as np
 from common import messages as m
 from common.body.definition import Pose
 from common.body.torso import torso_rotation
-from common.bus.protocol import Alive, Envelope
+from common.bus.protocol import Alive, Envelope, Tick
 from common.conversion import angles_of, bdp_of
 from common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp
-from common.runtime.service import Tick
 from common.runtime.specs import BackgroundImage, FirstFrames, Mog2
 from common.vision.background import Background, from_image, learn, learn_median, update
 from common.vision.mixture import Mixture
@@ -18,8 +17,8 @@ from common.vision.packing import pack
 from common.vision.silhouette import Silhouette, SilhouetteOptions, extract
 from services.viewer.body_definition import Scale, side_lengths
 from services.viewer.body_fit import body_model
+from services.viewer.frame import Frame
 from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline
-from services.viewer.sources.frame import Frame
 from services.viewer.states import (
     AwaitingPose,
     Image,

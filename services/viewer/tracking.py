@@ -11,14 +11,16 @@ from common.conversion import angles_by_name
 from common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
 from services.viewer.arms import find_arm
 from services.viewer.body_fit import BodyFit
+from services.viewer.hypotheses import arm_ways, chosen, leg_ways, way_scores
 from services.viewer.legs import LEFT, RIGHT, exchange_gain, find_leg_facade, find_leg_flank
 from services.viewer.limb_fit import LimbResult
 from services.viewer.measuring import outline
 from services.viewer.position import Sight, sight
 from services.viewer.states import Pending, Setup, Tracking
-from services.viewer.view import own_view, upper_body_width
+from services.viewer.view import own_view, toes_offset, upper_body_width
 
 PREDICTED = 1.0  # share of the last frame's motion that is expected to go on
+FASTEST = 0.7  # cosine of a limb's turn in one frame beyond which it was found elsewhere and did not move
 LEG_DRAW = 0.03
 DRAW = 0.01  # matching score that a limb's motion may cost, see LimbBody.expected
 REST_DRAW = 0.005  # the same towards the hanging arm
@@ -50,11 +52,15 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
     metres = width * local[2] / focal
     low, high = width_thresholds(2 * float(state.model.torso[2]), 2 * float(state.model.torso[1]))
     before = state.assignment.views[setup.id].view if state.assignment else "facade"
+    expected = _expected(setup, state, torso)
+    arms = way_scores(fit, 0, arm_ways(expected, resting_arm(torso, float(pose.angles[setup.anatomy.index["navel.y"]]))))
+    legs = way_scores(fit, RIGHT, leg_ways(expected))
+    toes = float(np.clip(toes_offset(pending.mask) * local[2] / focal, -1, 1))
     message = Sighting(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, present=True,
         x=float(local[0] / local[2]), y=float(local[1] / local[2]), height=shape.height / focal, width=width / focal,
         view=own_view(before, metres, low, high), score=found.score, tilt=found.tilt, turns=list(found.turns),
-        based_on=state.based_on,
+        toes=toes, arms=arms.tolist(), legs=legs.tolist(), based_on=state.based_on,
     )  # fmt: skip
     pending = replace(pending, fit=fit)
     return replace(state, pending=pending, score=found.score), message
@@ -78,14 +84,14 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
     anatomy, fit = setup.anatomy, pending.fit
     if fit is None:
         return replace(state, pending=None), []
-    torso_before = torso_of(setup, state.pose.angles)
     torso = torso_rotation(assignment.yaw, assignment.lean, assignment.roll)
     position = np.array(assignment.position)
-    directions = limb_directions(anatomy, state.pose.angles) @ torso_before.T @ torso
-    moved = directions - limb_directions(anatomy, state.before.angles) @ torso_of(setup, state.before.angles).T @ torso
-    expected = directions + PREDICTED * moved
-    expected /= np.linalg.norm(expected, axis=2, keepdims=True)
+    expected = _expected(setup, state, torso)
     resting = resting_arm(torso, assignment.yaw)
+    if assignment.arms:
+        expected[:2] = chosen(arm_ways(expected, resting), assignment.arms)
+    if assignment.legs:
+        expected[2:] = chosen(leg_ways(expected), assignment.legs)
     fit.expected = DRAW * expected
     fit.expected[:2] += REST_DRAW * resting
     fit.expected[2:] *= LEG_DRAW / DRAW
@@ -122,6 +128,17 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
         exchange=float(gain), score=float(score), based_on=state.based_on,
     )  # fmt: skip
     return replace(state, pending=None, assignment=assignment, typical=typical, lost=lost), [message]
+
+
+def _expected(setup: Setup, state: Tracking, torso: Floats) -> Floats:
+    """(4, 2, 3) where the limbs should be in the frame of `torso` (3, 3) if their last motion goes on."""
+    anatomy = setup.anatomy
+    directions = limb_directions(anatomy, state.pose.angles) @ torso_of(setup, state.pose.angles).T @ torso
+    before = limb_directions(anatomy, state.before.angles) @ torso_of(setup, state.before.angles).T @ torso
+    moving = np.sum(directions * before, axis=2, keepdims=True) > FASTEST
+    expected: Floats = directions + PREDICTED * np.where(moving, directions - before, 0.0)
+    expected /= np.linalg.norm(expected, axis=2, keepdims=True)
+    return expected
 
 
 def _angle_names(anatomy: Anatomy, limb: Limb) -> list[str]:

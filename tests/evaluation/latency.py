@@ -76,7 +76,7 @@ def measured(rig: Path, frames: int, seconds: float, fps: float) -> list[str]:
     clock = RealClock()
     places = mesh(free_ports(4))
     services = (["integrator"], ["viewer", "--id", "1"], ["viewer", "--id", "2"])
-    epoch_ns = clock.now_ns() + 4_000_000_000
+    epoch_ns = clock.now_ns() + 8_000_000_000  # by then every process is ready
     processes = []
     for (name, *arguments), place in zip(services, places, strict=False):
         zenoh = ["--listen", place.listen, "--no-multicast-scouting"]

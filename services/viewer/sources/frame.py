@@ -1,4 +1,4 @@
-"""Frames, the ways a source can fail, and how it is played."""
+"""The ways a source of frames can fail, and how it is played."""
 
 import logging
 import time
@@ -6,25 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from services.viewer.frame import Frame as Frame
+from services.viewer.frame import Image as Image
 
-Image = NDArray[np.uint8]
 Size = tuple[int, int]
-
-
-@dataclass(frozen=True)
-class Frame:
-    """image: (height, width, 3) blue, green, red at the working size.  captured_ns: since the Unix epoch.
-
-    frame: a file's frame k has number k, so frames left out leave gaps.  initial: of the separate video of the initial
-    posture, which counts for itself.
-    """
-
-    frame: int
-    captured_ns: int
-    image: Image
-    initial: bool = False
 
 
 class SourceError(RuntimeError):

@@ -1,0 +1,38 @@
+"""Searching one limb in the model's own silhouette: shared by the tests of arms and legs."""
+
+import numpy as np
+from two_view_scene import MODEL, NAVEL, model_mask, rows
+
+from common.body.anatomy import Floats
+from services.viewer.body_fit import BodyFit
+from services.viewer.limb_search import turn_limb
+
+UPRIGHT = np.eye(3)
+
+
+def begun_off(viewer: int, truth: Floats, k: int, what: int, off_deg: float) -> BodyFit:
+    """A fit over the silhouette of `truth` (4, 2, 3), whose limb k begins `off_deg` away about the view's axis."""
+    fit = BodyFit(MODEL, rows(viewer), model_mask(rows(viewer), truth))
+    fit.place(NAVEL, UPRIGHT, truth)
+    start = truth.copy()
+    out = np.empty((2, 3))
+    turn_limb(start[k], fit.view_axis, what, np.radians(off_deg), out)
+    start[k] = out
+    fit.place(NAVEL, UPRIGHT, start)
+    return fit
+
+
+def off_in_image(fit: BodyFit, found: Floats, truth: Floats) -> Floats:
+    """Angles in degrees between directions (..., 3) as the view shows them."""
+    across = np.eye(3) - np.outer(fit.view_axis, fit.view_axis)
+    a, b = found @ across, truth @ across
+    cosine = np.sum(a * b, axis=-1) / (np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1))
+    return np.asarray(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+
+def assert_consistent(fit: BodyFit) -> None:
+    """Cover and totals are those of placing the same body afresh."""
+    fresh = BodyFit(MODEL, fit.picture.camera, fit.picture.mask)
+    fresh.place(fit.position, fit.torso_to_world, fit.directions)
+    np.testing.assert_array_equal(fit.picture.cover, fresh.picture.cover)
+    np.testing.assert_array_equal(fit.picture.totals, fresh.picture.totals)

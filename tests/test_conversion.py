@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from two_view_scene import ANGLES, BDP
+
+from common.body.anatomy import TEN_PARTS, Anatomy, Floats
+from common.codec import decode, encode
+from common.conversion import angles_by_name, angles_of, bdp_of, body_of
+from common.messages import UniversalBdp
+
+
+def test_a_body_travels_and_comes_back() -> None:
+    message = UniversalBdp(frame=1, captured_ns=2, body=body_of(TEN_PARTS, BDP), ratio=1.0)
+    back = bdp_of(TEN_PARTS, decode(encode(message), UniversalBdp).body)
+    np.testing.assert_array_equal(back.sizes, BDP.sizes)
+    np.testing.assert_array_equal(back.offsets, BDP.offsets)
+
+
+@given(ANGLES)
+def test_angles_travel_by_name(angles: Floats) -> None:
+    named = angles_by_name(TEN_PARTS, angles)
+    assert set(named) == set(TEN_PARTS.angles)
+    assert all(type(value) is float for value in named.values())
+    np.testing.assert_array_equal(angles_of(TEN_PARTS, named, TEN_PARTS.neutral), angles)
+
+
+def test_angles_that_are_not_named_stay() -> None:
+    others = TEN_PARTS.neutral
+    before = others.copy()
+    found = angles_of(TEN_PARTS, {"right_knee.x": -0.4}, others)
+    assert found[TEN_PARTS.index["right_knee.x"]] == -0.4
+    found[TEN_PARTS.index["right_knee.x"]] = before[TEN_PARTS.index["right_knee.x"]]
+    np.testing.assert_array_equal(found, before)
+    np.testing.assert_array_equal(others, before)
+
+
+def test_an_angle_of_nobody_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match=r"joint angle 'tail\.x' is not one of anatomy 'ten-parts'"):
+        angles_of(TEN_PARTS, {"tail.x": 0.1}, TEN_PARTS.neutral)
+
+
+def test_a_body_of_another_anatomy_is_refused() -> None:
+    other = Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers, TEN_PARTS.circular)
+    with pytest.raises(ValueError, match="body: anatomy is 'eleven-parts'; this service knows 'ten-parts'"):
+        bdp_of(TEN_PARTS, body_of(other, BDP))
+
+
+def test_a_body_that_lacks_a_part_or_joint_is_refused_by_name() -> None:
+    body = body_of(TEN_PARTS, BDP)
+    del body.sizes["head"]
+    del body.offsets["left_knee"]
+    with pytest.raises(ValueError, match="body: head, left_knee missing"):
+        bdp_of(TEN_PARTS, body)

@@ -1,0 +1,251 @@
+"""The integrator's step, driven by messages of viewers that see perfectly."""
+
+import numpy as np
+import pytest
+from perfect_viewers import (
+    BEGINNING,
+    FIRST,
+    FLAT_TURNS,
+    HEIGHT,
+    HIPS,
+    LENGTHS,
+    SETUP,
+    TRACKED,
+    measured,
+    partial_bap,
+    partial_bdp,
+    play,
+    sighting,
+)
+from two_view_run import EPOCH_NS, FRAME_NS, VIEWERS, envelope, integrator_setup
+from two_view_scene import angles, degrees_between
+
+from common import messages as m
+from common.body.anatomy import TEN_PARTS
+from common.body.definition import Bdp
+from common.body.limbs import limb_directions
+from common.bus.protocol import Alive, Envelope
+from common.codec import decode, encode
+from common.conversion import bdp_of
+from services.integrator import step as integrator
+from services.integrator.perspective import scaling_factor
+from services.integrator.states import INSTANTS_OF_BODY
+
+
+def assignments(said: list[m.Message]) -> list[m.Assignment]:
+    return [message for message in said if isinstance(message, m.Assignment)]
+
+
+def baps(said: list[m.Message]) -> list[m.UniversalBap]:
+    return [message for message in said if isinstance(message, m.UniversalBap)]
+
+
+def test_the_initial_posture_gives_the_body_once_and_its_pose() -> None:
+    kinds = [type(message).__name__ for message in BEGINNING]
+    assert kinds == ["Assignment"] * INSTANTS_OF_BODY + ["UniversalBdp", "UniversalBap"]
+    universal, bap = BEGINNING[-2:]
+    assert isinstance(universal, m.UniversalBdp)
+    assert isinstance(bap, m.UniversalBap)
+    bdp: Bdp = bdp_of(TEN_PARTS, universal.body)
+    assert 2 * bdp.sizes[TEN_PARTS.index["torso"], 2] == pytest.approx(LENGTHS["torso_depth"])
+    assert universal.ratio == pytest.approx(1.0)
+    np.testing.assert_allclose(bap.position, HIPS, atol=1e-6)
+    assert bap.angles["right_shoulder.z"] == pytest.approx(np.pi / 2)
+    assert integrator.describe(TRACKED) == "tracking"
+
+
+def test_the_first_assignments_say_where_the_person_stands_and_who_is_in_front() -> None:
+    for assignment in assignments(BEGINNING):
+        np.testing.assert_allclose(assignment.position, HIPS, atol=1e-6)
+        assert not assignment.tracking
+        assert {v: a.view for v, a in assignment.views.items()} == {"1": "facade", "2": "flank"}
+        assert assignment.yaw == pytest.approx(0.0, abs=1e-3)
+        for viewer, answer in assignment.views.items():
+            assert answer.scale == pytest.approx(scaling_factor(SETUP.cameras[viewer], HIPS))
+
+
+def test_whoever_sees_the_stretched_arms_is_the_front_viewer() -> None:
+    state = integrator.initial_state(SETUP)
+    _, said = play(state, sighting("1", 0, view="flank"), sighting("2", 0, view="facade"))
+    first = assignments(said)[0]
+    assert {v: a.view for v, a in first.views.items()} == {"1": "flank", "2": "facade"}
+    assert first.yaw == pytest.approx(-np.pi / 2, abs=1e-3)  # towards camera 2 on -X
+
+
+def test_without_both_viewers_nothing_is_measured() -> None:
+    state = integrator.initial_state(SETUP)
+    state, said = play(state, *(sighting("1", frame) for frame in range(8)))
+    assert said == []
+    state, said = play(state, sighting("1", 9), sighting("2", 9, present=False))
+    assert said == []
+    assert integrator.describe(state) == "waiting for the initial posture in both views"
+
+
+def test_a_person_who_moves_is_not_measured() -> None:
+    state = integrator.initial_state(SETUP)
+    for frame in range(3 * INSTANTS_OF_BODY):
+        scale = 1.0 + 0.05 * (frame % 2)
+        state, said = play(state, *(sighting(v, frame) for v in VIEWERS), *(partial_bdp(v, frame, scale) for v in VIEWERS))
+        assert not any(isinstance(message, m.UniversalBdp) for message in said)
+
+
+def test_viewers_that_disagree_on_the_height_are_told_so() -> None:
+    state = integrator.initial_state(SETUP)
+    for frame in range(INSTANTS_OF_BODY):
+        state, said = play(
+            state, *(sighting(v, frame) for v in VIEWERS), partial_bdp("1", frame), partial_bdp("2", frame, 1.4)
+        )
+        assert not any(isinstance(message, m.UniversalBdp) for message in said)
+    assert "40% apart" in integrator.describe(state)
+
+
+def test_a_known_height_needs_no_initial_posture() -> None:
+    setup = integrator_setup(HEIGHT)
+    state, said = integrator.initial_state(setup), []
+    for viewer in VIEWERS:
+        state, said = integrator.step(setup, state, envelope(sighting(viewer, 0)))
+    assert [type(message) for message in said] == [m.UniversalBdp, m.UniversalBap]
+
+
+def test_tracking_answers_sightings_with_an_assignment_and_partial_baps_with_the_universal_one() -> None:
+    moved = HIPS + np.array([0.05, -0.01, 0.04])
+    state, said = play(TRACKED, *(sighting(v, FIRST, moved) for v in VIEWERS))
+    (assignment,) = said
+    assert isinstance(assignment, m.Assignment)
+    assert assignment.tracking
+    np.testing.assert_allclose(assignment.position, moved, atol=1e-6)
+    assert {v: (a.frame, a.stale) for v, a in assignment.views.items()} == {"1": (FIRST, False), "2": (FIRST, False)}
+    pose = angles(right_shoulder_z=120, left_hip_x=20)
+    _, said = play(state, *(partial_bap(v, FIRST, pose) for v in VIEWERS))
+    (bap,) = said
+    assert isinstance(bap, m.UniversalBap)
+    assert bap.position == assignment.position
+    found = np.array([bap.angles[name] for name in TEN_PARTS.angles])
+    off = degrees_between(limb_directions(TEN_PARTS, found), limb_directions(TEN_PARTS, pose))
+    assert np.max(off) < 5
+    assert bap.scores == {"1": 0.8, "2": 0.8}
+    assert bap.stale == []
+
+
+def test_a_missing_viewer_is_stale_and_the_other_one_goes_on() -> None:
+    state, said = TRACKED, []
+    for frame in range(FIRST, FIRST + 4):
+        state, more = play(state, sighting("1", frame))
+        said += more
+    assert [a.views["2"].stale for a in assignments(said)] == [True] * 3, "each next sighting ends the wait"
+    assert all(not a.views["1"].stale for a in assignments(said))
+    assert [a.views["2"].frame for a in assignments(said)] == [FIRST - 1] * 3
+    state, more = play(state, partial_bap("1", FIRST, angles()), partial_bap("1", FIRST + 1, angles()))
+    assert baps(more)[0].stale == ["2"]
+    for frame in range(FIRST + 4, FIRST + 14):
+        state, _ = play(state, sighting("1", frame))
+    assert integrator.describe(state) == "tracking, without viewer 2"
+    state, said = play(state, *(sighting(v, FIRST + 20) for v in VIEWERS), *(sighting(v, FIRST + 21) for v in VIEWERS))
+    assert [a.stale for a in assignments(said)[-1].views.values()] == [False, False], "it joins again by itself"
+    assert integrator.describe(state) == "tracking"
+
+
+def test_a_viewer_that_sees_nobody_is_stale_too() -> None:
+    _, said = play(TRACKED, sighting("1", FIRST), sighting("2", FIRST, present=False))
+    assert {v: a.stale for v, a in assignments(said)[0].views.items()} == {"1": False, "2": True}
+
+
+def test_nobody_in_view_means_no_assignment_and_the_body_is_kept() -> None:
+    state, said = play(TRACKED, *(sighting(v, FIRST, present=False) for v in VIEWERS))
+    assert said == []
+    assert state.person is not None
+    _, said = play(state, *(sighting(v, FIRST + 1) for v in VIEWERS))
+    assert len(assignments(said)) == 1
+
+
+def test_doubled_sightings_and_baps_are_counted_and_answered_once() -> None:
+    one, two = (sighting(v, FIRST) for v in VIEWERS)
+    state, said = play(TRACKED, one, one, two, two, one)
+    assert len(said) == 1
+    assert integrator.counts(state)["sighting_doubled"] == 3
+    first, second = (partial_bap(v, FIRST, angles()) for v in VIEWERS)
+    state, said = play(state, first, first, second, second)
+    assert len(said) == 1
+    assert integrator.counts(state)["bap_doubled"] == 2
+
+
+def test_partial_baps_for_no_assignment_are_not_answered() -> None:
+    _, said = play(TRACKED, *(partial_bap(v, FIRST + 50, angles()) for v in VIEWERS))
+    assert said == []
+
+
+def test_an_unknown_viewer_is_counted() -> None:
+    stranger = m.Sighting(
+        frame=0,
+        captured_ns=EPOCH_NS,
+        viewer="9",
+        present=False,
+        x=0.0,
+        y=0.0,
+        height=0.0,
+        width=0.0,
+        view="facade",
+        score=0.0,
+    )
+    state, said = play(TRACKED, stranger)
+    assert said == []
+    assert integrator.counts(state)["sighting_unknown"] == 1
+
+
+def test_other_events_leave_the_state_as_it_was() -> None:
+    health = m.Health(frame=0, captured_ns=1, service="tracker", id="1", state="", rate=0.0, stages_ms={}, counts={})
+    for event in (envelope(health), envelope(BEGINNING[0]), Alive("viewer", "1", True, 3)):
+        state, said = integrator.step(SETUP, TRACKED, event)
+        assert state is TRACKED
+        assert said == []
+
+
+def test_a_viewers_clock_is_corrected_by_what_its_health_says() -> None:
+    ahead_ns = 5 * FRAME_NS
+    health = m.Health(
+        frame=0, captured_ns=1, service="viewer", id="2", state="", rate=15.0, stages_ms={}, counts={},
+        clock_offset_ns=ahead_ns, clock_error_ns=1000,
+    )  # fmt: skip
+    state, _ = play(TRACKED, health)
+    late = sighting("2", FIRST)
+    message = m.Sighting(**{name: getattr(late, name) for name in late.__struct_fields__} | {
+        "captured_ns": late.captured_ns + ahead_ns
+    })  # fmt: skip
+    _, said = play(state, sighting("1", FIRST), message)
+    assert [a.stale for a in assignments(said)[0].views.values()] == [False, False]
+
+
+def test_a_turned_body_changes_the_facade_viewer() -> None:
+    """Viewer 1 sees the body become narrow and viewer 2 wide: case 2 and both together."""
+    state, views = TRACKED, []
+    for frame in range(FIRST, FIRST + 3):
+        state, said = play(state, sighting("1", frame, view="flank"), sighting("2", frame, view="facade"))
+        views.append({v: a.view for v, a in assignments(said)[0].views.items()})
+    assert views[-1] == {"1": "flank", "2": "facade"}
+    assert all(set(pair.values()) == {"facade", "flank"} for pair in views)
+
+
+def test_rays_that_do_not_meet_are_no_error() -> None:
+    odd = m.Sighting(
+        frame=FIRST, captured_ns=EPOCH_NS + FIRST * FRAME_NS, viewer="2", present=True, x=50.0, y=0.0, height=0.3,
+        width=0.1, view="flank", score=0.1, turns=FLAT_TURNS,
+    )  # fmt: skip
+    _, said = play(TRACKED, sighting("1", FIRST), odd)
+    assert np.all(np.isfinite(assignments(said)[0].position))
+
+
+def test_two_runs_say_the_same_and_every_message_may_be_sent() -> None:
+    _, again = measured()
+    assert [encode(message) for message in again] == [encode(message) for message in BEGINNING]
+    _, said = play(TRACKED, *(sighting(v, FIRST) for v in VIEWERS), *(partial_bap(v, FIRST, angles()) for v in VIEWERS))
+    assert len(said) == 2
+    for message in (*BEGINNING, *said):
+        assert decode(encode(message), type(message)) == message
+
+
+def test_received_bytes_do_not_matter() -> None:
+    """A message by hand and one from the bus are the same event."""
+    message = sighting("1", FIRST)
+    by_hand = envelope(message)
+    from_bus = Envelope(by_hand.key, by_hand.topic, message, by_hand.received_ns + 5, encode(message))
+    assert integrator.step(SETUP, TRACKED, by_hand)[0].sightings == integrator.step(SETUP, TRACKED, from_bus)[0].sightings

@@ -1,0 +1,97 @@
+"""Object tracking in one view: known shifts, tilts and turns of the model's own silhouette are found.  [Two-view 3.2]"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from two_view_scene import MODEL, NAVEL, directions, model_mask, rows
+
+from common.body.torso import TURNS, torso_rotation
+from services.viewer.body_fit import BodyFit
+from services.viewer.position import SHIFTS_PX, shift_body, sight, turn_scores
+
+LIMBS = directions(right_shoulder_z=140, left_shoulder_z=220)
+UPRIGHT = np.eye(3)
+
+
+def pixel_offset(camera: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """From the image of b to that of a, px."""
+    local = np.stack([a, b]) @ camera[:3].T + camera[3]
+    pixels = camera[4, 0] * local[:, :2] / local[:, 2:]
+    return np.asarray(pixels[0] - pixels[1])
+
+
+def test_the_papers_shifts_are_mirrored() -> None:
+    assert sorted(SHIFTS_PX.tolist()) == sorted((-SHIFTS_PX).tolist())
+    assert set(SHIFTS_PX.tolist()) == {-5, -2, -1, 1, 2, 5}
+
+
+@given(st.integers(-7, 7), st.integers(-5, 5), st.sampled_from([0, 1]))
+@settings(deadline=None, max_examples=40)  # the first example compiles
+def test_a_known_shift_is_found_within_a_pixel(x_px: int, y_px: int, viewer: int) -> None:
+    camera = rows(viewer)
+    fit = BodyFit(MODEL, camera, model_mask(camera, LIMBS))
+    fit.place(NAVEL, UPRIGHT, LIMBS)
+    step = fit.metres_per_pixel()
+    start = NAVEL + step * (x_px * camera[0] + y_px * camera[1])
+    found, score = shift_body(start, UPRIGHT, LIMBS, MODEL, fit.picture, step, 1)
+    assert np.max(np.abs(pixel_offset(camera, found, NAVEL))) < 1.01
+    assert score == BodyFit(MODEL, camera, fit.picture.mask).place(found, UPRIGHT, LIMBS)
+    assert camera[2] @ found == pytest.approx(camera[2] @ NAVEL), "a shift in the image keeps the depth"
+
+
+@pytest.mark.parametrize("size", [(160, 120), (640, 480)])
+def test_a_shift_is_found_at_either_size(size: tuple[int, int]) -> None:
+    camera = rows(0, size)
+    fit = BodyFit(MODEL, camera, model_mask(camera, LIMBS, size=size))
+    found = sight(fit, NAVEL + np.array([0.15, -0.08, 0.0]), UPRIGHT, LIMBS)
+    assert np.max(np.abs(pixel_offset(camera, found.position, NAVEL))) <= 1.0
+    assert found.score > 0.75  # the start is not whole pixels away
+
+
+def test_shifting_never_matches_less_than_staying() -> None:
+    fit = BodyFit(MODEL, rows(0), model_mask(rows(1), LIMBS))
+    stayed = fit.place(NAVEL, UPRIGHT, LIMBS)
+    assert shift_body(NAVEL, UPRIGHT, LIMBS, MODEL, fit.picture, fit.metres_per_pixel(), 1)[1] >= stayed
+
+
+@pytest.mark.parametrize("viewer", [0, 1])
+@pytest.mark.parametrize("tilt_deg", [-12, -7, 7, 12])
+def test_a_known_tilt_is_found_with_its_sign(viewer: int, tilt_deg: int) -> None:
+    camera, angle = rows(viewer), np.radians(tilt_deg)
+    axis = camera[2]  # the view looks along it
+    cross = np.cross(axis, np.eye(3)).T  # cross @ v = axis x v
+    tilted = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    np.testing.assert_allclose(tilted @ axis, axis, atol=1e-12)
+    fit = BodyFit(MODEL, camera, model_mask(camera, LIMBS @ tilted, torso=tilted))
+    found = sight(fit, NAVEL, UPRIGHT, LIMBS)
+    assert np.sign(found.tilt) == np.sign(tilt_deg)
+    assert abs(np.degrees(found.tilt) - tilt_deg) < 5
+
+
+def test_an_upright_torso_does_not_tilt() -> None:
+    fit = BodyFit(MODEL, rows(0), model_mask(rows(0), LIMBS))
+    assert abs(np.degrees(sight(fit, NAVEL, UPRIGHT, LIMBS).tilt)) < 1.5
+
+
+@pytest.mark.parametrize("viewer", [0, 1])
+@pytest.mark.parametrize("k", range(len(TURNS)))
+def test_a_known_turn_scores_best(viewer: int, k: int) -> None:
+    """One arm to the front and one to the side, so that right and left turns look different."""
+    camera = rows(viewer)
+    pointing = directions(right_shoulder_x=80, left_shoulder_z=270)
+    fit = BodyFit(MODEL, camera, model_mask(camera, pointing, torso=torso_rotation(float(TURNS[k]), 0.0, 0.0)))
+    scores = turn_scores(NAVEL, UPRIGHT, pointing, MODEL, fit.picture, TURNS)
+    assert int(np.argmax(scores)) == k
+    assert scores[k] == pytest.approx(np.log(1 + 1e-3))
+
+
+def test_a_sight_leaves_the_fit_consistent_at_the_found_place() -> None:
+    fit = BodyFit(MODEL, rows(0), model_mask(rows(0), LIMBS))
+    found = sight(fit, NAVEL + np.array([0.1, 0.05, 0.0]), UPRIGHT, LIMBS)
+    cover, totals = fit.picture.cover.copy(), fit.picture.totals.copy()
+    fresh = BodyFit(MODEL, rows(0), fit.picture.mask)
+    assert fresh.place(found.position, UPRIGHT, LIMBS) == found.score
+    np.testing.assert_array_equal(cover, fresh.picture.cover)
+    np.testing.assert_array_equal(totals, fresh.picture.totals)
+    assert len(found.turns) == len(TURNS)

@@ -1,0 +1,40 @@
+"""What a viewer and the integrator refuse at the start."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from actor_cameras import look, paper_cameras
+
+from common.body.anatomy import TEN_PARTS
+from common.runtime.specs import BackgroundImage, FirstFrames
+from services.integrator.states import integrator_setup
+from services.viewer.states import viewer_setup
+
+ONE, TWO = paper_cameras()
+CEILING = look("ceiling", np.array([0.0, 3.0, 0.0]), np.array([0.1, 0.0, 0.0]))
+
+
+@pytest.mark.parametrize("cameras", [{}, {"1": ONE}, {"1": ONE, "2": TWO, "3": ONE}])
+def test_two_view_needs_two_viewers(cameras: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=f"two-view needs two viewers; the rig has {len(cameras)}"):
+        integrator_setup(TEN_PARTS, cameras, 66_000_000)  # type: ignore[arg-type]
+
+
+def test_a_camera_on_the_ceiling_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="camera ceiling"):
+        integrator_setup(TEN_PARTS, {"1": ONE, "2": CEILING}, 66_000_000)
+    with pytest.raises(ValueError, match="camera ceiling"):
+        viewer_setup("1", CEILING, FirstFrames(10), publish_silhouette=False)
+
+
+def test_a_background_image_must_have_been_read() -> None:
+    with pytest.raises(ValueError, match=r"viewer 1: background image .*plate\.png was not read"):
+        viewer_setup("1", ONE, BackgroundImage(Path("plate.png")), publish_silhouette=False)
+
+
+def test_the_integrator_works_on_level_cameras() -> None:
+    tilted = look("tilted", np.array([0.0, 2.0, 5.0]), np.array([0.0, 0.9, 0.0]))
+    setup = integrator_setup(TEN_PARTS, {"1": tilted, "2": TWO}, 66_000_000)
+    np.testing.assert_allclose(setup.cameras["1"].rotation[1], [0, -1, 0], atol=1e-9)
+    assert list(setup.cameras) == ["1", "2"]

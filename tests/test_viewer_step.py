@@ -1,0 +1,221 @@
+"""The viewers' steps on rendered frames, with the integrator's step answering: no bus, no clock, no threads."""
+
+from copy import deepcopy
+
+import numpy as np
+import pytest
+from two_view_run import EMPTY_FRAMES, FPS, PERSON, POSTURE, SEED, VIEWERS, Run, envelope, film, viewer_setup
+
+from common import messages as m
+from common.actor.person import person
+from common.actor.script import posture_take
+from common.actor.truth import truth
+from common.body.anatomy import TEN_PARTS
+from common.bus.protocol import Alive
+from common.codec import decode, encode
+from services.viewer import step as viewer
+from services.viewer.sources.frame import Frame
+from services.viewer.states import AwaitingPose, LearningBackground, MeasuringBody, Tracking
+
+COUNT = 70
+
+
+def played(count: int = COUNT, leave_out: dict[int, str] | None = None) -> Run:
+    """A run over the film; leave_out: a viewer that misses that frame."""
+    run = Run()
+    for frames in film(COUNT)[:count]:
+        k = next(iter(frames.values())).frame
+        run.see({id: frame for id, frame in frames.items() if (leave_out or {}).get(k) != id})
+    return run
+
+
+@pytest.fixture(scope="module")
+def whole() -> Run:
+    return played()
+
+
+def tracked(run: Run) -> list[m.UniversalBap]:
+    return [message for message in run.said if isinstance(message, m.UniversalBap)]
+
+
+def test_it_goes_from_the_empty_scene_over_the_body_to_tracking(whole: Run) -> None:
+    kinds = [type(message).__name__ for message in whole.said]
+    for earlier, later in (
+        ("Sighting", "Assignment"), ("Assignment", "PartialBdp"), ("PartialBdp", "UniversalBdp"),
+        ("UniversalBdp", "UniversalBap"), ("UniversalBap", "PartialBap"),
+    ):  # fmt: skip
+        assert kinds.index(earlier) < kinds.index(later)
+    assert kinds.count("UniversalBdp") == 1
+    assert all(isinstance(state, Tracking) for state in whole.viewers.values())
+
+
+def test_the_background_is_learned_from_the_first_frames_without_a_word() -> None:
+    run = Run()
+    for k, frames in enumerate(film(COUNT)[:EMPTY_FRAMES], start=1):
+        assert all(isinstance(state, LearningBackground) for state in run.viewers.values())
+        assert run.see(frames) == [], k
+    assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
+
+
+def test_an_empty_scene_is_sighted_as_such() -> None:
+    run = played(EMPTY_FRAMES + 2)
+    sightings = [message for message in run.said if isinstance(message, m.Sighting)]
+    assert sightings
+    assert not any(sighting.present for sighting in sightings)
+    assert viewer.describe(run.viewers["1"]) == "waiting for a person"
+
+
+def test_after_the_initial_posture_every_frame_has_its_universal_bap(whole: Run) -> None:
+    baps = tracked(whole)
+    frames = [bap.frame for bap in baps]
+    assert frames[-1] == COUNT - 1
+    assert np.all(np.diff(frames) == 1)
+    assert all(not bap.stale for bap in baps[1:])
+    assert all(set(bap.views.values()) == {"facade", "flank"} for bap in baps)
+    low, high = TEN_PARTS.limits.T
+    for bap in baps:
+        angles = np.array([bap.angles[name] for name in TEN_PARTS.angles])
+        assert np.all((low - 1e-9 <= angles) & (angles <= high + 1e-9))
+
+
+def test_the_person_is_where_the_actor_is(whole: Run) -> None:
+    somebody = person(PERSON)
+    script = posture_take(somebody, POSTURE, SEED)
+    off = []
+    for bap in tracked(whole):
+        pose = script.pose_at(bap.frame / FPS)
+        assert pose is not None
+        off.append(np.array(bap.position) - truth(somebody, pose).joints["Hip"])
+    assert np.median(np.linalg.norm(off, axis=1)) < 0.12
+
+
+def test_every_message_may_be_sent(whole: Run) -> None:
+    for message in whole.said:
+        assert decode(encode(message), type(message)) == message
+
+
+def test_two_runs_say_the_same(whole: Run) -> None:
+    again = played(45)
+    assert [encode(message) for message in again.said] == [encode(message) for message in whole.said[: len(again.said)]]
+
+
+def test_each_partial_bap_answers_the_viewers_own_frame(whole: Run) -> None:
+    for message in whole.said:
+        if isinstance(message, m.Assignment):
+            latest = message.views
+        if isinstance(message, m.PartialBap):
+            assert latest[message.viewer].frame == message.frame
+            assert latest[message.viewer].view == message.view
+
+
+def test_when_one_viewer_misses_frames_the_other_goes_on_and_it_is_named_stale() -> None:
+    gap = range(50, 56)
+    run = played(leave_out=dict.fromkeys(gap, "2"))
+    baps = {bap.frame: bap for bap in tracked(run)}
+    assert any(bap.stale == ["2"] for bap in baps.values())
+    assert all(bap.stale in ([], ["2"]) for bap in baps.values())
+    assert baps[COUNT - 1].stale == [], "it joins again by itself"
+    assert isinstance(run.viewers["2"], Tracking)
+
+
+def test_an_assignment_for_another_frame_is_not_an_answer() -> None:
+    run = played(50)
+    setup = viewer_setup("1")
+    frame = film(COUNT)[50]["1"]
+    state, messages = viewer.step(setup, run.viewers["1"], frame)
+    assert isinstance(state, Tracking)
+    assert [type(message) for message in messages] == [m.Sighting]
+    last = [message for message in run.said if isinstance(message, m.Assignment)][-1]
+    assert last.views["1"].frame == 49
+    unchanged, answers = viewer.step(setup, state, envelope(last))
+    assert answers == []
+    assert unchanged is state
+
+
+def test_a_doubled_assignment_is_answered_once() -> None:
+    run = played(50)
+    said = run.see(film(COUNT)[50])
+    last = [message for message in said if isinstance(message, m.Assignment)][-1]
+    for id in VIEWERS:
+        state, answers = viewer.step(viewer_setup(id), run.viewers[id], envelope(last))
+        assert answers == []
+        assert state is run.viewers[id]
+
+
+def test_a_person_who_leaves_and_returns_is_tracked_again() -> None:
+    run = played(50)
+    for k in range(50, 58):  # an empty scene, as in the beginning
+        empty = {id: Frame(k, frame.captured_ns, film(COUNT)[k % 10][id].image) for id, frame in film(COUNT)[k].items()}
+        said = run.see(empty)
+        assert not any(message.present for message in said if isinstance(message, m.Sighting))
+        assert not tracked_in(said)
+    said = [message for k in range(58, 64) for message in run.see(film(COUNT)[k])]
+    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert len(tracked_in(said)) >= 5
+
+
+def tracked_in(said: list[m.Message]) -> list[m.UniversalBap]:
+    return [message for message in said if isinstance(message, m.UniversalBap)]
+
+
+def test_a_viewer_that_restarts_takes_over_the_body() -> None:
+    run = played(45)
+    universal = next(message for message in run.said if isinstance(message, m.UniversalBdp))
+    run.viewers["2"] = viewer.initial_state(viewer_setup("2"))
+    run.viewers["2"], messages = viewer.step(viewer_setup("2"), run.viewers["2"], envelope(universal))
+    assert messages == []
+    for k in range(EMPTY_FRAMES):
+        run.viewers["2"], _ = viewer.step(viewer_setup("2"), run.viewers["2"], film(COUNT)[k]["2"])
+    assert isinstance(run.viewers["2"], AwaitingPose)
+    for frames in film(COUNT)[45:60]:
+        run.see(frames)
+    assert isinstance(run.viewers["2"], Tracking)
+    assert tracked(run)[-1].stale == []
+
+
+def test_an_integrator_that_started_anew_makes_the_viewers_measure_again() -> None:
+    run = played(50)
+    last = [message for message in run.said if isinstance(message, m.Assignment)][-1]
+    fresh = m.Assignment(
+        frame=last.frame, captured_ns=last.captured_ns, position=last.position, yaw=0.0, lean=0.0, roll=0.0,
+        squatting=False, views={}, tracking=False,
+    )  # fmt: skip
+    state, messages = viewer.step(viewer_setup("1"), run.viewers["1"], envelope(fresh))
+    assert isinstance(state, MeasuringBody)
+    assert messages == []
+
+
+def test_other_events_leave_every_state_as_it_was(whole: Run) -> None:
+    setup = viewer_setup("1")
+    health = m.Health(frame=0, captured_ns=1, service="viewer", id="2", state="", rate=0.0, stages_ms={}, counts={})
+    states = [viewer.initial_state(setup), played(EMPTY_FRAMES).viewers["1"], whole.viewers["1"]]
+    foreign = next(message for message in whole.said if isinstance(message, m.Sighting))
+    for state in states:
+        for event in (envelope(health), envelope(foreign), Alive("viewer", "2", False, 5)):
+            unchanged, messages = viewer.step(setup, state, event)
+            assert unchanged is state
+            assert messages == []
+
+
+def test_a_step_does_not_change_the_state_it_was_given() -> None:
+    """A failed step must be able to keep the state before it."""
+    run = played(49)
+    before = run.viewers["1"]
+    assert isinstance(before, Tracking)
+    pose, typical = deepcopy(before.pose), before.typical
+    twice = [viewer.step(viewer_setup("1"), before, film(COUNT)[49]["1"])[1] for _ in range(2)]
+    assert [encode(message) for message in twice[0]] == [encode(message) for message in twice[1]]
+    np.testing.assert_array_equal(before.pose.angles, pose.angles)
+    assert before.typical == typical
+
+
+def test_hanging_arms_are_told_what_to_do() -> None:
+    run = Run()
+    hanging = 47  # after the arms are down, before they are raised
+    for k in range(EMPTY_FRAMES):
+        run.see(film(COUNT)[k])
+    for k in range(hanging, hanging + 4):
+        run.see(film(COUNT)[k])
+    assert viewer.describe(run.viewers["1"]) == "stretch both arms sideways, facing this camera"
+    assert all(message.side == "side" for message in run.said if isinstance(message, m.PartialBdp))
+    assert not tracked(run)

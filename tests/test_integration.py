@@ -14,6 +14,7 @@ from services.integrator.integration import (
     EXCHANGE_FLOOR,
     MOST_TURN,
     ViewedLimbs,
+    best_way,
     exchange_evidence,
     integrate_limbs,
     is_squatting,
@@ -188,3 +189,25 @@ def test_a_tilt_forward_seen_by_the_flank_is_a_lean() -> None:
     rotation = torso_rotation(0.0, 0.2, 0.0)
     moved = spine_after(np.array([0.0, 1.0, 0.0]), [(0.2, X_VIEW)])
     np.testing.assert_allclose(moved, rotation[:, 1], atol=0.01)
+
+
+@given(st.integers(0, 35), st.lists(st.floats(-0.5, 0.0), min_size=36, max_size=36))
+def test_the_best_way_is_that_of_the_sum_over_both_views(favourite: int, noise: list[float]) -> None:
+    profiles = np.array([noise, noise[::-1]])
+    profiles[:, favourite] += 3.0
+    assert best_way(profiles.tolist(), 0.03) == favourite
+
+
+def test_another_way_must_gain_its_cost_for_every_limb_that_changes() -> None:
+    profile = [0.0] * 36
+    profile[1] = 0.05  # the second limb in its way 1
+    assert best_way([profile], 0.04) == 1
+    assert best_way([profile], 0.06) == 0
+    profile[1], profile[7] = 0.0, 0.05  # both limbs changed
+    assert best_way([profile], 0.04) == 0
+
+
+def test_views_that_speak_of_other_ways_change_nothing() -> None:
+    assert best_way([], 0.03) == 0
+    assert best_way([[]], 0.03) == 0
+    assert best_way([[0.0] * 36, [0.0, 9.0, 0.0, 0.0]], 0.03) == 0

@@ -24,7 +24,7 @@ from common import messages as m
 from common.body.anatomy import TEN_PARTS
 from common.body.definition import Bdp
 from common.body.limbs import limb_directions
-from common.bus.protocol import Alive, Envelope
+from common.bus.protocol import Alive
 from common.codec import decode, encode
 from common.conversion import bdp_of
 from services.integrator import step as integrator
@@ -241,11 +241,3 @@ def test_two_runs_say_the_same_and_every_message_may_be_sent() -> None:
     assert len(said) == 2
     for message in (*BEGINNING, *said):
         assert decode(encode(message), type(message)) == message
-
-
-def test_received_bytes_do_not_matter() -> None:
-    """A message by hand and one from the bus are the same event."""
-    message = sighting("1", FIRST)
-    by_hand = envelope(message)
-    from_bus = Envelope(by_hand.key, by_hand.topic, message, by_hand.received_ns + 5, encode(message))
-    assert integrator.step(SETUP, TRACKED, by_hand)[0].sightings == integrator.step(SETUP, TRACKED, from_bus)[0].sightings

@@ -18,7 +18,7 @@ VOCABULARY = ("common.messages", "common.conversion")
 EVENTS = ("common.bus.protocol", "common.runtime.clock", "common.runtime.specs")
 STEPS = {
     "integrator": {"step", "states", "measuring", "placing", "posing"},
-    "viewer": {"step", "states", "tracking"},
+    "viewer": {"step", "states", "tracking", "ready"},
 }
 SHELLS = {
     "integrator": {"shell", "log", "naming"},

@@ -21,6 +21,10 @@ def pixel_offset(camera: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray
     return np.asarray(pixels[0] - pixels[1])
 
 
+def shifted(fit: BodyFit, start: np.ndarray) -> tuple[np.ndarray, float]:
+    return shift_body(start, UPRIGHT, LIMBS, MODEL, fit.picture, fit.metres_per_pixel(), 1, False)
+
+
 def test_the_papers_shifts_are_mirrored() -> None:
     assert sorted(SHIFTS_PX.tolist()) == sorted((-SHIFTS_PX).tolist())
     assert set(SHIFTS_PX.tolist()) == {-5, -2, -1, 1, 2, 5}
@@ -34,9 +38,9 @@ def test_a_known_shift_is_found_within_a_pixel(x_px: int, y_px: int, viewer: int
     fit.place(NAVEL, UPRIGHT, LIMBS)
     step = fit.metres_per_pixel()
     start = NAVEL + step * (x_px * camera[0] + y_px * camera[1])
-    found, score = shift_body(start, UPRIGHT, LIMBS, MODEL, fit.picture, step, 1)
+    found, score = shifted(fit, start)
     assert np.max(np.abs(pixel_offset(camera, found, NAVEL))) < 1.01
-    assert score == BodyFit(MODEL, camera, fit.picture.mask).place(found, UPRIGHT, LIMBS)
+    assert shifted(fit, found)[1] >= score
     assert camera[2] @ found == pytest.approx(camera[2] @ NAVEL), "a shift in the image keeps the depth"
 
 
@@ -49,10 +53,11 @@ def test_a_shift_is_found_at_either_size(size: tuple[int, int]) -> None:
     assert found.score > 0.75  # the start is not whole pixels away
 
 
-def test_shifting_never_matches_less_than_staying() -> None:
+def test_shifting_on_never_matches_less() -> None:
     fit = BodyFit(MODEL, rows(0), model_mask(rows(1), LIMBS))
-    stayed = fit.place(NAVEL, UPRIGHT, LIMBS)
-    assert shift_body(NAVEL, UPRIGHT, LIMBS, MODEL, fit.picture, fit.metres_per_pixel(), 1)[1] >= stayed
+    fit.place(NAVEL, UPRIGHT, LIMBS)
+    found, score = shifted(fit, NAVEL)
+    assert shifted(fit, found)[1] >= score
 
 
 @pytest.mark.parametrize("viewer", [0, 1])

@@ -93,7 +93,7 @@ def joined(line: str) -> bool:
 
 
 def test_the_demo_runs_by_itself_and_leaves_a_take(tmp_path: Path) -> None:
-    with started(["demo", "--seconds", "10"], tmp_path) as demo:
+    with started(["demo", "--seconds", "14"], tmp_path) as demo:
         assert demo.wait(PATIENCE_S) == 0, said(tmp_path)
     (take,) = (tmp_path / "recordings").glob("demo-*.mcap")
     poses = poses_in(take)

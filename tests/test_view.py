@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from two_view_scene import MODEL, NAVEL, directions, model_mask, rows
 
-from services.viewer.view import BELOW_HIPS, THRESHOLD, own_view, upper_body_width
+from services.viewer.view import BELOW_HIPS, THRESHOLD, own_view, toes_offset, upper_body_width
 
 HIP_ROW, TORSO = 60, 40
 
@@ -61,3 +61,17 @@ def test_the_facade_is_wider_than_the_flank() -> None:
 )  # fmt: skip
 def test_the_view_changes_only_past_the_far_threshold(before: str, width: float, after: str) -> None:
     assert own_view(before, width, 0.20, 0.30) == after  # type: ignore[arg-type]  # parametrized literals
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_the_feet_show_where_a_person_in_the_flank_faces(mirrored: bool) -> None:
+    """In px to the right of the image."""
+    legs, feet = (70, 20, 80, 118), (70, 117, 92, 120)
+    mask = drawn(legs, feet)
+    offset = toes_offset(np.ascontiguousarray(mask[:, ::-1]) if mirrored else mask)
+    assert offset * (-1 if mirrored else 1) == pytest.approx((92 - 80) / 2, abs=1.0)
+
+
+def test_no_feet_point_nowhere() -> None:
+    assert toes_offset(np.zeros((120, 160), np.uint8)) == 0.0
+    assert toes_offset(drawn((70, 20, 80, 120))) == pytest.approx(0.0)

@@ -1,6 +1,7 @@
 """The viewers' steps on rendered frames, with the integrator's step answering: no bus, no clock, no threads."""
 
 from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -219,3 +220,16 @@ def test_hanging_arms_are_told_what_to_do() -> None:
     assert viewer.describe(run.viewers["1"]) == "stretch both arms sideways, facing this camera"
     assert all(message.side == "side" for message in run.said if isinstance(message, m.PartialBdp))
     assert not tracked(run)
+
+
+def test_previews_are_sent_only_when_asked_for_and_at_most_five_a_second() -> None:
+    asking = replace(viewer_setup("1"), publish_preview=True)
+    sent: dict[bool, list[int]] = {True: [], False: []}
+    for setup in (asking, viewer_setup("1")):
+        state = viewer.initial_state(setup)
+        for k in range(COUNT):
+            state, messages = viewer.step(setup, state, film(COUNT)[k]["1"])
+            sent[setup.publish_preview] += [x.captured_ns for x in messages if isinstance(x, m.Preview)]
+    assert sent[False] == []
+    assert len(sent[True]) > 2
+    assert min(np.diff(sent[True])) >= 200_000_000

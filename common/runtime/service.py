@@ -43,7 +43,7 @@ class Subscription:
 
 @dataclass(frozen=True)
 class Service(Generic[Setup, State, F]):
-    """name, id: as in its health and liveliness.  describe: the state in words.
+    """name, id: as in its health and liveliness.  describe: the state in words.  count: what the state has counted.
 
     tick_ns: feed a Tick at this period, 0 for never.  keeps_time: this is the integrator, whose clock the others use.
     max_failures: steps that may fail in a row before the service gives up.
@@ -56,6 +56,7 @@ class Service(Generic[Setup, State, F]):
     step: Step[Setup, State, F]
     subscriptions: tuple[Subscription, ...] = ()
     describe: Callable[[State], str] = lambda state: type(state).__name__
+    count: Callable[[State], Mapping[str, int]] = lambda state: {}
     watch_alive: bool = False
     tick_ns: int = 0
     keeps_time: bool = False
@@ -181,6 +182,7 @@ def _loop(
             offset = offset_at(trips, clock.now_ns())
             for name, count in extra_counts().items():
                 runner.meter.counts[name] = count
+            runner.meter.counts.update(service.count(runner.state))
             words = service.describe(runner.state)
             runner.publish(runner.meter.report(clock.now_ns(), now_ns, words, bus.counters, offset))
             health_ns = max(health_ns + HEALTH_NS, now_ns)

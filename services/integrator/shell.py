@@ -16,7 +16,7 @@ from common.runtime.versions import versions
 from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, SIGHTING
 from services.integrator.log import Log
 from services.integrator.states import Setup, State, integrator_setup
-from services.integrator.step import describe, initial_state, step
+from services.integrator.step import counts, describe, initial_state, step
 
 ID = "main"
 LOSS = 3  # exit status: all went well, but the log is not complete
@@ -36,6 +36,7 @@ def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
         step,
         (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})),
         describe,
+        counts,
         keeps_time=True,
     )
 

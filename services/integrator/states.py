@@ -80,6 +80,7 @@ class State:
 
     last: each viewer's last sighting of a person.  first: the newest assignment made before the body is known.
     offsets: each viewer's clock against this one.  asked_ns: since when the arbitrator asks for other views, or 0.
+    warnings: by viewer, what the person should know of its clock.
     """
 
     sightings: Pairs[Sighting]
@@ -91,5 +92,6 @@ class State:
     first: Placed | None = None
     person: Person | None = None
     offsets: Mapping[str, Offset] = field(default_factory=dict)
+    warnings: Mapping[str, str] = field(default_factory=dict)
     problem: str = ""
     asked_ns: int = 0

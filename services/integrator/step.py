@@ -6,7 +6,7 @@ from typing import TypeAlias, TypeVar
 
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from common.messages import Health, Message, PartialBap, PartialBdp, Sighting
-from common.runtime.clock import offset_in, to_integrator_ns
+from common.runtime.clock import Offset, clock_warning, offset_in, to_integrator_ns
 from services.integrator.arbitrator import View
 from services.integrator.measuring import define_body, place_first
 from services.integrator.pairing import Instant, Pairs, offer
@@ -44,8 +44,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             baps, pairs_of_baps = offer(state.baps, viewer, _time(state, message), message)
             return _each(setup, replace(state, baps=baps), pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
-            offset = offset_in(message)
-            return (replace(state, offsets={**state.offsets, viewer: offset}) if offset else state), []
+            return _set_clock(setup, state, viewer, offset_in(message)), []
         case _:
             return state, []
 
@@ -56,13 +55,24 @@ def describe(state: State) -> str:
         measured = f"measuring the body ({len(state.bodies)} of {INSTANTS_OF_BODY})" if state.bodies else ""
         return state.problem or measured or "waiting for the initial posture in both views"
     gone = [viewer for viewer in state.sightings.viewers if state.sightings.missed.get(viewer, 0) > 2]
-    return "tracking" + (f", without viewer {' and '.join(gone)}" if gone else "")
+    warnings = "".join(f"; {warning}" for warning in state.warnings.values())
+    return "tracking" + (f", without viewer {' and '.join(gone)}" if gone else "") + warnings
 
 
 def counts(state: State) -> Mapping[str, int]:
     """Sightings and partial BAPs that were late, doubled, out of order, unknown or went on alone."""
     kinds = (("sighting", state.sightings.counts), ("bap", state.baps.counts), ("bdp", state.bdps.counts))
     return {f"{name}_{what}": count for name, kind in kinds for what, count in kind.items()}
+
+
+def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -> State:
+    """Remember a viewer's clock, and what to tell the person about it."""
+    if offset is None:
+        return state
+    warning = clock_warning(viewer, offset, setup.frame_ns)
+    others = {other: text for other, text in state.warnings.items() if other != viewer}
+    warnings = {**others, viewer: warning} if warning else others
+    return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
 
 
 def _time(state: State, message: Sighting | PartialBdp | PartialBap) -> int:

@@ -29,7 +29,6 @@ from services.launcher.mesh import Place, free_ports, mesh
 from services.launcher.warming import compile_first
 
 DONE, FAILED, LOSS = 0, 1, 3
-LEAD_S = 2.0  # from the start of the processes to frame 0: they import, connect and load compiled code
 LOOK_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
 
 
@@ -57,12 +56,11 @@ def run_rig(
         return DONE if stopped() else FAILED
     services: list[Service] = [("integrator", "main"), *(("viewer", viewer.id) for viewer in rig.viewers)]
     clock = RealClock()
-    epoch_ns = clock.now_ns() + round(LEAD_S * 1e9)
     places = _places(options, len(services) + 1)
     commands = []
     for (name, id), place in zip(services, places, strict=False):
         arguments = [sys.executable, "-P", "-m", "services.cli", name, str(rig_argument), "--with-parent"]
-        arguments += ["--id", id, "--epoch-ns", str(epoch_ns)] if name == "viewer" else _log_arguments(take)
+        arguments += ["--id", id] if name == "viewer" else _log_arguments(take)
         commands.append((f"{name} {id}" if name == "viewer" else name, [*arguments, *_zenoh_arguments(place)]))
     children = Children(commands, time.monotonic)
     with ZenohBus.open(places[-1], rig.name, clock, stopped) as bus:

@@ -10,7 +10,7 @@ from rich.status import Status
 
 from services.warmup import PARTS
 
-QUICK_S = 4.0  # loading what is compiled already takes less: nothing to say
+QUICK_S = 6.0  # loading what is compiled already takes less: nothing to say
 LOOK_S = 0.05
 
 

@@ -14,9 +14,10 @@ from common.topics import CAMERA
 
 logger = logging.getLogger(__name__)
 
-LEAD_NS = 3_000_000_000  # of a proposal
-AGAIN_NS = 1_000_000_000  # between two proposals; less than the lead, so that none of them gets old
-SETTLE_NS = 500_000_000  # for proposals that were under way
+LEAD_NS = 1_500_000_000  # of a proposal
+AGAIN_NS = 400_000_000  # between two proposals; less than the lead, so that none of them gets old
+SETTLE_NS = 300_000_000  # for proposals that were under way
+PATIENT_NS = 3_000_000_000  # before saying whom it waits for
 
 
 def agreed_epoch(
@@ -29,7 +30,7 @@ def agreed_epoch(
     bus.subscribe(CAMERA)
     heard: dict[str, int] = {}
     own_ns, proposed_ns, settled_ns = 0, 0, None
-    told = False
+    tell_ns: int | None = clock.now_ns() + PATIENT_NS
     while not stopped():
         now_ns = clock.now_ns()
         if settled_ns is None and set(others) <= heard.keys() and own_ns:
@@ -46,7 +47,7 @@ def agreed_epoch(
                     return captured_ns
                 if viewer in others:
                     heard[viewer] = captured_ns
-            case None if not told and settled_ns is None:
-                told = True
+            case None if tell_ns is not None and now_ns >= tell_ns and settled_ns is None:
+                tell_ns = None
                 logger.info("waiting for viewer %s, to begin together", ", ".join(sorted(set(others) - heard.keys())))
     return clock.now_ns()

@@ -41,7 +41,7 @@ def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
             plate = median_picture(path, Fit(str(path), viewer.calibrated_size, viewer.camera.size))
         case _:
             pass
-    setup = viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, plate)
+    setup = viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate)
     topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
     return Service("viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe)
 

@@ -31,6 +31,7 @@ class Setup:
     rows: Floats
     background: BackgroundSpec
     publish_silhouette: bool
+    publish_preview: bool
     anatomy: Anatomy
     plate: Image | None
 
@@ -40,6 +41,7 @@ def viewer_setup(
     camera: Camera,
     background: BackgroundSpec,
     publish_silhouette: bool,
+    publish_preview: bool = False,
     plate: Image | None = None,
     anatomy: Anatomy = TEN_PARTS,
 ) -> Setup:
@@ -50,15 +52,21 @@ def viewer_setup(
     if isinstance(background, BackgroundImage) and plate is None:
         raise ValueError(f"viewer {id}: background image {background.path} was not read")
     level = level_view(camera)
-    return Setup(id, camera, level, camera_rows(level.camera), background, publish_silhouette, anatomy, plate)
+    return Setup(
+        id, camera, level, camera_rows(level.camera), background, publish_silhouette, publish_preview, anatomy, plate
+    )
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What this viewer knows of the scene: its background model and where the person last was."""
+    """What this viewer knows of the scene: its background model and where the person last was.
+
+    preview_ns: capture time of the last preview.
+    """
 
     background: Background | Mixture
     extents: Extents | None = None
+    preview_ns: int = -(10**18)
 
 
 @dataclass(frozen=True)

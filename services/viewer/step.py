@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from common import messages as m
@@ -38,6 +39,7 @@ __all__ = ["describe", "initial_state", "step", "viewer_setup"]
 MEDIAN_FRAMES, PLATE_FRAMES, MIXTURE_FRAMES = 60, 5, 60
 UPDATE_EVERY = 8  # frames between two updates of the background: light changes slowly, and updates cost time
 UPDATE_RATE = 0.01
+PREVIEW_NS, PREVIEW_PX = 200_000_000, 320  # at most 5 a second, of at most this width or height
 OPTIONS = SilhouetteOptions()
 
 Event = Frame | Envelope | Alive | Tick
@@ -105,8 +107,10 @@ def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Fr
     if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
         person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
         background = update(background, frame.image, person, UPDATE_RATE, margin_px=max(2, frame.image.shape[0] // 40))
-    seen = Seen(background, silhouette.extents if silhouette else None)
-    messages: list[Message] = []
+    previewed = setup.publish_preview and frame.captured_ns - state.seen.preview_ns >= PREVIEW_NS
+    preview_ns = frame.captured_ns if previewed else state.seen.preview_ns
+    seen = Seen(background, silhouette.extents if silhouette else None, preview_ns)
+    messages: list[Message] = [_preview_message(setup, frame)] if previewed else []
     if silhouette and setup.publish_silhouette:
         messages.append(_silhouette_message(setup, frame, silhouette))
     mask = setup.level.warp(silhouette.mask) if silhouette else None
@@ -203,6 +207,15 @@ def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: A
         height_px=float(shape.height), score=0.0, lengths={name: float(length) for name, length in lengths.items()},
     )  # fmt: skip
     return replace(state, pending=None, advice="measuring the body: stand still"), [partial]
+
+
+def _preview_message(setup: Setup, frame: Frame) -> m.Preview:
+    """A small JPEG, for setting up a rig that asks for it: images otherwise stay on the camera's machine."""
+    height, width = frame.image.shape[:2]
+    scale = min(1.0, PREVIEW_PX / max(height, width))
+    small = cv2.resize(frame.image, (round(scale * width), round(scale * height)), interpolation=cv2.INTER_AREA)
+    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 70])
+    return m.Preview(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, jpeg=jpeg.tobytes())
 
 
 def _silhouette_message(setup: Setup, frame: Frame, silhouette: Silhouette) -> m.Silhouette:

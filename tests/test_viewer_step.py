@@ -233,3 +233,17 @@ def test_previews_are_sent_only_when_asked_for_and_at_most_five_a_second() -> No
     assert sent[False] == []
     assert len(sent[True]) > 2
     assert min(np.diff(sent[True])) >= 200_000_000
+
+
+def test_a_viewer_tracks_whichever_of_body_and_pose_comes_first_or_when_no_pose_comes(whole: Run) -> None:
+    setup = viewer_setup("1")
+    measuring = played(EMPTY_FRAMES + 2).viewers["1"]
+    assert isinstance(measuring, MeasuringBody)
+    body = next(message for message in whole.said if isinstance(message, m.UniversalBdp))
+    pose = tracked(whole)[0]
+    placed = next(x for x in whole.said if isinstance(x, m.Assignment) and x.tracking)
+    for order in ((body, pose), (pose, body), (body, placed)):
+        state = measuring
+        for message in order:
+            state, _ = viewer.step(setup, state, envelope(message))
+        assert isinstance(state, Tracking)

@@ -9,7 +9,7 @@ from common.body.anatomy import TEN_PARTS, Anatomy, Floats
 from common.body.definition import Bdp, Pose
 from common.camera.level import LevelView, level_view
 from common.camera.pinhole import Camera
-from common.messages import Assignment
+from common.messages import Assignment, UniversalBap
 from common.runtime.specs import BackgroundImage, FirstFrames, MedianFrames, Mog2
 from common.vision.background import Background
 from common.vision.mixture import Mixture
@@ -89,11 +89,12 @@ class Pending:
 
 @dataclass(frozen=True)
 class MeasuringBody:
-    """Waiting for the initial posture, or measuring it."""
+    """Waiting for the initial posture, or measuring it.  early: a universal BAP that came before its body."""
 
     seen: Seen
     pending: Pending | None = None
     advice: str = "waiting for a person"
+    early: UniversalBap | None = None
 
 
 @dataclass(frozen=True)

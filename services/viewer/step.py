@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from common import messages as m
-from common.body.definition import Pose
+from common.body.definition import Pose, neutral_pose
 from common.body.torso import torso_rotation
 from common.bus.protocol import Alive, Envelope, Tick
 from common.conversion import angles_of, bdp_of
@@ -162,7 +162,14 @@ def _hear(setup: Setup, state: State, message: Message) -> tuple[State, list[Mes
             bdp = bdp_of(setup.anatomy, message.body)
             if isinstance(state, Tracking):
                 return replace(state, bdp=bdp, model=body_model(setup.anatomy, bdp)), []
-            return AwaitingPose(state.seen, bdp), []
+            waiting = AwaitingPose(state.seen, bdp)
+            early = state.early if isinstance(state, MeasuringBody) else None
+            return _hear(setup, waiting, early) if early else (waiting, [])
+        case MeasuringBody(), UniversalBap():  # topics have no common order: the body may come after its first pose
+            return replace(state, early=message), []
+        case AwaitingPose(), Assignment(tracking=True):  # no pose came, or it was lost: begin upright where the person is
+            pose = neutral_pose(setup.anatomy, np.array(message.position), message.yaw)
+            return Tracking(state.seen, state.bdp, body_model(setup.anatomy, state.bdp), pose, pose), []
         case AwaitingPose(), UniversalBap():
             pose = _pose(setup, message)
             model = body_model(setup.anatomy, state.bdp)

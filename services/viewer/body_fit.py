@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from services.viewer.limb_search import LimbBody, Picture, cover_limb
 
 Mask = NDArray[np.uint8]
 Ints = NDArray[np.int64]
+
+MARGIN = 0.35  # of the person's height
 WHOLE, ARMLESS = 0, 2  # the first limb that is put down
 
 
@@ -40,6 +43,21 @@ def camera_rows(camera: Camera) -> Floats:
     """(5, 3) of a level camera for compiled code: rotation rows, translation, (focal, centre x, centre y) px."""
     k = camera.matrix
     return np.vstack([camera.rotation, camera.translation, [k[0, 0], k[0, 2], k[1, 2]]])
+
+
+def around(camera: Floats, mask: Mask) -> tuple[Floats, Mask]:
+    """The part of the picture around the silhouette, where a body model can match: less to clear and to draw.
+
+    camera: (5, 3) rows.  mask: not empty.  MARGIN of the person's height is left on all sides.
+    """
+    left, top, width, height = cv2.boundingRect(mask)
+    margin = max(8, round(MARGIN * height))
+    x, y = max(0, left - margin), max(0, top - margin)
+    part = np.ascontiguousarray(mask[y : top + height + margin, x : left + width + margin])
+    moved = camera.copy()
+    moved[4, 1] -= x
+    moved[4, 2] -= y
+    return moved, part
 
 
 @njit(cache=True, error_model="numpy")
@@ -94,9 +112,11 @@ class BodyFit:
 
     position: (3,) navel, metres.  torso_to_world: (3, 3).  directions: (4, 2, 3) limbs in the torso's frame.
     expected: (4, 2, 3) see `LimbBody`.  view_axis: (3,) unit vector from the camera to the navel, in the torso's frame.
+    image_rows: height of the whole image, of which `mask` may be a part.
     """
 
-    def __init__(self, model: BodyModel, camera: Floats, mask: Mask) -> None:
+    def __init__(self, model: BodyModel, camera: Floats, mask: Mask, image_rows: int = 0) -> None:
+        self.image_rows = image_rows or mask.shape[0]
         totals = np.array([int(np.count_nonzero(mask)), 0, 0], dtype=np.int64)
         self.model = model
         self.picture = Picture(np.eye(3), camera, mask, np.zeros_like(mask), totals)

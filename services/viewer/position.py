@@ -182,7 +182,7 @@ def sight(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Fl
 
     Without arms: one that is not where it was would be taken for the torso's shape, and the torso moved instead.
     """
-    coarse = max(1, round(fit.picture.mask.shape[0] / PAPER_ROWS))
+    coarse = max(1, round(fit.image_rows / PAPER_ROWS))
     fit.place(position, torso_to_world, directions)
     step, axis = fit.metres_per_pixel(), torso_to_world @ fit.view_axis
     shape = fit.model, fit.picture

@@ -10,7 +10,7 @@ from common.body.torso import torso_rotation, width_thresholds
 from common.conversion import angles_by_name
 from common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
 from services.viewer.arms import find_arm
-from services.viewer.body_fit import BodyFit
+from services.viewer.body_fit import BodyFit, Mask, around
 from services.viewer.hypotheses import arm_ways, chosen, leg_ways, way_scores
 from services.viewer.legs import LEFT, RIGHT, exchange_gain, find_leg_facade, find_leg_flank
 from services.viewer.limb_fit import LimbResult
@@ -39,11 +39,11 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
     pose = state.pose
     torso = torso_of(setup, pose.angles)
     directions = limb_directions(setup.anatomy, pose.angles)
-    fit = BodyFit(state.model, setup.rows, pending.mask)
+    fit = BodyFit(state.model, *around(setup.rows, pending.mask), pending.mask.shape[0])
     start = pose.position + PREDICTED * (pose.position - state.before.position)
     found = sight(fit, start, torso, directions)
     if state.typical and found.score < LOST_PERSON * state.typical:
-        found = _found_again(setup, state, fit, torso, directions, found.score) or found
+        found = _found_again(setup, state, pending.mask, fit, torso, directions, found.score) or found
     local = setup.rows[:3] @ found.position + setup.rows[3]
     shape = outline(pending.mask)
     focal, (_, cy) = setup.level.focal_px(), setup.level.centre_px()
@@ -67,10 +67,10 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
 
 
 def _found_again(
-    setup: Setup, state: Tracking, fit: BodyFit, torso: Floats, directions: Floats, score: float
+    setup: Setup, state: Tracking, mask: Mask, fit: BodyFit, torso: Floats, directions: Floats, score: float
 ) -> Sight | None:
     """The person where the silhouette's torso is, when the last place explains it badly."""
-    shape = outline(fit.picture.mask)
+    shape = outline(mask)
     focal, (cx, cy) = setup.level.focal_px(), setup.level.centre_px()
     depth = float(setup.rows[2] @ state.pose.position + setup.rows[3, 2])
     local = np.array([(shape.column - cx) / focal, (shape.navel_row - cy) / focal, 1.0]) * depth

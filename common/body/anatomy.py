@@ -99,8 +99,7 @@ def _joint(name: str, parent: str, part: str, axes: str, *limits_deg: tuple[floa
     return Joint(name, parent, part, axes, tuple((radians(lo), radians(hi)) for lo, hi in limits_deg))
 
 
-# Ranges of motion: the paper's where it gives one (3.3, 3.4), else the norms of the American Academy of Orthopaedic
-# Surgeons (Joint Motion, 1965), rounded outwards to 5°.
+# Ranges of motion: the paper's where it gives one (3.3, 3.4), else wide estimates, taken from no table.
 TEN_PARTS = Anatomy(
     name="ten-parts",
     joints=(

@@ -7,6 +7,7 @@ import numpy as np
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
 
+# The sources below are named from memory; their tables have not been checked against these numbers.
 # Proportions where the paper is silent, or where its own (torso : leg = 4 : 6) would raise the hips by 84 mm.
 # Heights over body height: Drillis and Contini (1966), as in Winter, Biomechanics, 4th ed., fig. 4.1.
 HIP_HEIGHT, KNEE_HEIGHT, SHOULDER_HEIGHT = 0.530, 0.285, 0.818
@@ -57,7 +58,7 @@ def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
 def lengths_of_height(height: float) -> Mapping[str, float]:
     """Every length of `body_from_lengths` for a person of whom only the height is known, metres.
 
-    Shares of body height: Drillis and Contini (1966), and breadths and depths of Gordon et al. (1989), means of both sexes.
+    The shares of body height are rough estimates of an average adult, taken from no table.
     """
     shares = {
         "height": 1.0, "torso_width": 0.200, "torso_depth": 0.135, "arm_span": 1.015, "arm_thickness": 0.050,

@@ -17,6 +17,8 @@ ALONG_ARM, ALONG_LEG, ALONG_SQUAT = 0.1, 0.03, 0.3  # what a view's direction co
 SEEN_AT_LEAST, RESTING = 0.02, 0.02  # weight of a hidden limb, and of the arm's rest where nothing is seen
 LIFT_TOLERANCE = radians(5)  # [Two-view 4.4]: 175 to 180 degrees, here about the initial stance
 
+# TURN_COST, FACING_COST and EXCHANGE_* were tried out on the shared clips walk2, bend2 and kick2, not on other people:
+# those clips are therefore no independent test of them.
 TURN_COST = 0.02  # log matching score of a turn by 8 degrees: noise must not turn the body
 FACING_COST = 0.2  # the same for standing 45 degrees off the facade viewer's axis
 MOST_TURN = radians(12)  # in one frame

@@ -21,7 +21,8 @@ from services.viewer.view import own_view, toes_offset, upper_body_width
 
 PREDICTED = 1.0  # share of the last frame's motion that is expected to go on
 FASTEST = 0.7  # cosine of a limb's turn in one frame beyond which it was found elsewhere and did not move
-LEG_DRAW = 0.03
+# PREDICTED, LEG_DRAW and LOST_SHARE were tried out on the shared clips walk2, bend2 and kick2: no independent test of them.
+LEG_DRAW = 0.03  # as DRAW, for legs
 DRAW = 0.01  # matching score that a limb's motion may cost, see LimbBody.expected
 REST_DRAW = 0.005  # the same towards the hanging arm
 LOST_PERSON, LOST_SHARE = 0.5, 0.92  # of the person's own typical score in this view: look elsewhere, look wider

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import live, offline
+from services.commands import live, offline, takes
 
 app = typer.Typer(
     name="zenocap",
@@ -28,8 +28,8 @@ TABLE = (
     (SERVICES, live.integrator),
     (SERVICES, live.router),
     (FILES, offline.track),
-    (FILES, offline.export),
-    (FILES, offline.info),
+    (FILES, takes.export),
+    (FILES, takes.info),
     (FILES, offline.evaluate),
     (BEFORE, offline.warmup),
 )

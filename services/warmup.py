@@ -25,7 +25,7 @@ from common.runtime.rig_file import LogTable, ZenohTable
 from common.runtime.specs import FirstFrames, VideoFile
 from common.vision.background import learn, update
 from common.vision.silhouette import SilhouetteOptions, extract
-from services.track import EPOCH_NS, Offline
+from services.takes.track import EPOCH_NS, Offline
 from services.viewer.ready import load_compiled
 from services.viewer.sources.frame import Frame, Image
 from services.viewer.states import viewer_setup

@@ -12,11 +12,11 @@ from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions, router
 from common.runtime import logs
 from common.runtime.clock import RealClock
-from common.runtime.recording import Recording
 from common.runtime.service import Event, Service, Subscription, run
 from common.runtime.signals import stop_signals
+from common.take.log import Log
+from common.take.recording import Recording
 from common.topics import PARTIAL_BDP, SIGHTING
-from services.integrator.log import Log
 
 RIG = "systemtest"
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from common.formats.trc import FormatError, Trajectories, write_trc
-from services.evaluate import Selection, accuracy
+from services.takes.evaluate import Selection, accuracy
 from tests.test_trc import SCORER, walking
 
 ALL = Selection()

@@ -2,7 +2,7 @@
 
 0 mathematics: `common/{body,camera,vision,actor}` and every file of a service that no set below names.
 1 steps: `step.py` of each service and the files it is made of: messages in, messages out.
-2 `common/{bus,runtime,formats}`.  3 shells, sources, the command line.
+2 `common/{bus,runtime,take,formats}`.  3 shells, sources, the command line.
 """
 
 import ast
@@ -21,7 +21,7 @@ STEPS = {
     "viewer": {"step", "states", "tracking", "ready"},
 }
 SHELLS = {
-    "integrator": {"shell", "log", "naming"},
+    "integrator": {"shell"},
     "viewer": {"shell", "beginning", "source", "sources"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")

@@ -8,10 +8,10 @@ import pytest
 from common.bus import inbox
 from common.bus.local import LocalNetwork
 from common.runtime.clock import RealClock
-from common.runtime.recording import Recording
-from common.runtime.take import Take
+from common.take.log import Log
+from common.take.reading import Take
+from common.take.recording import Recording
 from common.topics import PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
-from services.integrator.log import Log
 from tests.test_inbox import bap, sighting
 from tests.test_local import bdp
 

@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 from common import messages as m
 from common.bus.protocol import Envelope
 from common.codec import encode, json_schema
-from common.runtime.recording import Attachment, Channel, Recording, RecordingError
+from common.take.recording import Attachment, Channel, Recording, RecordingError
 from common.topics import SIGHTING, UNIVERSAL_BAP, topic_of
 from tests.test_inbox import bap, sighting
 

@@ -19,7 +19,7 @@ from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.runtime.clock import RealClock
 from common.runtime.rig import demo_rig_file
-from common.runtime.take import Take, envelope
+from common.take.reading import Take, envelope
 from common.topics import UNIVERSAL_BAP
 from services.launcher.mesh import free_ports, mesh
 

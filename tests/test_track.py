@@ -14,10 +14,10 @@ from common.formats.poses import read_poses
 from common.formats.trc import FormatError
 from common.runtime.rig import Rig, RigError, demo_rig
 from common.runtime.specs import Actor, Device
-from common.runtime.take import Take, envelope
+from common.take.reading import Take, envelope
 from services import warmup
-from services.overlay import Overlay
-from services.track import EPOCH_NS, Instant, at_working_size, instants, track
+from services.takes.overlay import Overlay
+from services.takes.track import EPOCH_NS, Instant, at_working_size, instants, track
 from services.viewer.sources.frame import EndedEarly, Frame, SourceError
 
 IMAGE = np.zeros((12, 16, 3), dtype=np.uint8)

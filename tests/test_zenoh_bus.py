@@ -16,7 +16,7 @@ from common.bus.protocol import Alive, DuplicateService, Envelope, Received, Rou
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions, open_session
 from common.runtime.clock import RealClock
-from common.runtime.take import Take
+from common.take.reading import Take
 from common.topics import ASSIGNMENT, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
 from tests.rig_process import RIG, bdp
 from tests.test_inbox import bap, sighting

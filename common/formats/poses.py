@@ -15,7 +15,7 @@ from common.bus.protocol import Envelope
 from common.codec import BadMessage
 from common.conversion import angles_of, bdp_of
 from common.formats.trc import FormatError, Trajectories
-from common.runtime.take import Take, envelope
+from common.take.reading import Take, envelope
 
 ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS,)}
 

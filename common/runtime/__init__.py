@@ -1,1 +1,1 @@
-"""Running a service: loop, clock, settings, logging and recording."""
+"""Running a service: loop, clock, settings and logging."""

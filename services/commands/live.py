@@ -83,7 +83,7 @@ def _run(
     from rich.console import Console
 
     from common.runtime.signals import stop_signals
-    from services.integrator.naming import take_path
+    from common.take.naming import take_path
     from services.launcher.shell import run_rig
 
     rig = rig_at(path, files=True)
@@ -147,7 +147,7 @@ def integrator(
 
     from common.runtime import logs
     from common.runtime.signals import stop_signals
-    from services.integrator.naming import free_name, take_path
+    from common.take.naming import free_name, take_path
     from services.integrator.shell import run_integrator
 
     logs.configure("integrator")

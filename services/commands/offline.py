@@ -1,4 +1,4 @@
-"""Commands that work on files: track, export, info, evaluate, warmup."""
+"""Commands that track and measure offline: track, evaluate, warmup."""
 
 from __future__ import annotations
 
@@ -7,25 +7,19 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from services.commands.options import DONE, LOSS, RigPath, TakePath, one_line_errors, rig_at
+from services.commands.options import DONE, LOSS, JsonOption, OutputOption, RigPath, TakePath, one_line_errors, rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from common.runtime.rig import Rig
-    from services.overlay import Overlay
-    from services.track import Instant
+    from services.takes.overlay import Overlay
+    from services.takes.track import Instant
 
 PICTURES = 20  # of an overlay, about
-
-OutputOption = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.", show_default=False)
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="For programs: one JSON object.")]
 
 
 def track(
@@ -64,8 +58,8 @@ def track(
     wanted = None if size is None else parsed_size(size)
     with one_line_errors():
         from common.runtime import logs
-        from services.track import at_working_size, of_height
-        from services.track import track as run_track
+        from services.takes.track import at_working_size, of_height
+        from services.takes.track import track as run_track
 
         logs.configure("track")
         one = at_working_size(rig_at(rig, files=True, method=method), wanted, fps)
@@ -90,54 +84,6 @@ def track(
     raise typer.Exit(LOSS if result.problems or not result.poses else DONE)
 
 
-def export(
-    take: TakePath,
-    to: Annotated[Literal["trc", "csv"], typer.Option(help="trc: joint centres. csv: angles, scores and joint centres.")],
-    output: OutputOption,
-) -> None:
-    """Write the poses of a take for other programs.
-
-    trc: OpenSim and Pose2Sim, metres, Y up, HALPE names. csv: one row per frame, degrees and metres.
-
-    Example: `zenocap export walk.mcap --to trc -o walk.trc`
-    """
-    with one_line_errors():
-        from services.export import export as run_export
-
-        poses = run_export(take, to, output)
-    typer.echo(f"{output}: {len(poses.baps)} frames, {poses.frames[0]} to {poses.frames[-1]}")
-    if poses.cut:
-        typer.echo(f"lost: {poses.cut}", err=True)
-    raise typer.Exit(LOSS if poses.cut else DONE)
-
-
-def info(take: TakePath, as_json: JsonOption = False) -> None:
-    """What is in a take: messages by key, rates, versions, and whether it is whole.
-
-    Example: `zenocap info recordings/demo.mcap`
-    """
-    with one_line_errors():
-        from services.info import info as read_info
-
-        found = read_info(take)
-    if as_json:
-        typer.echo(json.dumps(asdict(found), indent=2))
-    else:
-        start = datetime.fromtimestamp(found.start_ns / 1e9, UTC)
-        typer.echo(f"{found.path}: {found.messages} messages, {found.size_bytes / 1e6:.1f} MB")
-        typer.echo(f"start     {start:%Y-%m-%d %H:%M:%S} UTC, {found.duration_s:.1f} s")
-        for name, values in found.metadata.items():
-            typer.echo(f"{name:9} {', '.join(f'{key} {value}' for key, value in values.items())}")
-        for name, size in found.attachments.items():
-            typer.echo(f"file      {name}, {size} bytes")
-        width = max((len(channel.key) for channel in found.channels), default=0)
-        for channel in found.channels:
-            typer.echo(f"{channel.key:{width}} {channel.messages:7d}  {channel.rate:6.1f}/s  {channel.schema}")
-    if found.cut:
-        typer.echo(f"lost: {found.cut}", err=True)
-    raise typer.Exit(LOSS if found.cut else DONE)
-
-
 def evaluate(
     take: TakePath,
     truth: Annotated[Path, typer.Option(metavar="FILE.trc", help="The true joint centres.", show_default=False)],
@@ -157,7 +103,7 @@ def evaluate(
     with one_line_errors():
         from common.formats.poses import read_poses
         from common.formats.trc import read_trc
-        from services.evaluate import Selection, accuracy
+        from services.takes.evaluate import Selection, accuracy
 
         poses = read_poses(take)
         found = accuracy(poses.trajectories(), read_trc(truth), Selection(first, last, every, offset))
@@ -206,7 +152,7 @@ def expected_instants(rig: Rig) -> int | None:
 
 
 def _overlay(rig: Rig, folder: Path, every: int | None, expected: int | None) -> Overlay:
-    from services.overlay import Overlay
+    from services.takes.overlay import Overlay
 
     return Overlay(rig, folder, every or max(1, (expected or PICTURES) // PICTURES))
 

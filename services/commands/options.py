@@ -23,6 +23,10 @@ RigPath = Annotated[
     ),
 ]
 TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="A take: an MCAP file.", show_default=False)]
+OutputOption = Annotated[
+    Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write.", show_default=False)
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="For programs: one JSON object.")]
 PANEL = "Zenoh (instead of the rig's own)"
 ModeOption = Annotated[
     Literal["peer", "client", "router"] | None,
@@ -125,9 +129,9 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from common.bus.protocol import BusError
     from common.camera.files import CalibrationError
     from common.formats.trc import FormatError
-    from common.runtime.recording import RecordingError
     from common.runtime.rig import RigError
-    from common.runtime.take import TakeError
+    from common.take.reading import TakeError
+    from common.take.recording import RecordingError
     from services.viewer.sources.frame import SourceError
 
     return (BusError, CalibrationError, FormatError, RecordingError, RigError, TakeError, SourceError)

@@ -9,12 +9,12 @@ from common.body.limbs import limb_angles, limb_directions
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.runtime.clock import RealClock
-from common.runtime.recording import Attachment, Recording
 from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
 from common.runtime.versions import versions
+from common.take.log import Log
+from common.take.recording import Attachment, Recording
 from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, SIGHTING
-from services.integrator.log import Log
 from services.integrator.states import Setup, State, integrator_setup
 from services.integrator.step import counts, describe, initial_state, step
 

@@ -20,9 +20,9 @@ from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.codec import decode, encode
 from common.runtime.clock import RealClock
-from common.runtime.recording import Recording
+from common.take.log import Log
+from common.take.recording import Recording
 from common.topics import ASSIGNMENT, SIGHTING, UNIVERSAL_BAP, topic_of
-from services.integrator.log import Log
 from tests.rig_process import RIG
 
 REPOSITORY = Path(__file__).parents[2]

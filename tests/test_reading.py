@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from common import messages as m
 from common.bus.protocol import Envelope
 from common.codec import encode
-from common.runtime.recording import Channel, Recording
-from common.runtime.take import Recorded, Take, TakeError, envelope
+from common.take.reading import Recorded, Take, TakeError, envelope
+from common.take.recording import Channel, Recording
 from tests.test_inbox import bap, sighting
 from tests.test_recording import FRAME_NS, START_NS, record_take
 

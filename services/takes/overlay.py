@@ -17,7 +17,7 @@ from common.formats.poses import pose_of
 from common.runtime.rig import Rig, Viewer
 from common.runtime.rig_file import RigError
 from common.vision.packing import unpack
-from services.track import Instant
+from services.takes.track import Instant
 from services.viewer.sources.frame import Frame, Image
 
 LONG_SIDE_PX = 640  # of each view in the picture

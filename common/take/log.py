@@ -5,7 +5,7 @@ import threading
 from time import monotonic
 
 from common.bus.protocol import Bus, Envelope
-from common.runtime.recording import Recording, Statistics
+from common.take.recording import Recording, Statistics
 from common.topics import TOPICS
 
 logger = logging.getLogger(__name__)

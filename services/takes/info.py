@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from common.runtime.take import Take
+from common.take.reading import Take
 
 
 @dataclass(frozen=True)

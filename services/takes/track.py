@@ -15,10 +15,10 @@ from common.bus.local import LocalBus, LocalNetwork
 from common.bus.protocol import Envelope, FrameLike, RoundTrip
 from common.messages import Message, UniversalBap
 from common.runtime.clock import ManualClock
-from common.runtime.recording import Recording
 from common.runtime.rig import Rig, RigError, Viewer
 from common.runtime.service import Runner, Service
 from common.runtime.specs import Actor, Images, VideoFile
+from common.take.recording import Recording
 from common.topics import TOPICS
 from services.integrator import states as integrator_states
 from services.integrator.shell import integrator_service, new_recording

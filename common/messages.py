@@ -166,6 +166,21 @@ class Health(Message, frozen=True, tag="health"):
     memory_bytes: Count = 0
 
 
+class Handled(Message, frozen=True, tag="handled"):
+    """What the step of a service was fed, in that order: with it a take can be recomputed.  `frame` counts from 0.
+
+    first: events before these since the service started.  keys: what the events came as: the key of a message, "frame"
+    of the service's own source, "tick", "alive/SERVICE/ID" or "gone/SERVICE/ID".
+    events: index into `keys`, and the capture time of a message or frame, or the time of what has none.
+    """
+
+    service: Name
+    id: Name
+    first: Count
+    keys: Annotated[list[Text], Meta(max_length=256)]
+    events: Annotated[list[tuple[Count, Nanoseconds]], Meta(max_length=256)]
+
+
 class ClockQuery(Message, frozen=True, tag="clock_query"):
     """A round trip for the clock offset; the reply's `captured_ns` is the integrator's clock."""
 
@@ -181,5 +196,6 @@ AnyMessage = (
     | Preview
     | CameraInfo
     | Health
+    | Handled
     | ClockQuery
 )

@@ -58,6 +58,7 @@ UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.Univers
 ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assignment, Queueing.LATEST, "every frame")
 UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, "every frame")
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, "1 Hz")
+HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, "1 Hz or more")
 
 TOPICS = (
     PARTIAL_BDP,
@@ -70,6 +71,7 @@ TOPICS = (
     ASSIGNMENT,
     UNIVERSAL_BAP,
     HEALTH,
+    HANDLED,
 )
 
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token

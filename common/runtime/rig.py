@@ -16,6 +16,7 @@ from common.runtime.specs import (
     Background,
     BackgroundImage,
     Images,
+    MedianFrames,
     Source,
     SpecError,
     VideoFile,
@@ -42,6 +43,15 @@ class Viewer:
     fps: float
     preview: bool
     silhouette: bool
+
+    @property
+    def background_in_use(self) -> Background:
+        """The median of a video is one of all of it: in its first frames a person may stand still."""
+        match self.background, self.source:
+            case MedianFrames(), VideoFile(path=path):
+                return BackgroundImage(path)
+            case background, _:
+                return background
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Recei
 from common.messages import Message
 from common.runtime.clock import Clock, ClockFilter, observe, offset_at
 from common.runtime.frames import NewestFrame
+from common.runtime.handled import Trace
 from common.runtime.health import Meter
 from common.runtime.logs import OncePerSource
 from common.topics import Topic, topic_of
@@ -76,6 +77,7 @@ class Runner(Generic[Setup, State, F]):
         self.clock = clock
         self.state = service.state
         self.meter = Meter(service.name, service.id)
+        self._trace = Trace(service.name, service.id)
         self._failures = 0
         self._once = OncePerSource(logger)
 
@@ -88,6 +90,9 @@ class Runner(Generic[Setup, State, F]):
     def handle(self, event: Event[F]) -> None:
         """One step and its messages.  Raises GivingUp after `max_failures` failures in a row."""
         kind, source = _kind(event), _source(event)
+        if self._trace.full:
+            self.report_handled()
+        self._trace.add(event)
         started_ns = self.clock.elapsed_ns()
         try:
             self.state, messages = self.service.step(self.service.setup, self.state, event)
@@ -110,6 +115,12 @@ class Runner(Generic[Setup, State, F]):
         if not isinstance(event, Envelope | Alive | Tick):
             self.meter.frame()
             self.meter.time("frame_age", self.clock.now_ns() - event.captured_ns)
+
+    def report_handled(self) -> None:
+        """Say what was handled since the last time, so that a take of it can be recomputed."""
+        handled = self._trace.report(self.clock.now_ns())
+        if handled is not None:
+            self.publish(handled)
 
     def publish(self, message: Message) -> Topic | None:
         """Send a message on its topic; None when it may not be sent, which is counted and logged."""
@@ -149,6 +160,7 @@ def run(
         if frames:
             frames.start()
         _loop(runner, frames, stopped, extra_counts)
+        runner.report_handled()
     except (BusError, GivingUp) as error:
         logger.error("%s", error)
         return 1
@@ -185,6 +197,7 @@ def _loop(
             runner.meter.counts.update(service.count(runner.state))
             words = service.describe(runner.state)
             runner.publish(runner.meter.report(clock.now_ns(), now_ns, words, bus.counters, offset))
+            runner.report_handled()
             health_ns = max(health_ns + HEALTH_NS, now_ns)
         if service.tick_ns and now_ns >= tick_ns:
             runner.handle(Tick(clock.now_ns()))

@@ -74,6 +74,17 @@ class Mog2:
     """OpenCV's mixture of Gaussians, which adapts."""
 
 
+def learning_frames(background: "Background") -> int:
+    """Frames at the start from which a viewer learns the background, and of which it says nothing."""
+    match background:
+        case FirstFrames(count=count):
+            return count
+        case BackgroundImage():
+            return 5
+        case _:
+            return 60
+
+
 Source = Device | Stream | VideoFile | Images | Actor
 Background = FirstFrames | MedianFrames | BackgroundImage | Mog2
 

@@ -14,6 +14,7 @@ from common.runtime.service import Service, Subscription, run
 from common.runtime.versions import versions
 from common.take.log import Log
 from common.take.recording import Attachment, Recording
+from common.take.setup import SETUP_FILE, RecordedRig, recorded_rig, write_setup
 from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, SIGHTING
 from services.integrator.states import Setup, State, integrator_setup
 from services.integrator.step import counts, describe, initial_state, step
@@ -24,9 +25,7 @@ LOSS = 3  # exit status: all went well, but the log is not complete
 
 def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
     """The integrator of a rig.  Raises ValueError when its cameras do not suit the method."""
-    cameras = {viewer.id: viewer.camera for viewer in rig.viewers}
-    slowest = min(viewer.fps for viewer in rig.viewers)
-    setup = integrator_setup(TEN_PARTS, cameras, round(1e9 / slowest), rig.person_height)
+    setup = setup_of(recorded_rig(rig))
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP)
     return Service(
         "integrator",
@@ -39,6 +38,11 @@ def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
         counts,
         keeps_time=True,
     )
+
+
+def setup_of(rig: RecordedRig) -> Setup:
+    """The integrator's setup, of a rig or of what a take says of one.  Raises ValueError."""
+    return integrator_setup(TEN_PARTS, rig.cameras(), rig.frame_ns(), rig.person_height)
 
 
 def run_integrator(rig: Rig, options: ZenohOptions, take: Path | None, stopped: Callable[[], bool]) -> int:
@@ -64,5 +68,8 @@ def run_integrator(rig: Rig, options: ZenohOptions, take: Path | None, stopped: 
 def new_recording(rig: Rig, path: Path, start_ns: int, *, overwrite: bool = False) -> Recording:
     """A take that carries its rig, its calibration and the versions it was made with.  Raises RecordingError."""
     files = tuple(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files)
+    setup = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(rig)))
     metadata = {"versions": versions(), "rig": {"name": rig.name, "method": rig.method, "digest": rig.digest}}
-    return Recording(path, rig=rig.name, start_ns=start_ns, metadata=metadata, attachments=files, overwrite=overwrite)
+    return Recording(
+        path, rig=rig.name, start_ns=start_ns, metadata=metadata, attachments=(*files, setup), overwrite=overwrite
+    )

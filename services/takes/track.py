@@ -16,7 +16,7 @@ from common.bus.protocol import Envelope, FrameLike, RoundTrip
 from common.messages import Message, UniversalBap
 from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, RigError, Viewer
-from common.runtime.service import Runner, Service
+from common.runtime.service import HEALTH_NS, Runner, Service
 from common.runtime.specs import Actor, Images, VideoFile
 from common.take.recording import Recording
 from common.topics import TOPICS
@@ -82,17 +82,23 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
         raise SourceError("; ".join(problems) or f"rig {rig.name}: its sources have no frames")
     recording = new_recording(rig, take, EPOCH_NS, overwrite=True)
     count = poses = 0
+    report_ns = EPOCH_NS + HEALTH_NS
     with closing(recording):
         offline.greet()
         current: dict[str, Frame] | None = first
         while current is not None:
             clock.set(max(frame.captured_ns for frame in current.values()))
             offline.see(current)
+            if clock.now_ns() >= report_ns:
+                offline.report_handled()
+                report_ns += HEALTH_NS
             said = tuple(_record(recorder, recording))
             poses += sum(isinstance(message, UniversalBap) for message in said)
             count += 1
             watch(Instant(current, said))
             current = next(instants_of, None)
+        offline.report_handled()
+        _record(recorder, recording)
     written = recording.statistics
     problems += [f"{count} {what}" for what, count in offline.failures().items() if count]
     if written.failure:
@@ -122,6 +128,12 @@ class Offline:
                 runner.handle(frames[id])
         while any([_drain(self._integrator), *map(_drain, self._viewers.values())]):
             pass
+
+    def report_handled(self) -> None:
+        """Let every service say what it was fed."""
+        for runner in self._viewers.values():
+            runner.report_handled()
+        self._integrator.report_handled()
 
     def states(self) -> dict[str, str]:
         """What each service is doing, in words."""

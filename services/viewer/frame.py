@@ -1,4 +1,4 @@
-"""A frame: what a viewer's source gives and its step sees."""
+"""What a viewer's step sees of a camera: a picture, or, from a take, the silhouette that was found in it."""
 
 from dataclasses import dataclass
 
@@ -20,3 +20,12 @@ class Frame:
     captured_ns: int
     image: Image
     initial: bool = False
+
+
+@dataclass(frozen=True)
+class Masked:
+    """The silhouette of a frame that was seen before.  mask: (height, width), not 0 on the person; None without one."""
+
+    frame: int
+    captured_ns: int
+    mask: NDArray[np.uint8] | None

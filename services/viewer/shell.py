@@ -15,7 +15,7 @@ from common.messages import CameraInfo
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig, Viewer
 from common.runtime.service import Service, Subscription, run
-from common.runtime.specs import BackgroundImage, Device, MedianFrames, Stream, VideoFile
+from common.runtime.specs import BackgroundImage, Device, Stream
 from common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
 from services.viewer.beginning import agreed_epoch
 from services.viewer.ready import load_compiled
@@ -31,13 +31,11 @@ logger = logging.getLogger(__name__)
 
 def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
     """One viewer of a rig.  Raises OpenError for an unreadable background picture, ValueError for a useless camera."""
-    background, plate = viewer.background, None
-    match viewer.background, viewer.source:
+    background, plate = viewer.background_in_use, None
+    match viewer.background, background:
         case BackgroundImage(path=path), _:
             plate = _picture(viewer, path)
-        case MedianFrames(), VideoFile(path=path):
-            # Of the whole video, not only of its first frames, in which a person may stand still.
-            background = BackgroundImage(path)
+        case _, BackgroundImage(path=path):
             plate = median_picture(path, Fit(str(path), viewer.calibrated_size, viewer.camera.size))
         case _:
             pass

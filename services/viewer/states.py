@@ -61,19 +61,19 @@ def viewer_setup(
 class Seen:
     """What this viewer knows of the scene: its background model and where the person last was.
 
-    preview_ns: capture time of the last preview.
+    background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
     """
 
-    background: Background | Mixture
+    background: Background | Mixture | None
     extents: Extents | None = None
     preview_ns: int = -(10**18)
 
 
 @dataclass(frozen=True)
 class LearningBackground:
-    """Collecting frames of the scene.  bdp: the universal body, if it is known already."""
+    """Collecting frames of the scene; None for one whose picture is not in the take.  bdp: the universal body, if known."""
 
-    frames: tuple[Image, ...] = ()
+    frames: tuple[Image | None, ...] = ()
     bdp: Bdp | None = None
 
 

@@ -11,14 +11,14 @@ from common.body.torso import torso_rotation
 from common.bus.protocol import Alive, Envelope, Tick
 from common.conversion import angles_of, bdp_of
 from common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp
-from common.runtime.specs import BackgroundImage, FirstFrames, Mog2
+from common.runtime.specs import BackgroundImage, FirstFrames, Mog2, learning_frames
 from common.vision.background import Background, from_image, learn, learn_median, update
 from common.vision.mixture import Mixture
 from common.vision.packing import pack
 from common.vision.silhouette import Silhouette, SilhouetteOptions, extract
 from services.viewer.body_definition import Scale, side_lengths
 from services.viewer.body_fit import body_model
-from services.viewer.frame import Frame
+from services.viewer.frame import Frame, Masked
 from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline
 from services.viewer.states import (
     AwaitingPose,
@@ -36,13 +36,12 @@ from services.viewer.tracking import limbs, sighting
 
 __all__ = ["describe", "initial_state", "step", "viewer_setup"]
 
-MEDIAN_FRAMES, PLATE_FRAMES, MIXTURE_FRAMES = 60, 5, 60
 UPDATE_EVERY = 8  # frames between two updates of the background: light changes slowly, and updates cost time
 UPDATE_RATE = 0.01
 PREVIEW_NS, PREVIEW_PX = 200_000_000, 320  # at most 5 a second, of at most this width or height
 OPTIONS = SilhouetteOptions()
 
-Event = Frame | Envelope | Alive | Tick
+Event = Frame | Masked | Envelope | Alive | Tick
 
 
 def initial_state(setup: Setup) -> State:
@@ -52,10 +51,12 @@ def initial_state(setup: Setup) -> State:
 def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]]:
     """One event.  Pure: the state and the messages depend on the arguments alone."""
     match state, event:
-        case LearningBackground(), Frame():
+        case LearningBackground(), Frame() | Masked():
             return _learn(setup, state, event)
         case ((MeasuringBody() | AwaitingPose() | Tracking()), Frame()):
             return _see(setup, state, event)
+        case ((MeasuringBody() | AwaitingPose() | Tracking()), Masked()):
+            return _sight(setup, state, event)
         case _, Envelope(message=message):
             return _hear(setup, state, message)
         case _:
@@ -75,35 +76,34 @@ def describe(state: State) -> str:
             return "tracking, searching more widely" if lost else "tracking"
 
 
-def _learn(setup: Setup, state: LearningBackground, frame: Frame) -> tuple[State, list[Message]]:
-    frames: tuple[Image, ...] = (*state.frames, frame.image)
-    background: Background | Mixture
-    match setup.background:
-        case FirstFrames(count=count):
-            if len(frames) < count:
-                return replace(state, frames=frames), []
-            background = learn(frames)
-        case BackgroundImage():
-            if len(frames) < PLATE_FRAMES:
-                return replace(state, frames=frames), []
-            assert setup.plate is not None  # viewer_setup checked it
-            background = from_image(setup.plate, frames)
-        case Mog2():
-            if len(frames) < MIXTURE_FRAMES:
-                return replace(state, frames=frames), []
-            background = Mixture(frames)
-        case _:
-            if len(frames) < MEDIAN_FRAMES:
-                return replace(state, frames=frames), []
-            background = learn_median(frames)
-    seen = Seen(background)
+def _learn(setup: Setup, state: LearningBackground, frame: Frame | Masked) -> tuple[State, list[Message]]:
+    frames = (*state.frames, frame.image if isinstance(frame, Frame) else None)
+    if len(frames) < learning_frames(setup.background):
+        return replace(state, frames=frames), []
+    seen = Seen(_background(setup, [image for image in frames if image is not None]))
     return (MeasuringBody(seen) if state.bdp is None else AwaitingPose(seen, state.bdp)), []
+
+
+def _background(setup: Setup, images: list[Image]) -> Background | Mixture | None:
+    if not images:
+        return None
+    match setup.background:
+        case FirstFrames():
+            return learn(images)
+        case BackgroundImage():
+            assert setup.plate is not None  # viewer_setup checked it
+            return from_image(setup.plate, images)
+        case Mog2():
+            return Mixture(images)
+        case _:
+            return learn_median(images)
 
 
 def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Frame) -> tuple[State, list[Message]]:
     """A frame becomes a silhouette, and that a sighting."""
-    silhouette = extract(state.seen.background, frame.image, OPTIONS, state.seen.extents)
     background = state.seen.background
+    assert background is not None  # a state made from frames has one
+    silhouette = extract(background, frame.image, OPTIONS, state.seen.extents)
     if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
         person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
         background = update(background, frame.image, person, UPDATE_RATE, margin_px=max(2, frame.image.shape[0] // 40))
@@ -113,7 +113,14 @@ def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Fr
     messages: list[Message] = [_preview_message(setup, frame)] if previewed else []
     if silhouette and setup.publish_silhouette:
         messages.append(_silhouette_message(setup, frame, silhouette))
-    mask = setup.level.warp(silhouette.mask) if silhouette else None
+    masked = Masked(frame.frame, frame.captured_ns, silhouette.mask if silhouette else None)
+    after, more = _sight(setup, replace(state, seen=seen), masked)
+    return after, [*messages, *more]
+
+
+def _sight(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Masked) -> tuple[State, list[Message]]:
+    """A silhouette becomes a sighting.  From here on a take has all that decides: `replay --verify` begins here."""
+    mask = None if frame.mask is None else setup.level.warp(frame.mask)
     if mask is None or not mask.any():
         absent = Sighting(
             frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, present=False, x=0.0, y=0.0, height=0.0,
@@ -121,16 +128,16 @@ def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Fr
         )  # fmt: skip
         if isinstance(state, MeasuringBody):
             state = replace(state, advice="waiting for a person")
-        return replace(state, seen=seen), [*messages, absent]
+        return state, [absent]
     pending = Pending(frame.frame, frame.captured_ns, mask)
     match state:
         case Tracking():
-            tracked, sight = sighting(setup, replace(state, seen=seen), pending)
-            return tracked, [*messages, sight]
+            tracked, sight = sighting(setup, state, pending)
+            return tracked, [sight]
         case MeasuringBody():
-            return replace(state, seen=seen, pending=pending), [*messages, _first_sighting(setup, pending)]
+            return replace(state, pending=pending), [_first_sighting(setup, pending)]
         case AwaitingPose():
-            return replace(state, seen=seen), [*messages, _first_sighting(setup, pending)]
+            return state, [_first_sighting(setup, pending)]
 
 
 def _first_sighting(setup: Setup, pending: Pending) -> Sighting:

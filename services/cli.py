@@ -30,6 +30,7 @@ TABLE = (
     (FILES, offline.track),
     (FILES, takes.export),
     (FILES, takes.info),
+    (FILES, takes.recover),
     (FILES, offline.evaluate),
     (BEFORE, offline.warmup),
 )

@@ -85,7 +85,7 @@ class Recording:
             self._file: BufferedWriter = path.open("wb" if overwrite else "xb")
         except OSError as error:
             raise RecordingError(f"{path} cannot be written: {error.strerror or error}") from error
-        self._writer = Writer(self._file)
+        self._writer = Writer(self._file, enable_data_crcs=True)  # sums also over what has none of its own
         try:
             self._writer.start(library=LIBRARY)
             ours = {"zenocap": {"rig": rig, "schema_version": str(SCHEMA_VERSION)}}

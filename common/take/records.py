@@ -1,0 +1,265 @@
+"""The records of an MCAP file, one after another, also of a file that is cut, damaged or hostile.
+
+What is whole is read; what is not becomes a `Damage`, after which reading goes on at the next record.  A record is
+believed when its own length and the lengths inside it agree.  Nothing is trusted with memory: records, chunks and
+what they unpack to are bounded.  Sums over chunks, attachments, all data and the index are checked.
+"""
+
+import re
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import SEEK_END, BytesIO
+from typing import BinaryIO, TypeAlias
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
+
+from common.take.chunks import MAX_CHUNK, BrokenChunk, chunk_records, chunk_span
+
+MAGIC = b"\x89MCAP0\r\n"
+MAX_RECORD = 256 << 20  # bytes; longer ones are damage
+HEAD = struct.Struct("<BQ")
+WINDOW = 1 << 20  # bytes searched at once
+
+TEXT, LONG = "<I", "<Q"  # bytes after their number, of 4 or 8 bytes
+LAYOUT: dict[int, tuple[int | str, ...]] = {  # sizes of what a record is made of, which fill it exactly
+    Opcode.HEADER: (TEXT, TEXT),
+    Opcode.FOOTER: (20,),
+    Opcode.SCHEMA: (2, TEXT, TEXT, TEXT),
+    Opcode.CHANNEL: (4, TEXT, TEXT, TEXT),
+    Opcode.CHUNK: (28, TEXT, LONG),
+    Opcode.MESSAGE_INDEX: (2, TEXT),
+    Opcode.CHUNK_INDEX: (32, TEXT, 8, TEXT, 16),
+    Opcode.ATTACHMENT: (16, TEXT, TEXT, LONG, 4),
+    Opcode.ATTACHMENT_INDEX: (40, TEXT, TEXT),
+    Opcode.STATISTICS: (42, TEXT),
+    Opcode.METADATA: (TEXT, TEXT),
+    Opcode.METADATA_INDEX: (16, TEXT),
+    Opcode.SUMMARY_OFFSET: (17,),
+    Opcode.DATA_END: (4,),
+}
+RECORD_START = re.compile(rb"[\x01-\x0f](?=.{4}\0{4})", re.DOTALL)  # a kind and a length below 4 GiB
+
+
+class NotMcap(Exception):
+    """Neither the beginning of an MCAP file nor any record of one."""
+
+
+@dataclass(frozen=True)
+class Damage:
+    """length: bytes of the file from `offset` on that give nothing; 0 where something is missing or does not add up.
+
+    chunk: it is one whole chunk, of messages logged between span_ns.  index: after the data, where no message is.
+    """
+
+    offset: int
+    length: int
+    why: str
+    chunk: bool = False
+    span_ns: tuple[int, int] | None = None
+    index: bool = False
+
+
+@dataclass(frozen=True)
+class ChunkEnd:
+    """What came since the last one was one chunk."""
+
+
+Item: TypeAlias = Header | Schema | Channel | Message | Metadata | Attachment | ChunkEnd | Damage
+
+
+class Records:
+    """The records of an open file from its beginning, in their order, without indexes.
+
+    Schemas and channels come first from an index that is whole, so that they outlive the chunk that had them.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._size = file.seek(0, SEEK_END)
+        self._chunked = False
+        self._sound = True  # no damage so far: the sums over many records can be checked
+        self._sum = 0
+        self._index_at: int | None = None  # where the data ended
+
+    def __iter__(self) -> Iterator[Item]:
+        """Raises NotMcap before the first item, and OSError."""
+        offset = len(MAGIC)
+        if self._at(0, offset) != MAGIC:
+            offset = self._next_record(0)
+            if offset >= self._size:
+                raise NotMcap
+            yield self._damage(0, offset, "the mark at its beginning is wrong")
+        yield from self._index()
+        self._sum = zlib.crc32(MAGIC)
+        while offset < self._size:
+            shape = self._shape(offset)
+            if shape is None:
+                after = self._next_record(offset + 1)
+                yield self._damage(offset, after - offset, "cut within a record" if after == self._size else "no record")
+                if after == self._size:
+                    return
+                offset = after
+                continue
+            kind, end = shape
+            head, body = self._at(offset, HEAD.size), self._at(offset + HEAD.size, end - offset - HEAD.size)
+            yield from self._record(offset, kind, head, body)
+            offset = end
+            if kind == Opcode.FOOTER:
+                if self._at(end, len(MAGIC) + 1) != MAGIC:
+                    yield self._damage(end, self._size - end, "the mark at its end is wrong")
+                return
+        yield Damage(self._size, 0, "cut before its end", index=self._index_at is not None)
+
+    def _record(self, offset: int, kind: int, head: bytes, body: bytes) -> Iterator[Item]:
+        if kind == Opcode.DATA_END:
+            (expected,) = struct.unpack("<I", body)
+            if self._sound and expected and expected != self._sum:
+                yield self._damage(offset, 0, "the sum over its data is wrong: an index, metadata or a name was changed")
+            self._index_at, self._sum = offset + len(head) + len(body), 0
+            return
+        if kind == Opcode.FOOTER:
+            yield from self._footer(offset, head, body)
+            return
+        self._sum = zlib.crc32(body, zlib.crc32(head, self._sum))
+        whole = len(head) + len(body)
+        match kind:
+            case Opcode.CHUNK:
+                self._chunked = True
+                try:
+                    yield from chunk_records(body)
+                except BrokenChunk as error:
+                    yield self._damage(offset, whole, str(error), chunk=True, span_ns=chunk_span(body))
+                else:
+                    yield ChunkEnd()
+            case Opcode.MESSAGE if len(body) >= 22:
+                channel_id, sequence, log_ns, publish_ns = struct.unpack_from("<HIQQ", body)
+                yield Message(channel_id, log_ns, body[22:], publish_ns, sequence)
+            case _:
+                try:
+                    found = _parsed(kind, body)
+                except (McapError, ValueError, struct.error):
+                    yield self._damage(offset, whole, f"a broken {Opcode(kind).name.lower().replace('_', ' ')}")
+                else:
+                    if found is not None:
+                        yield found
+
+    def _footer(self, offset: int, head: bytes, body: bytes) -> Iterator[Damage]:
+        start, _, expected = struct.unpack("<QQI", body)
+        if self._index_at is None:
+            yield self._damage(offset, 0, "the end of its data is not marked")
+        elif self._sound and start and start != self._index_at:
+            yield self._damage(offset, 0, "its index is not where it says")
+        elif self._sound and expected and zlib.crc32(head + body[:16], self._sum) != expected:
+            yield self._damage(offset, 0, "the sum over its index is wrong")
+
+    def _index(self) -> Iterator[Schema | Channel]:
+        """The schemas and channels of an index that is whole."""
+        tail = self._at(max(0, self._size - 37), 37)
+        if len(tail) != 37 or tail[29:] != MAGIC or tail[:9] != HEAD.pack(Opcode.FOOTER, 20):
+            return
+        start, _, expected = struct.unpack("<QQI", tail[9:29])
+        if not 0 < start < self._size - 37 or self._size - start > MAX_CHUNK:
+            return
+        summary = self._at(start, self._size - 37 - start)
+        if zlib.crc32(tail[:25], zlib.crc32(summary)) != expected:
+            return
+        offset = start
+        while (shape := self._shape(offset)) is not None and shape[0] != Opcode.FOOTER:
+            kind, end = shape
+            if kind in (Opcode.SCHEMA, Opcode.CHANNEL):
+                try:
+                    found = _parsed(kind, summary[offset + HEAD.size - start : end - start])
+                except (McapError, ValueError, struct.error):
+                    return
+                if isinstance(found, Schema | Channel):
+                    yield found
+            offset = end
+
+    def _damage(
+        self, offset: int, length: int, why: str, *, chunk: bool = False, span_ns: tuple[int, int] | None = None
+    ) -> Damage:
+        self._sound = False
+        return Damage(offset, length, why, chunk, span_ns, index=self._index_at is not None)
+
+    def _shape(self, offset: int) -> tuple[int, int] | None:
+        """Kind and end of the record at `offset`; None when there is none."""
+        head = self._at(offset, HEAD.size)
+        if len(head) < HEAD.size:
+            return None
+        kind, length = HEAD.unpack(head)
+        start, end = offset + HEAD.size, offset + HEAD.size + length
+        if end > self._size or length > MAX_RECORD:
+            return None
+        if kind == Opcode.MESSAGE:  # has no lengths inside: believed only where messages stand outside of chunks
+            return None if self._chunked or length < 22 else (kind, end)
+        at = start
+        for part in LAYOUT.get(kind, (-1,)):
+            if isinstance(part, int):
+                at += part
+            else:
+                size = struct.calcsize(part)
+                number = self._at(at, size)
+                if len(number) < size or at + size > end:
+                    return None
+                at += size + struct.unpack(part, number)[0]
+        return (kind, end) if at == end else None
+
+    def _next_record(self, offset: int) -> int:
+        """Where the next record begins, from `offset` on; the file's size when none does."""
+        while offset < self._size:
+            window = self._at(offset, WINDOW + HEAD.size)
+            for found in RECORD_START.finditer(window):
+                at = offset + found.start()
+                shape = self._shape(at)
+                if shape and (shape[0] != Opcode.MESSAGE or self._shape(shape[1]) or shape[1] == self._size):
+                    return at
+            offset += WINDOW
+        return self._size
+
+    def _at(self, offset: int, length: int) -> bytes:
+        self._file.seek(offset)
+        return self._file.read(length)
+
+
+def _parsed(kind: int, body: bytes) -> Header | Schema | Channel | Metadata | Attachment | None:
+    """A record by its kind; None for those of the index.  Raises McapError, ValueError and struct.error."""
+    stream = ReadDataStream(BytesIO(body))
+    found: Header | Schema | Channel | Metadata | Attachment
+    match kind:
+        case Opcode.HEADER:
+            found = Header.read(stream)
+        case Opcode.SCHEMA:
+            found = Schema.read(stream)
+        case Opcode.CHANNEL:
+            found = Channel.read(stream)
+        case Opcode.METADATA:
+            found = Metadata.read(stream)
+        case Opcode.ATTACHMENT:
+            found = _attachment(body)
+            return found
+        case _:
+            return None
+    if stream.count != len(body):
+        raise ValueError("lengths that do not fit")
+    return found
+
+
+def _attachment(body: bytes) -> Attachment:
+    """mcap's own reader takes an empty one for the end of the file, and checks no sum."""
+    (expected,) = struct.unpack("<I", body[-4:])
+    if expected and zlib.crc32(memoryview(body)[:-4]) != expected:
+        raise ValueError("its sum is wrong")
+    log_ns, create_ns = struct.unpack_from("<QQ", body)
+    name, at = _text(body, 16)
+    media_type, at = _text(body, at)
+    return Attachment(create_ns, log_ns, name, media_type, body[at + 8 : -4])
+
+
+def _text(body: bytes, at: int) -> tuple[str, int]:
+    end = at + 4 + struct.unpack_from("<I", body, at)[0]
+    return body[at + 4 : end].decode(), end

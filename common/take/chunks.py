@@ -3,13 +3,12 @@
 import struct
 import zlib
 from collections.abc import Iterator
-from io import BytesIO
 
 import zstandard
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Message, Schema
+
+from common.take.contents import BrokenRecord, whole_record
 
 MAX_CHUNK = 64 << 20  # bytes unpacked; ours have up to 6 MiB, the defaults of other writers are below that
 FIXED = struct.Struct("<QQQII")  # first and last log time, size unpacked, sum, length of the name of the packing
@@ -44,12 +43,11 @@ def chunk_records(body: bytes) -> Iterator[Schema | Channel | Message]:
             channel_id, sequence, log_ns, publish_ns = MESSAGE.unpack_from(data, start)
             yield Message(channel_id, log_ns, data[start + MESSAGE.size : at], publish_ns, sequence)
         elif kind in (Opcode.SCHEMA, Opcode.CHANNEL):
-            stream = ReadDataStream(BytesIO(data[start:at]))
             try:
-                found = Schema.read(stream) if kind == Opcode.SCHEMA else Channel.read(stream)
-            except (McapError, ValueError, struct.error) as error:
+                found = whole_record(kind, data[start:at])
+            except BrokenRecord as error:
                 raise BrokenChunk("a chunk with a broken schema or channel") from error
-            if stream.count == length:
+            if isinstance(found, Schema | Channel):
                 yield found
 
 

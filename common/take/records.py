@@ -10,15 +10,14 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from io import SEEK_END, BytesIO
+from io import SEEK_END
 from typing import BinaryIO, TypeAlias
 
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 
 from common.take.chunks import MAX_CHUNK, BrokenChunk, chunk_records, chunk_span
+from common.take.contents import BrokenRecord, whole_record
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD = 256 << 20  # bytes; longer ones are damage
@@ -141,8 +140,8 @@ class Records:
                 yield Message(channel_id, log_ns, body[22:], publish_ns, sequence)
             case _:
                 try:
-                    found = _parsed(kind, body)
-                except (McapError, ValueError, struct.error):
+                    found = whole_record(kind, body)
+                except BrokenRecord:
                     yield self._damage(offset, whole, f"a broken {Opcode(kind).name.lower().replace('_', ' ')}")
                 else:
                     if found is not None:
@@ -173,8 +172,8 @@ class Records:
             kind, end = shape
             if kind in (Opcode.SCHEMA, Opcode.CHANNEL):
                 try:
-                    found = _parsed(kind, summary[offset + HEAD.size - start : end - start])
-                except (McapError, ValueError, struct.error):
+                    found = whole_record(kind, summary[offset + HEAD.size - start : end - start])
+                except BrokenRecord:
                     return
                 if isinstance(found, Schema | Channel):
                     yield found
@@ -224,42 +223,3 @@ class Records:
     def _at(self, offset: int, length: int) -> bytes:
         self._file.seek(offset)
         return self._file.read(length)
-
-
-def _parsed(kind: int, body: bytes) -> Header | Schema | Channel | Metadata | Attachment | None:
-    """A record by its kind; None for those of the index.  Raises McapError, ValueError and struct.error."""
-    stream = ReadDataStream(BytesIO(body))
-    found: Header | Schema | Channel | Metadata | Attachment
-    match kind:
-        case Opcode.HEADER:
-            found = Header.read(stream)
-        case Opcode.SCHEMA:
-            found = Schema.read(stream)
-        case Opcode.CHANNEL:
-            found = Channel.read(stream)
-        case Opcode.METADATA:
-            found = Metadata.read(stream)
-        case Opcode.ATTACHMENT:
-            found = _attachment(body)
-            return found
-        case _:
-            return None
-    if stream.count != len(body):
-        raise ValueError("lengths that do not fit")
-    return found
-
-
-def _attachment(body: bytes) -> Attachment:
-    """mcap's own reader takes an empty one for the end of the file, and checks no sum."""
-    (expected,) = struct.unpack("<I", body[-4:])
-    if expected and zlib.crc32(memoryview(body)[:-4]) != expected:
-        raise ValueError("its sum is wrong")
-    log_ns, create_ns = struct.unpack_from("<QQ", body)
-    name, at = _text(body, 16)
-    media_type, at = _text(body, at)
-    return Attachment(create_ns, log_ns, name, media_type, body[at + 8 : -4])
-
-
-def _text(body: bytes, at: int) -> tuple[str, int]:
-    end = at + 4 + struct.unpack_from("<I", body, at)[0]
-    return body[at + 4 : end].decode(), end

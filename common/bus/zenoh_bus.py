@@ -18,7 +18,7 @@ from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Rec
 from common.bus.zenoh_session import ZenohOptions, open_session
 from common.messages import ClockQuery, Message
 from common.runtime.clock import Clock
-from common.topics import ALIVE, CLAIM, CLOCK, TOPICS, Queueing, Topic, checked_name
+from common.topics import ALIVE, CLAIM, CLOCK, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
 
@@ -215,12 +215,11 @@ class ZenohBus:
         try:
             only = zenoh.KeyExpr(expression)
         except zenoh.ZError as error:
-            raise BusError(f"{expression!r} is no key expression of Zenoh: {error}") from error
-        if not any(only.intersects(topic.on("*")) for topic in TOPICS):
+            raise BusError(f"{expression!r} is no key expression: {str(error).split(' at /')[0]}") from error
+        rig = rig_of(expression) or "*"
+        if not any(only.intersects(topic.on(rig)) for topic in TOPICS):
             raise BusError(f"{expression}: no key of zenocap lies there; expected such as zenocap/studio/**")
-        rig = expression.split("/")[1]
-        whose = rig if "*" not in rig and "$" not in rig else "*"
-        return ZenohBus(self._session, whose, self._clock, owns_session=False, only=only)
+        return ZenohBus(self._session, rig, self._clock, owns_session=False, only=only)
 
     def close(self) -> None:
         declared, self._declared = self._declared, []

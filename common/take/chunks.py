@@ -49,6 +49,8 @@ def chunk_records(body: bytes) -> Iterator[Schema | Channel | Message]:
                 raise BrokenChunk("a chunk with a broken schema or channel") from error
             if isinstance(found, Schema | Channel):
                 yield found
+        else:
+            raise BrokenChunk(f"a chunk with a record of kind {kind}, which belongs into none")
 
 
 def _unpacked(body: bytes) -> bytes:

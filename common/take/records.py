@@ -41,6 +41,10 @@ LAYOUT: dict[int, tuple[int | str, ...]] = {  # sizes of what a record is made o
     Opcode.SUMMARY_OFFSET: (17,),
     Opcode.DATA_END: (4,),
 }
+OF_INDEX = (  # what may follow the data
+    Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX,
+    Opcode.SUMMARY_OFFSET,
+)  # fmt: skip
 RECORD_START = re.compile(rb"[\x01-\x0f](?=.{4}\0{4})", re.DOTALL)  # a kind and a length below 4 GiB
 
 
@@ -124,6 +128,9 @@ class Records:
         if kind == Opcode.FOOTER:
             yield from self._footer(offset, head, body)
             return
+        if self._index_at is not None and kind not in OF_INDEX:
+            self._index_at = None  # that was not the end of the data
+            yield self._damage(offset, 0, "data after the end of its data")
         self._sum = zlib.crc32(body, zlib.crc32(head, self._sum))
         whole = len(head) + len(body)
         match kind:
@@ -161,11 +168,17 @@ class Records:
         tail = self._at(max(0, self._size - 37), 37)
         if len(tail) != 37 or tail[29:] != MAGIC or tail[:9] != HEAD.pack(Opcode.FOOTER, 20):
             return
-        start, _, expected = struct.unpack("<QQI", tail[9:29])
-        if not 0 < start < self._size - 37 or self._size - start > MAX_CHUNK:
-            return
-        summary = self._at(start, self._size - 37 - start)
-        if zlib.crc32(tail[:25], zlib.crc32(summary)) != expected:
+        start, offsets, expected = struct.unpack("<QQI", tail[9:29])
+        footer = self._size - 37
+        # Where it says; or where it must have been moved to when bytes before it are missing or too many, which follows
+        # from its length: what lies between both starts, and some offsets of 26 bytes.
+        places = [start, *(footer - 26 * count - (offsets - start) for count in range(8) if offsets >= start)]
+        for start in places:
+            if 0 < start < footer and footer - start <= MAX_CHUNK:
+                summary = self._at(start, footer - start)
+                if zlib.crc32(tail[:25], zlib.crc32(summary)) == expected:
+                    break
+        else:
             return
         offset = start
         while (shape := self._shape(offset)) is not None and shape[0] != Opcode.FOOTER:

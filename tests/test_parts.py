@@ -14,10 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.bus.protocol import Envelope
+from common.runtime.rig import RigError, demo_rig_file, load_rig
 from common.take.naming import take_path
 from common.take.parts import PartLimits, Parts
 from common.take.reading import Recorded, Take
 from common.take.recording import Attachment, Recording, RecordingError
+from services.integrator.shell import new_parts
 from tests.test_inbox import bap, sighting
 from tests.test_local import bdp
 from tests.test_recording import START_NS, envelope
@@ -169,6 +171,23 @@ def test_a_first_part_that_cannot_be_opened_is_an_error_only_when_it_must_be(
     assert recording.failure is not None
     assert (recording.close().messages, recording.statistics.lost) == (0, 1)
     assert "the log stops" in caplog.text
+
+
+def test_a_rig_says_when_its_takes_go_on_in_a_new_file(tmp_path: Path) -> None:
+    text = demo_rig_file().read_text().replace("demo-cal", f"{demo_rig_file().parent}/demo-cal")
+    path = tmp_path / "rig.toml"
+    path.write_text(f"{text}[log]\npart_mb = 0.5\npart_minutes = 1\n")
+    recording = new_parts(load_rig(path), take_path("demo", tmp_path, START_NS), START_NS)
+    for each in envelopes(3, 60 * S):
+        recording.record(each)
+    recording.close()
+    found = read(tmp_path)
+    assert [take.metadata["part"]["number"] for take, _ in found.values()] == ["1", "2", "3"]
+    assert all(take.attachments.keys() == {"rig.toml", "demo-calibration.toml"} for take, _ in found.values())
+    assert PartLimits.of(0.5, 1) == PartLimits(500_000, 60 * S)
+    path.write_text(f"{text}[log]\npart_minutes = -1\n")
+    with pytest.raises(RigError, match=r"log\.part_minutes = -1: allowed: float >= 0"):
+        load_rig(path)
 
 
 @pytest.fixture

@@ -73,11 +73,12 @@ class Log:
         end = self.statistics
         logger.log(
             logging.WARNING if end.lost or end.failure else logging.INFO,
-            "%s: %d messages, %d bytes, %d lost",
+            "%s: %d messages, %d bytes, %d lost%s",
             self._recording.path,
             end.messages,
             end.bytes,
             end.lost,
+            ", stopped early" if end.failure else "",
         )
         return end
 

@@ -8,7 +8,7 @@ at its beginning, counting MessagePack channels alone, a reader of all parts lea
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -21,6 +21,7 @@ logger = logging.getLogger(__name__)
 
 MAX_KEPT = 1024  # messages repeated in each part
 SET_BACK_NS = 60_000_000_000  # messages that are so much older than the part mean that the clock was set back
+NOTHING = Statistics(0, 0, 0, None)
 ATTEMPTS = 10  # at a name that others take at the same moment
 
 # A recording at a path, from a time on, with these metadata for `part`; none when there is one part only.
@@ -71,13 +72,12 @@ class Parts:
         self._number = 1
         self._start_ns: int | None = None  # log time of the part's first message that is new
         self._kept: dict[str, Envelope] = {}
-        self._before = Statistics(0, 0, 0, None)  # of the parts that are closed, without what was repeated
-        self._repeated = Statistics(0, 0, 0, None)
-        self._recording: Recording | None = None
+        # Of the parts that are closed; the open one; what was repeated in it.  One value, for other threads read it.
+        self._standing: tuple[Statistics, Recording | None, Statistics] = (NOTHING, None, NOTHING)
         self._failure: str | None = None
         self.path = path
         try:
-            self._recording = self._opened(path, start_ns, "")
+            self._standing = (NOTHING, self._opened(path, start_ns, ""), NOTHING)
         except RecordingError as error:
             if must_open:
                 raise
@@ -86,17 +86,23 @@ class Parts:
     @property
     def statistics(self) -> Statistics:
         """Of all parts; a message that is repeated counts once."""
-        now = self._recording.statistics if self._recording else Statistics(0, 0, 0, None)
+        before, recording, repeated = self._standing
+        now = recording.statistics if recording else NOTHING
         return Statistics(
-            self._before.messages + max(0, now.messages - self._repeated.messages),
-            self._before.bytes + max(0, now.bytes - self._repeated.bytes),
-            self._before.lost + now.lost,
+            before.messages + max(0, now.messages - repeated.messages),
+            before.bytes + max(0, now.bytes - repeated.bytes),
+            before.lost + now.lost,
             self._failure or now.failure,
         )
 
     @property
     def failure(self) -> str | None:
-        return self._failure or (self._recording.failure if self._recording else None)
+        recording = self._recording
+        return self._failure or (recording.failure if recording else None)
+
+    @property
+    def _recording(self) -> Recording | None:
+        return self._standing[1]
 
     @property
     def number(self) -> int:
@@ -109,10 +115,12 @@ class Parts:
             self._turn(envelope.received_ns)
         if self._start_ns is None:
             self._start_ns = envelope.received_ns
-        if self._recording is None:
-            self._before = _more(self._before, lost=1)
+        recording = self._recording
+        if recording is None:
+            before, *_ = self._standing
+            self._standing = (replace(before, lost=before.lost + 1), None, NOTHING)
             return
-        self._recording.record(envelope)
+        recording.record(envelope)
         kept = envelope.topic.queueing is Queueing.KEPT and (envelope.key in self._kept or len(self._kept) < MAX_KEPT)
         if self._limits and kept:
             self._kept[envelope.key] = envelope
@@ -138,11 +146,10 @@ class Parts:
     def _turn(self, now_ns: int) -> None:
         """Close the part and open the next."""
         previous = self.path
-        self.close()
-        self._before, self._recording = self.statistics, None
-        self._repeated = Statistics(0, 0, 0, None)
-        if self._before.failure:
-            self._failure = self._before.failure
+        before = self.close()
+        self._standing = (before, None, NOTHING)
+        if before.failure:
+            self._failure = before.failure
             return
         self._number += 1
         self._start_ns = None
@@ -153,7 +160,7 @@ class Parts:
             return
         for envelope in self._kept.values():
             part.record(envelope)
-        self._recording, self._repeated = part, part.statistics
+        self._standing = (before, part, part.statistics)
 
     def _opened(self, path: Path, start_ns: int, previous: str) -> Recording:
         part = {
@@ -174,7 +181,3 @@ class Parts:
     def _fail(self, error: Exception) -> None:
         self._failure = f"{error}; the log stops"
         logger.error("%s", self._failure)
-
-
-def _more(statistics: Statistics, *, lost: int) -> Statistics:
-    return Statistics(statistics.messages, statistics.bytes, statistics.lost + lost, statistics.failure)

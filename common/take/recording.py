@@ -8,6 +8,7 @@ second, so that chunks do not depend on when they were written.
 import logging
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
@@ -105,6 +106,7 @@ class Recording:
             for file in attachments:
                 self._writer.add_attachment(start_ns, start_ns, file.name, file.media_type, file.data)
             self._sync()
+            _keep_name(path.parent)
         except OSError as error:
             self._fail(error)
             raise RecordingError(self._failure) from error
@@ -195,3 +197,13 @@ class Recording:
             self._file.close()  # flushes again, and so may fail again
         except OSError:
             self._file.raw.close()
+
+
+def _keep_name(folder: Path) -> None:
+    """Bring the folder's list of files to the disk, where the system can: a new file has no name before that."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)

@@ -121,7 +121,7 @@ def test_messages_of_others_are_not_ours(tmp_path: Path) -> None:
 
 
 def test_descriptions_beyond_the_limit_are_lost_and_said(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("common.take.reading.MAX_KEPT", 50_000)
+    monkeypatch.setattr("common.take.reading.MAX_KEPT", 1_000_000)
     assert messages(Take(whole)) == expected()
     monkeypatch.setattr("common.take.reading.MAX_KEPT", 100)
     take = Take(whole)

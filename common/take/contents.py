@@ -1,4 +1,4 @@
-"""The content of one record of an MCAP file that is no chunk and no message."""
+"""What records of an MCAP file are made of, and the content of one that is no chunk and no message."""
 
 import struct
 import zlib
@@ -8,6 +8,28 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Metadata, Schema
+
+TEXT, LONG = "<I", "<Q"  # bytes after their number, of 4 or 8 bytes
+LAYOUT: dict[int, tuple[int | str, ...]] = {  # sizes of what a record is made of, which fill it exactly
+    Opcode.HEADER: (TEXT, TEXT),
+    Opcode.FOOTER: (20,),
+    Opcode.SCHEMA: (2, TEXT, TEXT, TEXT),
+    Opcode.CHANNEL: (4, TEXT, TEXT, TEXT),
+    Opcode.CHUNK: (28, TEXT, LONG),
+    Opcode.MESSAGE_INDEX: (2, TEXT),
+    Opcode.CHUNK_INDEX: (32, TEXT, 8, TEXT, 16),
+    Opcode.ATTACHMENT: (16, TEXT, TEXT, LONG, 4),
+    Opcode.ATTACHMENT_INDEX: (40, TEXT, TEXT),
+    Opcode.STATISTICS: (42, TEXT),
+    Opcode.METADATA: (TEXT, TEXT),
+    Opcode.METADATA_INDEX: (16, TEXT),
+    Opcode.SUMMARY_OFFSET: (17,),
+    Opcode.DATA_END: (4,),
+}
+OF_INDEX = (  # what may follow the data
+    Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX,
+    Opcode.SUMMARY_OFFSET,
+)  # fmt: skip
 
 
 class BrokenRecord(Exception):

@@ -74,7 +74,7 @@ class Losses:
     def words(self, count: int) -> str:
         """In words, beside the number of messages that were read."""
         read = f"{count} messages read"
-        if not self.bytes and self.stretches:
+        if self.stretches and not (self.bytes or self.chunks or self.orphans):
             return f"damaged: {next(damage.why for damage in self.first if not damage.index)}; {read}"
         if self.chunks or self.orphans or self.stretches:
             parts = [

@@ -17,34 +17,13 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 
 from common.take.chunks import MAX_CHUNK, BrokenChunk, chunk_records, chunk_span
-from common.take.contents import BrokenRecord, whole_record
+from common.take.contents import LAYOUT, OF_INDEX, BrokenRecord, whole_record
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD = 256 << 20  # bytes; longer ones are damage
 HEAD = struct.Struct("<BQ")
 WINDOW = 1 << 20  # bytes searched at once
 
-TEXT, LONG = "<I", "<Q"  # bytes after their number, of 4 or 8 bytes
-LAYOUT: dict[int, tuple[int | str, ...]] = {  # sizes of what a record is made of, which fill it exactly
-    Opcode.HEADER: (TEXT, TEXT),
-    Opcode.FOOTER: (20,),
-    Opcode.SCHEMA: (2, TEXT, TEXT, TEXT),
-    Opcode.CHANNEL: (4, TEXT, TEXT, TEXT),
-    Opcode.CHUNK: (28, TEXT, LONG),
-    Opcode.MESSAGE_INDEX: (2, TEXT),
-    Opcode.CHUNK_INDEX: (32, TEXT, 8, TEXT, 16),
-    Opcode.ATTACHMENT: (16, TEXT, TEXT, LONG, 4),
-    Opcode.ATTACHMENT_INDEX: (40, TEXT, TEXT),
-    Opcode.STATISTICS: (42, TEXT),
-    Opcode.METADATA: (TEXT, TEXT),
-    Opcode.METADATA_INDEX: (16, TEXT),
-    Opcode.SUMMARY_OFFSET: (17,),
-    Opcode.DATA_END: (4,),
-}
-OF_INDEX = (  # what may follow the data
-    Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX,
-    Opcode.SUMMARY_OFFSET,
-)  # fmt: skip
 RECORD_START = re.compile(rb"[\x01-\x0f](?=.{4}\0{4})", re.DOTALL)  # a kind and a length below 4 GiB
 
 
@@ -199,7 +178,24 @@ class Records:
         return Damage(offset, length, why, chunk, span_ns, index=self._index_at is not None)
 
     def _shape(self, offset: int) -> tuple[int, int] | None:
-        """Kind and end of the record at `offset`; None when there is none."""
+        """Kind and end of the record at `offset`; None when there is none.
+
+        A message has no lengths inside: it is believed where messages stand outside of chunks, and a record follows.
+        """
+        found = self._fitting(offset)
+        if found is None or found[0] != Opcode.MESSAGE:
+            return found
+        if self._chunked:
+            return None
+        head = self._at(found[1], HEAD.size)
+        if len(head) < HEAD.size or self._fitting(found[1]):
+            return found
+        kind, length = HEAD.unpack(head)
+        cut = kind in (Opcode.MESSAGE, *LAYOUT) and self._size - found[1] - HEAD.size < length <= MAX_RECORD
+        return found if cut else None
+
+    def _fitting(self, offset: int) -> tuple[int, int] | None:
+        """The same by the lengths of the record alone."""
         head = self._at(offset, HEAD.size)
         if len(head) < HEAD.size:
             return None
@@ -207,8 +203,8 @@ class Records:
         start, end = offset + HEAD.size, offset + HEAD.size + length
         if end > self._size or length > MAX_RECORD:
             return None
-        if kind == Opcode.MESSAGE:  # has no lengths inside: believed only where messages stand outside of chunks
-            return None if self._chunked or length < 22 else (kind, end)
+        if kind == Opcode.MESSAGE:
+            return (kind, end) if length >= 22 else None
         at = start
         for part in LAYOUT.get(kind, (-1,)):
             if isinstance(part, int):
@@ -226,10 +222,8 @@ class Records:
         while offset < self._size:
             window = self._at(offset, WINDOW + HEAD.size)
             for found in RECORD_START.finditer(window):
-                at = offset + found.start()
-                shape = self._shape(at)
-                if shape and (shape[0] != Opcode.MESSAGE or self._shape(shape[1]) or shape[1] == self._size):
-                    return at
+                if self._shape(offset + found.start()):
+                    return offset + found.start()
             offset += WINDOW
         return self._size
 

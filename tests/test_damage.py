@@ -131,6 +131,34 @@ def test_unpacked_sums_are_checked() -> None:
     assert next(item.why for item in bad if isinstance(item, Damage)) == "a chunk whose sum is wrong"
 
 
+class CountingFile(io.BytesIO):
+    """Counts the bytes that are read."""
+
+    total = 0
+
+    def read(self, size: int | None = -1) -> bytes:
+        data = super().read(size)
+        self.total += len(data)
+        return data
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        (b"\0" + record(15, bytes(4))) * 5000,  # a record after each bit of noise
+        b"\x0c\0\0\0\0\0\0\0\0" * 8000,  # beginnings of records, one within the other
+        struct.pack("<BQ", 9, 60_000) * 8000,
+        (record(12, struct.pack("<I", 4) + b"name" + struct.pack("<I", 3) + b"abc")) * 3000,
+        bytes(100_000),
+    ],
+    ids=["much noise", "beginnings", "long beginnings", "broken metadata", "zeros"],
+)
+def test_reading_goes_through_a_file_a_bounded_number_of_times(content: bytes) -> None:
+    file = CountingFile(HEADER + content)
+    assert any(isinstance(item, Damage) for item in Records(file))
+    assert file.total < 100 * len(content)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_noise_is_no_take(seed: int) -> None:
     noise = random.Random(seed).randbytes(100_000)

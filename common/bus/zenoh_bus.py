@@ -205,7 +205,7 @@ class ZenohBus:
         self._inbox.wake()
 
     def reader(self) -> "ZenohBus":
-        return ZenohBus(self._session, self._rig, self._clock, owns_session=False)
+        return ZenohBus(self._session, self._rig, self._clock, owns_session=False, only=self._only)
 
     def listener(self, expression: str) -> "ZenohBus":
         """A reader of the topics of all rigs, of those keys alone that lie under a Zenoh key expression.

@@ -22,7 +22,7 @@ from common.take.contents import LAYOUT, OF_INDEX, BrokenRecord, whole_record
 MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD = 256 << 20  # bytes; longer ones are damage
 HEAD = struct.Struct("<BQ")
-WINDOW = 1 << 20  # bytes searched at once
+NEAR, WINDOW = 512, 1 << 20  # bytes searched at once: at first, as records may follow often, and at most
 
 RECORD_START = re.compile(rb"[\x01-\x0f](?=.{4}\0{4})", re.DOTALL)  # a kind and a length below 4 GiB
 
@@ -219,12 +219,13 @@ class Records:
 
     def _next_record(self, offset: int) -> int:
         """Where the next record begins, from `offset` on; the file's size when none does."""
+        length = NEAR
         while offset < self._size:
-            window = self._at(offset, WINDOW + HEAD.size)
-            for found in RECORD_START.finditer(window):
+            for found in RECORD_START.finditer(self._at(offset, length + HEAD.size)):
                 if self._shape(offset + found.start()):
                     return offset + found.start()
-            offset += WINDOW
+            offset += length
+            length = min(2 * length, WINDOW)
         return self._size
 
     def _at(self, offset: int, length: int) -> bytes:

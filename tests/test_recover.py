@@ -45,6 +45,7 @@ def test_a_cut_take_gets_its_index_and_summary(whole: Path, output: Path) -> Non
     assert take.cut is None
     assert take.attachments == {"rig.toml": b'name = "studio"'}
     assert take.metadata["versions"] == {"zenocap": "0.1.0", "a": "b"}
+    assert take.metadata["recovered"] == {"from": "take.mcap", "lost": f"cut before its end, {len(before)} messages read"}
     assert found.lost
     assert (found.messages, found.start_ns, found.end_ns) == (len(before), START_NS, before[-1].log_ns)
     with output.open("rb") as file:

@@ -56,7 +56,7 @@ class Recovered:
 def recover(path: Path, output: Path, watch: Callable[[int], None] = lambda _: None) -> Recovered:
     """Write everything that is whole in `path` to the new file `output`: order, times and bytes as they are.
 
-    A take that is whole comes out with the same bytes.  watch: told how many bytes have been read.  Raises TakeError
+    A take that is whole comes out with the same bytes; another one gets metadata `recovered` that says so.  watch: told how many bytes have been read.  Raises TakeError
     when there is nothing to recover and RecordingError when `output` exists or cannot be written; then it is not left.
     """
     recovered = Recovered(path, output)
@@ -135,7 +135,8 @@ class _Rewriting:
         self._open_gaps: list[Damage] = []
 
     def run(self, watch: Callable[[int], None]) -> None:
-        for item in items_of(self._recovered.path, watch):
+        recovered = self._recovered
+        for item in items_of(recovered.path, watch):
             match item:
                 case Message():
                     self._message(item)
@@ -155,14 +156,17 @@ class _Rewriting:
                 case Attachment():
                     self._start()
                     self._writer.add_attachment(item.create_time, item.log_time, item.name, item.media_type, item.data)
-                    self._recovered.attachments += 1
+                    recovered.attachments += 1
                 case Damage():
-                    self._recovered.losses.add(item)
+                    recovered.losses.add(item)
                     self._open_gaps.append(item)
         self._close_gaps(None)
         self._start()
         for id in self._channels:  # also those whose messages are lost
             self._id(id)
+        if recovered.lost:
+            words = recovered.losses.words(recovered.messages)
+            self._writer.add_metadata("recovered", {"from": recovered.path.name, "lost": words})
         self._writer.finish()  # type: ignore[no-untyped-call]  # as above
         self._file.flush()
         os.fsync(self._file.fileno())

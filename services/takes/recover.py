@@ -56,8 +56,9 @@ class Recovered:
 def recover(path: Path, output: Path, watch: Callable[[int], None] = lambda _: None) -> Recovered:
     """Write everything that is whole in `path` to the new file `output`: order, times and bytes as they are.
 
-    A take that is whole comes out with the same bytes; another one gets metadata `recovered` that says so.  watch: told how many bytes have been read.  Raises TakeError
-    when there is nothing to recover and RecordingError when `output` exists or cannot be written; then it is not left.
+    A take that is whole comes out with the same bytes; another one gets metadata `recovered` that says what is lost.
+    watch: told how many bytes have been read.  Raises TakeError when there is nothing to recover and RecordingError when
+    `output` exists or cannot be written; then it is not left.
     """
     recovered = Recovered(path, output)
     with suppress(OSError):

@@ -89,6 +89,11 @@ def test_nothing_is_written_over(whole: Path, output: Path) -> None:
     assert (whole.read_bytes(), output.read_text()) == (original, "mine")
 
 
+def test_a_folder_that_is_none_is_said(whole: Path) -> None:
+    with pytest.raises(RecordingError, match="is no folder"):
+        recover(whole, whole / "recovered.mcap")
+
+
 @pytest.mark.parametrize("content", [b"", b"no take at all", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" + bytes(1000)])
 def test_where_there_is_nothing_no_file_is_left(tmp_path: Path, output: Path, content: bytes) -> None:
     (tmp_path / "take.mcap").write_bytes(content)

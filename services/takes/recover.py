@@ -68,6 +68,8 @@ def recover(path: Path, output: Path, watch: Callable[[int], None] = lambda _: N
         output.parent.mkdir(parents=True, exist_ok=True)
         file = output.open("xb")
     except FileExistsError:
+        if not output.exists():
+            raise RecordingError(f"{output} cannot be written: {output.parent} is no folder") from None
         raise RecordingError(f"{output} exists already; choose another name or remove it") from None
     except OSError as error:
         raise RecordingError(f"{output} cannot be written: {error.strerror or error}") from error

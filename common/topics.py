@@ -78,6 +78,8 @@ ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
 CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
 EVERYTHING = "zenocap/{rig}/**"
+ROOT = "zenocap"  # the first chunk of every key
+NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Name` has it
 
 
 @cache
@@ -92,6 +94,15 @@ def topic_of(message: type[m.Message]) -> Topic:
 def topic_at(key: str) -> Topic | None:
     """The topic that `key` belongs to, if any."""
     return next((topic for topic in TOPICS if topic.names(key) is not None), None)
+
+
+def rig_of(expression: str) -> str | None:
+    """The one rig that all keys under a key expression belong to; None when there may be several."""
+    match expression.split("/"):
+        case [root, rig, *_] if root == ROOT and re.fullmatch(NAME, rig):
+            return rig
+        case _:
+            return None
 
 
 def checked_name(field: str, value: str) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import live, offline, takes
+from services.commands import live, offline, record, takes
 
 app = typer.Typer(
     name="zenocap",
@@ -27,9 +27,11 @@ TABLE = (
     (SERVICES, live.viewer),
     (SERVICES, live.integrator),
     (SERVICES, live.router),
+    (SERVICES, record.record),
     (FILES, offline.track),
     (FILES, takes.export),
     (FILES, takes.info),
+    (FILES, takes.recover),
     (FILES, offline.evaluate),
     (BEFORE, offline.warmup),
 )

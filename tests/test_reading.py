@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.writer import Writer
 
 from common import messages as m
 from common.bus.protocol import Envelope
@@ -117,6 +118,39 @@ def test_messages_of_others_are_not_ours(tmp_path: Path) -> None:
     found = list(Take(tmp_path / "take.mcap").messages())
     assert found == [Recorded("/note", "json", "", b"{}", 1, 1, 0)]
     assert envelope(found[0]) is None
+
+
+def test_descriptions_beyond_the_limit_are_lost_and_said(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("common.take.reading.MAX_KEPT", 1_000_000)
+    assert messages(Take(whole)) == expected()
+    monkeypatch.setattr("common.take.reading.MAX_KEPT", 100)
+    take = Take(whole)
+    assert list(take.messages()) == []
+    assert take.attachments == {}
+    assert take.cut is not None
+    assert "300 messages of unknown channels" in take.cut
+
+
+def test_a_file_with_messages_outside_of_chunks_is_read_and_repaired(tmp_path: Path) -> None:
+    path = tmp_path / "plain.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, use_chunking=False)
+        writer.start()
+        channel = writer.register_channel("/note", "json", 0)
+        for number in range(100):
+            writer.add_message(channel, number, b'{"text": "hello"}', number, number)
+        writer.finish()
+    take = Take(path)
+    assert len(list(take.messages())) == 100
+    assert take.cut is None
+    content = bytearray(path.read_bytes())
+    fifth = content.index(b"\x05" + (22 + 17).to_bytes(8, "little"), 400)
+    content[fifth + 1] ^= 0x40
+    path.write_bytes(content)
+    found = [each.sequence for each in take.messages()]
+    assert len(found) == 99
+    assert found == sorted(found)
+    assert take.cut is not None
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89MC", b"hello, this is no take at all"])

@@ -144,6 +144,6 @@ def test_a_disk_that_fills_up_stops_the_recording_and_not_the_caller(
         recording.record(envelope(bap(second), START_NS + second * 1_000_000_000))
     statistics = recording.close()
     assert statistics.failure is not None
-    assert "take.mcap: recording stopped after 30 messages: No space left on device" in statistics.failure
-    assert (statistics.messages, statistics.lost) == (30, 4)
+    assert "take.mcap: recording stopped after 0 messages: No space left on device" in statistics.failure
+    assert (statistics.messages, statistics.bytes, statistics.lost) == (0, 0, 34)
     assert len(caplog.records) == 1

@@ -18,7 +18,7 @@ from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Rec
 from common.bus.zenoh_session import ZenohOptions, open_session
 from common.messages import ClockQuery, Message
 from common.runtime.clock import Clock
-from common.topics import ALIVE, CLAIM, CLOCK, Queueing, Topic, checked_name
+from common.topics import ALIVE, CLAIM, CLOCK, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
 
@@ -40,8 +40,18 @@ class _Publisher(Protocol):
 class ZenohBus:
     """See `common.bus.protocol.Bus`.  Use it in a `with` statement: an open session keeps the process alive."""
 
-    def __init__(self, session: zenoh.Session, rig: str, clock: Clock, *, owns_session: bool = True) -> None:
-        self._rig = checked_name("rig", rig)
+    def __init__(
+        self,
+        session: zenoh.Session,
+        rig: str,
+        clock: Clock,
+        *,
+        owns_session: bool = True,
+        only: zenoh.KeyExpr | None = None,
+    ) -> None:
+        """rig: "*" only with `only`, the keys that are heard at all."""
+        self._rig = rig if only is not None and rig == "*" else checked_name("rig", rig)
+        self._only = only
         self._session = session
         self._owns_session = owns_session
         self._clock = clock
@@ -93,9 +103,12 @@ class ZenohBus:
     def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
         expression = topic.on(self._rig, **names)
         limit = codec.size_limit(topic.message)
+        only = self._only
+        if only is not None and not only.intersects(expression):
+            return
 
         def queue(sample: zenoh.Sample) -> None:
-            if sample.kind != zenoh.SampleKind.PUT:
+            if sample.kind != zenoh.SampleKind.PUT or (only is not None and not only.includes(sample.key_expr)):
                 return
             key, size = str(sample.key_expr), len(sample.payload)
             if size > limit:
@@ -192,7 +205,21 @@ class ZenohBus:
         self._inbox.wake()
 
     def reader(self) -> "ZenohBus":
-        return ZenohBus(self._session, self._rig, self._clock, owns_session=False)
+        return ZenohBus(self._session, self._rig, self._clock, owns_session=False, only=self._only)
+
+    def listener(self, expression: str) -> "ZenohBus":
+        """A reader of the topics of all rigs, of those keys alone that lie under a Zenoh key expression.
+
+        Raises BusError for one that is none, or under which no topic can be.
+        """
+        try:
+            only = zenoh.KeyExpr(expression)
+        except zenoh.ZError as error:
+            raise BusError(f"{expression!r} is no key expression: {str(error).split(' at /')[0]}") from error
+        rig = rig_of(expression) or "*"
+        if not any(only.intersects(topic.on(rig)) for topic in TOPICS):
+            raise BusError(f"{expression}: no key of zenocap lies there; expected such as zenocap/studio/**")
+        return ZenohBus(self._session, rig, self._clock, owns_session=False, only=only)
 
     def close(self) -> None:
         declared, self._declared = self._declared, []

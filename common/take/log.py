@@ -2,11 +2,14 @@
 
 import logging
 import threading
-from time import monotonic
+from collections.abc import Sequence
+from time import monotonic, thread_time_ns
 
 from common.bus.protocol import Bus, Envelope
+from common.take.parts import Parts
 from common.take.recording import Recording, Statistics
-from common.topics import TOPICS
+from common.take.space import Space
+from common.topics import TOPICS, Topic
 
 logger = logging.getLogger(__name__)
 
@@ -17,15 +20,19 @@ DRAIN_S = 5.0  # longest wait at the end for what is still queued
 class Log:
     """Records from `start` to `close`.  bus: a reader of its own (`bus.reader()`), whose queue is the log's buffer."""
 
-    def __init__(self, bus: Bus, recording: Recording) -> None:
+    def __init__(self, bus: Bus, recording: Recording | Parts, topics: Sequence[Topic] = TOPICS) -> None:
         self._bus = bus
         self._recording = recording
+        self._topics = topics
+        self._space = Space(recording.path.parent)
+        self._cpu_ns = 0
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="log", daemon=True)
 
     def start(self) -> None:
-        for topic in TOPICS:
-            self._bus.subscribe(topic, every=True)
+        if self._recording.failure is None:
+            for topic in self._topics:
+                self._bus.subscribe(topic, every=True)
         self._thread.start()
 
     @property
@@ -35,10 +42,22 @@ class Log:
         dropped = sum(self._bus.counters.dropped.values())
         return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure)
 
+    @property
+    def cpu_ns(self) -> int:
+        """Time of a processor that the log's thread has taken, up to the last second."""
+        return self._cpu_ns
+
+    @property
+    def free_bytes(self) -> int | None:
+        """Of the disk, at the last second; None where it is not known."""
+        return self._space.free_bytes
+
     def counts(self) -> dict[str, int]:
         """For the health of the service that keeps this log."""
-        now = self.statistics
-        return {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
+        now, free = self.statistics, self._space.free_bytes
+        counts = {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
+        counts["log_rejected"] = sum(self._bus.counters.rejected.values())
+        return counts if free is None else counts | {"log_free_mb": free // 1_000_000}
 
     def close(self) -> Statistics:
         """Write what is queued, finish the file, say what was written and lost."""
@@ -53,18 +72,20 @@ class Log:
             self._recording.close()
         end = self.statistics
         logger.log(
-            logging.WARNING if end.lost else logging.INFO,
-            "%s: %d messages, %d bytes, %d lost",
+            logging.WARNING if end.lost or end.failure else logging.INFO,
+            "%s: %d messages, %d bytes, %d lost%s",
             self._recording.path,
             end.messages,
             end.bytes,
             end.lost,
+            ", stopped early" if end.failure else "",
         )
         return end
 
     def _write(self) -> None:
         flush_s = monotonic() + FLUSH_S
         end_s: float | None = None
+        before = 0
         while self._recording.failure is None:
             closing = self._closing.is_set()
             event = self._bus.receive(0.0 if closing else FLUSH_S / 2)
@@ -73,9 +94,13 @@ class Log:
             now_s = monotonic()
             if now_s >= flush_s:
                 self._recording.flush()
-                flush_s = now_s + FLUSH_S
+                written = self._recording.statistics.bytes
+                self._space.look((written - before) / (now_s - flush_s + FLUSH_S))
+                flush_s, before = now_s + FLUSH_S, written
+                self._cpu_ns = thread_time_ns()
             if closing:
                 end_s = end_s or now_s + DRAIN_S
                 if event is None or now_s > end_s:
-                    return
+                    break
+        self._cpu_ns = thread_time_ns()
         self._bus.close()

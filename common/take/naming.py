@@ -12,6 +12,14 @@ def take_path(rig: str, folder: Path, now_ns: int) -> Path:
 def free_name(path: Path) -> Path:
     """`path`, or with -2, -3 ... where it exists."""
     free, number = path, 2
-    while free.exists():
+    while _there(free):
         free, number = path.with_name(f"{path.stem}-{number}{path.suffix}"), number + 1
     return free
+
+
+def _there(path: Path) -> bool:
+    """Not where the folder may not be read: opening the file will say so."""
+    try:
+        return path.exists()
+    except PermissionError:
+        return False

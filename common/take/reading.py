@@ -1,23 +1,19 @@
 """Reading a take, also one that was cut by a crash or damaged: everything that is whole, and what was lost."""
 
-import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from io import BufferedReader
 from pathlib import Path
+from typing import BinaryIO
 
-import zstandard
-from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 
 from common import codec
 from common.bus.protocol import Envelope
+from common.take.records import ChunkEnd, Damage, Item, NotMcap, Records
 from common.topics import topic_at
 
-# What mcap lets through when bytes are missing or wrong.
-BROKEN = (McapError, struct.error, zstandard.ZstdError, ValueError, KeyError, OverflowError, MemoryError)
-MAX_RECORD = 256 << 20  # bytes; longer ones are damage
+MAX_KEPT = 256 << 20  # bytes of metadata, attachments, schemas and channels held at once
+MAX_DAMAGES = 1000  # described one by one
 
 
 class TakeError(Exception):
@@ -38,6 +34,65 @@ class Recorded:
 
 
 @dataclass
+class Losses:
+    """What a file does not give.  bytes: of the file.  orphans: messages whose channel is lost.  spans_ns: log times.
+
+    index: something is wrong behind the data, where no message is.  first: descriptions, at most MAX_DAMAGES.
+    """
+
+    bytes: int = 0
+    chunks: int = 0
+    stretches: int = 0
+    orphans: int = 0
+    index: bool = False
+    cut: bool = False
+    spans_ns: list[tuple[int, int]] = field(default_factory=list)
+    first: list[Damage] = field(default_factory=list)
+
+    def add(self, damage: Damage) -> None:
+        """Count a damage in."""
+        if len(self.first) < MAX_DAMAGES:
+            self.first.append(damage)
+            if damage.span_ns:
+                self.spans_ns.append(damage.span_ns)
+        self.cut = self.cut or damage.why.startswith("cut")
+        if damage.index:
+            self.index = True
+            return
+        self.bytes += damage.length
+        self.chunks += damage.chunk
+        self.stretches += not damage.chunk and not damage.why.startswith("cut")
+
+    def __bool__(self) -> bool:
+        return bool(self.first or self.orphans)
+
+    @property
+    def data(self) -> bool:
+        """Whether more than the index is lost."""
+        return bool(self.orphans or any(not damage.index for damage in self.first))
+
+    def words(self, count: int) -> str:
+        """In words, beside the number of messages that were read."""
+        read = f"{count} messages read"
+        if self.stretches and not (self.bytes or self.chunks or self.orphans):
+            return f"damaged: {next(damage.why for damage in self.first if not damage.index)}; {read}"
+        if self.chunks or self.orphans or self.stretches:
+            parts = [
+                f"{number} {what}"
+                for number, what in (
+                    (self.chunks, "chunks"),
+                    (self.stretches, "other places"),
+                    (self.orphans, "messages of unknown channels"),
+                )
+                if number
+            ]
+            return f"damaged: {', '.join(parts)} lost, {self.bytes} bytes{', and cut' if self.cut else ''}; {read}"
+        if self.data:
+            return f"cut before its end, {read}"
+        return f"{'cut before its end, within' if self.cut else 'damaged, in'} its index: all {read}"
+
+
+@dataclass
 class Take:
     """A file's messages in the order of writing.  The other fields are complete when `messages` has ended.
 
@@ -49,64 +104,71 @@ class Take:
     library: str = ""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
+    losses: Losses = field(default_factory=Losses)
 
     def messages(self) -> Iterator[Recorded]:
-        """Raises TakeError when the file cannot be opened or is no MCAP file; damage ends in `cut` instead."""
-        try:
-            file = self.path.open("rb")
-        except OSError as error:
-            raise TakeError(f"{self.path} cannot be read: {error.strerror or error}") from error
-        with file:
-            yield from self._read(file)
-
-    def _read(self, file: BufferedReader) -> Iterator[Recorded]:
-        self.cut = None
+        """Raises TakeError when the file cannot be read or is no MCAP file; damage ends in `cut` instead."""
+        self.cut, self.losses = None, Losses()
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
-        count = damaged = 0
-        finished = False
-        records = iter(StreamReader(file, emit_chunks=True, record_size_limit=MAX_RECORD).records)
-        while True:
-            try:
-                record = next(records)
-                finished = finished or isinstance(record, Footer)
-            except StopIteration:
-                break
-            except BROKEN as error:
-                if file.tell() <= 8:
-                    raise TakeError(f"{self.path} is no MCAP file") from error
-                break
-            try:
-                inner = breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
-            except BROKEN:
-                damaged += 1
-                continue
-            for whole in inner:
-                match whole:
-                    case Schema():
-                        schemas[whole.id] = whole
-                    case Channel():
-                        channels[whole.id] = whole
-                    case Message() if whole.channel_id in channels:
-                        count += 1
-                        yield _recorded(whole, channels[whole.channel_id], schemas)
-                    case Message():
-                        damaged += 1
-                    case _:
-                        self._keep(whole)
-        if damaged:
-            self.cut = f"{self.path}: damaged: {damaged} chunks or messages lost, {count} messages read"
-        elif not finished:
-            self.cut = f"{self.path}: cut before its end, {count} messages read"
+        count = 0
+        for item in items_of(self.path):
+            match item:
+                case Message():
+                    channel = channels.get(item.channel_id)
+                    if channel is None:
+                        self.losses.orphans += 1
+                        continue
+                    count += 1
+                    yield _recorded(item, channel, schemas)
+                case Schema():
+                    schemas[item.id] = item
+                case Channel():
+                    channels[item.id] = item
+                case Header():
+                    self.library = item.library
+                case Metadata():
+                    self.metadata[item.name] = item.metadata
+                case Attachment():
+                    self.attachments[item.name] = item.data
+                case Damage():
+                    self.losses.add(item)
+        if self.losses:
+            self.cut = f"{self.path}: {self.losses.words(count)}"
 
-    def _keep(self, record: McapRecord) -> None:
-        match record:
-            case Metadata(name=name, metadata=values):
-                self.metadata[name] = values
-            case Attachment(name=name, data=data):
-                self.attachments[name] = data
+
+def items_of(path: Path, watch: Callable[[int], None] = lambda _: None) -> Iterator[Item]:
+    """What is in a file, in its order.  Raises TakeError when it cannot be read or is no MCAP file.
+
+    watch: told after each chunk how many bytes of the file have been read.
+    Attachments, metadata, schemas and channels beyond MAX_KEPT bytes become damage: a reader holds all of them.
+    """
+    try:
+        with path.open("rb") as file:
+            yield from _bounded(file, watch)
+    except OSError as error:
+        raise TakeError(f"{path} cannot be read: {error.strerror or error}") from error
+    except NotMcap:
+        raise TakeError(f"{path} is no MCAP file") from None
+
+
+def _bounded(file: BinaryIO, watch: Callable[[int], None]) -> Iterator[Item]:
+    kept = 0
+    for item in Records(file):
+        match item:
+            case Attachment() | Schema():
+                kept += 1000 + len(item.data)
+            case Metadata() | Channel():
+                kept += 1000 + sum(len(name) + len(value) for name, value in item.metadata.items())
             case _:
-                self.library = getattr(record, "library", self.library)
+                yield item
+                if isinstance(item, ChunkEnd | Damage):
+                    watch(file.tell())
+                continue
+        if kept > MAX_KEPT:
+            yield Damage(file.tell(), 0, f"more than {MAX_KEPT} bytes of attachments and descriptions")
+        else:
+            yield item
 
 
 def envelope(recorded: Recorded) -> Envelope | None:

@@ -8,6 +8,7 @@ second, so that chunks do not depend on when they were written.
 import logging
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
@@ -30,6 +31,10 @@ class RecordingError(Exception):
     """The file cannot be made; the text says which and why."""
 
 
+class TakeExists(RecordingError):
+    """A file of that name is there."""
+
+
 @dataclass(frozen=True)
 class Channel:
     """topic: a key.  encoding: of its messages.  schema: of its messages, in `schema_encoding`; empty for none."""
@@ -50,7 +55,10 @@ class Attachment:
 
 @dataclass(frozen=True)
 class Statistics:
-    """messages, bytes: written.  lost: could not be written.  failure: why writing ended early, if it did."""
+    """messages, bytes: written.  lost: could not be written.  failure: why writing ended early, if it did.
+
+    What was written but perhaps not on the disk when writing ended early counts as lost.
+    """
 
     messages: int
     bytes: int
@@ -75,17 +83,21 @@ class Recording:
         self.path = path
         self._failure: str | None = None
         self._messages = self._bytes = self._lost = 0
+        self._safe = (0, 0)  # messages and bytes that are on the disk
         self._flushed_ns: int | None = None
         self._channels: dict[Channel, int] = {}
         self._schemas: dict[tuple[str, str, bytes], int] = {}
-        if not overwrite and path.exists():
-            raise RecordingError(f"{path} exists already; choose another name or remove it")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            if not path.parent.is_dir():
+                path.parent.mkdir(parents=True)
             self._file: BufferedWriter = path.open("wb" if overwrite else "xb")
+        except FileExistsError as error:
+            if not path.exists():
+                raise RecordingError(f"{path} cannot be written: {error.filename} is no folder") from error
+            raise TakeExists(f"{path} exists already; choose another name or remove it") from None
         except OSError as error:
             raise RecordingError(f"{path} cannot be written: {error.strerror or error}") from error
-        self._writer = Writer(self._file)
+        self._writer = Writer(self._file, enable_data_crcs=True)  # sums also over what has none of its own
         try:
             self._writer.start(library=LIBRARY)
             ours = {"zenocap": {"rig": rig, "schema_version": str(SCHEMA_VERSION)}}
@@ -94,6 +106,7 @@ class Recording:
             for file in attachments:
                 self._writer.add_attachment(start_ns, start_ns, file.name, file.media_type, file.data)
             self._sync()
+            _keep_name(path.parent)
         except OSError as error:
             self._fail(error)
             raise RecordingError(self._failure) from error
@@ -105,6 +118,11 @@ class Recording:
     @property
     def failure(self) -> str | None:
         return self._failure
+
+    @property
+    def size_bytes(self) -> int:
+        """Of the file so far, without the second that is not written yet."""
+        return 0 if self._file.closed else self._file.tell()
 
     def record(self, envelope: Envelope) -> None:
         """Write one message as it came."""
@@ -148,6 +166,7 @@ class Recording:
                 self._file.flush()
                 os.fsync(self._file.fileno())
                 self._file.close()
+                self._safe = (self._messages, self._bytes)
             except (OSError, zstandard.ZstdError, MemoryError) as error:
                 self._fail(error)
         return self.statistics
@@ -166,8 +185,11 @@ class Recording:
     def _sync(self) -> None:
         self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's annotations lack "-> None"
         os.fsync(self._file.fileno())
+        self._safe = (self._messages, self._bytes)
 
     def _fail(self, error: Exception) -> None:
+        self._lost += self._messages - self._safe[0]
+        self._messages, self._bytes = self._safe
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
         self._failure = f"{self.path}: recording stopped after {self._messages} messages: {reason}"
         logger.error("%s", self._failure)
@@ -175,3 +197,13 @@ class Recording:
             self._file.close()  # flushes again, and so may fail again
         except OSError:
             self._file.raw.close()
+
+
+def _keep_name(folder: Path) -> None:
+    """Bring the folder's list of files to the disk, where the system can: a new file has no name before that."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)

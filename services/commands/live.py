@@ -139,7 +139,8 @@ def integrator(
 ) -> None:
     """The integrator of a rig: pairs what the viewers see, answers who sees the facade, and gives the pose.
 
-    It also writes the take: every message of the rig. It runs until Ctrl-C, and exits with 3 when messages were lost.
+    It also writes the take: every message of the rig. It runs until Ctrl-C, and exits with 3 when messages
+    were lost, or the log could not be written.
 
     Example: `zenocap integrator studio.toml -o monday.mcap`
     """
@@ -159,7 +160,9 @@ def integrator(
             take = free_name(output) if with_parent else output
         elif one.log.enabled and not no_log:
             take = take_path(one.name, take_folder(one, rig, None), time.time_ns())
-        raise typer.Exit(run_integrator(one, options, take, stopped))
+        # A file that somebody asked for must be written; a default, or the launcher's, must not keep the rig from tracking.
+        must_log = output is not None and not with_parent
+        raise typer.Exit(run_integrator(one, options, take, stopped, must_log=must_log))
 
 
 def router(

@@ -1,8 +1,9 @@
-"""Commands that work on takes: info, export."""
+"""Commands that work on takes: info, export, recover."""
 
 import json
 from dataclasses import asdict
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
@@ -56,3 +57,42 @@ def info(take: TakePath, as_json: JsonOption = False) -> None:
     if found.cut:
         typer.echo(f"lost: {found.cut}", err=True)
     raise typer.Exit(LOSS if found.cut else DONE)
+
+
+def recover(
+    take: TakePath,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="The new file; default: TAKE-recovered.mcap.", show_default=False
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a cut or damaged take anew: all that is whole, with index and summary, and say what was lost.
+
+    The take itself is not touched. Exit status: 0 nothing was lost, 3 something was, 1 there is nothing to recover.
+
+    Example: `zenocap recover recordings/demo.mcap -o whole.mcap`
+    """
+    with one_line_errors():
+        from rich.console import Console
+        from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
+
+        from common.take.naming import free_name
+        from services.takes.recover import in_words
+        from services.takes.recover import recover as run_recover
+
+        output = output or free_name(take.with_name(f"{take.stem}-recovered{take.suffix}"))
+        console = Console(stderr=True)
+        columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TimeRemainingColumn())
+        with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+            bar = progress.add_task(take.name, total=take.stat().st_size if take.is_file() else None)
+            found = run_recover(take, output, lambda done: progress.update(bar, completed=done))
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=2, default=str))
+    else:
+        typer.echo(f"{output}: {found.messages} messages, {found.bytes / 1e6:.1f} MB, {found.attachments} files")
+        for line in in_words(found):
+            typer.echo(line, err=True)
+    raise typer.Exit(LOSS if found.lost else DONE)

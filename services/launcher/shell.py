@@ -137,7 +137,8 @@ class Watch:
         broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; what it said stands above")
-        return FAILED if broken else LOSS if failed or lost else DONE
+        stopped = any(health.counts.get("log_stopped", 0) for health in self._board.health.values())
+        return FAILED if broken else LOSS if failed or lost or stopped else DONE
 
     def _over(self) -> bool:
         viewers = [child for child in self._children.all if child.name != "integrator"]

@@ -1,0 +1,166 @@
+"""Damaged and hostile takes: no traceback, no hang, bounded memory, the right exit status.
+
+The full measurement is `python -m tests.evaluation.damage`; here is a quick one on a small take.
+"""
+
+import io
+import random
+import resource
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import pytest
+import zstandard
+
+from common.take.records import ChunkEnd, Damage, Message, NotMcap, Records
+from tests.evaluation.damage import KINDS, Damaging, Findings, Judge, corruptions, truncations
+from tests.test_recording import record_take
+
+FRAMES = 300
+MAGIC = b"\x89MCAP0\r\n"
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def judge(tmp_path_factory: pytest.TempPathFactory) -> Judge:
+    folder = tmp_path_factory.mktemp("damage")
+    record_take(folder / "take.mcap", FRAMES).close()
+    return Judge(folder / "take.mcap", folder)
+
+
+def test_takes_cut_anywhere(judge: Judge) -> None:
+    findings = Findings()
+    truncations(judge, findings, range(0, 101, 4))
+    assert findings.faults == []
+    assert findings.statuses.keys() == {(1, 1), (3, 3), (3, 0), (0, 0)}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_takes_damaged_at_random(judge: Judge, kind: Damaging) -> None:
+    findings = Findings()
+    corruptions(judge, kind, 8, 42, findings)
+    assert findings.faults == []
+
+
+def record(kind: int, body: bytes) -> bytes:
+    return struct.pack("<BQ", kind, len(body)) + body
+
+
+def chunk(data: bytes, size: int, packing: bytes = b"zstd", crc: int = 0) -> bytes:
+    head = struct.pack("<QQQII", 0, 0, size, crc, len(packing)) + packing
+    return record(6, head + struct.pack("<Q", len(data)) + data)
+
+
+def read(content: bytes) -> list[object]:
+    return list(Records(io.BytesIO(content)))
+
+
+HEADER = MAGIC + record(1, bytes(8))
+HOSTILE = {
+    "a record of 2^63 bytes": HEADER + struct.pack("<BQ", 6, 2**63),
+    "a chunk that says 2^60 bytes": HEADER + chunk(b"x", 2**60),
+    "a bomb": HEADER + chunk(zstandard.compress(bytes(63 << 20)), 10),
+    "a bomb that says so": HEADER + chunk(zstandard.compress(bytes(200 << 20)), 200 << 20),
+    "a frame that says 2^50 bytes": HEADER + chunk(b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", 2**50) + b"\1\0\0", 100),
+    "an unknown packing": HEADER + chunk(b"x" * 100, 100, b"xz\xff\xff"),
+    "a chunk in a chunk": HEADER + chunk(record(6, bytes(100)), 109, b""),
+    "a message of 3 bytes": HEADER + chunk(record(5, b"abc"), 12, b""),
+    "a message longer than its chunk": HEADER + chunk(struct.pack("<BQ", 5, 2**62) + bytes(50), 59, b""),
+    "a text that is none": HEADER + record(12, struct.pack("<I", 2) + b"\xff\xfe" + bytes(4)),
+    "an attachment of 2^64 bytes": HEADER + record(9, bytes(24) + b"\xff" * 8 + bytes(4)),
+    "an index of itself": HEADER + record(15, bytes(4)) + record(2, struct.pack("<QQI", 17, 17, 0)) + MAGIC,
+    "many beginnings": HEADER + struct.pack("<BQ", 1, 2**30) * 20_000,
+    "zeros": HEADER + bytes(3 << 20),
+}
+
+
+@pytest.mark.parametrize("content", HOSTILE.values(), ids=HOSTILE)
+def test_hostile_files_are_damage(content: bytes) -> None:
+    found = read(content)
+    assert any(isinstance(item, Damage) for item in found)
+    assert not any(isinstance(item, Message) for item in found)
+
+
+def test_hostile_files_take_little_memory(tmp_path: Path) -> None:
+    """With a limit on the memory of the process that reads them, far below what they ask for."""
+    bombs = HEADER + b"".join(chunk(zstandard.compress(bytes(60 << 20)), size) for size in (10, 60 << 20, 2**40)) * 5
+    (tmp_path / "take.mcap").write_bytes(bombs)
+    script = (
+        "import sys, resource; from pathlib import Path; from common.take.reading import Take;"
+        "limit = int(sys.argv[2]); resource.setrlimit(resource.RLIMIT_DATA, (limit, limit));"
+        "take = Take(Path(sys.argv[1])); print(len(list(take.messages())), take.cut)"
+    )
+    assert resource.RLIMIT_DATA
+    run = subprocess.run(
+        [sys.executable, "-c", script, tmp_path / "take.mcap", str(1 << 30)],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "damaged: 15 chunks" in run.stdout
+
+
+def test_a_wrong_record_length_costs_only_its_chunk(judge: Judge) -> None:
+    content = bytearray(judge.content)
+    second = content.index(b"zstd", content.index(b"zstd") + 4) - 40
+    assert content[second - 1] == 6
+    chunks = messages_of_chunks(judge.content)
+    for wrong in (0, 1, 70, 5000, 10**6, 2**40, 2**64 - 1):
+        content[second : second + 8] = wrong.to_bytes(8, "little")
+        assert messages_of_chunks(bytes(content)) == [chunks[0], *chunks[2:]], wrong
+
+
+def messages_of_chunks(content: bytes) -> list[list[Message]]:
+    """By chunk that is whole."""
+    chunks: list[list[Message]] = [[]]
+    for item in read(content):
+        if isinstance(item, Message):
+            chunks[-1].append(item)
+        elif isinstance(item, ChunkEnd):
+            chunks.append([])
+    assert not chunks.pop()
+    return chunks
+
+
+def test_unpacked_sums_are_checked() -> None:
+    data = record(5, bytes(30))
+    good = read(HEADER + chunk(data, len(data), b"", zlib.crc32(data)))
+    bad = read(HEADER + chunk(data, len(data), b"", zlib.crc32(data) ^ 1))
+    assert sum(isinstance(item, Message) for item in good) == 1
+    assert next(item.why for item in bad if isinstance(item, Damage)) == "a chunk whose sum is wrong"
+
+
+class CountingFile(io.BytesIO):
+    """Counts the bytes that are read."""
+
+    total = 0
+
+    def read(self, size: int | None = -1) -> bytes:
+        data = super().read(size)
+        self.total += len(data)
+        return data
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        (b"\0" + record(15, bytes(4))) * 5000,  # a record after each bit of noise
+        b"\x0c\0\0\0\0\0\0\0\0" * 8000,  # beginnings of records, one within the other
+        struct.pack("<BQ", 9, 60_000) * 8000,
+        (record(12, struct.pack("<I", 4) + b"name" + struct.pack("<I", 3) + b"abc")) * 3000,
+        bytes(100_000),
+    ],
+    ids=["much noise", "beginnings", "long beginnings", "broken metadata", "zeros"],
+)
+def test_reading_goes_through_a_file_a_bounded_number_of_times(content: bytes) -> None:
+    file = CountingFile(HEADER + content)
+    assert any(isinstance(item, Damage) for item in Records(file))
+    assert file.total < 100 * len(content)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_is_no_take(seed: int) -> None:
+    noise = random.Random(seed).randbytes(100_000)
+    with pytest.raises(NotMcap):
+        read(noise)

@@ -170,6 +170,12 @@ class ClockQuery(Message, frozen=True, tag="clock_query"):
     """A round trip for the clock offset; the reply's `captured_ns` is the integrator's clock."""
 
 
+class PaceQuery(Message, frozen=True, tag="pace_query"):
+    """Asks a service to answer once it has handled everything sent to it so far; the reply is the question."""
+
+    sent: Annotated[dict[Text, Count], Meta(max_length=256)] = {}  # messages by key since the last such question
+
+
 AnyMessage = (
     PartialBdp
     | UniversalBdp
@@ -182,4 +188,5 @@ AnyMessage = (
     | CameraInfo
     | Health
     | ClockQuery
+    | PaceQuery
 )

@@ -5,11 +5,12 @@ Everything is delivered in the order of `publish`, so that two runs that publish
 
 import logging
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Self
 
-from common.bus.inbox import Inbox, outgoing
+from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, Counters, DuplicateService, Received, RoundTrip
 from common.messages import Message
 from common.runtime.clock import Clock
@@ -70,6 +71,13 @@ class LocalBus:
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self.rig, topic, message, names)
+        self._send(topic, key, data)
+
+    def forward(self, topic: Topic, key: str, data: bytes) -> None:
+        check_key(self.rig, topic, key)
+        self._send(topic, key, data)
+
+    def _send(self, topic: Topic, key: str, data: bytes) -> None:
         if topic.queueing is Queueing.KEPT:
             self._network.kept[key] = (topic, data)
         for bus in self._network.buses:
@@ -107,6 +115,15 @@ class LocalBus:
             raise DuplicateService(self.rig, service, id)
         self._network.alive[name] = self
         self._network.tell_alive(service, id, True)
+
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> set[tuple[str, str]]:
+        """Those that have handled everything; never waits, for nothing is handled while it would."""
+        return {name for name in services if (bus := self._network.alive.get(name)) and bus.idle}
+
+    @property
+    def idle(self) -> bool:
+        """Nothing waits to be received."""
+        return self._inbox.empty
 
     def serve_clock(self) -> None:
         self._network.timekeeper = self._clock

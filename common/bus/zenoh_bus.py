@@ -5,7 +5,8 @@ topics have an advanced publisher with a cache of one: who joins late or comes b
 """
 
 import logging
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Collection
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -13,12 +14,13 @@ import zenoh
 import zenoh.ext
 
 from common import codec
-from common.bus.inbox import Inbox, outgoing
+from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received, RoundTrip
+from common.bus.zenoh_pace import Readers, Tally, ask_all
 from common.bus.zenoh_session import ZenohOptions, open_session
-from common.messages import ClockQuery, Message
+from common.messages import ClockQuery, Message, PaceQuery
 from common.runtime.clock import Clock
-from common.topics import ALIVE, CLAIM, CLOCK, Queueing, Topic, checked_name
+from common.topics import ALIVE, CLAIM, CLOCK, PACE, Queueing, Topic, checked_name
 
 logger = logging.getLogger(__name__)
 
@@ -40,16 +42,21 @@ class _Publisher(Protocol):
 class ZenohBus:
     """See `common.bus.protocol.Bus`.  Use it in a `with` statement: an open session keeps the process alive."""
 
-    def __init__(self, session: zenoh.Session, rig: str, clock: Clock, *, owns_session: bool = True) -> None:
+    def __init__(self, session: zenoh.Session, rig: str, clock: Clock, *, readers: Readers | None = None) -> None:
+        """readers: of the bus that this one is a reader of."""
         self._rig = checked_name("rig", rig)
         self._session = session
-        self._owns_session = owns_session
+        self._owns_session = readers is None
+        self._readers = readers or Readers()
         self._clock = clock
         self._inbox = Inbox(logger)
+        self._tally = Tally(self._inbox)
+        self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
         self._declared: list[_Declared] = []
         self._duplicate: DuplicateService | None = None
         self._asked = 0
+        self._sent: Counter[str] = Counter()
 
     @classmethod
     def open(cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False) -> "ZenohBus":
@@ -67,11 +74,19 @@ class ZenohBus:
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self._rig, topic, message, names)
+        self._put(topic, key, data)
+
+    def forward(self, topic: Topic, key: str, data: bytes) -> None:
+        check_key(self._rig, topic, key)
+        self._put(topic, key, data)
+
+    def _put(self, topic: Topic, key: str, data: bytes) -> None:
         try:
             publisher = self._publishers.get(key)
             if publisher is None:
                 publisher = self._publishers[key] = self._declare_publisher(topic, key)
             publisher.put(data)
+            self._sent[key] += 1
         except zenoh.ZError as error:
             raise BusError(f"{key} cannot be published: {error}") from error
 
@@ -102,7 +117,9 @@ class ZenohBus:
                 self._inbox.reject(key, "size", f"{size} bytes, more than {limit}")
             else:
                 self._inbox.put(key, topic, sample.payload.to_bytes(), self._clock.now_ns(), every=every)
+            self._tally.hear(key)
 
+        self._tally.expect(expression)
         if topic.queueing is Queueing.KEPT:
             self._declared.append(
                 zenoh.ext.declare_advanced_subscriber(
@@ -141,6 +158,14 @@ class ZenohBus:
         self._declared.append(liveliness.declare_token(CLAIM.format(**names, claim=claim)))
         self._declared.append(liveliness.declare_token(ALIVE.format(**names)))
         self._declared.append(liveliness.declare_subscriber(claims, hear_claim, history=True))
+        self._declared.append(self._session.declare_queryable(PACE.format(**names), self._readers.answer, complete=True))
+
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> set[tuple[str, str]]:
+        sent, self._sent = self._sent, Counter()
+        keys = {PACE.format(rig=self._rig, service=service, id=id): (service, id) for service, id in services}
+        self._asked += 1
+        question = PaceQuery(frame=self._asked, captured_ns=self._clock.now_ns(), sent=dict(sent))
+        return {keys[key] for key in ask_all(self._session, keys, question, timeout_s)}
 
     def serve_clock(self) -> None:
         def answer(query: zenoh.Query) -> None:
@@ -192,9 +217,10 @@ class ZenohBus:
         self._inbox.wake()
 
     def reader(self) -> "ZenohBus":
-        return ZenohBus(self._session, self._rig, self._clock, owns_session=False)
+        return ZenohBus(self._session, self._rig, self._clock, readers=self._readers)
 
     def close(self) -> None:
+        self._readers.remove(self._tally)
         declared, self._declared = self._declared, []
         publishers, self._publishers = list(self._publishers.values()), {}
         for thing in (*declared, *publishers):

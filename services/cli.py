@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import live, offline, takes
+from services.commands import live, offline, replay, takes
 
 app = typer.Typer(
     name="zenocap",
@@ -30,6 +30,7 @@ TABLE = (
     (FILES, offline.track),
     (FILES, takes.export),
     (FILES, takes.info),
+    (FILES, replay.replay),
     (FILES, offline.evaluate),
     (BEFORE, offline.warmup),
 )

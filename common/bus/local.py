@@ -73,6 +73,9 @@ class LocalBus:
         key, data = outgoing(self.rig, topic, message, names)
         self._send(topic, key, data)
 
+    def announce(self, topic: Topic, key: str) -> None:
+        check_key(self.rig, topic, key)
+
     def forward(self, topic: Topic, key: str, data: bytes) -> None:
         check_key(self.rig, topic, key)
         self._send(topic, key, data)

@@ -101,6 +101,12 @@ class Bus(Protocol):
         Raises BadMessage for values out of range and ValueError when a name is missing or disagrees with the message.
         """
 
+    def announce(self, topic: Topic, key: str) -> None:
+        """Make ready to send on a key of this rig and topic, so that the network knows of it before the first message.
+
+        Raises ValueError for another key.
+        """
+
     def forward(self, topic: Topic, key: str, data: bytes) -> None:
         """Send bytes that were encoded and checked before, on a key of this rig and topic; else as `publish`.
 

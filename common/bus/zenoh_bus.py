@@ -76,19 +76,30 @@ class ZenohBus:
         key, data = outgoing(self._rig, topic, message, names)
         self._put(topic, key, data)
 
+    def announce(self, topic: Topic, key: str) -> None:
+        check_key(self._rig, topic, key)
+        self._publisher(topic, key)
+
     def forward(self, topic: Topic, key: str, data: bytes) -> None:
         check_key(self._rig, topic, key)
         self._put(topic, key, data)
 
     def _put(self, topic: Topic, key: str, data: bytes) -> None:
+        publisher = self._publisher(topic, key)
         try:
-            publisher = self._publishers.get(key)
-            if publisher is None:
-                publisher = self._publishers[key] = self._declare_publisher(topic, key)
             publisher.put(data)
-            self._sent[key] += 1
         except zenoh.ZError as error:
             raise BusError(f"{key} cannot be published: {error}") from error
+        self._sent[key] += 1
+
+    def _publisher(self, topic: Topic, key: str) -> _Publisher:
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            try:
+                publisher = self._publishers[key] = self._declare_publisher(topic, key)
+            except zenoh.ZError as error:
+                raise BusError(f"{key} cannot be published: {error}") from error
+        return publisher
 
     def _declare_publisher(self, topic: Topic, key: str) -> _Publisher:
         if topic.queueing is not Queueing.KEPT:

@@ -55,13 +55,13 @@ def run_replay(
     if console.is_terminal:
         logging.getLogger().handlers[:] = [RichHandler(console=console, show_path=False)]
     plan = planned(Timeline(paths), wishes)
-    rig, own = rig_of(plan), services_of(plan)
+    rig = rig_of(plan)
     sys.setswitchinterval(SWITCH_S)
     clock = RealClock()
     with ZenohBus.open(options, rig, clock, stopped) as bus, keyboard() as keys, display(console, keys=bool(keys)) as show:
-        consumers = Consumers(bus, own)
+        consumers = Consumers(bus, services_of(plan))
         try:
-            stand_in(bus, consumers, own, wishes.delay_s, stopped)
+            stand_in(bus, plan, consumers, wishes.delay_s, stopped)
             player = Player(
                 bus, clock, RealWaiting(clock), plan, consumers, keys, show,
                 rate=wishes.rate, paused=wishes.paused, now=wishes.now,
@@ -112,15 +112,20 @@ def services_of(plan: Plan) -> frozenset[Name]:
     return frozenset(service for key in plan.keys.values() if (service := service_at(key)) is not None)
 
 
-def stand_in(bus: Bus, consumers: Consumers, own: frozenset[Name], delay_s: float, stopped: Callable[[], bool]) -> None:
+def stand_in(bus: Bus, plan: Plan, consumers: Consumers, delay_s: float, stopped: Callable[[], bool]) -> None:
     """Be seen as the services of the take, and give the others `delay_s` to be found and to find it.
 
     Raises DuplicateService when one of them is running.
     """
+    own = services_of(plan)
     bus.watch_alive()
     _wait(consumers, delay_s / 2, stopped)
     for service, id in sorted(own):
         bus.declare_alive(service, id)
+    for key in sorted(plan.keys.values()):
+        topic = topic_at(key)
+        if topic is not None:
+            bus.announce(topic, key)
     _wait(consumers, delay_s / 2, stopped)
     others = ", ".join(f"{service} {id}" for service, id in sorted(consumers.names)) or "no other service"
     logger.info("standing in for %s; live: %s", ", ".join(f"{service} {id}" for service, id in sorted(own)), others)

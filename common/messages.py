@@ -171,9 +171,9 @@ class ClockQuery(Message, frozen=True, tag="clock_query"):
 
 
 class PaceQuery(Message, frozen=True, tag="pace_query"):
-    """Asks a service to answer once it has handled everything sent to it so far; the reply is the question."""
+    """Asks a service to answer once it has handled everything sent to it so far."""
 
-    sent: Annotated[dict[Text, Count], Meta(max_length=256)] = {}  # messages by key since the last such question
+    sent: Annotated[dict[Text, Count], Meta(max_length=256)] = {}  # by key since the last question; back: those listened to
 
 
 AnyMessage = (

@@ -152,8 +152,11 @@ def test_a_service_keeps_pace_when_it_has_handled_everything(network: LocalNetwo
     integrator.subscribe(SIGHTING)
     integrator.declare_alive("integrator", "main")
     main = ("integrator", "main")
-    assert player.pace([main, ("tracker", "main")], 1.0) == {main}
+    assert player.pace([main, ("tracker", "main")], 1.0) == {main: frozenset()}
     player.publish(SIGHTING, sighting("1", 5))
-    assert player.pace([main], 1.0) == set()
+    assert player.pace([main], 1.0) == {}
     received(integrator)
-    assert player.pace([main], 1.0) == {main}
+    player.publish(UNIVERSAL_BAP, bap(1))
+    player.publish(SIGHTING, sighting("1", 6))
+    received(integrator)
+    assert player.pace([main], 1.0) == {main: {SIGHTING.at("studio", viewer="1")}}

@@ -60,6 +60,7 @@ class LocalBus:
         self._inbox = Inbox(logger)
         self._subscriptions: list[_Subscription] = []
         self._watching = False
+        self._sent: set[str] = set()
 
     @property
     def rig(self) -> str:
@@ -83,6 +84,7 @@ class LocalBus:
     def _send(self, topic: Topic, key: str, data: bytes) -> None:
         if topic.queueing is Queueing.KEPT:
             self._network.kept[key] = (topic, data)
+        self._sent.add(key)
         for bus in self._network.buses:
             bus.hear(key, data)
 
@@ -119,14 +121,20 @@ class LocalBus:
         self._network.alive[name] = self
         self._network.tell_alive(service, id, True)
 
-    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> set[tuple[str, str]]:
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
         """Those that have handled everything; never waits, for nothing is handled while it would."""
-        return {name for name in services if (bus := self._network.alive.get(name)) and bus.idle}
+        sent, self._sent = self._sent, set()
+        buses = {name: bus for name in services if (bus := self._network.alive.get(name)) is not None}
+        return {name: frozenset(filter(bus.listens, sent)) for name, bus in buses.items() if bus.idle}
 
     @property
     def idle(self) -> bool:
         """Nothing waits to be received."""
         return self._inbox.empty
+
+    def listens(self, key: str) -> bool:
+        """Whether a subscription fits `key`."""
+        return any(subscription.key.fullmatch(key) for subscription in self._subscriptions)
 
     def serve_clock(self) -> None:
         self._network.timekeeper = self._clock

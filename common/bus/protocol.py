@@ -122,10 +122,11 @@ class Bus(Protocol):
     def declare_alive(self, service: str, id: str) -> None:
         """Be seen as this service until closed.  Raises DuplicateService, here or later in `receive`."""
 
-    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> set[tuple[str, str]]:
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
         """Wait until these services, by name and id, have handled everything that this bus has sent.
 
-        Returns those that have; the others took longer than `timeout_s`, or cannot tell.
+        Returns those that have, with the keys they listen to of those sent since the last time.  The others took longer
+        than `timeout_s`, or cannot tell.
         """
 
     def serve_clock(self) -> None:

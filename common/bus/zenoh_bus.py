@@ -171,12 +171,13 @@ class ZenohBus:
         self._declared.append(liveliness.declare_subscriber(claims, hear_claim, history=True))
         self._declared.append(self._session.declare_queryable(PACE.format(**names), self._readers.answer, complete=True))
 
-    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> set[tuple[str, str]]:
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
         sent, self._sent = self._sent, Counter()
         keys = {PACE.format(rig=self._rig, service=service, id=id): (service, id) for service, id in services}
         self._asked += 1
         question = PaceQuery(frame=self._asked, captured_ns=self._clock.now_ns(), sent=dict(sent))
-        return {keys[key] for key in ask_all(self._session, keys, question, timeout_s)}
+        answers = ask_all(self._session, keys, question, timeout_s)
+        return {keys[key]: frozenset(answer.sent) for key, answer in answers.items()}
 
     def serve_clock(self) -> None:
         def answer(query: zenoh.Query) -> None:

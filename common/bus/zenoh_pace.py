@@ -44,14 +44,15 @@ class Tally:
                 self._heard[key] += 1
             self._changed.notify_all()
 
-    def settle(self, sent: Mapping[str, int], end_s: float) -> None:
-        """Wait until all of `sent` that is listened to has come, or until `end_s`; then count anew."""
+    def settle(self, sent: Mapping[str, int], end_s: float) -> dict[str, int]:
+        """What of `sent` is listened to, once all of it has come, or at `end_s`; then counts anew."""
         with self._changed:
-            expected = [(key, count) for key, count in sent.items() if self._listens(key)]
+            expected = {key: count for key, count in sent.items() if self._listens(key)}
             self._changed.wait_for(
-                lambda: all(self._heard[key] >= count for key, count in expected), max(0.0, end_s - monotonic())
+                lambda: all(self._heard[key] >= count for key, count in expected.items()), max(0.0, end_s - monotonic())
             )
             self._heard.clear()
+            return expected
 
     def _listens(self, key: str) -> bool:
         return any(expression.includes(key) for expression in self._expected)
@@ -86,8 +87,10 @@ class Readers:
             query.drop()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
             return
         end_s = monotonic() + OVERTAKEN_S
+        heard: dict[str, int] = {}
         for tally in tallies:
-            tally.settle(question.sent, end_s)
+            heard |= tally.settle(question.sent, end_s)
+        answer = codec.encode(PaceQuery(frame=question.frame, captured_ns=question.captured_ns, sent=heard))
         left = set(range(len(tallies)))
         lock = threading.Lock()
 
@@ -97,7 +100,7 @@ class Readers:
                 done = not left
             if done:
                 try:
-                    query.reply(query.key_expr, codec.encode(question), express=True)
+                    query.reply(query.key_expr, answer, express=True)
                     query.drop()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
                 except zenoh.ZError as error:
                     logger.debug("%s: the asker is gone: %s", query.key_expr, error)
@@ -106,18 +109,24 @@ class Readers:
             tally.inbox.mark(partial(passed, number))
 
 
-def ask_all(session: zenoh.Session, keys: Collection[str], question: PaceQuery, timeout_s: float) -> set[str]:
-    """Those of `keys` that answered the question within `timeout_s`; returns when all have, or cannot."""
+def ask_all(session: zenoh.Session, keys: Collection[str], question: PaceQuery, timeout_s: float) -> dict[str, PaceQuery]:
+    """The answers by key, of those who gave one within `timeout_s`; returns when all have, or cannot."""
     changed = threading.Condition()
-    answered: set[str] = set()
+    answers: dict[str, PaceQuery] = {}
     waiting = set(keys)
     payload = codec.encode(question)
 
     def ask(key: str) -> None:
         def take(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
-                with changed:
-                    answered.add(key)
+            if reply.ok is None:
+                return
+            try:
+                answer = codec.decode(reply.ok.payload.to_bytes(), PaceQuery)
+            except codec.BadMessage as error:
+                logger.warning("%s: %s", key, error)
+                return
+            with changed:
+                answers[key] = answer
 
         def end() -> None:
             with changed:
@@ -130,4 +139,4 @@ def ask_all(session: zenoh.Session, keys: Collection[str], question: PaceQuery, 
         ask(key)
     with changed:
         changed.wait_for(lambda: not waiting, timeout_s + 1.0)
-        return set(answered)
+        return dict(answers)

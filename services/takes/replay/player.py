@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from common.bus.protocol import Bus
 from common.runtime.clock import Clock
 from common.runtime.logs import OncePerSource
-from common.topics import Topic
 from services.takes.replay.ahead import Ahead
 from services.takes.replay.consumers import Consumers
 from services.takes.replay.keys import Key, Keyboard
@@ -64,7 +63,6 @@ class Player:
         self._place_ns, self._lap = plan.begin_ns, 1
         self._reached: Reached | None = None
         self._shift = Shift(clock.now_ns() - plan.timeline.log_at(plan.begin_ns) if now else 0)
-        self._unpaced: dict[str, Topic] = {}  # sent since the consumers were last waited for
         self._step: set[str] | None = None  # keys sent in the step that is being made
         self._look_ns = 0
         self._quit = False
@@ -125,7 +123,7 @@ class Player:
 
     def _send(self, ready: Ready) -> None:
         if not self._head.rate:
-            self._keep_pace(ready)
+            self._consumers.send(ready.topic, ready.key)
         self._bus.forward(ready.topic, ready.key, ready.data)
         self._ahead.take()
         self.sent += 1
@@ -136,13 +134,6 @@ class Player:
             self._reached = before.further(ready.captured_ns, ready.frame, ready.log_ns)
             if not self._head.rate:  # so that another rate goes on from here
                 self._head = self._head.moved(ready.line_ns, self._clock.elapsed_ns())
-
-    def _keep_pace(self, ready: Ready) -> None:
-        """Wait for the consumers where the order of handling is not that of sending, or a newer message supersedes."""
-        if ready.key in self._unpaced or any(topic is not ready.topic for topic in self._unpaced.values()):
-            self._consumers.keep_pace()
-            self._unpaced.clear()
-        self._unpaced[ready.key] = ready.topic
 
     def _look(self) -> None:
         self._consumers.hear()

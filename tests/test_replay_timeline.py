@@ -1,5 +1,6 @@
 """Takes on one time line: every message at its place, from any place on, also of cut, damaged and several files."""
 
+import random
 from dataclasses import replace
 from pathlib import Path
 
@@ -125,3 +126,25 @@ def test_what_is_no_take_is_refused(tmp_path: Path, data: bytes) -> None:
         Timeline([path])
     with pytest.raises(TakeError, match="cannot be read"):
         Timeline([tmp_path / "none.mcap"])
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_whatever_is_damaged_what_is_read_was_recorded(take: Path, seed: int) -> None:
+    """Some bytes anywhere are others: reading ends, in order, and gives only what the checks let through."""
+    chance = random.Random(seed)
+    data = bytearray(take.read_bytes())
+    for _ in range(chance.choice((1, 1, 3, 10))):
+        data[chance.randrange(8, len(data))] = chance.randrange(256)
+    if seed % 5 == 0:
+        del data[chance.randrange(len(data)) :]
+    take.write_bytes(bytes(data))
+    recorded = {each.data for each in spoken(50)}
+    try:
+        timeline = Timeline([take])
+        for place_ns in (0, 20 * PERIOD_NS):
+            found = list(timeline.read(place_ns))
+            assert {placed.recorded.data for placed in found} <= recorded
+            assert [placed.place_ns for placed in found] == sorted(placed.place_ns for placed in found)
+            timeline.last_before(place_ns, BDPS)
+    except TakeError:
+        assert len(data) < 200 or data[:8] != b"\x89MCAP0\r\n"

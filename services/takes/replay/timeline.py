@@ -6,20 +6,24 @@ two, as between the files of one recording, is kept up to LONGEST_GAP_NS.
 
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from io import BufferedReader
 from itertools import pairwise
 from pathlib import Path
 
+from mcap.data_stream import ReadDataStream
 from mcap.reader import SeekingReader
+from mcap.records import Channel, Chunk, Message
+from mcap.stream_reader import breakup_chunk
 from mcap.summary import Summary
 
-from common.take.reading import BROKEN, MAX_RECORD, Recorded, Take
+from common.take.reading import BROKEN, MAX_RECORD, Recorded, Take, TakeError
 
 logger = logging.getLogger(__name__)
 
 LONGEST_GAP_NS = 10_000_000_000
+FOREVER_NS = 2**64
+OPCODE_AND_LENGTH = 9  # bytes of a record before its content
 SET_BACK_NS = 1_000_000_000  # a log_time that is further back than this comes of a clock that was set
 
 
@@ -46,7 +50,7 @@ class Placed:
 
 
 class Timeline:
-    """The takes, in the order of their beginning.  lost: by take, what reading it again and again found missing."""
+    """The takes, in the order of their beginning.  lost: by take, what reading it found missing."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
         """Raises TakeError for a file that is no take."""
@@ -93,15 +97,14 @@ class Timeline:
         return max((k for k, begin_ns in enumerate(self._begins_ns) if begin_ns <= place_ns), default=0)
 
     def _part(self, path: Path) -> Part:
-        summary = _with_reader(path, lambda reader: reader.get_summary())
-        if summary is not None and summary.statistics is not None and summary.chunk_indexes:
-            counts: Counter[str] = Counter()
-            for channel_id, count in summary.statistics.channel_message_counts.items():
-                counts[summary.channels[channel_id].topic] += count
-            statistics = summary.statistics
-            if _in_order(summary):
-                return Part(path, statistics.message_start_time, statistics.message_end_time, dict(counts), True)
-        counts = Counter()
+        try:
+            with path.open("rb") as file:
+                part = _from_summary(path, SeekingReader(file, record_size_limit=MAX_RECORD).get_summary())
+        except (*BROKEN, OSError):
+            part = None  # whether it is a take at all is told by reading it
+        if part is not None:
+            return part
+        counts: Counter[str] = Counter()
         start_ns = length_ns = 0
         for place_ns, recorded in _places(self._scan(path)):
             if not counts:
@@ -114,25 +117,12 @@ class Timeline:
         if not (part.indexed and from_ns):
             yield from (item for item in _places(self._scan(part.path), part.start_ns) if item[0] >= from_ns)
             return
-        count = 0
-        try:
-            with part.path.open("rb") as file:
-                for item in _places(_indexed(file, part.start_ns + from_ns, None, None), part.start_ns):
-                    count += 1
-                    yield item
-        except BROKEN as error:  # damaged on the way: what is whole behind it is found by reading everything
-            self.lost[part.path] = f"{part.path}: damaged: {error}"
-            again = (item for item in _places(self._scan(part.path), part.start_ns) if item[0] >= from_ns)
-            yield from (item for number, item in enumerate(again) if number >= count)
+        yield from _places(self._indexed(part, part.start_ns + from_ns), part.start_ns)
 
     def _state(self, part: Part, before_ns: int, keys: Sequence[str]) -> Iterator[Recorded]:
         if part.indexed:
-            try:
-                with part.path.open("rb") as file:
-                    yield from list(_indexed(file, None, part.start_ns + before_ns, keys))
-                return
-            except BROKEN as error:
-                self.lost[part.path] = f"{part.path}: damaged: {error}"
+            yield from self._indexed(part, 0, part.start_ns + before_ns, keys)
+            return
         for place_ns, recorded in _places(self._scan(part.path), part.start_ns):
             if place_ns >= before_ns:
                 return
@@ -144,6 +134,39 @@ class Timeline:
         yield from take.messages()
         if take.cut:
             self.lost[path] = take.cut
+
+    def _indexed(
+        self, part: Part, from_log_ns: int, to_log_ns: int | None = None, keys: Sequence[str] | None = None
+    ) -> Iterator[Recorded]:
+        """Messages logged from one time until before another, of `keys` if given, in the order of writing.
+
+        One chunk is in memory at a time (mcap's own reader takes all of them when asked for the order of writing).
+        """
+        try:
+            file = part.path.open("rb")
+        except OSError as error:
+            raise TakeError(f"{part.path} cannot be read: {error.strerror or error}") from error
+        with file:
+            summary = SeekingReader(file, record_size_limit=MAX_RECORD).get_summary()
+            if summary is None:
+                return
+            for index in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
+                if index.message_end_time < from_log_ns or (to_log_ns and index.message_start_time >= to_log_ns):
+                    continue
+                channels = [summary.channels[id] for id in index.message_index_offsets]
+                if keys is not None and channels and not any(channel.topic in keys for channel in channels):
+                    continue
+                try:
+                    file.seek(index.chunk_start_offset + OPCODE_AND_LENGTH)
+                    records = breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
+                except (*BROKEN, OSError):
+                    self.lost[part.path] = f"{part.path}: damaged: a chunk lost at byte {index.chunk_start_offset}"
+                    continue
+                for message in records:
+                    if isinstance(message, Message) and from_log_ns <= message.log_time < (to_log_ns or FOREVER_NS):
+                        channel = summary.channels.get(message.channel_id)
+                        if channel is not None and (keys is None or channel.topic in keys):
+                            yield _recorded(message, channel, summary)
 
 
 def _places(messages: Iterator[Recorded], start_ns: int | None = None) -> Iterator[tuple[int, Recorded]]:
@@ -159,13 +182,21 @@ def _places(messages: Iterator[Recorded], start_ns: int | None = None) -> Iterat
         yield latest_ns, recorded
 
 
-def _with_reader(path: Path, read: Callable[[SeekingReader], Summary | None]) -> Summary | None:
-    """None when the file has no whole summary; whether it is a take at all is told by reading it."""
-    try:
-        with path.open("rb") as file:
-            return read(SeekingReader(file, record_size_limit=MAX_RECORD))
-    except (*BROKEN, OSError):
+def _from_summary(path: Path, summary: Summary | None) -> Part | None:
+    """None when the summary does not tell all, or contradicts itself.  Raises what BROKEN lists."""
+    if summary is None or summary.statistics is None or not summary.chunk_indexes or not _in_order(summary):
         return None
+    statistics = summary.statistics
+    counts: Counter[str] = Counter()
+    for channel_id, count in statistics.channel_message_counts.items():
+        counts[summary.channels[channel_id].topic] += count
+    filled = [chunk for chunk in summary.chunk_indexes if chunk.message_end_time]
+    start_ns, end_ns = min(c.message_start_time for c in filled), max(c.message_end_time for c in filled)
+    if (start_ns, end_ns) != (statistics.message_start_time, statistics.message_end_time):
+        return None
+    if any(id not in summary.channels for chunk in filled for id in chunk.message_index_offsets):
+        return None
+    return Part(path, start_ns, end_ns, dict(counts), True)
 
 
 def _in_order(summary: Summary) -> bool:
@@ -175,18 +206,14 @@ def _in_order(summary: Summary) -> bool:
     return all(after.message_start_time >= before.message_end_time - SET_BACK_NS for before, after in pairwise(filled))
 
 
-def _indexed(
-    file: BufferedReader, starting_at: int | None, ending_before: int | None, keys: Sequence[str] | None
-) -> Iterator[Recorded]:
-    reader = SeekingReader(file, validate_crcs=True, record_size_limit=MAX_RECORD)
-    found = reader.iter_messages(keys, log_time_order=False, starting_at=starting_at, ending_before=ending_before)
-    for schema, channel, message in found:
-        yield Recorded(
-            topic=channel.topic,
-            encoding=channel.message_encoding,
-            schema=schema.name if schema else "",
-            data=message.data,
-            log_ns=message.log_time,
-            publish_ns=message.publish_time,
-            sequence=message.sequence,
-        )
+def _recorded(message: Message, channel: Channel, summary: Summary) -> Recorded:
+    schema = summary.schemas.get(channel.schema_id)
+    return Recorded(
+        topic=channel.topic,
+        encoding=channel.message_encoding,
+        schema=schema.name if schema else "",
+        data=message.data,
+        log_ns=message.log_time,
+        publish_ns=message.publish_time,
+        sequence=message.sequence,
+    )

@@ -244,3 +244,17 @@ def test_marks_outlive_messages_that_are_dropped(monkeypatch: pytest.MonkeyPatch
         inbox.mark(lambda frame=frame: passed.append(frame))
     assert [frame for _, frame in drain(inbox)] == [28, 29]
     assert passed == list(range(30))
+
+
+def test_nobody_can_fill_the_queue_with_marks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_EVENTS", 3)
+    inbox = Inbox(LOGGER)
+    passed: list[int] = []
+    for number in range(10):
+        inbox.mark(lambda number=number: passed.append(number))
+    assert inbox.take(0.0) is None
+    assert passed == [0, 1, 2]
+    assert inbox.counters.dropped == {"queue_full": 7}
+    inbox.mark(lambda: passed.append(99))
+    assert inbox.take(0.0) is None
+    assert passed[-1] == 99

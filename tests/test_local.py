@@ -145,6 +145,8 @@ def test_forwarded_state_is_kept_for_late_joiners(network: LocalNetwork) -> None
 def test_bytes_are_not_forwarded_on_a_strange_key(network: LocalNetwork, key: str) -> None:
     with pytest.raises(ValueError, match=f"{key}: no key of sighting of rig studio"):
         network.bus().forward(SIGHTING, key, b"")
+    with pytest.raises(ValueError, match=f"{key}: no key of sighting of rig studio"):
+        network.bus().announce(SIGHTING, key)
 
 
 def test_a_service_keeps_pace_when_it_has_handled_everything(network: LocalNetwork) -> None:

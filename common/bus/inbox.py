@@ -16,7 +16,7 @@ from common.topics import Queueing, Topic
 MAX_QUEUED = 8192  # messages of ALL topics
 MAX_QUEUED_BYTES = 64 << 20
 MAX_KEYS = 1024  # keys of LATEST and KEPT topics waiting at once
-MAX_EVENTS = 1024  # alive changes and round trips
+MAX_EVENTS = 1024  # alive changes and round trips; marks
 
 
 @dataclass(slots=True)
@@ -46,6 +46,7 @@ class Inbox:
         self._fifo: deque[_Parcel] = deque()
         self._fifo_bytes = 0
         self._events: deque[Alive | RoundTrip] = deque()
+        self._marks = 0
         self._woken = False
         self._received = 0
         self._rejected: Counter[str] = Counter()
@@ -78,12 +79,17 @@ class Inbox:
     def mark(self, passed: Callable[[], None]) -> None:
         """Call `passed` in the receiving thread, when that asks for more after everything queued so far."""
         with self._ready:
+            if self._marks >= MAX_EVENTS:
+                self._dropped["queue_full"] += 1
+                return
+            self._marks += 1
             self._order.append(_Mark(passed))
             self._ready.notify()
 
     def release(self) -> None:
         """Call what waits for its mark now: nobody will receive any more."""
         with self._ready:
+            self._marks = 0
             marks = [waiting for waiting in self._order if isinstance(waiting, _Mark)]
             self._order = deque(waiting for waiting in self._order if isinstance(waiting, _Parcel))
         for mark in marks:
@@ -158,6 +164,7 @@ class Inbox:
         while self._order:
             parcel = self._order.popleft()
             if isinstance(parcel, _Mark):
+                self._marks -= 1
                 return parcel
             data, parcel.data = parcel.data, None
             if data is None:

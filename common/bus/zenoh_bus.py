@@ -1,4 +1,5 @@
-"""The bus over Zenoh.  Its threads only queue, except that the integrator's clock is answered at once.
+"""The bus over Zenoh.  Its threads only queue, except that the integrator's clock is answered at once, and that a
+question for the pace waits for what it has overtaken.
 
 Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.  KEPT
 topics have an advanced publisher with a cache of one: who joins late or comes back asks for it.

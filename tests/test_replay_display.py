@@ -13,7 +13,7 @@ HALF = Status(place_ns=15_000_000_000, begin_ns=5_000_000_000, end_ns=25_000_000
 
 
 def test_time_share_rate_and_state_are_said() -> None:
-    assert words(HALF).split() == "10.0 of 20.0 s 50 % rate 2 playing 7 messages".split()
+    assert words(HALF).split() == ["10.0", "of", "20.0", "s", "50", "%", "rate", "2", "playing", "7", "messages"]
 
 
 @pytest.mark.parametrize(

@@ -185,6 +185,12 @@ class ClockQuery(Message, frozen=True, tag="clock_query"):
     """A round trip for the clock offset; the reply's `captured_ns` is the integrator's clock."""
 
 
+class PaceQuery(Message, frozen=True, tag="pace_query"):
+    """Asks a service to answer once it has handled everything sent to it so far."""
+
+    sent: Annotated[dict[Text, Count], Meta(max_length=256)] = {}  # by key since the last question; back: those listened to
+
+
 AnyMessage = (
     PartialBdp
     | UniversalBdp
@@ -198,4 +204,5 @@ AnyMessage = (
     | Health
     | Handled
     | ClockQuery
+    | PaceQuery
 )

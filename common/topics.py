@@ -77,9 +77,19 @@ TOPICS = (
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
 CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
+PACE = "zenocap/{rig}/pace/{service}/{id}"  # queryable: answers when everything before the question is handled
 EVERYTHING = "zenocap/{rig}/**"
 ROOT = "zenocap"  # the first chunk of every key
 NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Name` has it
+
+
+def service_at(key: str) -> tuple[str, str] | None:
+    """Service and id of the one that publishes on `key`; None when it is no key of a topic."""
+    topic = topic_at(key)
+    if topic is None:
+        return None
+    names = topic.names(key) or {}
+    return key.split("/")[2], names.get("viewer", names.get("id", "main"))
 
 
 @cache

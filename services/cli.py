@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import live, offline, record, takes
+from services.commands import live, offline, record, replay, takes
 
 app = typer.Typer(
     name="zenocap",
@@ -32,6 +32,7 @@ TABLE = (
     (FILES, takes.export),
     (FILES, takes.info),
     (FILES, takes.recover),
+    (FILES, replay.replay),
     (FILES, offline.evaluate),
     (BEFORE, offline.warmup),
 )

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from common import messages as m
 from common.topics import TOPICS
 
-MESSAGE_TYPES = (*(topic.message for topic in TOPICS), m.ClockQuery)
+MESSAGE_TYPES = (*(topic.message for topic in TOPICS), m.ClockQuery, m.PaceQuery)
 NAMES = st.from_regex(r"[A-Za-z0-9_.\-]{1,12}", fullmatch=True)
 
 

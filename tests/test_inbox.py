@@ -203,3 +203,58 @@ def test_a_message_is_not_sent_under_another_name() -> None:
 def test_a_message_is_not_sent_on_another_topic() -> None:
     with pytest.raises(ValueError, match="sighting carries Sighting, not UniversalBap"):
         outgoing("r", SIGHTING, bap(1), {})
+
+
+def test_a_mark_is_passed_when_all_before_it_is_handled() -> None:
+    inbox = Inbox(LOGGER)
+    passed: list[str] = []
+    put_sighting(inbox, "1", 1)
+    inbox.mark(lambda: passed.append("first"))
+    put_sighting(inbox, "1", 2)  # takes the place of the one before the mark
+    put_sighting(inbox, "2", 1)
+    inbox.mark(lambda: passed.append("second"))
+    assert not inbox.empty
+    assert isinstance(inbox.take(0.0), Envelope)
+    assert passed == []  # taken, not yet handled
+    assert isinstance(inbox.take(0.0), Envelope)
+    assert passed == ["first"]
+    assert inbox.take(0.0) is None
+    assert passed == ["first", "second"]
+    assert inbox.empty
+
+
+def test_marks_are_passed_when_nobody_receives_any_more() -> None:
+    inbox = Inbox(LOGGER)
+    passed: list[str] = []
+    put_bap(inbox, 1)
+    inbox.mark(lambda: passed.append("mark"))
+    inbox.release()
+    assert passed == ["mark"]
+    assert drain(inbox) == [("universal_bap", 1)]
+    assert passed == ["mark"]
+
+
+def test_marks_outlive_messages_that_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_QUEUED", 2)
+    monkeypatch.setattr(inbox_module, "MAX_KEYS", 2)
+    inbox = Inbox(LOGGER)
+    passed: list[int] = []
+    for frame in range(30):
+        put_bap(inbox, frame)
+        inbox.mark(lambda frame=frame: passed.append(frame))
+    assert [frame for _, frame in drain(inbox)] == [28, 29]
+    assert passed == list(range(30))
+
+
+def test_nobody_can_fill_the_queue_with_marks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_EVENTS", 3)
+    inbox = Inbox(LOGGER)
+    passed: list[int] = []
+    for number in range(10):
+        inbox.mark(lambda number=number: passed.append(number))
+    assert inbox.take(0.0) is None
+    assert passed == [0, 1, 2]
+    assert inbox.counters.dropped == {"queue_full": 7}
+    inbox.mark(lambda: passed.append(99))
+    assert inbox.take(0.0) is None
+    assert passed[-1] == 99

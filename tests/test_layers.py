@@ -25,7 +25,7 @@ SHELLS = {
     "viewer": {"shell", "beginning", "source", "sources"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
-ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_session")
+ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_pace", "common.bus.zenoh_session")
 
 
 def module_of(path: Path) -> str:

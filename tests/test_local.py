@@ -122,3 +122,43 @@ def test_a_reader_has_its_own_queue(network: LocalNetwork) -> None:
 def test_a_rig_needs_a_proper_name() -> None:
     with pytest.raises(ValueError, match="rig = 'a/b'"):
         LocalNetwork("a/b", ManualClock())
+
+
+def test_forwarded_bytes_arrive_as_they_are(network: LocalNetwork) -> None:
+    player, reader = network.bus(), network.bus()
+    reader.subscribe(SIGHTING)
+    data = encode(sighting("1", 5))
+    player.forward(SIGHTING, "zenocap/studio/viewer/1/sighting", data)
+    event = reader.receive()
+    assert isinstance(event, Envelope)
+    assert event.data == data
+
+
+def test_forwarded_state_is_kept_for_late_joiners(network: LocalNetwork) -> None:
+    network.bus().forward(PARTIAL_BDP, "zenocap/studio/viewer/1/bdp", encode(bdp("1", 3)))
+    late = network.bus()
+    late.subscribe(PARTIAL_BDP)
+    assert received(late) == [bdp("1", 3)]
+
+
+@pytest.mark.parametrize("key", ["zenocap/other/viewer/1/sighting", "zenocap/studio/viewer/1/bap", "sighting"])
+def test_bytes_are_not_forwarded_on_a_strange_key(network: LocalNetwork, key: str) -> None:
+    with pytest.raises(ValueError, match=f"{key}: no key of sighting of rig studio"):
+        network.bus().forward(SIGHTING, key, b"")
+    with pytest.raises(ValueError, match=f"{key}: no key of sighting of rig studio"):
+        network.bus().announce(SIGHTING, key)
+
+
+def test_a_service_keeps_pace_when_it_has_handled_everything(network: LocalNetwork) -> None:
+    player, integrator = network.bus(), network.bus()
+    integrator.subscribe(SIGHTING)
+    integrator.declare_alive("integrator", "main")
+    main = ("integrator", "main")
+    assert player.pace([main, ("tracker", "main")], 1.0) == {main: frozenset()}
+    player.publish(SIGHTING, sighting("1", 5))
+    assert player.pace([main], 1.0) == {}
+    received(integrator)
+    player.publish(UNIVERSAL_BAP, bap(1))
+    player.publish(SIGHTING, sighting("1", 6))
+    received(integrator)
+    assert player.pace([main], 1.0) == {main: {SIGHTING.at("studio", viewer="1")}}

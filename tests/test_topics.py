@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from common import messages as m
 from common import topics
-from common.topics import TOPICS, Topic, topic_at, topic_of
+from common.topics import TOPICS, Topic, service_at, topic_at, topic_of
 from tests.message_strategies import NAMES
 
 
@@ -59,3 +59,18 @@ def test_no_message_lies_on_a_key_of_liveliness_or_clock() -> None:
     filled = [key.format(rig="r", service="s", id="i", claim="c") for key in others]
     assert [topic_at(key) for key in filled] == [None] * 3
     assert all(a != b for a, b in permutations(filled, 2))
+
+
+@pytest.mark.parametrize(
+    ("key", "service"),
+    [
+        ("zenocap/r/viewer/1/bap", ("viewer", "1")),
+        ("zenocap/r/viewer/1/health", ("viewer", "1")),
+        ("zenocap/r/integrator/bap", ("integrator", "main")),
+        ("zenocap/r/integrator/main/health", ("integrator", "main")),
+        ("zenocap/r/tracker/fast/health", ("tracker", "fast")),
+        ("zenocap/r/nothing", None),
+    ],
+)
+def test_a_key_tells_whose_it_is(key: str, service: tuple[str, str] | None) -> None:
+    assert service_at(key) == service

@@ -2,6 +2,7 @@
 
 import logging
 from collections import Counter, deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Condition
 from time import monotonic
@@ -15,7 +16,7 @@ from common.topics import Queueing, Topic
 MAX_QUEUED = 8192  # messages of ALL topics
 MAX_QUEUED_BYTES = 64 << 20
 MAX_KEYS = 1024  # keys of LATEST and KEPT topics waiting at once
-MAX_EVENTS = 1024  # alive changes and round trips
+MAX_EVENTS = 1024  # alive changes and round trips; marks
 
 
 @dataclass(slots=True)
@@ -28,16 +29,24 @@ class _Parcel:
     received_ns: int
 
 
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """A place in the queue.  passed: called by the receiving thread once everything before it is handled."""
+
+    passed: Callable[[], None]
+
+
 class Inbox:
     """A thread-safe queue.  LATEST and KEPT topics keep their place in it, with the newest bytes of each key."""
 
     def __init__(self, logger: logging.Logger) -> None:
         self._ready = Condition()
-        self._order: deque[_Parcel] = deque()
+        self._order: deque[_Parcel | _Mark] = deque()
         self._latest: dict[str, _Parcel] = {}
         self._fifo: deque[_Parcel] = deque()
         self._fifo_bytes = 0
         self._events: deque[Alive | RoundTrip] = deque()
+        self._marks = 0
         self._woken = False
         self._received = 0
         self._rejected: Counter[str] = Counter()
@@ -67,6 +76,30 @@ class Inbox:
             self._events.append(event)
             self._ready.notify()
 
+    def mark(self, passed: Callable[[], None]) -> None:
+        """Call `passed` in the receiving thread, when that asks for more after everything queued so far."""
+        with self._ready:
+            if self._marks >= MAX_EVENTS:
+                self._dropped["queue_full"] += 1
+                return
+            self._marks += 1
+            self._order.append(_Mark(passed))
+            self._ready.notify()
+
+    def release(self) -> None:
+        """Call what waits for its mark now: nobody will receive any more."""
+        with self._ready:
+            self._marks = 0
+            marks = [waiting for waiting in self._order if isinstance(waiting, _Mark)]
+            self._order = deque(waiting for waiting in self._order if isinstance(waiting, _Parcel))
+        for mark in marks:
+            mark.passed()
+
+    @property
+    def empty(self) -> bool:
+        with self._ready:
+            return not (self._events or any(isinstance(w, _Mark) or w.data is not None for w in self._order))
+
     def reject(self, key: str, reason: str, text: str) -> None:
         """Count what cannot be used; log it once per key."""
         with self._ready:
@@ -90,15 +123,19 @@ class Inbox:
                     self._ready.wait(left_s)
                 if self._events:
                     return self._events.popleft()
-                parcel, data = self._pop()
-                if parcel is None or data is None:
+                waiting = self._pop()
+                if waiting is None:
                     woken, self._woken = self._woken, False
                     if woken:
                         return None
                     continue
-            envelope = self._open(parcel, data)
-            if envelope is not None:
-                return envelope
+            match waiting:
+                case _Mark(passed=passed):
+                    passed()
+                case parcel, data:
+                    envelope = self._open(parcel, data)
+                    if envelope is not None:
+                        return envelope
 
     def _put_latest(self, parcel: _Parcel) -> None:
         waiting = self._latest.get(parcel.key)
@@ -121,11 +158,14 @@ class Inbox:
             oldest.data = None
             self._dropped["queue_full"] += 1
         if len(self._order) > 2 * (MAX_QUEUED + MAX_KEYS):  # mostly dropped ones, when nobody receives
-            self._order = deque(waiting for waiting in self._order if waiting.data is not None)
+            self._order = deque(w for w in self._order if isinstance(w, _Mark) or w.data is not None)
 
-    def _pop(self) -> tuple[_Parcel | None, bytes | None]:
+    def _pop(self) -> tuple[_Parcel, bytes] | _Mark | None:
         while self._order:
             parcel = self._order.popleft()
+            if isinstance(parcel, _Mark):
+                self._marks -= 1
+                return parcel
             data, parcel.data = parcel.data, None
             if data is None:
                 continue
@@ -135,7 +175,7 @@ class Inbox:
                 self._fifo.popleft()
                 self._fifo_bytes -= len(data)
             return parcel, data
-        return None, None
+        return None
 
     def _open(self, parcel: _Parcel, data: bytes) -> Envelope | None:
         try:
@@ -169,3 +209,10 @@ def outgoing(rig: str, topic: Topic, message: Message, names: dict[str, str]) ->
     if disagreement:
         raise ValueError(disagreement)
     return key, codec.encode(message)
+
+
+def check_key(rig: str, topic: Topic, key: str) -> None:
+    """Raises ValueError when `key` is none of this topic and rig."""
+    names = topic.names(key)
+    if names is None or names["rig"] != rig:
+        raise ValueError(f"{key}: no key of {topic.name} of rig {rig}, which are like {topic.on(rig)}")

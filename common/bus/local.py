@@ -5,11 +5,12 @@ Everything is delivered in the order of `publish`, so that two runs that publish
 
 import logging
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Self
 
-from common.bus.inbox import Inbox, outgoing
+from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, Counters, DuplicateService, Received, RoundTrip
 from common.messages import Message
 from common.runtime.clock import Clock
@@ -59,6 +60,7 @@ class LocalBus:
         self._inbox = Inbox(logger)
         self._subscriptions: list[_Subscription] = []
         self._watching = False
+        self._sent: set[str] = set()
 
     @property
     def rig(self) -> str:
@@ -70,8 +72,19 @@ class LocalBus:
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self.rig, topic, message, names)
+        self._send(topic, key, data)
+
+    def announce(self, topic: Topic, key: str) -> None:
+        check_key(self.rig, topic, key)
+
+    def forward(self, topic: Topic, key: str, data: bytes) -> None:
+        check_key(self.rig, topic, key)
+        self._send(topic, key, data)
+
+    def _send(self, topic: Topic, key: str, data: bytes) -> None:
         if topic.queueing is Queueing.KEPT:
             self._network.kept[key] = (topic, data)
+        self._sent.add(key)
         for bus in self._network.buses:
             bus.hear(key, data)
 
@@ -107,6 +120,21 @@ class LocalBus:
             raise DuplicateService(self.rig, service, id)
         self._network.alive[name] = self
         self._network.tell_alive(service, id, True)
+
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
+        """Those that have handled everything; never waits, for nothing is handled while it would."""
+        sent, self._sent = self._sent, set()
+        buses = {name: bus for name in services if (bus := self._network.alive.get(name)) is not None}
+        return {name: frozenset(filter(bus.listens, sent)) for name, bus in buses.items() if bus.idle}
+
+    @property
+    def idle(self) -> bool:
+        """Nothing waits to be received."""
+        return self._inbox.empty
+
+    def listens(self, key: str) -> bool:
+        """Whether a subscription fits `key`."""
+        return any(subscription.key.fullmatch(key) for subscription in self._subscriptions)
 
     def serve_clock(self) -> None:
         self._network.timekeeper = self._clock

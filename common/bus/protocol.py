@@ -3,7 +3,7 @@
 One thread owns a bus: it publishes, and it receives what the transport's own threads have only queued.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Protocol, Self
@@ -101,6 +101,18 @@ class Bus(Protocol):
         Raises BadMessage for values out of range and ValueError when a name is missing or disagrees with the message.
         """
 
+    def announce(self, topic: Topic, key: str) -> None:
+        """Make ready to send on a key of this rig and topic, so that the network knows of it before the first message.
+
+        Raises ValueError for another key.
+        """
+
+    def forward(self, topic: Topic, key: str, data: bytes) -> None:
+        """Send bytes that were encoded and checked before, on a key of this rig and topic; else as `publish`.
+
+        Raises ValueError for another key.
+        """
+
     def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
         """Receive a topic from all whose names match.  every: queue each message, also of LATEST topics."""
 
@@ -109,6 +121,13 @@ class Bus(Protocol):
 
     def declare_alive(self, service: str, id: str) -> None:
         """Be seen as this service until closed.  Raises DuplicateService, here or later in `receive`."""
+
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
+        """Wait until these services, by name and id, have handled everything that this bus has sent.
+
+        Returns those that have, with the keys they listen to of those sent since the last time.  The others took longer
+        than `timeout_s`, or cannot tell.
+        """
 
     def serve_clock(self) -> None:
         """Answer round trips with this bus's clock: the integrator only."""

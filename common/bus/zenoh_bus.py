@@ -1,11 +1,13 @@
-"""The bus over Zenoh.  Its threads only queue, except that the integrator's clock is answered at once.
+"""The bus over Zenoh.  Its threads only queue, except that the integrator's clock is answered at once, and that a
+question for the pace waits for what it has overtaken.
 
 Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.  KEPT
 topics have an advanced publisher with a cache of one: who joins late or comes back asks for it.
 """
 
 import logging
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Collection
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -13,12 +15,13 @@ import zenoh
 import zenoh.ext
 
 from common import codec
-from common.bus.inbox import Inbox, outgoing
+from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received, RoundTrip
+from common.bus.zenoh_pace import Readers, Tally, ask_all
 from common.bus.zenoh_session import ZenohOptions, open_session
-from common.messages import ClockQuery, Message
+from common.messages import ClockQuery, Message, PaceQuery
 from common.runtime.clock import Clock
-from common.topics import ALIVE, CLAIM, CLOCK, TOPICS, Queueing, Topic, checked_name, rig_of
+from common.topics import ALIVE, CLAIM, CLOCK, PACE, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
 
@@ -46,20 +49,24 @@ class ZenohBus:
         rig: str,
         clock: Clock,
         *,
-        owns_session: bool = True,
+        readers: Readers | None = None,
         only: zenoh.KeyExpr | None = None,
     ) -> None:
-        """rig: "*" only with `only`, the keys that are heard at all."""
+        """readers: of the bus that this one is a reader of.  rig: "*" only with `only`, the keys that are heard at all."""
         self._rig = rig if only is not None and rig == "*" else checked_name("rig", rig)
         self._only = only
         self._session = session
-        self._owns_session = owns_session
+        self._owns_session = readers is None
+        self._readers = readers or Readers()
         self._clock = clock
         self._inbox = Inbox(logger)
+        self._tally = Tally(self._inbox)
+        self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
         self._declared: list[_Declared] = []
         self._duplicate: DuplicateService | None = None
         self._asked = 0
+        self._sent: Counter[str] = Counter()
 
     @classmethod
     def open(cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False) -> "ZenohBus":
@@ -77,13 +84,32 @@ class ZenohBus:
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self._rig, topic, message, names)
+        self._put(topic, key, data)
+
+    def announce(self, topic: Topic, key: str) -> None:
+        check_key(self._rig, topic, key)
+        self._publisher(topic, key)
+
+    def forward(self, topic: Topic, key: str, data: bytes) -> None:
+        check_key(self._rig, topic, key)
+        self._put(topic, key, data)
+
+    def _put(self, topic: Topic, key: str, data: bytes) -> None:
+        publisher = self._publisher(topic, key)
         try:
-            publisher = self._publishers.get(key)
-            if publisher is None:
-                publisher = self._publishers[key] = self._declare_publisher(topic, key)
             publisher.put(data)
         except zenoh.ZError as error:
             raise BusError(f"{key} cannot be published: {error}") from error
+        self._sent[key] += 1
+
+    def _publisher(self, topic: Topic, key: str) -> _Publisher:
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            try:
+                publisher = self._publishers[key] = self._declare_publisher(topic, key)
+            except zenoh.ZError as error:
+                raise BusError(f"{key} cannot be published: {error}") from error
+        return publisher
 
     def _declare_publisher(self, topic: Topic, key: str) -> _Publisher:
         if topic.queueing is not Queueing.KEPT:
@@ -115,7 +141,9 @@ class ZenohBus:
                 self._inbox.reject(key, "size", f"{size} bytes, more than {limit}")
             else:
                 self._inbox.put(key, topic, sample.payload.to_bytes(), self._clock.now_ns(), every=every)
+            self._tally.hear(key)
 
+        self._tally.expect(expression)
         if topic.queueing is Queueing.KEPT:
             self._declared.append(
                 zenoh.ext.declare_advanced_subscriber(
@@ -154,6 +182,15 @@ class ZenohBus:
         self._declared.append(liveliness.declare_token(CLAIM.format(**names, claim=claim)))
         self._declared.append(liveliness.declare_token(ALIVE.format(**names)))
         self._declared.append(liveliness.declare_subscriber(claims, hear_claim, history=True))
+        self._declared.append(self._session.declare_queryable(PACE.format(**names), self._readers.answer, complete=True))
+
+    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
+        sent, self._sent = self._sent, Counter()
+        keys = {PACE.format(rig=self._rig, service=service, id=id): (service, id) for service, id in services}
+        self._asked += 1
+        question = PaceQuery(frame=self._asked, captured_ns=self._clock.now_ns(), sent=dict(sent))
+        answers = ask_all(self._session, keys, question, timeout_s)
+        return {keys[key]: frozenset(answer.sent) for key, answer in answers.items()}
 
     def serve_clock(self) -> None:
         def answer(query: zenoh.Query) -> None:
@@ -205,7 +242,7 @@ class ZenohBus:
         self._inbox.wake()
 
     def reader(self) -> "ZenohBus":
-        return ZenohBus(self._session, self._rig, self._clock, owns_session=False, only=self._only)
+        return ZenohBus(self._session, self._rig, self._clock, readers=self._readers, only=self._only)
 
     def listener(self, expression: str) -> "ZenohBus":
         """A reader of the topics of all rigs, of those keys alone that lie under a Zenoh key expression.
@@ -219,9 +256,10 @@ class ZenohBus:
         rig = rig_of(expression) or "*"
         if not any(only.intersects(topic.on(rig)) for topic in TOPICS):
             raise BusError(f"{expression}: no key of zenocap lies there; expected such as zenocap/studio/**")
-        return ZenohBus(self._session, rig, self._clock, owns_session=False, only=only)
+        return ZenohBus(self._session, rig, self._clock, readers=self._readers, only=only)
 
     def close(self) -> None:
+        self._readers.remove(self._tally)
         declared, self._declared = self._declared, []
         publishers, self._publishers = list(self._publishers.values()), {}
         for thing in (*declared, *publishers):

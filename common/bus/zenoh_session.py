@@ -18,10 +18,13 @@ Mode = Literal["peer", "client", "router"]
 
 # For a rig: a frozen machine is noticed after 2 s, a restarted router found within half a second, and a service may
 # start before its router.  Nothing on the wire is near 8 MiB.  A lost recovery of KEPT state may hold it up for 2 s.
+# An instant's messages leave at once: with Zenoh's own 2 places in the queue, some of a dozen are dropped whenever its
+# thread is late by a millisecond (10 of 4800 in one run; none with 4 and more places).
 # Shared memory is off because a killed process leaves its files behind, and silhouettes gain nothing from it.
 TUNED = {
     "transport/link/tx/lease": "2000",
     "transport/link/rx/max_message_size": str(8 << 20),
+    "transport/link/tx/queue/size/data": "16",
     "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": "5000",
     "transport/shared_memory/enabled": "false",
     "queries_default_timeout": "2000",

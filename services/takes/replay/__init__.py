@@ -1,0 +1,1 @@
+"""`zenocap replay`: a take's messages on the network again, at their recorded intervals."""

@@ -1,0 +1,219 @@
+"""How well `zenocap replay` keeps the recorded intervals, what it costs, and how fast it is with live services.
+
+    python -m tests.evaluation.replay_timing [TAKE] [--seconds N] [--rates 1 4] [--runs N]
+
+The player is a process of its own; this one listens over Zenoh with its own clock and compares the interval of each
+message from the one before it with the recorded one.  Without TAKE, the demo is recorded first.  Then the take is fed at
+rate 0, in place of the viewers, to a live integrator: times real time, and messages that it lost.
+"""
+
+import argparse
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict, deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.bus.protocol import Alive, Envelope
+from common.bus.zenoh_bus import ZenohBus
+from common.bus.zenoh_session import ZenohOptions
+from common.messages import Health, UniversalBap
+from common.runtime.clock import RealClock
+from common.runtime.rig import demo_rig_file
+from common.take.reading import Take, envelope
+from common.topics import HEALTH, TOPICS, UNIVERSAL_BAP
+from services.launcher.mesh import Place, free_ports, mesh
+from tests.evaluation.table import Cell, table
+
+ZENOCAP = (sys.executable, "-m", "services.cli")
+RIG = "demo"
+Ints = NDArray[np.int64]
+
+
+def main(take: Path, seconds: float, rates: Sequence[float], runs: int) -> None:
+    sys.setswitchinterval(0.0005)  # the time of arrival is taken by threads that decoding must not keep waiting
+    rows: list[list[Cell]] = []
+    for rate in rates:
+        for run in range(runs):
+            rows.append([f"rate {rate:g}, run {run + 1}", *timing(take, seconds, rate)])
+    columns = ["deviation of intervals, ms", "p50", "p99", "max", "messages", "not received", "bytes differ", "CPU %"]
+    print(table(f"Replay of {seconds:g} s of a take, received by another process", columns, rows))
+    rows = [[f"run {run + 1}", *lockstep(take, seconds)] for run in range(runs)]
+    columns = [
+        "rate 0, a live integrator",
+        "x real time",
+        "poses",
+        "of recorded",
+        "superseded",
+        "p50 deg",
+        "max deg",
+        "equal",
+    ]
+    print(table("As fast as a live integrator keeps up, fed in place of the viewers", columns, rows))
+
+
+def timing(take: Path, seconds: float, rate: float) -> list[Cell]:
+    """p50, p99 and max of |received interval - recorded interval| in ms, messages, lost, changed, CPU share in percent."""
+    own, other = mesh(free_ports(2))
+    heard: list[tuple[str, int, bytes]] = []
+    before_s = cpu_s = 0.0
+    with listening(own) as bus:
+        for topic in TOPICS:
+            bus.subscribe(topic, every=True)
+        arguments = ["--rate", str(rate), "--duration", str(seconds), *network(other)]
+        with player(take, arguments) as process:
+            while process.poll() is None:
+                heard += received(bus)
+                before_s = before_s or (cpu_seconds(process.pid) if heard else 0.0)
+                cpu_s = cpu_seconds(process.pid) or cpu_s
+        time.sleep(0.2)
+        heard += received(bus)
+    recorded = messages(take, seconds)
+    log_ns: defaultdict[tuple[str, bytes], deque[int]] = defaultdict(deque)  # the same bytes may come more than once
+    for key, at_ns, data in recorded:
+        log_ns[key, data].append(at_ns)
+    heard.sort(key=lambda one: one[1])
+    whole = [(at_ns, log_ns[key, data].popleft()) for key, at_ns, data in heard if log_ns[key, data]]
+    found: Ints = np.array(whole, dtype=np.int64)
+    deviations = np.abs(np.diff(found[:, 0]) - np.diff(found[:, 1]) / rate) / 1e6
+    p50, p99 = np.percentile(deviations, [50, 99])
+    return [
+        f"{p50:.3f}", f"{p99:.3f}", f"{deviations.max():.3f}", len(recorded), len(recorded) - len(heard),
+        len(heard) - len(whole), f"{100 * (cpu_s - before_s) * rate / seconds:.1f}",
+    ]  # fmt: skip
+
+
+def lockstep(take: Path, seconds: float) -> list[Cell]:
+    """Speed, poses of the live integrator and of the take, lost messages, and how far the poses are from each other."""
+    own, live, other = mesh(free_ports(3))
+    poses: dict[int, UniversalBap] = {}
+    superseded = -1
+    command = [*ZENOCAP, "integrator", str(demo_rig_file()), "--no-log", *network(live)]
+    with listening(own) as bus:
+        bus.subscribe(UNIVERSAL_BAP, every=True)
+        bus.subscribe(HEALTH, service="integrator")
+        bus.watch_alive()
+        integrator = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        try:
+            await_service(bus, "integrator")
+            arguments = ["--rate", "0", "--duration", str(seconds), "--topics", "viewer/**", *network(other)]
+            with player(take, arguments) as process:
+                out = process.communicate()[0]
+            end_s = time.monotonic() + 2.5
+            while time.monotonic() < end_s:
+                match bus.receive(0.1):
+                    case Envelope(message=UniversalBap() as pose):
+                        poses[pose.captured_ns] = pose
+                    case Envelope(message=Health() as health):
+                        superseded = health.counts.get("dropped_superseded", 0)
+        finally:
+            integrator.terminate()
+            integrator.wait(10)
+    said = re.search(r"messages in ([\d.]+) s", out)
+    elapsed_s = float(said[1]) if said else float("nan")
+    recorded = poses_of(take, seconds)
+    both = [(poses[at_ns], pose) for at_ns, pose in recorded.items() if at_ns in poses]
+    differences = np.degrees([max(abs(a.angles[n] - b.angles[n]) for n in b.angles) for a, b in both])
+    equal = sum(a == b for a, b in both)
+    return [
+        f"{seconds / elapsed_s:.1f}", len(poses), len(recorded), superseded,
+        f"{np.median(differences):.4f}", f"{differences.max():.2f}", equal,
+    ]  # fmt: skip
+
+
+@contextmanager
+def listening(place: Place) -> Iterator[ZenohBus]:
+    options = ZenohOptions("peer", place.connect, (place.listen,), multicast_scouting=False)
+    with ZenohBus.open(options, RIG, RealClock()) as bus:
+        yield bus
+
+
+@contextmanager
+def player(take: Path, arguments: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen(
+        [*ZENOCAP, "replay", str(take), *arguments], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            process.wait(10)
+
+
+def network(place: Place) -> list[str]:
+    arguments = ["--no-multicast-scouting", "--listen", place.listen]
+    for endpoint in place.connect:
+        arguments += ["--connect", endpoint]
+    return arguments
+
+
+def received(bus: ZenohBus) -> list[tuple[str, int, bytes]]:
+    """Key, time of arrival and bytes of what has come; waits a little for the first."""
+    found, event = [], bus.receive(0.2)
+    while event is not None:
+        if isinstance(event, Envelope):
+            found.append((event.key, event.received_ns, event.data))
+        event = bus.receive(0.0)
+    return found
+
+
+def await_service(bus: ZenohBus, name: str) -> None:
+    end_s = time.monotonic() + 60
+    while time.monotonic() < end_s:
+        match bus.receive(0.2):
+            case Alive(service=service, alive=True) if service == name:
+                return
+    raise RuntimeError(f"no {name} within a minute")
+
+
+def messages(take: Path, seconds: float) -> list[tuple[str, int, bytes]]:
+    """Key, log_time and bytes of the take's first seconds."""
+    found = [(r.topic, r.log_ns, r.data) for r in Take(take).messages() if r.encoding == "msgpack"]
+    return [item for item in found if item[1] < found[0][1] + seconds * 1e9]
+
+
+def poses_of(take: Path, seconds: float) -> dict[int, UniversalBap]:
+    found: dict[int, UniversalBap] = {}
+    start_ns = 0
+    for recorded in Take(take).messages():
+        start_ns = start_ns or recorded.log_ns
+        if recorded.log_ns < start_ns + seconds * 1e9:
+            received = envelope(recorded)
+            if received is not None and isinstance(received.message, UniversalBap):
+                found[received.message.captured_ns] = received.message
+    return found
+
+
+def cpu_seconds(pid: int) -> float:
+    """User and system time of a living process; 0 when it is gone."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / 100
+
+
+def recorded_demo(folder: Path, seconds: float) -> Path:
+    arguments = ["demo", "--seconds", str(seconds + 12), "--recordings", str(folder)]
+    subprocess.run([*ZENOCAP, *arguments], check=True, stdout=subprocess.DEVNULL)
+    return next(folder.glob("demo-*.mcap"))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("take", type=Path, nargs="?")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--rates", type=float, nargs="*", default=[1.0, 4.0])
+    parser.add_argument("--runs", type=int, default=3)
+    chosen = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        path = chosen.take or recorded_demo(Path(temporary), chosen.seconds)
+        main(path, chosen.seconds, chosen.rates, chosen.runs)

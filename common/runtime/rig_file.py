@@ -47,8 +47,11 @@ class ZenohTable(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class LogTable(msgspec.Struct, frozen=True, kw_only=True):
+    """foxglove: with channels that Foxglove and Lichtblick show, beside our own."""
+
     folder: str = "recordings"
     enabled: bool = True
+    foxglove: bool = True
 
 
 class RigFile(msgspec.Struct, frozen=True, kw_only=True):

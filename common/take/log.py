@@ -33,12 +33,17 @@ class Log:
         """lost: by the disk and by the queue before it."""
         written = self._recording.statistics
         dropped = sum(self._bus.counters.dropped.values())
-        return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure)
+        return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure, written.unshown)
 
     def counts(self) -> dict[str, int]:
         """For the health of the service that keeps this log."""
         now = self.statistics
-        return {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
+        return {
+            "log_messages": now.messages,
+            "log_lost": now.lost,
+            "log_stopped": int(now.failure is not None),
+            "log_unshown": now.unshown,
+        }
 
     def close(self) -> Statistics:
         """Write what is queued, finish the file, say what was written and lost."""

@@ -7,7 +7,7 @@ second, so that chunks do not depend on when they were written.
 
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
@@ -50,12 +50,20 @@ class Attachment:
 
 @dataclass(frozen=True)
 class Statistics:
-    """messages, bytes: written.  lost: could not be written.  failure: why writing ended early, if it did."""
+    """messages, bytes: written.  lost: could not be written.  failure: why writing ended early, if it did.
+
+    unshown: messages that the converter of `beside` failed on; they are in the take, only nothing beside them.
+    """
 
     messages: int
     bytes: int
     lost: int
     failure: str | None
+    unshown: int = 0
+
+
+def nothing_beside(_: Envelope) -> tuple[tuple[Channel, bytes], ...]:
+    return ()
 
 
 class Recording:
@@ -70,9 +78,15 @@ class Recording:
         metadata: Mapping[str, Mapping[str, str]] | None = None,
         attachments: tuple[Attachment, ...] = (),
         overwrite: bool = False,
+        beside: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = nothing_beside,
     ) -> None:
-        """start_ns: time of the attachments.  metadata: by name, beside our own "zenocap".  Raises RecordingError."""
+        """start_ns: time of the attachments.  metadata: by name, beside our own "zenocap".  Raises RecordingError.
+
+        beside: what to write to other channels after a message, with its times; whatever it raises is counted.
+        """
         self.path = path
+        self._beside = beside
+        self._unshown = 0
         self._failure: str | None = None
         self._messages = self._bytes = self._lost = 0
         self._flushed_ns: int | None = None
@@ -100,18 +114,31 @@ class Recording:
 
     @property
     def statistics(self) -> Statistics:
-        return Statistics(self._messages, self._bytes, self._lost, self._failure)
+        return Statistics(self._messages, self._bytes, self._lost, self._failure, self._unshown)
 
     @property
     def failure(self) -> str | None:
         return self._failure
 
     def record(self, envelope: Envelope) -> None:
-        """Write one message as it came."""
+        """Write one message as it came, and what belongs beside it."""
         kind = envelope.topic.message
         data = envelope.data or codec.encode(envelope.message)
         channel = Channel(envelope.key, ENCODING, f"zenocap.{kind.__name__}", "jsonschema", codec.json_schema(kind))
-        self.write(channel, data, envelope.received_ns, envelope.message.captured_ns, envelope.message.frame)
+        log_ns, publish_ns, sequence = envelope.received_ns, envelope.message.captured_ns, envelope.message.frame
+        self.write(channel, data, log_ns, publish_ns, sequence)
+        if self._failure:
+            return
+        try:
+            others = list(self._beside(envelope))
+        except Exception as error:  # what is only for viewing must never cost the log
+            self._unshown += 1
+            if self._unshown == 1:
+                text = "%s: nothing beside %s frame %d (further ones are only counted): %s: %s"
+                logger.warning(text, self.path, envelope.key, sequence, type(error).__name__, error)
+            return
+        for other, copy in others:
+            self.write(other, copy, log_ns, publish_ns, sequence)
 
     def write(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int = 0) -> None:
         """Write any bytes to any channel: for schemas of others, such as Foxglove's."""

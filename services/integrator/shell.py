@@ -8,12 +8,13 @@ from common.body.anatomy import TEN_PARTS
 from common.body.limbs import limb_angles, limb_directions
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
+from common.formats.foxglove.converter import Foxglove
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
 from common.runtime.versions import versions
 from common.take.log import Log
-from common.take.recording import Attachment, Recording
+from common.take.recording import Attachment, Recording, nothing_beside
 from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, SIGHTING
 from services.integrator.states import Setup, State, integrator_setup
 from services.integrator.step import counts, describe, initial_state, step
@@ -65,4 +66,12 @@ def new_recording(rig: Rig, path: Path, start_ns: int, *, overwrite: bool = Fals
     """A take that carries its rig, its calibration and the versions it was made with.  Raises RecordingError."""
     files = tuple(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files)
     metadata = {"versions": versions(), "rig": {"name": rig.name, "method": rig.method, "digest": rig.digest}}
-    return Recording(path, rig=rig.name, start_ns=start_ns, metadata=metadata, attachments=files, overwrite=overwrite)
+    return Recording(
+        path,
+        rig=rig.name,
+        start_ns=start_ns,
+        metadata=metadata,
+        attachments=files,
+        overwrite=overwrite,
+        beside=Foxglove(TEN_PARTS, rig.name).beside if rig.log.foxglove else nothing_beside,
+    )

@@ -134,11 +134,11 @@ def test_after_a_failure_what_stands_still_is_said_again() -> None:
 
 @settings(max_examples=200)
 @given(MESSAGES.filter(lambda message: not isinstance(message, m.ClockQuery)))
-def test_any_valid_message_can_be_read_back_or_is_refused_by_a_value_error(message: m.Message) -> None:
+def test_any_valid_message_can_be_read_back_or_is_refused(message: m.Message) -> None:
     until_2106 = msgspec.structs.replace(message, captured_ns=message.captured_ns % (2**32 * 10**9))
     try:
         (said,) = said_of(until_2106)
-    except ValueError:
+    except (ValueError, OverflowError):
         reject()
     assert by_topic(said)
     assert said == said_of(until_2106)[0]

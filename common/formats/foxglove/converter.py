@@ -46,8 +46,8 @@ class Foxglove:
     def beside(self, envelope: Envelope) -> list[Beside]:
         """What belongs beside this message, in order.
 
-        Raises ValueError for a body of another anatomy or a damaged silhouette, and OverflowError for a capture time
-        past the year 2106; what was said before stays valid.
+        Raises ValueError for a body of another anatomy or a damaged silhouette, and OverflowError for numbers beyond
+        Foxglove's 32 bits, as of a capture time past the year 2106; what was said before stays valid.
         """
         try:
             return list(self._beside(envelope.message))

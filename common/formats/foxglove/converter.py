@@ -23,7 +23,6 @@ from common.formats.foxglove.calibration import calibration
 from common.formats.foxglove.channels import Beside
 from common.formats.foxglove.frames import body_transforms, fixed_transforms, timestamp
 from common.formats.foxglove.plots import health_json, pose_json, sighting_json
-from common.vision.packing import unpack
 
 
 class Foxglove:
@@ -101,10 +100,10 @@ class Foxglove:
         self._shown = True
 
     def _silhouette(self, silhouette: m.Silhouette) -> Beside:
-        mask = unpack(silhouette.size, silhouette.region, silhouette.data)
+        viewer = silhouette.viewer
+        png = bilevel_png(silhouette.size, silhouette.region, silhouette.data)
         return Beside(
-            to.SILHOUETTE.channel(rig=self._rig, viewer=silhouette.viewer),
-            _image(silhouette.captured_ns, silhouette.viewer, bilevel_png(mask), "png"),
+            to.SILHOUETTE.channel(rig=self._rig, viewer=viewer), _image(silhouette.captured_ns, viewer, png, "png")
         )
 
     def _camera(self, camera: m.CameraInfo) -> Iterator[Beside]:

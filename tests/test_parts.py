@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from common.bus.protocol import Envelope
 from common.runtime.rig import RigError, demo_rig_file, load_rig
 from common.take.naming import take_path
+from common.take.opening import new_parts
 from common.take.parts import PartLimits, Parts
 from common.take.reading import Recorded, Take
 from common.take.recording import Attachment, Recording, RecordingError
-from services.integrator.shell import new_parts
 from tests.test_inbox import bap, sighting
 from tests.test_local import bdp
 from tests.test_recording import START_NS, envelope
@@ -183,7 +183,7 @@ def test_a_rig_says_when_its_takes_go_on_in_a_new_file(tmp_path: Path) -> None:
     recording.close()
     found = read(tmp_path)
     assert [take.metadata["part"]["number"] for take, _ in found.values()] == ["1", "2", "3"]
-    assert all(take.attachments.keys() == {"rig.toml", "demo-calibration.toml"} for take, _ in found.values())
+    assert all(take.attachments.keys() == {"rig.toml", "demo-calibration.toml", "setup.json"} for take, _ in found.values())
     assert PartLimits.of(0.5, 1) == PartLimits(500_000, 60 * S)
     path.write_text(f"{text}[log]\npart_minutes = -1\n")
     with pytest.raises(RigError, match=r"log\.part_minutes = -1: allowed: float >= 0"):

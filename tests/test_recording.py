@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 from common import messages as m
 from common.bus.protocol import Envelope
 from common.codec import encode, json_schema
-from common.take.recording import Attachment, Channel, Recording, RecordingError
+from common.take.recording import Attachment, Channel, Recording, RecordingError, nothing_beside
 from common.topics import SIGHTING, UNIVERSAL_BAP, topic_of
 from tests.test_inbox import bap, sighting
 
@@ -147,3 +147,40 @@ def test_a_disk_that_fills_up_stops_the_recording_and_not_the_caller(
     assert "take.mcap: recording stopped after 0 messages: No space left on device" in statistics.failure
     assert (statistics.messages, statistics.bytes, statistics.lost) == (0, 0, 34)
     assert len(caplog.records) == 1
+
+
+def test_what_belongs_beside_a_message_comes_after_it_with_its_times(tmp_path: Path) -> None:
+    beside = Channel("/beside", "json", "", "", b"")
+    path = tmp_path / "take.mcap"
+    recording = Recording(path, rig="studio", start_ns=START_NS, beside=lambda each: [(beside, each.key.encode())])
+    recording.record(envelope(bap(7), START_NS + 5))
+    assert recording.close().unshown == 0
+    with path.open("rb") as file:
+        ours, other = [(channel, message) for _, channel, message in make_reader(file).iter_messages()]
+    assert (ours[0].topic, other[0].topic, other[1].data) == (
+        "zenocap/studio/integrator/bap",
+        "/beside",
+        ours[0].topic.encode(),
+    )
+    for name in ("log_time", "publish_time", "sequence"):
+        assert getattr(ours[1], name) == getattr(other[1], name)
+
+
+def test_a_converter_that_fails_costs_nothing_but_what_it_was_to_say(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    def broken(each: Envelope) -> list[tuple[Channel, bytes]]:
+        raise RuntimeError(f"cannot show frame {each.message.frame}")
+
+    alone, both = tmp_path / "alone.mcap", tmp_path / "both.mcap"
+    for path, beside in ((alone, nothing_beside), (both, broken)):
+        recording = Recording(path, rig="studio", start_ns=START_NS, beside=beside)
+        for frame in range(5):
+            recording.record(envelope(bap(frame), START_NS + frame))
+        end = recording.close()
+    assert alone.read_bytes() == both.read_bytes()
+    assert (end.messages, end.lost, end.failure, end.unshown) == (5, 0, None, 5)
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{both}: nothing beside zenocap/studio/integrator/bap frame 0 (further ones are only counted): "
+        "RuntimeError: cannot show frame 0"
+    ]

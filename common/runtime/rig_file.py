@@ -47,12 +47,16 @@ class ZenohTable(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class LogTable(msgspec.Struct, frozen=True, kw_only=True):
-    """part_mb, part_minutes: when a take goes on in a new file, 10^6 bytes and minutes; 0 for never."""
+    """part_mb, part_minutes: when a take goes on in a new file, 10^6 bytes and minutes; 0 for never.
+
+    foxglove: with channels that Foxglove and Lichtblick show, beside our own.
+    """
 
     folder: str = "recordings"
     enabled: bool = True
     part_mb: Annotated[float, Meta(ge=0, le=1e9)] = 0.0
     part_minutes: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
+    foxglove: bool = True
 
 
 class RigFile(msgspec.Struct, frozen=True, kw_only=True):

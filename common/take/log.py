@@ -40,7 +40,7 @@ class Log:
         """lost: by the disk and by the queue before it."""
         written = self._recording.statistics
         dropped = sum(self._bus.counters.dropped.values())
-        return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure)
+        return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure, written.unshown)
 
     @property
     def cpu_ns(self) -> int:
@@ -56,6 +56,7 @@ class Log:
         """For the health of the service that keeps this log."""
         now, free = self.statistics, self._space.free_bytes
         counts = {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
+        counts["log_unshown"] = now.unshown
         counts["log_rejected"] = sum(self._bus.counters.rejected.values())
         return counts if free is None else counts | {"log_free_mb": free // 1_000_000}
 

@@ -93,6 +93,7 @@ class Parts:
             before.bytes + max(0, now.bytes - repeated.bytes),
             before.lost + now.lost,
             self._failure or now.failure,
+            before.unshown + now.unshown,
         )
 
     @property

@@ -7,7 +7,7 @@ second, so that chunks do not depend on when they were written.
 
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedWriter
@@ -55,15 +55,23 @@ class Attachment:
 
 @dataclass(frozen=True)
 class Statistics:
-    """messages, bytes: written.  lost: could not be written.  failure: why writing ended early, if it did.
+    """messages, bytes: written, without what was written beside them.  lost: could not be written.
+
+    failure: why writing ended early, if it did.
 
     What was written but perhaps not on the disk when writing ended early counts as lost.
+    unshown: messages that the converter of `beside` failed on; they are in the take, only nothing beside them.
     """
 
     messages: int
     bytes: int
     lost: int
     failure: str | None
+    unshown: int = 0
+
+
+def nothing_beside(_: Envelope) -> tuple[tuple[Channel, bytes], ...]:
+    return ()
 
 
 class Recording:
@@ -78,9 +86,15 @@ class Recording:
         metadata: Mapping[str, Mapping[str, str]] | None = None,
         attachments: tuple[Attachment, ...] = (),
         overwrite: bool = False,
+        beside: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = nothing_beside,
     ) -> None:
-        """start_ns: time of the attachments.  metadata: by name, beside our own "zenocap".  Raises RecordingError."""
+        """start_ns: time of the attachments.  metadata: by name, beside our own "zenocap".  Raises RecordingError.
+
+        beside: what to write to other channels after a message, with its times; whatever it raises is counted.
+        """
         self.path = path
+        self._beside = beside
+        self._unshown = 0
         self._failure: str | None = None
         self._messages = self._bytes = self._lost = 0
         self._safe = (0, 0)  # messages and bytes that are on the disk
@@ -113,7 +127,7 @@ class Recording:
 
     @property
     def statistics(self) -> Statistics:
-        return Statistics(self._messages, self._bytes, self._lost, self._failure)
+        return Statistics(self._messages, self._bytes, self._lost, self._failure, self._unshown)
 
     @property
     def failure(self) -> str | None:
@@ -125,17 +139,36 @@ class Recording:
         return 0 if self._file.closed else self._file.tell()
 
     def record(self, envelope: Envelope) -> None:
-        """Write one message as it came."""
+        """Write one message as it came, and what belongs beside it."""
         kind = envelope.topic.message
         data = envelope.data or codec.encode(envelope.message)
         channel = Channel(envelope.key, ENCODING, f"zenocap.{kind.__name__}", "jsonschema", codec.json_schema(kind))
-        self.write(channel, data, envelope.received_ns, envelope.message.captured_ns, envelope.message.frame)
+        log_ns, publish_ns, sequence = envelope.received_ns, envelope.message.captured_ns, envelope.message.frame
+        self.write(channel, data, log_ns, publish_ns, sequence)
+        if self._failure:
+            return
+        try:
+            others = list(self._beside(envelope))
+        except Exception as error:  # what is only for viewing must never cost the log
+            self._unshown += 1
+            if self._unshown == 1:
+                text = "%s: nothing beside %s frame %d (further ones are only counted): %s: %s"
+                logger.warning(text, self.path, envelope.key, sequence, type(error).__name__, error)
+            return
+        for other, copy in others:
+            self._put(other, copy, log_ns, publish_ns, sequence)
 
     def write(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int = 0) -> None:
         """Write any bytes to any channel: for schemas of others, such as Foxglove's."""
-        if self._failure:
+        if self._put(channel, data, log_ns, publish_ns, sequence):
+            self._messages += 1
+            self._bytes += len(data)
+        else:
             self._lost += 1
-            return
+
+    def _put(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int) -> bool:
+        if self._failure:
+            return False
         try:
             if self._flushed_ns is None:
                 self._flushed_ns = log_ns
@@ -145,10 +178,8 @@ class Recording:
             self._writer.add_message(self._channel_id(channel), log_ns, data, publish_ns, sequence % 2**32)
         except (OSError, zstandard.ZstdError, MemoryError) as error:
             self._fail(error)
-            self._lost += 1
-        else:
-            self._messages += 1
-            self._bytes += len(data)
+            return False
+        return True
 
     def flush(self) -> None:
         """Bring everything to the disk now: for a live log that hears nothing more."""

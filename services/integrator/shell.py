@@ -1,6 +1,6 @@
 """The integrator as a process: rig in, bus open, log open, run."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Never
 
@@ -11,12 +11,9 @@ from common.bus.zenoh_session import ZenohOptions
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
-from common.runtime.versions import versions
 from common.take.log import Log
-from common.take.naming import take_path
-from common.take.parts import PartLimits, Parts
-from common.take.recording import Attachment, Recording
-from common.take.setup import SETUP_FILE, RecordedRig, recorded_rig, write_setup
+from common.take.opening import new_parts
+from common.take.setup import RecordedRig, recorded_rig
 from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, SIGHTING
 from services.integrator.states import Setup, State, integrator_setup
 from services.integrator.step import counts, describe, initial_state, step
@@ -68,51 +65,3 @@ def run_integrator(
         finally:
             end = log.close()
     return status or (LOSS if end.lost or end.failure else 0)
-
-
-def new_parts(rig: Rig, path: Path, start_ns: int, *, must_open: bool = True, limits: PartLimits | None = None) -> Parts:
-    """The take of a rig, in parts when the rig or `limits` asks for them.  Raises RecordingError as `Parts` does."""
-    files = attachments(rig)
-
-    def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
-        return new_recording(rig, path, start_ns, part=part, files=files)
-
-    named_by_time = path.name.startswith(f"{rig.name}-")
-    return Parts(
-        open_part,
-        path,
-        start_ns,
-        PartLimits.of(rig.log.part_mb, rig.log.part_minutes) if limits is None else limits,
-        (lambda now_ns: take_path(rig.name, path.parent, now_ns)) if named_by_time else None,
-        must_open=must_open,
-    )
-
-
-def new_recording(
-    rig: Rig,
-    path: Path,
-    start_ns: int,
-    *,
-    overwrite: bool = False,
-    part: Mapping[str, str] | None = None,
-    files: tuple[Attachment, ...] | None = None,
-) -> Recording:
-    """A take that carries its rig, its calibration and the versions it was made with.  Raises RecordingError.
-
-    part: metadata of a part of a take.  files: the rig's `attachments`, where they have been read before.
-    """
-    metadata = {"versions": versions(), "rig": {"name": rig.name, "method": rig.method, "digest": rig.digest}}
-    return Recording(
-        path,
-        rig=rig.name,
-        start_ns=start_ns,
-        metadata=metadata | ({"part": part} if part else {}),
-        attachments=attachments(rig) if files is None else files,
-        overwrite=overwrite,
-    )
-
-
-def attachments(rig: Rig) -> tuple[Attachment, ...]:
-    """The files of a rig, and what its steps are set up with."""
-    setup = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(rig)))
-    return (*(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files), setup)

@@ -8,19 +8,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Never
 
+from common.body.anatomy import TEN_PARTS
 from common.bus.protocol import Bus
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
+from common.formats.foxglove.converter import Foxglove
 from common.runtime.clock import Clock, RealClock
 from common.runtime.rig import Rig, RigError, load_rig
 from common.runtime.service import Event, Service, run
 from common.runtime.versions import versions
 from common.take.log import Log
 from common.take.naming import take_path
+from common.take.opening import attachments
 from common.take.parts import PartLimits, Parts
-from common.take.recording import Attachment, Recording
+from common.take.recording import Attachment, Recording, nothing_beside
 from common.topics import EVERYTHING, NAME, TOPICS, Topic, rig_of
-from services.integrator.shell import attachments
 
 logger = logging.getLogger(__name__)
 
@@ -157,7 +159,8 @@ def _parts(what: Wanted, path: Path, start_ns: int, id: str, limits: PartLimits)
 
     def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
         with_part = metadata | ({"part": part} if part else {})
-        return Recording(path, rig=what.name, start_ns=start_ns, metadata=with_part, attachments=files)
+        beside = Foxglove(TEN_PARTS, what.rig).beside if what.rig else nothing_beside
+        return Recording(path, rig=what.name, start_ns=start_ns, metadata=with_part, attachments=files, beside=beside)
 
     def by_time(now_ns: int) -> Path:
         return take_path(what.name, path.parent, now_ns)

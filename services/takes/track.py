@@ -18,10 +18,11 @@ from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, RigError, Viewer
 from common.runtime.service import HEALTH_NS, Runner, Service
 from common.runtime.specs import Actor, Images, VideoFile
+from common.take.opening import new_recording
 from common.take.recording import Recording
 from common.topics import TOPICS
 from services.integrator import states as integrator_states
-from services.integrator.shell import integrator_service, new_recording
+from services.integrator.shell import integrator_service
 from services.viewer import states as viewer_states
 from services.viewer.shell import camera_info, viewer_service
 from services.viewer.source import open_source

@@ -1,0 +1,63 @@
+"""The human model as a scene: every part an elliptic cylinder.
+
+A `foxglove.CylinderPrimitive` stands about its own Z, centred, in a box of its size; a part stands from its joint along
+its own Y with the long radius along X and the short one along Z.  So the primitive's X, Y, Z are the part's X, -Z, Y.
+"""
+
+import foxglove.messages as fox
+import numpy as np
+
+from common.body.anatomy import Anatomy, Floats
+from common.body.definition import Bdp
+from common.body.limbs import limbs_of
+from common.formats.foxglove.channels import PERSON, WORLD
+from common.formats.foxglove.frames import quaternion, quaternions, vector
+
+# Columns of a part's rotation, and their signs, that make a primitive's.
+_COLUMNS, _SIGNS = [0, 2, 1], np.array([1.0, -1.0, 1.0])
+LEFT = fox.Color(r=1.0, g=0.59, b=0.24, a=1.0)  # orange, as in the overlays of `zenocap track`
+RIGHT = fox.Color(r=0.24, g=0.75, b=1.0, a=1.0)  # blue
+MIDDLE = fox.Color(r=0.43, g=0.86, b=0.43, a=1.0)  # green
+SEARCHED = fox.Color(r=0.5, g=0.5, b=0.5, a=1.0)  # a limb that is lost; see-through would make the whole body so
+LIFETIME = fox.Duration(sec=1, nsec=0)  # when nothing follows, as after a crash of the integrator, the person goes
+
+
+class Figure:
+    """One person's cylinders, with all that does not change with the pose made once."""
+
+    def __init__(self, anatomy: Anatomy, bdp: Bdp) -> None:
+        self.bdp = bdp
+        self._halves = bdp.sizes[:, :1] / 2
+        self._sizes = [vector(2 * across, 2 * deep, height) for height, across, deep in bdp.sizes.tolist()]
+        self._colours = [_colour(part) for part in anatomy.parts]
+        self._limbs = {limb.name: (limb.upper, limb.lower) for limb in limbs_of(anatomy)}
+
+    def shown(self, part_to_world: Floats, lost: list[str], stamp: fox.Timestamp) -> fox.SceneUpdate:
+        """part_to_world: (parts, 3, 4).  lost: limbs that are being searched for."""
+        centres = part_to_world[:, :, 3] + self._halves * part_to_world[:, :, 1]
+        turns = quaternions(part_to_world[:, :, _COLUMNS] * _SIGNS)
+        colours = self._colours.copy()
+        for name in lost:
+            for part in self._limbs.get(name, ()):
+                colours[part] = SEARCHED
+        cylinders = [
+            fox.CylinderPrimitive(
+                pose=fox.Pose(position=vector(*centre), orientation=quaternion(*turn)),
+                size=size,
+                bottom_scale=1.0,
+                top_scale=1.0,
+                color=colour,
+            )
+            for centre, turn, size, colour in zip(centres.tolist(), turns.tolist(), self._sizes, colours, strict=True)
+        ]
+        entity = fox.SceneEntity(timestamp=stamp, frame_id=WORLD, id=PERSON, lifetime=LIFETIME, cylinders=cylinders)
+        return fox.SceneUpdate(entities=[entity])
+
+
+def gone(stamp: fox.Timestamp) -> fox.SceneUpdate:
+    """The person is lost: nothing to show."""
+    return fox.SceneUpdate(deletions=[fox.SceneEntityDeletion(timestamp=stamp, id=PERSON)])
+
+
+def _colour(part: str) -> fox.Color:
+    return LEFT if part.startswith("left") else RIGHT if part.startswith("right") else MIDDLE

@@ -1,0 +1,144 @@
+"""What is said beside our messages, and when: always the same, never more than once, and errors leave no hole."""
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from foxglove_reader import by_topic, in_envelope, parsed, turn, xyz
+from hypothesis import given, reject, settings
+from message_strategies import MESSAGES
+from two_view_scene import BDP, NAVEL, angles
+
+from common import messages as m
+from common.body.anatomy import TEN_PARTS
+from common.body.definition import Pose
+from common.body.kinematics import part_frames
+from common.conversion import angles_by_name, body_of
+from common.formats.foxglove.channels import Beside
+from common.formats.foxglove.converter import Foxglove
+from common.vision.packing import pack
+
+BODY = m.UniversalBdp(frame=0, captured_ns=1_000, body=body_of(TEN_PARTS, BDP), ratio=1.0)
+PIXELS = np.zeros((120, 160), np.uint8)
+PIXELS[20:100, 61:90] = 1
+
+
+def bap(frame: int, lost: list[str] | None = None) -> m.UniversalBap:
+    raised = angles(right_shoulder_z=90.0, left_elbow_x=-40.0, navel_y=30.0)
+    return m.UniversalBap(
+        frame=frame, captured_ns=2_000_000_000 + frame, position=(0.0, 0.95, 0.0),
+        angles=angles_by_name(TEN_PARTS, raised), scores={"1": 0.8}, views={"1": "facade"}, stale=[], lost=lost or [],
+    )  # fmt: skip
+
+
+def camera(viewer: str, captured_ns: int = 5) -> m.CameraInfo:
+    return m.CameraInfo(
+        frame=0, captured_ns=captured_ns, viewer=viewer, name="cam", size=(160, 120),
+        matrix=[200.0, 0.0, 79.5, 0.0, 200.0, 59.5, 0.0, 0.0, 1.0], distortions=[],
+        rotation=[1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0], translation=[0.0, 1.0, 4.0],
+    )  # fmt: skip
+
+
+def silhouette() -> m.Silhouette:
+    region, data = pack(PIXELS)
+    return m.Silhouette(frame=0, captured_ns=3, viewer="1", size=(160, 120), region=region, data=data)
+
+
+def said_of(*messages: m.Message) -> list[list[Beside]]:
+    converter = Foxglove(TEN_PARTS, "studio")
+    return [converter.beside(in_envelope(message)) for message in messages]
+
+
+def topics(said: list[Beside]) -> list[str]:
+    return [each.channel.topic.removeprefix("foxglove/studio/") for each in said]
+
+
+def test_a_pose_is_a_scene_a_tree_joints_and_a_plot() -> None:
+    _, said = said_of(BODY, bap(0))
+    assert topics(said) == ["pose", "joints", "body", "scene"]
+    found = by_topic(said)
+    frames = part_frames(TEN_PARTS, BDP, Pose(NAVEL, angles(right_shoulder_z=90.0, left_elbow_x=-40.0, navel_y=30.0)))
+    (person,) = found["scene"].entities
+    for cylinder, frame, size in zip(person.cylinders, frames, BDP.sizes, strict=True):
+        half = turn(cylinder.pose.orientation)[:, 2] * cylinder.size.z / 2
+        np.testing.assert_allclose(xyz(cylinder.pose.position) - half, frame[:, 3], atol=1e-9)
+        np.testing.assert_allclose(xyz(cylinder.pose.position) + half, frame[:, 3] + size[0] * frame[:, 1], atol=1e-9)
+    joints = {joint.name: joint.position for joint in found["joints"].joints}
+    assert joints == bap(0).angles
+    assert {part.child_frame_id for part in found["body"].transforms} == set(TEN_PARTS.parts)
+    for message in (person, found["joints"], found["body"].transforms[0]):
+        assert (message.timestamp.seconds, message.timestamp.nanos) == (2, 0)
+
+
+def test_without_a_body_there_are_angles_and_nothing_to_show() -> None:
+    (said,) = said_of(bap(0))
+    assert topics(said) == ["fixed", "pose", "joints"]
+
+
+def test_a_lost_person_is_deleted_once_and_comes_back() -> None:
+    *_, first, second, back = said_of(BODY, bap(0), bap(1, ["person"]), bap(2, ["person"]), bap(3))
+    assert topics(first) == ["pose", "scene"]
+    assert [deletion.id for deletion in by_topic(first)["scene"].deletions] == ["person"]
+    assert topics(second) == ["pose"]
+    assert topics(back) == ["pose", "joints", "body", "scene"]
+
+
+def test_a_camera_is_said_with_all_that_stands_still_and_again_only_when_it_changed() -> None:
+    one, two, again, moved = said_of(camera("1"), camera("2"), camera("1"), camera("1", captured_ns=6))
+    assert topics(one) == ["fixed", "viewer/1/calibration", "fixed"]
+    assert topics(two) == ["viewer/2/calibration", "fixed"]
+    assert [each.child_frame_id for each in by_topic(two)["fixed"].transforms] == ["world", "viewer/1", "viewer/2"]
+    assert again == []
+    assert topics(moved) == ["viewer/1/calibration", "fixed"]
+
+
+def test_a_second_file_stands_alone() -> None:
+    messages = [camera("1"), BODY, bap(0)]
+    assert said_of(*messages) == said_of(*messages)
+
+
+def test_a_silhouette_is_an_image_of_the_whole_view() -> None:
+    (said,) = said_of(silhouette())
+    assert topics(said) == ["fixed", "viewer/1/silhouette"]
+    image = parsed(*said[1])
+    assert (image.format, image.frame_id, image.timestamp.nanos) == ("png", "viewer/1", 3)
+    shown = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_GRAYSCALE)
+    np.testing.assert_array_equal(shown, 255 * PIXELS)
+
+
+def test_a_preview_goes_through_as_it_is() -> None:
+    (said,) = said_of(m.Preview(frame=0, captured_ns=3, viewer="2", jpeg=b"\xff\xd8..."))
+    image = parsed(*said[1])
+    assert (image.format, image.frame_id, image.data) == ("jpeg", "viewer/2", b"\xff\xd8...")
+
+
+def test_a_body_of_another_anatomy_shows_nobody() -> None:
+    converter = Foxglove(TEN_PARTS, "studio")
+    converter.beside(in_envelope(BODY))
+    other = m.UniversalBdp(frame=1, captured_ns=0, body=m.Body(anatomy="other", sizes={}, offsets={}), ratio=1.0)
+    with pytest.raises(ValueError, match="anatomy is 'other'"):
+        converter.beside(in_envelope(other))
+    assert "scene" not in topics(converter.beside(in_envelope(bap(0))))
+
+
+def test_after_a_failure_what_stands_still_is_said_again() -> None:
+    converter = Foxglove(TEN_PARTS, "studio")
+    late = m.Health(frame=0, captured_ns=2**32 * 10**9, service="viewer", id="1", state="", rate=0, stages_ms={}, counts={})
+    with pytest.raises(OverflowError):
+        converter.beside(in_envelope(late))
+    broken = m.Silhouette(frame=0, captured_ns=3, viewer="1", size=(8, 8), region=(0, 0, 8, 8), data=b"x")
+    with pytest.raises(ValueError, match="1 bytes do not hold"):
+        converter.beside(in_envelope(broken))
+    assert topics(converter.beside(in_envelope(bap(0))))[0] == "fixed"
+
+
+@settings(max_examples=200)
+@given(MESSAGES.filter(lambda message: not isinstance(message, m.ClockQuery)))
+def test_any_valid_message_can_be_read_back_or_is_refused(message: m.Message) -> None:
+    until_2106 = msgspec.structs.replace(message, captured_ns=message.captured_ns % (2**32 * 10**9))
+    try:
+        (said,) = said_of(until_2106)
+    except (ValueError, OverflowError):
+        reject()
+    assert by_topic(said)
+    assert said == said_of(until_2106)[0]

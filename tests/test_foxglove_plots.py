@@ -1,0 +1,57 @@
+"""Plots: each number under one name, in the units that people read."""
+
+import json
+
+import pytest
+
+from common import messages as m
+from common.formats.foxglove.plots import health_json, pose_json, sighting_json
+
+
+def bap(lost: list[str]) -> m.UniversalBap:
+    return m.UniversalBap(
+        frame=3, captured_ns=9, position=(0.5, 1.0, -0.25), angles={"navel.y": 0.5235987755982988, "left_elbow.x": -1.0},
+        scores={"1": 0.75, "2": 0.5}, views={"1": "facade", "2": "flank"}, stale=["2"], lost=lost,
+    )  # fmt: skip
+
+
+def test_a_pose_in_degrees_and_metres() -> None:
+    assert json.loads(pose_json(bap(["right_arm"]))) == {
+        "frame": 3,
+        "tracked": True,
+        "lost": ["right_arm"],
+        "stale": ["2"],
+        "viewers": [
+            {"viewer": "1", "score": 0.75, "view": "facade"},
+            {"viewer": "2", "score": 0.5, "view": "flank"},
+        ],
+        "position": {"x": 0.5, "y": 1.0, "z": -0.25},
+        "angles_deg": {"navel": {"y": 30.0}, "left_elbow": {"x": -57.296}},
+    }
+
+
+def test_a_lost_person_has_no_angles() -> None:
+    content = json.loads(pose_json(bap(["person"])))
+    assert content["tracked"] is False
+    assert "angles_deg" not in content
+    assert "position" not in content
+
+
+def test_a_sighting() -> None:
+    content = json.loads(sighting_json(m.Sighting(
+        frame=1, captured_ns=2, viewer="1", present=True, x=0.1, y=-0.2, height=0.5, width=0.2, view="flank", score=0.9,
+        tilt=-0.5235987755982988,
+    )))  # fmt: skip
+    assert content["tilt_deg"] == pytest.approx(-30)
+    assert (content["present"], content["view"], content["score"]) == (True, "flank", 0.9)
+
+
+def test_a_health() -> None:
+    content = json.loads(health_json(m.Health(
+        frame=1, captured_ns=2, service="viewer", id="1", state="tracking", rate=29.9, stages_ms={"step_frame": 3.5},
+        counts={"late": 2}, clock_offset_ns=-1_500_000, clock_error_ns=250_000, memory_bytes=123_000_000,
+    )))  # fmt: skip
+    assert content == {
+        "state": "tracking", "rate": 29.9, "clock_offset_ms": -1.5, "clock_error_ms": 0.25, "memory_mb": 123.0,
+        "stages": [{"name": "step_frame", "ms": 3.5}], "counts": [{"name": "late", "count": 2}],
+    }  # fmt: skip

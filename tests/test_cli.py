@@ -108,7 +108,7 @@ def test_a_video_without_a_person_gives_a_take_and_says_so(studio: Path, tmp_pat
     assert status == 0
     found = json.loads(out)
     assert found["messages"] > 2
-    assert found["attachments"].keys() == {"studio.toml", "calibration.toml"}
+    assert found["attachments"].keys() == {"studio.toml", "calibration.toml", "setup.json"}
     assert {channel["schema"] for channel in found["channels"]} >= {"zenocap.Sighting", "zenocap.CameraInfo"}
     status, _, err = zenocap("export", tmp_path / "a.mcap", "--to", "trc", "-o", tmp_path / "a.trc")
     assert (status, err.count("\n")) == (1, 1)

@@ -1,0 +1,72 @@
+"""The services of a take's rig, ready to be fed again what they were fed."""
+
+from collections.abc import Callable, Sequence
+from typing import Generic, Protocol, TypeVar
+
+from common.bus.protocol import Alive, Envelope, Tick
+from common.messages import Message
+from common.runtime.specs import FirstFrames
+from common.take.setup import RecordedRig, RecordedViewer
+from services.integrator import states
+from services.integrator import step as integrator
+from services.integrator.shell import ID, setup_of
+from services.viewer import step as viewer
+from services.viewer.frame import Masked
+from services.viewer.states import LearningBackground
+
+Event = Masked | Envelope | Alive | Tick
+Name = tuple[str, str]  # service and id
+Setup = TypeVar("Setup")
+State = TypeVar("State")
+
+
+class Repeatable(Protocol):
+    """A service whose step can be run again.  begin: as when it started."""
+
+    def begin(self) -> None: ...
+
+    def step(self, event: Event) -> Sequence[Message]: ...
+
+    @property
+    def learning(self) -> bool:
+        """Whether frames need no silhouette yet."""
+
+
+class Repeated(Generic[Setup, State]):
+    """A service's pure step and its state."""
+
+    def __init__(
+        self, setup: Setup, initial: State, step: Callable[[Setup, State, Event], tuple[State, Sequence[Message]]]
+    ) -> None:
+        self._setup, self._initial, self._step = setup, initial, step
+        self._state = initial
+
+    def begin(self) -> None:
+        self._state = self._initial
+
+    def step(self, event: Event) -> Sequence[Message]:
+        """The messages that followed.  Raises whatever the step does, and then has the state before it, as live."""
+        self._state, messages = self._step(self._setup, self._state, event)
+        return messages
+
+    @property
+    def learning(self) -> bool:
+        return isinstance(self._state, LearningBackground)
+
+
+def services_of(rig: RecordedRig) -> dict[Name, Repeatable]:
+    """By name.  Raises ValueError for cameras that the method cannot use."""
+    setup = setup_of(rig)
+    found: dict[Name, Repeatable] = {("integrator", ID): Repeated(setup, integrator.initial_state(setup), _integrator_step)}
+    return found | {("viewer", one.id): _viewer(one) for one in rig.viewers}
+
+
+def _viewer(recorded: RecordedViewer) -> Repeatable:
+    # The background was learnt from so many frames; which they were does not matter once silhouettes are in the take.
+    background = FirstFrames(recorded.learning_frames)
+    setup = viewer.viewer_setup(recorded.id, recorded.pinhole(), background, publish_silhouette=False)
+    return Repeated(setup, viewer.initial_state(setup), viewer.step)
+
+
+def _integrator_step(setup: states.Setup, state: states.State, event: Event) -> tuple[states.State, Sequence[Message]]:
+    return integrator.step(setup, state, event)

@@ -18,7 +18,7 @@ from services.commands.options import (
 TakePaths = Annotated[
     list[Path], typer.Argument(metavar="TAKE...", help="Takes: MCAP files, played one after another.", show_default=False)
 ]
-WHAT, HOW = "What is replayed", "How it is replayed"
+WHAT, HOW, CHECKING = "What is replayed", "How it is replayed", "Checking a take"
 EXPRESSION = "a key expression such as 'viewer/**' or 'zenocap/*/integrator/bap'"
 
 
@@ -79,6 +79,27 @@ def replay(
         float,
         typer.Option("--delay", min=0, max=3600, metavar="SECONDS", help="To be found by others, before it begins."),
     ] = 1.0,
+    verify: Annotated[
+        bool,
+        typer.Option(
+            "--verify",
+            help="Play nothing: recompute every derived message and compare it byte for byte.",
+            rich_help_panel=CHECKING,
+        ),
+    ] = False,
+    tolerance: Annotated[
+        float,
+        typer.Option(
+            "--tolerance",
+            min=0,
+            max=1,
+            help="By which numbers may differ, for a take of another kind of processor.",
+            rich_help_panel=CHECKING,
+        ),
+    ] = 0.0,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="With --verify, for programs: one JSON object.", rich_help_panel=CHECKING)
+    ] = False,
     mode: ModeOption = None,
     connect: ConnectOption = None,
     listen: ListenOption = None,
@@ -92,6 +113,10 @@ def replay(
     space pauses, . makes one step, the arrows left and right jump 5 s, + and - change the rate, q quits. Exit status 3:
     played, but something of the take was cut or damaged.
 
+    --verify needs no network: it feeds every service again what the take says it was fed, in that order, and compares what
+    its step says with what was logged. Exit status 0: all equal; 1: something differs, and the first difference is printed
+    field by field; 3: equal, but not everything could be checked. Options for playing are not used then.
+
     Example: `zenocap replay monday.mcap`, or `zenocap replay monday.mcap --topics 'viewer/**'` to feed a live integrator
     """
     from rich.console import Console
@@ -99,6 +124,13 @@ def replay(
     from common.runtime import logs
     from common.runtime.signals import stop_signals
 
+    if verify:
+        with one_line_errors():
+            from services.takes.verify.shell import run_verify
+
+            raise typer.Exit(run_verify(takes, tolerance, as_json, Console()))
+    if tolerance or as_json:
+        raise typer.BadParameter("--tolerance and --json go with --verify")
     with one_line_errors(), stop_signals() as stopped:
         from services.takes.replay.renaming import Renaming, parsed_rename
         from services.takes.replay.selection import Selection

@@ -14,9 +14,10 @@ Place = tuple[str, int]  # key and capture time
 
 @dataclass
 class Logged:
-    """checked: a step has said it again."""
+    """number: in the order of the log.  checked: a step has said it again."""
 
     received: Envelope
+    number: int
     checked: bool = False
 
 
@@ -27,16 +28,18 @@ class Memory:
         self.unchecked: Counter[str] = Counter()
         self._passing: OrderedDict[Place, Logged] = OrderedDict()
         self._kept: dict[Place, Logged] = {}
+        self._number = 0
 
     def keep(self, received: Envelope) -> None:
         """Remember a message, in the place of one of the same key and time."""
+        self._number += 1
         place = (received.key, received.message.captured_ns)
         if received.topic.queueing is Queueing.KEPT:
             self._count(self._kept.pop(place, None))
-            self._kept[place] = Logged(received)
+            self._kept[place] = Logged(received, self._number)
             return
         self._count(self._passing.pop(place, None))
-        self._passing[place] = Logged(received)
+        self._passing[place] = Logged(received, self._number)
         while next(iter(self._passing.values())).received.received_ns < received.received_ns - FORGET_NS:
             self._count(self._passing.popitem(last=False)[1])
 

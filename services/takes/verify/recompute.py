@@ -30,7 +30,7 @@ class Verified:
     """Derived messages by key.  equal, different: from the recomputed ones.  unlogged: recomputed, but not in the take.
 
     unchecked: in the take, but not recomputed; reasons say why.  close: of those equal, within the tolerance only.
-    first: the first difference.  duration_s: of the take.
+    first: in the order of the log, the first difference.  duration_s: of the take.
     """
 
     equal: Counter[str] = field(default_factory=Counter)
@@ -128,6 +128,7 @@ class _Check:
         self._memory = Memory()
         self._waiting: deque[Envelope] = deque()
         self._start_ns: int | None = None
+        self._first: int | None = None  # number of the first message that differs
 
     def see(self, received: Envelope) -> None:
         """The next message of the take."""
@@ -146,7 +147,7 @@ class _Check:
             self._follow(self._waiting.popleft().message)
         self._memory.end()
         self.found.unchecked = self._memory.unchecked
-        if self.found.unchecked and not self.found.reasons:
+        if self.found.checked and self.found.unchecked and not self.found.reasons:
             self.found.reasons.append("what was said after the last account of what was handled")
 
     def _follow(self, message: Message) -> None:
@@ -240,6 +241,7 @@ class _Check:
             self.found.close += 1
             return
         self.found.different[key] += 1
-        if self.found.first is None:
+        if self._first is None or logged.number < self._first:
+            self._first = logged.number
             fields = ("the same fields in other bytes",)
             self.found.first = found or Difference(key, recomputed.frame, recomputed.captured_ns, fields)

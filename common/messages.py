@@ -1,7 +1,8 @@
 """Every message on the bus.  Units, frames and ranges stand on the fields; validation is done by `common.codec`.
 
 All messages carry `frame`, the source's frame number, and `captured_ns`, the capture time in nanoseconds since the Unix
-epoch on the sender's clock.  Images are those of the level view (`common.camera.level`) at the viewer's working size.
+epoch on the sender's clock.  Slopes and pixels are those of the level view (`common.camera.level`) at the viewer's working
+size; silhouettes and previews are as the camera sees them.
 """
 
 from typing import Annotated, Literal

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from time import monotonic
 
 import pytest
 
@@ -197,3 +198,21 @@ def test_a_service_that_keeps_failing_exits_with_1(network: LocalNetwork) -> Non
 
 def test_a_stopped_service_exits_with_0(network: LocalNetwork) -> None:
     assert run(viewer(), network.bus(), RealClock(), stopped=lambda: True) == 0
+
+
+class TenTimes(RealClock):
+    """A clock on which a second passes in a tenth of one."""
+
+    def elapsed_ns(self) -> int:
+        return 10 * super().elapsed_ns()
+
+
+def test_what_a_state_has_counted_is_said_as_it_is_and_not_added_up(network: LocalNetwork) -> None:
+    reader = network.bus()
+    reader.subscribe(HEALTH, every=True)
+    ends = monotonic() + 0.5
+    counting = viewer(count=lambda state: {"late": 3})
+    run(counting, network.bus(), TenTimes(), stopped=lambda: monotonic() > ends)
+    found = [message.counts["late"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
+    assert len(found) >= 3
+    assert set(found) == {3}

@@ -192,9 +192,8 @@ def _loop(
             if frames:
                 runner.meter.counts["dropped_frames"] = frames.dropped
             offset = offset_at(trips, clock.now_ns())
-            for name, count in extra_counts().items():
-                runner.meter.counts[name] = count
-            runner.meter.counts.update(service.count(runner.state))
+            for name, count in (*extra_counts().items(), *service.count(runner.state).items()):
+                runner.meter.counts[name] = count  # a Counter's update would add
             words = service.describe(runner.state)
             runner.publish(runner.meter.report(clock.now_ns(), now_ns, words, bus.counters, offset))
             runner.report_handled()

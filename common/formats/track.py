@@ -38,7 +38,7 @@ class PoseTrack:
     @property
     def known(self) -> NDArray[np.bool_]:
         """(n,) whether there is a pose."""
-        known: NDArray[np.bool_] = ~np.isnan(self.positions).any(axis=1)
+        known: NDArray[np.bool_] = ~np.isnan(self.positions[:, 0])
         return known
 
     def pose(self, row: int) -> Pose:

@@ -35,10 +35,10 @@ class Trajectories:
 
 
 def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit = "m") -> None:
-    """A row per frame with its number and its time; a missing marker is blank.  Raises OSError.
+    """A row per frame with its number and its time; a missing marker is "nan" three times.  Raises OSError.
 
-    As the readers of OpenSim and Pose2Sim want it: the two lines of labels end with a tab and rows do not, and the last
-    cell of a row is never blank but "nan", because OpenSim counts cells and drops a blank one at the end.
+    As readers want it: lines of labels end with a tab (Pose2Sim's older versions drop their last column) and rows do not.
+    Missing cells are not blank: OpenSim and trc-data-reader lose blank ones at a row's end and then refuse the file.
     """
     count, first = len(data.frames), int(data.frames[0]) if len(data.frames) else 0
     rate = f"{data.rate:.6g}"
@@ -57,8 +57,7 @@ def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit
     with whole_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(lines) + "\n")
         for frame, time_s, row in zip(data.frames, data.times_s, turned(data.points, axes, unit), strict=True):
-            cells = ["" if np.isnan(value) else f"{value:.{digits}f}" for value in row.ravel()]
-            cells[-1] = cells[-1] or "nan"
+            cells = [f"{value:.{digits}f}" for value in row.ravel()]
             file.write("\t".join([str(int(frame)), f"{time_s:.6f}", *cells]) + "\n")
 
 

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -104,27 +103,22 @@ def _told_when_slow(words: str) -> Iterator[None]:
 
 
 def info(take: TakePath, as_json: JsonOption = False) -> None:
-    """What is in a take: messages by key, rates, versions, and whether it is whole.
+    """What is in a take: channels with rates and gaps, frames that are missing, pairs, health, versions, files.
+
+    Of a cut or damaged take everything that is whole; then exit status 3.
 
     Example: `zenocap info recordings/demo.mcap`
     """
-    with one_line_errors():
+    with one_line_errors(), _told_when_slow(f"reading {take} ..."):
         from services.takes.info import info as read_info
+        from services.takes.info_text import lines_of
 
         found = read_info(take)
     if as_json:
         typer.echo(json.dumps(asdict(found), indent=2))
     else:
-        start = datetime.fromtimestamp(found.start_ns / 1e9, UTC)
-        typer.echo(f"{found.path}: {found.messages} messages, {found.size_bytes / 1e6:.1f} MB")
-        typer.echo(f"start     {start:%Y-%m-%d %H:%M:%S} UTC, {found.duration_s:.1f} s")
-        for name, values in found.metadata.items():
-            typer.echo(f"{name:9} {', '.join(f'{key} {value}' for key, value in values.items())}")
-        for name, size in found.attachments.items():
-            typer.echo(f"file      {name}, {size} bytes")
-        width = max((len(channel.key) for channel in found.channels), default=0)
-        for channel in found.channels:
-            typer.echo(f"{channel.key:{width}} {channel.messages:7d}  {channel.rate:6.1f}/s  {channel.schema}")
+        for line in lines_of(found):
+            typer.echo(line)
     if found.cut:
         typer.echo(f"lost: {found.cut}", err=True)
     raise typer.Exit(LOSS if found.cut else DONE)

@@ -95,7 +95,7 @@ def test_wrong_usage_is_status_2() -> None:
     assert zenocap("viewer", "studio.toml")[0] == 2
     assert zenocap("track", "studio.toml", "-o", "a.mcap", "--size", "160")[0] == 2
     assert zenocap("track", "studio.toml", "-o", "a.mcap", "--method", "hybrid")[0] == 2
-    assert zenocap("export", "a.mcap", "--to", "bvh", "-o", "a.bvh")[0] == 2
+    assert zenocap("export", "a.mcap", "--to", "fbx", "-o", "a.fbx")[0] == 2
     assert zenocap("fly")[0] == 2
 
 

@@ -104,7 +104,7 @@ def test_the_exported_poses_stand_on_the_ground_and_in_time(take: Path) -> None:
 
 def test_a_csv_row_has_a_cell_for_every_heading(take: Path, tmp_path: Path) -> None:
     poses = read_poses(take)
-    write_csv(tmp_path / "a.csv", poses)
+    write_csv(tmp_path / "a.csv", poses.track())
     lines = (tmp_path / "a.csv").read_text().splitlines()
     heading = lines[0].split(",")
     assert len(lines) == 1 + len(poses.baps)

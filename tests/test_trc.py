@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.body.anatomy import TEN_PARTS
-from common.formats.trc import FormatError, Trajectories, read_trc, write_trc
+from common.formats.axes import PER_METRE, Unit
+from common.formats.trc import HEADER, FormatError, Trajectories, read_trc, write_trc
 
 SCORER = Path(__file__).resolve().parents[2] / "shared" / "tools" / "score_trc.py"
 NAMES = tuple(marker.name for marker in TEN_PARTS.markers)
@@ -81,3 +84,87 @@ def test_the_shared_scorer_takes_it(tmp_path: Path) -> None:
     command = [sys.executable, str(SCORER), str(tmp_path / "a.trc"), str(tmp_path / "a.trc"), "--json"]
     found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     assert (found["joints"], found["frames"], found["mpjpe_mm"]) == (15, 11, 0.0)
+
+
+def tokens_as_opensim(line: str) -> list[str]:
+    """OpenSim's FileAdapter::tokenize: a cell per tab, and what follows the last tab only where there is something."""
+    cells = [cell.strip() for cell in line.split("\t")]
+    return cells if cells[-1] else cells[:-1]
+
+
+def read_as_opensim(path: Path) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Names, times and points by the rules of OpenSim's TRCFileAdapter::extendRead, each of which is an error there."""
+    lines = path.read_text().split("\n")
+    assert lines[0].split()[0] == "PathFileType"
+    keys = [cell for cell in tokens_as_opensim(lines[1]) if cell]
+    assert keys == HEADER.split("\t")
+    values = [cell for cell in tokens_as_opensim(lines[2]) if cell]
+    assert len(values) == len(keys)
+    labels = [cell for cell in tokens_as_opensim(lines[3]) if cell]
+    assert labels[:2] == ["Frame#", "Time"]
+    count = int(values[3])
+    assert len(labels) == count + 2
+    assert [cell for cell in tokens_as_opensim(lines[4]) if cell] == [f"{a}{k + 1}" for k in range(count) for a in "XYZ"]
+    rows = lines[5:]
+    while not tokens_as_opensim(rows[0]) or not tokens_as_opensim(rows[0])[0]:
+        rows = rows[1:]
+    times, points = [], []
+    for line in rows:
+        cells = tokens_as_opensim(line)
+        if not cells:
+            break
+        assert len(cells) == 3 * count + 2
+        triples = [cells[c : c + 3] for c in range(2, len(cells), 3)]
+        points.append([[float(cell) for cell in triple] if all(triple) else [np.nan] * 3 for triple in triples])
+        times.append(float(cells[1]))
+    assert len(times) == int(values[2])
+    return labels[2:], np.array(times), np.array(points)
+
+
+def read_as_pose2sim(path: Path) -> tuple[list[str], np.ndarray]:
+    """Names and numbers as Pose2Sim's common.extract_trc_data takes them: every row with as many cells."""
+    names = path.read_text().splitlines()[3].strip().split("\t")[2::3]
+    return names, np.genfromtxt(path, skip_header=5, delimiter="\t")[:, 1:]
+
+
+@pytest.mark.parametrize("unit", ["m", "cm", "mm"])
+def test_opensim_and_pose2sim_read_it(unit: Unit, tmp_path: Path) -> None:
+    data = walking()
+    write_trc(tmp_path / "a.trc", data, unit=unit)
+    expected = data.points * PER_METRE[unit]
+    names, times_s, points = read_as_opensim(tmp_path / "a.trc")
+    assert names == list(NAMES)
+    np.testing.assert_allclose(times_s, data.times_s, atol=1e-6)
+    np.testing.assert_allclose(points, expected, atol=1e-6 * PER_METRE[unit])
+    names, numbers = read_as_pose2sim(tmp_path / "a.trc")
+    assert names == list(NAMES)
+    np.testing.assert_allclose(numbers[:, 1:].reshape(points.shape), expected, atol=1e-6 * PER_METRE[unit])
+    np.testing.assert_allclose(read_trc(tmp_path / "a.trc").points, data.points, atol=1e-6)
+
+
+def test_lines_of_labels_end_with_a_tab_and_rows_do_not(tmp_path: Path) -> None:
+    """Pose2Sim's older readers throw the last column of labels away; OpenSim drops a blank cell at the end of a row."""
+    write_trc(tmp_path / "a.trc", walking())
+    lines = (tmp_path / "a.trc").read_text().splitlines()
+    assert lines[3].endswith("LWrist\t\t\t")
+    assert lines[4].endswith("Z15\t")
+    assert not any(line.endswith("\t") for line in lines[6:])
+    assert lines[8].split("\t")[2:] == ["nan"] * 45
+
+
+def test_other_axes(tmp_path: Path) -> None:
+    write_trc(tmp_path / "a.trc", walking(), axes="z-up")
+    x, y, z = np.moveaxis(walking().points, -1, 0)
+    np.testing.assert_allclose(read_trc(tmp_path / "a.trc").points, np.stack([x, -z, y], axis=-1), atol=1e-6)
+
+
+@pytest.mark.skipif(find_spec("trc") is None, reason="trc-data-reader is not installed")
+def test_an_independent_package_reads_it(tmp_path: Path) -> None:
+    data = walking()
+    write_trc(tmp_path / "a.trc", data)
+    read = import_module("trc").TRCData()
+    read.load(str(tmp_path / "a.trc"))
+    assert read["Markers"] == list(NAMES)
+    assert read["DataRate"] == 30.0
+    for row, frame in enumerate(data.frames):
+        np.testing.assert_allclose(np.array(read[int(frame)][1]), data.points[row], atol=1e-6)

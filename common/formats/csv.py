@@ -1,35 +1,45 @@
 """CSV: one row per frame with position, joint angles, scores and joint centres, for spreadsheets and notebooks."""
 
 import csv
-from math import degrees
 from pathlib import Path
+from typing import Literal
 
-from common.formats.poses import Poses
+import numpy as np
+
+from common.formats.axes import Axes, Unit, turned
+from common.formats.track import PoseTrack
+from common.formats.trc import DIGITS
+from common.formats.whole import whole_file
+
+Angle = Literal["deg", "rad"]
 
 
-def write_csv(path: Path, poses: Poses) -> None:
-    """Metres, degrees, seconds since frame 0; the header names the unit.  Blank while the person is lost.
+def write_csv(path: Path, track: PoseTrack, *, axes: Axes = "y-up", unit: Unit = "m", angle: Angle = "deg") -> None:
+    """Seconds since frame 0; every heading names its unit.  Blank while the person is lost.
 
+    axes, unit: of position and joint centres.  Joint angles are the model's own, the navel's about our Y-up world.
     Raises OSError.
     """
-    viewers = sorted({viewer for bap in poses.baps for viewer in bap.scores} | set(poses.cameras))
-    joints = poses.trajectories()
-    header = ["frame", "time_s", *(f"navel.{axis}_m" for axis in "xyz")]
-    header += [f"{name}_deg" for name in poses.anatomy.angles]
-    header += [f"{what}.{viewer}" for viewer in viewers for what in ("view", "score")]
-    header += [f"{name}.{axis}_m" for name in joints.names for axis in "xyz"]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    joints = track.trajectories()
+    header = ["frame", "time_s", *(f"navel.{axis}_{unit}" for axis in "xyz")]
+    header += [f"{name}_{angle}" for name in track.anatomy.angles]
+    header += [f"{what}.{viewer}" for viewer in track.views for what in ("view", "score")]
+    header += [f"{name}.{axis}_{unit}" for name in joints.names for axis in "xyz"]
+    positions, points = turned(track.positions, axes, unit), turned(joints.points, axes, unit)
+    angles = np.degrees(track.angles) if angle == "deg" else track.angles
+    digits = DIGITS[unit]
+    with whole_file(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([*header, "lost"])
-        for bap, time_s, points in zip(poses.baps, poses.times_s, joints.points, strict=True):
-            known = "person" not in bap.lost
-            pose = poses.pose(bap)
-            numbers = [*pose.position, *(degrees(angle) for angle in pose.angles)]
-            seen = [cell for viewer in viewers for cell in (bap.views.get(viewer, ""), _score(bap.scores.get(viewer)))]
-            row = [str(bap.frame), f"{time_s:.6f}", *(f"{value:.6f}" if known else "" for value in numbers), *seen]
-            row += [f"{value:.6f}" if known else "" for value in points.ravel()]
-            writer.writerow([*row, " ".join(bap.lost)])
+        for row, (frame, time_s) in enumerate(zip(track.frames, track.times_s, strict=True)):
+            cells = [str(int(frame)), f"{time_s:.6f}"]
+            cells += [_number(value, digits) for value in positions[row]]
+            cells += [_number(value, 6) for value in angles[row]]
+            for viewer, views in track.views.items():
+                cells += [views[row], _number(track.scores[viewer][row], 4)]
+            cells += [_number(value, digits) for value in points[row].ravel()]
+            writer.writerow([*cells, track.lost[row]])
 
 
-def _score(score: float | None) -> str:
-    return "" if score is None else f"{score:.4f}"
+def _number(value: float, digits: int) -> str:
+    return "" if np.isnan(value) else f"{value:.{digits}f}"

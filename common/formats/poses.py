@@ -10,21 +10,23 @@ from numpy.typing import NDArray
 from common import messages as m
 from common.body.anatomy import TEN_PARTS, Anatomy, Floats
 from common.body.definition import Bdp, Pose
-from common.body.kinematics import joint_centres
 from common.bus.protocol import Envelope
 from common.codec import BadMessage
 from common.conversion import angles_of, bdp_of
+from common.formats.track import PoseTrack, rate_of
 from common.formats.trc import FormatError, Trajectories
 from common.take.reading import Take, envelope
+from common.topics import CAMERA, UNIVERSAL_BAP, UNIVERSAL_BDP, topic_at
 
 ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS,)}
+WANTED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP)
 
 
 @dataclass(frozen=True)
 class Poses:
     """What a take says of one person.
 
-    baps: in the order of their frames, one each.  bdp: the last one.  start_ns: capture time of frame 0.
+    baps: in the order of their capture times, one each.  bdp: the last one.  start_ns: capture time of frame 0.
     cameras: by viewer.  cut: what is missing of the file, None when it is whole.
     """
 
@@ -41,8 +43,18 @@ class Poses:
 
     @property
     def frames(self) -> NDArray[np.int64]:
-        """(n,) frame numbers of `baps`."""
-        return np.array([bap.frame for bap in self.baps], dtype=np.int64)
+        """(n,) frame numbers of `baps`, rising.
+
+        Where they begin again, because a viewer was restarted, all are counted by their time at the first part's rate.
+        """
+        numbers = np.array([bap.frame for bap in self.baps], dtype=np.int64)
+        again = np.flatnonzero(np.diff(numbers) <= 0)
+        if not len(again):
+            return numbers
+        steps = np.diff(self.times_s)
+        step_s = float(np.median(steps[: again[0]])) if again[0] else float(np.median(steps))
+        counted = numbers[0] + np.round((self.times_s - self.times_s[0]) / step_s).astype(np.int64)
+        return np.maximum.accumulate(counted - np.arange(len(counted))) + np.arange(len(counted))
 
     @property
     def times_s(self) -> Floats:
@@ -50,18 +62,34 @@ class Poses:
         return np.array([(bap.captured_ns - self.start_ns) / 1e9 for bap in self.baps])
 
     def rate(self) -> float:
-        """Poses per second."""
-        steps = np.diff(self.times_s)
-        return float(1 / np.median(steps)) if len(steps) and np.median(steps) > 0 else 0.0
+        """Frames per second."""
+        return rate_of(self.frames, self.times_s)
+
+    def track(self) -> PoseTrack:
+        """The poses as arrays, for the formats."""
+        viewers = sorted({viewer for bap in self.baps for viewer in bap.scores} | set(self.cameras))
+        positions = np.full((len(self.baps), 3), np.nan)
+        angles = np.full((len(self.baps), len(self.anatomy.angles)), np.nan)
+        for row, bap in enumerate(self.baps):
+            if "person" not in bap.lost:
+                pose = self.pose(bap)
+                positions[row], angles[row] = pose.position, pose.angles
+        return PoseTrack(
+            anatomy=self.anatomy,
+            bdp=self.bdp,
+            frames=self.frames,
+            times_s=self.times_s,
+            positions=positions,
+            angles=angles,
+            scores={viewer: np.array([bap.scores.get(viewer, np.nan) for bap in self.baps]) for viewer in viewers},
+            views={viewer: tuple(bap.views.get(viewer, "") for bap in self.baps) for viewer in viewers},
+            lost=tuple(" ".join(bap.lost) for bap in self.baps),
+            rate=self.rate(),
+        )
 
     def trajectories(self) -> Trajectories:
         """Joint centres of every pose; blank while the person is lost."""
-        points = np.full((len(self.baps), len(self.anatomy.markers), 3), np.nan)
-        for k, bap in enumerate(self.baps):
-            if "person" not in bap.lost:
-                points[k] = joint_centres(self.anatomy, self.bdp, self.pose(bap))
-        names = tuple(marker.name for marker in self.anatomy.markers)
-        return Trajectories(names, self.frames, self.times_s, points, round(self.rate(), 3))
+        return self.track().trajectories()
 
 
 def read_poses(path: Path) -> Poses:
@@ -97,13 +125,11 @@ def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take) -> Poses:
     if body.anatomy not in ANATOMIES:
         raise FormatError(f"{path}: anatomy {body.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
     anatomy = ANATOMIES[body.anatomy]
-    by_frame = {bap.frame: bap for bap in moving}
-    ordered = tuple(by_frame[frame] for frame in sorted(by_frame))
     try:
         bdp = bdp_of(anatomy, body)
     except ValueError as error:
         raise FormatError(f"{path}: {error}") from error
-    return Poses(path, anatomy, bdp, ordered, start_ns, cameras, take.cut)
+    return Poses(path, anatomy, bdp, tuple(moving), start_ns, cameras, take.cut)
 
 
 def pose_of(anatomy: Anatomy, bap: m.UniversalBap) -> Pose:
@@ -116,6 +142,8 @@ def pose_of(anatomy: Anatomy, bap: m.UniversalBap) -> Pose:
 
 def _envelopes(take: Take) -> Iterable[Envelope]:
     for recorded in take.messages():
+        if topic_at(recorded.topic) not in WANTED:
+            continue
         try:
             received = envelope(recorded)
         except BadMessage:

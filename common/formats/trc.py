@@ -7,10 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.body.anatomy import Floats
+from common.formats.axes import Axes, Unit, turned
+from common.formats.whole import whole_file
 
-METRES = {"m": 1.0, "mm": 1e-3}
+METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
 MAX_BYTES = 1 << 30
+DIGITS = {"m": 6, "cm": 4, "mm": 3}  # after the point: a micrometre
 
 
 class FormatError(ValueError):
@@ -21,7 +24,7 @@ class FormatError(ValueError):
 class Trajectories:
     """names: of the markers.  frames: (n,) frame numbers, rising.  times_s: (n,) seconds.
 
-    points: (n, markers, 3) metres, Y up; NaN where there is no estimate.  rate: rows per second.
+    points: (n, markers, 3) metres, Y up; NaN where there is no estimate.  rate: frames per second.
     """
 
     names: tuple[str, ...]
@@ -31,25 +34,31 @@ class Trajectories:
     rate: float
 
 
-def write_trc(path: Path, data: Trajectories) -> None:
-    """Write metres; NaN becomes blank.  Raises OSError."""
+def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit = "m") -> None:
+    """A row per frame with its number and its time; a missing marker is "nan" three times.  Raises OSError.
+
+    As readers want it: lines of labels end with a tab (Pose2Sim's older versions drop their last column) and rows do not.
+    Missing cells are not blank: OpenSim and trc-data-reader lose blank ones at a row's end and then refuse the file.
+    """
     count, first = len(data.frames), int(data.frames[0]) if len(data.frames) else 0
     rate = f"{data.rate:.6g}"
-    values = [rate, rate, count, len(data.names), "m", rate, first, count]
+    values = [rate, rate, count, len(data.names), unit, rate, first, count]
     names = "\t\t\t".join(data.names)
-    axes = "\t".join(f"{axis}{k}" for k in range(1, len(data.names) + 1) for axis in "XYZ")
+    labels = "\t".join(f"{axis}{k}" for k in range(1, len(data.names) + 1) for axis in "XYZ")
     lines = [
         f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
         HEADER,
         "\t".join(str(value) for value in values),
-        f"Frame#\tTime\t{names}\t\t",
-        f"\t\t{axes}",
+        f"Frame#\tTime\t{names}\t\t\t",
+        f"\t\t{labels}\t",
         "",
     ]
-    for frame, time_s, row in zip(data.frames, data.times_s, data.points, strict=True):
-        cells = ("" if np.isnan(value) else f"{value:.6f}" for value in row.ravel())
-        lines.append("\t".join([str(int(frame)), f"{time_s:.6f}", *cells]))
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    digits = DIGITS[unit]
+    with whole_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
+        file.write("\n".join(lines) + "\n")
+        for frame, time_s, row in zip(data.frames, data.times_s, turned(data.points, axes, unit), strict=True):
+            cells = [f"{value:.{digits}f}" for value in row.ravel()]
+            file.write("\t".join([str(int(frame)), f"{time_s:.6f}", *cells]) + "\n")
 
 
 def read_trc(path: Path) -> Trajectories:

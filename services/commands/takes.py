@@ -1,59 +1,125 @@
 """Commands that work on takes: info, export, recover."""
 
+from __future__ import annotations
+
 import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from services.commands.options import DONE, LOSS, JsonOption, OutputOption, TakePath, one_line_errors
 
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from common.formats.track import Bound
+
+SLOW_S = 2.0
+
 
 def export(
     take: TakePath,
-    to: Annotated[Literal["trc", "csv"], typer.Option(help="trc: joint centres. csv: angles, scores and joint centres.")],
+    to: Annotated[
+        Literal["trc", "bvh", "c3d", "csv"],
+        typer.Option(help="trc, c3d: joint centres. bvh: a skeleton that moves. csv: angles, scores and joint centres."),
+    ],
     output: OutputOption,
+    first: Annotated[
+        str | None, typer.Option("--from", metavar="FRAME|TIMEs", help="First frame, such as 120, or 2.5s.")
+    ] = None,
+    last: Annotated[str | None, typer.Option("--until", metavar="FRAME|TIMEs", help="Last frame, itself included.")] = None,
+    fps: Annotated[
+        float | None, typer.Option(min=0.1, max=1000, help="Resample to this rate; default: the frames of the take.")
+    ] = None,
+    axes: Annotated[
+        Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"], typer.Option(help="Axes of the world, see below.")
+    ] = "y-up",
+    units: Annotated[
+        Literal["m", "cm", "mm"] | None, typer.Option(help="Default: m in trc and csv, cm in bvh, mm in c3d.")
+    ] = None,
+    angles: Annotated[Literal["deg", "rad"], typer.Option(help="Of the joint angles in csv.")] = "deg",
 ) -> None:
-    """Write the poses of a take for other programs.
+    """Write the poses of a take for other programs; the file appears whole or not at all.
 
-    trc: OpenSim and Pose2Sim, metres, Y up, HALPE names. csv: one row per frame, degrees and metres.
+    trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender and others, rest pose with the arms
+    sideways. csv: one row per frame. Frame k of a video is frame k of every file: in bvh and c3d rows count from frame
+    0, or from --from. Where the person is lost a row is blank, and bvh holds the last pose.
 
-    Example: `zenocap export walk.mcap --to trc -o walk.trc`
+    --fps puts rows at exact multiples of 1/fps s, positions in straight lines, every joint along its shortest turn, and
+    nothing across gaps of more than 0.25 s. (--to is the format, so the end of a range is --until.)
+
+    --axes: y-up, as recorded, the person first facing Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing X.
+    opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.
+
+    Example: `zenocap export walk.mcap --to bvh -o walk.bvh --fps 30 --from 2s`
     """
-    with one_line_errors():
+    start, end = _bound("--from", first), _bound("--until", last)
+    with one_line_errors(), _told_when_slow(f"reading {take} ..."):
+        from services.takes.export import Wanted
         from services.takes.export import export as run_export
 
-        poses = run_export(take, to, output)
-    typer.echo(f"{output}: {len(poses.baps)} frames, {poses.frames[0]} to {poses.frames[-1]}")
-    if poses.cut:
-        typer.echo(f"lost: {poses.cut}", err=True)
-    raise typer.Exit(LOSS if poses.cut else DONE)
+        written = run_export(take, output, Wanted(to, start, end, fps, axes, units, angles))
+    typer.echo(
+        f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.6g}/s, {written.unit}, {axes}"
+    )
+    if written.empty:
+        typer.echo(f"note: {written.empty} frames without pose: {'the last is held' if to == 'bvh' else 'blank'}", err=True)
+    if written.cut:
+        typer.echo(f"lost: {written.cut}", err=True)
+    raise typer.Exit(LOSS if written.cut else DONE)
+
+
+def _bound(option: str, text: str | None) -> Bound | None:
+    """A frame number, or a time with "s".  Raises typer.BadParameter."""
+    from common.formats.track import Bound
+
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{1,12})|(\d{1,9}(?:\.\d{0,9})?)s", text)
+    if not found:
+        raise typer.BadParameter(f"{option} {text!r}: allowed: a frame number such as 120, or seconds such as 2.5s")
+    return Bound(float(found[1]) if found[1] else float(found[2]), found[1] is None)
+
+
+@contextmanager
+def _told_when_slow(words: str) -> Iterator[None]:
+    """Say on a terminal what is going on, when it takes more than two seconds."""
+    from threading import Timer
+
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    status = console.status(words)
+    timer = Timer(SLOW_S, status.start)
+    if console.is_terminal:
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        status.stop()
 
 
 def info(take: TakePath, as_json: JsonOption = False) -> None:
-    """What is in a take: messages by key, rates, versions, and whether it is whole.
+    """What is in a take: channels with rates and gaps, frames that are missing, pairs, health, versions, files.
+
+    Of a cut or damaged take everything that is whole; then exit status 3.
 
     Example: `zenocap info recordings/demo.mcap`
     """
-    with one_line_errors():
+    with one_line_errors(), _told_when_slow(f"reading {take} ..."):
         from services.takes.info import info as read_info
+        from services.takes.info_text import lines_of
 
         found = read_info(take)
     if as_json:
         typer.echo(json.dumps(asdict(found), indent=2))
     else:
-        start = datetime.fromtimestamp(found.start_ns / 1e9, UTC)
-        typer.echo(f"{found.path}: {found.messages} messages, {found.size_bytes / 1e6:.1f} MB")
-        typer.echo(f"start     {start:%Y-%m-%d %H:%M:%S} UTC, {found.duration_s:.1f} s")
-        for name, values in found.metadata.items():
-            typer.echo(f"{name:9} {', '.join(f'{key} {value}' for key, value in values.items())}")
-        for name, size in found.attachments.items():
-            typer.echo(f"file      {name}, {size} bytes")
-        width = max((len(channel.key) for channel in found.channels), default=0)
-        for channel in found.channels:
-            typer.echo(f"{channel.key:{width}} {channel.messages:7d}  {channel.rate:6.1f}/s  {channel.schema}")
+        for line in lines_of(found):
+            typer.echo(line)
     if found.cut:
         typer.echo(f"lost: {found.cut}", err=True)
     raise typer.Exit(LOSS if found.cut else DONE)

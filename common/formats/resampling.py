@@ -1,0 +1,84 @@
+"""A pose track at another frame rate: positions linearly, rotations along the shortest turn of every joint."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from common.body.anatomy import Floats
+from common.formats.euler import angles_near, rotation
+from common.formats.track import PoseTrack
+from common.formats.trc import FormatError
+
+MAX_GAP_S = 0.25  # nothing is made up across a longer gap; of slower takes, one step and a half
+EXACT_S = 1e-6  # a grid time this near to a row is that row
+MAX_ROWS = 10_000_000
+
+
+def resampled(track: PoseTrack, fps: float) -> PoseTrack:
+    """Row by row at k / fps seconds since frame 0, for every k inside the track; k is the new frame number.
+
+    Between two rows with a pose no further apart than 0.25 s (or 1.5 median steps), else empty.  Views, scores and what
+    is lost are those of the nearest row.  Raises FormatError.
+    """
+    start, end = float(track.times_s[0]), float(track.times_s[-1])
+    if (end - start) * fps > MAX_ROWS:
+        raise FormatError(f"--fps {fps:g}: more than {MAX_ROWS} rows; allowed: fewer, or a part with --from and --until")
+    frames = np.arange(np.ceil((start - EXACT_S) * fps), np.floor((end + EXACT_S) * fps) + 1).astype(np.int64)
+    if not len(frames):
+        raise FormatError(f"--fps {fps:g}: no multiple of 1/{fps:g} s between {start:.6f} and {end:.6f} s")
+    times_s = frames / fps
+    known = np.flatnonzero(track.known)
+    nearest = track.rows(_nearest(track.times_s, times_s))
+    blank = np.full(len(frames), np.nan)
+    if not len(known):
+        return replace(nearest, frames=frames, times_s=times_s, rate=fps)
+    source_s = track.times_s[known]
+    after = np.clip(np.searchsorted(source_s, times_s - EXACT_S), 0, len(known) - 1)
+    before = np.clip(after - 1, 0, None)
+    exact = np.abs(source_s[after] - times_s) <= EXACT_S
+    before = np.where(exact, after, before)
+    span = source_s[after] - source_s[before]
+    limit = max(MAX_GAP_S, 1.5 * float(np.median(np.diff(track.times_s)))) if len(track.times_s) > 1 else MAX_GAP_S
+    made = exact | ((span > 0) & (span <= limit) & (source_s[before] <= times_s) & (times_s <= source_s[after]))
+    share = np.where(made & ~exact, (times_s - source_s[before]) / np.where(span > 0, span, 1.0), 0.0)
+    a, b = known[before], known[after]
+    positions = track.positions[a] + share[:, None] * (track.positions[b] - track.positions[a])
+    angles = _angles_between(track, track.angles[a], track.angles[b], share)
+    lost = tuple(
+        (what if what != "person" else "") if ok else "person" for what, ok in zip(nearest.lost, made, strict=True)
+    )
+    return replace(
+        nearest,
+        frames=frames,
+        times_s=times_s,
+        positions=np.where(made[:, None], positions, blank[:, None]),
+        angles=np.where(made[:, None], angles, blank[:, None]),
+        lost=lost,
+        rate=fps,
+    )
+
+
+def _angles_between(track: PoseTrack, before: Floats, after: Floats, share: Floats) -> Floats:
+    """(n, angles) at `share` (n,) of the way from `before` to `after` (n, angles), each joint along its shortest turn."""
+    angles = before + share[:, None] * (after - before)
+    at = 0
+    for joint in track.anatomy.joints:
+        columns = slice(at, at + len(joint.axes))
+        at += len(joint.axes)
+        if len(joint.axes) == 3:
+            start = Rotation.from_matrix(rotation(joint.axes, before[:, columns]))
+            end = Rotation.from_matrix(rotation(joint.axes, after[:, columns]))
+            turn = (start.inv() * end).as_rotvec()
+            between = np.asarray((start * Rotation.from_rotvec(share[:, None] * turn)).as_matrix(), dtype=np.float64)
+            angles[:, columns] = angles_near(joint.axes, between, angles[:, columns])
+    return angles
+
+
+def _nearest(source_s: Floats, times_s: Floats) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    right = np.clip(np.searchsorted(source_s, times_s), 0, len(source_s) - 1)
+    left = np.clip(right - 1, 0, None)
+    nearest: np.ndarray[tuple[int], np.dtype[np.int64]] = np.where(
+        np.abs(source_s[left] - times_s) < np.abs(source_s[right] - times_s), left, right
+    )
+    return nearest

@@ -1,0 +1,117 @@
+"""What `zenocap info` prints for people: plain lines, 100 columns or fewer where keys allow, the same in a pipe."""
+
+from collections.abc import Iterator, Sequence
+
+from common.topics import TOPICS
+from services.takes.info import Info
+from services.takes.tallies import Channel, Frames, ServiceHealth
+
+LABEL = 12
+WIDTH = 100
+
+
+def lines_of(info: Info) -> Iterator[str]:
+    """The lines, without line ends."""
+    chunks = ", ".join(f"{count} chunks {name}" for name, count in info.chunks.items()) or "no chunks"
+    yield _line("take", info.path)
+    yield _line("size", f"{_size(info.size_bytes)}, {info.messages} messages, {chunks}")
+    if info.messages:
+        yield _line("time", f"{_date(info.start)} to {_date(info.end)} UTC, {info.duration_s:.3f} s")
+    yield _line("state", "cut or damaged: only what is whole was counted" if info.cut else "whole")
+    if info.unreadable:
+        yield _line("unreadable", f"{info.unreadable} messages, perhaps of another version")
+    for name, values in info.metadata.items():
+        yield from _wrapped(name, [f"{key} {value}".strip() for key, value in values.items()])
+    for name, size in info.attachments.items():
+        yield _line("file", f"{name}, {_size(size)}")
+    if info.channels:
+        yield ""
+        yield from _channels(info.channels, info.rig)
+    if info.frames:
+        yield ""
+        yield from _frames(info.frames)
+    if info.pairs:
+        pairs = info.pairs
+        parts = [f"{pairs.instants} instants", f"{pairs.complete} with all viewers", f"{pairs.one_viewer} with one viewer"]
+        yield ""
+        yield _line("pairs", ", ".join([*parts, f"{pairs.stale} with a stale part"]))
+    for health in info.health:
+        yield ""
+        yield from _health(health)
+
+
+def _channels(channels: Sequence[Channel], rig: str) -> Iterator[str]:
+    stem = TOPICS[0].key.partition("{rig}")[0] + f"{rig}/"
+    ours = [channel for channel in channels if rig and channel.key.startswith(stem)]
+    rows: list[tuple[str, ...]] = [("channel", "messages", "bytes", "/s", "longest gap", "schema")]
+    if ours:
+        rows.append((stem, "", "", "", "", ""))
+    rows += [_row(f"  {channel.key.removeprefix(stem)}", channel) for channel in ours]
+    rows += [_row(channel.key, channel) for channel in channels if channel not in ours]
+    yield from _table(rows, right=(1, 2, 3, 4))
+
+
+def _row(name: str, channel: Channel) -> tuple[str, ...]:
+    gap = f"{channel.gap_s:.3f} s at {channel.gap_at_s:.1f} s" if channel.messages > 1 else ""
+    rate = f"{channel.rate:.1f}" if channel.messages > 1 else ""
+    schema = channel.schema or "-"
+    if channel.encoding != "msgpack":
+        schema += f" ({channel.encoding})"
+    return name, str(channel.messages), _size(channel.bytes), rate, gap, schema
+
+
+def _frames(frames: Sequence[Frames]) -> Iterator[str]:
+    rows = [("viewer", "every frame", "first", "last", "missing", "which")]
+    for one in frames:
+        holes = [f"{first}" if first == last else f"{first}-{last}" for first, last in one.holes[:5]]
+        which = ", ".join([*holes, *(["..."] if len(one.holes) > 5 else [])])
+        if one.restarts:
+            which += f"{'; ' if which else ''}numbers began again {one.restarts} times"
+        rows.append((one.viewer, one.topic, str(one.first), str(one.last), str(one.missing), which))
+    yield from _table(rows, right=(2, 3, 4))
+
+
+def _health(health: ServiceHealth) -> Iterator[str]:
+    yield f"{health.service} {health.id}: {health.reports} reports, at the end: {health.state}"
+    parts = [f"{name} {count}" for name, count in health.counts.items()]
+    parts += [f"memory {health.memory_mb:.0f} MB"] if health.memory_mb else []
+    if health.clock_offset_ms or health.clock_error_ms:
+        parts.append(f"clock off by {health.clock_offset_ms:+.3f} ms at most (± {health.clock_error_ms:.3f})")
+    yield from _wrapped("", parts)
+
+
+def _table(rows: Sequence[tuple[str, ...]], right: tuple[int, ...]) -> Iterator[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    for row in rows:
+        cells = [
+            f"{cell:>{width}}" if k in right else f"{cell:{width}}"
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        yield "  ".join(cells).rstrip()
+
+
+def _wrapped(label: str, parts: Sequence[str]) -> Iterator[str]:
+    """The parts with commas between, in as many lines as they need."""
+    line = ""
+    for part in parts:
+        if line and LABEL + len(line) + len(part) + 3 > WIDTH:
+            yield _line(label, f"{line},")
+            label, line = "", ""
+        line += f"{', ' if line else ''}{part}"
+    if line or label:
+        yield _line(label, line)
+
+
+def _line(label: str, text: str) -> str:
+    return f"{label:{LABEL - 1}} {text}".rstrip()
+
+
+def _date(iso: str) -> str:
+    return iso.replace("T", " ").removesuffix("Z")
+
+
+def _size(count: int) -> str:
+    for limit, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= limit:
+            return f"{count / limit:.1f} {unit}"
+    return f"{count} B"

@@ -63,7 +63,7 @@ def export(
 
         written = run_export(take, output, Wanted(to, start, end, fps, axes, units, angles))
     typer.echo(
-        f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.6g}/s, {written.unit}, {axes}"
+        f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
     if written.empty:
         typer.echo(f"note: {written.empty} frames without pose: {'the last is held' if to == 'bvh' else 'blank'}", err=True)

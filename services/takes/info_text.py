@@ -1,8 +1,8 @@
 """What `zenocap info` prints for people: plain lines, 100 columns or fewer where keys allow, the same in a pipe."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from common.topics import TOPICS
 from services.takes.info import Info
 from services.takes.tallies import Channel, Frames, ServiceHealth
 
@@ -26,7 +26,8 @@ def lines_of(info: Info) -> Iterator[str]:
         yield _line("file", f"{name}, {_size(size)}")
     if info.channels:
         yield ""
-        yield from _channels(info.channels, info.rig)
+        yield from _channels(info.channels)
+        yield "gap: the longest time between two messages; at: since the start."
     if info.frames:
         yield ""
         yield from _frames(info.frames)
@@ -40,24 +41,34 @@ def lines_of(info: Info) -> Iterator[str]:
         yield from _health(health)
 
 
-def _channels(channels: Sequence[Channel], rig: str) -> Iterator[str]:
-    stem = TOPICS[0].key.partition("{rig}")[0] + f"{rig}/"
-    ours = [channel for channel in channels if rig and channel.key.startswith(stem)]
-    rows: list[tuple[str, ...]] = [("channel", "messages", "bytes", "/s", "longest gap", "schema")]
-    if ours:
-        rows.append((stem, "", "", "", "", ""))
-    rows += [_row(f"  {channel.key.removeprefix(stem)}", channel) for channel in ours]
-    rows += [_row(channel.key, channel) for channel in channels if channel not in ours]
-    yield from _table(rows, right=(1, 2, 3, 4))
+def _channels(channels: Sequence[Channel]) -> Iterator[str]:
+    """A table, in groups by the first two words of the keys where that is shorter."""
+    groups = Counter(_stem(channel.key) for channel in channels)
+    rows: list[tuple[str, ...]] = [("channel", "count", "bytes", "/s", "gap s", "at s", "schema")]
+    above = ""
+    for channel in channels:
+        stem = _stem(channel.key) if groups[_stem(channel.key)] > 1 else ""
+        if stem and stem != above:
+            rows.append((stem, "", "", "", "", "", ""))
+        above = stem
+        several = channel.messages > 1
+        rows.append(
+            (
+                f"  {channel.key.removeprefix(stem)}" if stem else channel.key,
+                str(channel.messages),
+                _size(channel.bytes),
+                f"{channel.rate:.1f}" if several else "",
+                f"{channel.gap_s:.3f}" if several else "",
+                f"{channel.gap_at_s:.1f}" if several else "",
+                f"{'' if channel.encoding == 'msgpack' else channel.encoding} {channel.schema or '-'}".strip(),
+            )
+        )
+    yield from _table(rows, right=(1, 2, 3, 4, 5))
 
 
-def _row(name: str, channel: Channel) -> tuple[str, ...]:
-    gap = f"{channel.gap_s:.3f} s at {channel.gap_at_s:.1f} s" if channel.messages > 1 else ""
-    rate = f"{channel.rate:.1f}" if channel.messages > 1 else ""
-    schema = channel.schema or "-"
-    if channel.encoding != "msgpack":
-        schema += f" ({channel.encoding})"
-    return name, str(channel.messages), _size(channel.bytes), rate, gap, schema
+def _stem(key: str) -> str:
+    words = key.split("/")
+    return "/".join(words[:2]) + "/" if len(words) > 2 else ""
 
 
 def _frames(frames: Sequence[Frames]) -> Iterator[str]:

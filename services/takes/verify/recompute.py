@@ -5,7 +5,7 @@ for byte, what the take has.  A service can be followed from its start on, as lo
 """
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,12 +13,13 @@ from common import codec
 from common.bus.protocol import Alive, Envelope, Tick
 from common.messages import Handled, Message, Sighting, Silhouette
 from common.runtime.handled import ALIVE, FRAME, GONE, TICK
-from common.take.reading import Take, TakeError, envelope
-from common.take.setup import SETUP_FILE, RecordedRig, read_setup
+from common.take.reading import Take, TakeError
+from common.take.setup import SETUP_FILE, RecordedRig
 from common.topics import SIGHTING, SILHOUETTE, topic_of
 from common.vision.packing import unpack
 from services.takes.verify.difference import Difference, difference
 from services.takes.verify.memory import DERIVED, Memory
+from services.takes.verify.parts import begins_ns, ours, setup_in
 from services.takes.verify.services import Event, Name, Repeatable, services_of
 from services.viewer.frame import Masked
 
@@ -61,17 +62,17 @@ class Lost(Exception):
 
 
 def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int], None] = lambda _: None) -> Verified:
-    """The parts of one take, in their order.  watch: sees the number of messages read, now and then.
+    """One take, or the parts of one in any order.  watch: sees the number of messages read, now and then.
 
     tolerance: by which numbers may differ.  Raises TakeError for a file that is no take or does not say its setup.
     """
     check: _Check | None = None
     count = 0
-    for path in paths:
+    for path in sorted(paths, key=begins_ns) if len(paths) > 1 else paths:
         take = Take(path)
-        for received in _ours(take):
+        for received in ours(take):
             if check is None:
-                check = _Check(path, _setup(path, take), tolerance)
+                check = _Check(path, setup_in(path, take), tolerance)
                 check.found.versions = take.metadata.get("versions", {})
             check.see(received)
             count += 1
@@ -86,32 +87,6 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
         why = "; ".join(check.found.reasons) or "no service says what it was fed"
         raise TakeError(f"{paths[0]}: nothing can be verified: {why}")
     return check.found
-
-
-def _ours(take: Take) -> Iterator[Envelope]:
-    """Our messages; those that a part repeats from the ones before are left out."""
-    number = 0
-    for recorded in take.messages():
-        try:
-            received = envelope(recorded)
-        except codec.BadMessage:
-            continue  # cannot have been fed to anybody
-        if received is None:
-            continue
-        number += 1
-        part = take.metadata.get("part", {})
-        if part.get("number", "1") != "1" and number <= int(part.get("repeated", "0")):
-            continue
-        yield received
-
-
-def _setup(path: Path, take: Take) -> RecordedRig:
-    if SETUP_FILE not in take.attachments:
-        raise TakeError(
-            f"{path}: no attachment {SETUP_FILE}: it was made by an older version, or by `zenocap record` without the rig "
-            "file; what the services were set up with is not known"
-        )
-    return read_setup(path, take.attachments[SETUP_FILE])
 
 
 class _Check:

@@ -12,12 +12,14 @@ import tempfile
 import time
 from pathlib import Path
 
+from common.body.anatomy import TEN_PARTS
 from common.bus.local import LocalBus, LocalNetwork
 from common.bus.protocol import Envelope, Received
+from common.formats.foxglove.converter import Foxglove
 from common.runtime.clock import RealClock
 from common.take.log import Log
 from common.take.reading import Take, envelope
-from common.take.recording import Recording
+from common.take.recording import Recording, nothing_beside
 from services.takes.recover import recover
 from tests.evaluation.mixture import START_NS, instants, mixture, sized, with_viewers
 from tests.evaluation.table import Cell, table
@@ -64,6 +66,8 @@ def speeds(size: Size, folder: Path) -> list[list[Cell]]:
         "read and decoded": lambda: sum(envelope(each) is not None for each in Take(path).messages()),
         "recovered": lambda: recovered(path),
         "logged: queue, check, write": lambda: logged(path, said),
+        "written with Foxglove channels": lambda: write(path, said, foxglove=True),
+        "logged with Foxglove channels": lambda: logged(path, said, foxglove=True),
     }
     count, bytes_ = sized(said)
     rows: list[list[Cell]] = []
@@ -78,8 +82,14 @@ def speeds(size: Size, folder: Path) -> list[list[Cell]]:
     return rows
 
 
-def write(path: Path, said: list[Envelope]) -> int:
-    recording = Recording(path, rig="demo", start_ns=START_NS, overwrite=True)
+def opened(path: Path, foxglove: bool) -> Recording:
+    """foxglove: with the channels that Foxglove shows, as a rig's log has them unless it says otherwise."""
+    beside = Foxglove(TEN_PARTS, "demo").beside if foxglove else nothing_beside
+    return Recording(path, rig="demo", start_ns=START_NS, overwrite=True, beside=beside)
+
+
+def write(path: Path, said: list[Envelope], foxglove: bool = False) -> int:
+    recording = opened(path, foxglove)
     for each in said:
         recording.record(each)
     return recording.close().messages
@@ -91,10 +101,10 @@ def recovered(path: Path) -> int:
     return recover(path, output).messages
 
 
-def logged(path: Path, said: list[Envelope]) -> int:
+def logged(path: Path, said: list[Envelope], foxglove: bool = False) -> int:
     """Through a bus's queue and the log's thread."""
     network = LocalNetwork("demo", RealClock())
-    log = Log(waiting_bus(network), Recording(path, rig="demo", start_ns=START_NS, overwrite=True))
+    log = Log(waiting_bus(network), opened(path, foxglove))
     log.start()
     for number, each in enumerate(said):
         for bus in network.buses:
@@ -106,11 +116,11 @@ def logged(path: Path, said: list[Envelope]) -> int:
     return end.messages
 
 
-def share(size: Size, viewers: int, seconds: float, folder: Path) -> list[Cell]:
+def share(size: Size, viewers: int, seconds: float, folder: Path, foxglove: bool) -> list[Cell]:
     """Messages a second, share of a processor in percent, lost: at the pace of FPS."""
     groups = live(size, viewers, 240)
     network = LocalNetwork("demo", RealClock())
-    log = Log(waiting_bus(network), Recording(folder / "take.mcap", rig="demo", start_ns=START_NS, overwrite=True))
+    log = Log(waiting_bus(network), opened(folder / "take.mcap", foxglove))
     log.start()
     started_s = time.monotonic()
     count = round(seconds * FPS)
@@ -121,7 +131,7 @@ def share(size: Size, viewers: int, seconds: float, folder: Path) -> list[Cell]:
         time.sleep(max(0.0, started_s + (k + 1) / FPS - time.monotonic()))
     took_s = time.monotonic() - started_s
     end = log.close()
-    name = f"{size[0]}x{size[1]}, {viewers} viewers"
+    name = f"{size[0]}x{size[1]}, {viewers} viewers{', with Foxglove channels' if foxglove else ''}"
     return [name, round(end.messages / took_s), end.bytes / 1e6 / took_s, 100 * log.cpu_ns / 1e9 / took_s, end.lost]
 
 
@@ -129,7 +139,7 @@ def main(seconds: float, viewers: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         rows = [row for size in (SMALL, LARGE) for row in speeds(size, Path(folder))]
         print(table("The log's speed, the real mixture", ["", "messages", "messages/s", "MB/s, or bytes"], rows))
-        shares = [share(size, viewers, seconds, Path(folder)) for size in (SMALL, LARGE)]
+        shares = [share(size, viewers, seconds, Path(folder), fox) for size in (SMALL, LARGE) for fox in (False, True)]
         columns = ["", "messages/s", "MB/s", "share of a processor, %", "lost"]
         print(table(f"The log's thread at {FPS:g} frames/s", columns, shares))
 

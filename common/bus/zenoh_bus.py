@@ -16,18 +16,17 @@ import zenoh.ext
 
 from common import codec
 from common.bus.inbox import Inbox, check_key, outgoing
-from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received, RoundTrip
+from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
+from common.bus.zenoh_clock import ENCODING, QUERY_TIMEOUT_S, ZenohClock
 from common.bus.zenoh_pace import Readers, Tally, ask_all
 from common.bus.zenoh_session import ZenohOptions, open_session
-from common.messages import ClockQuery, Message, PaceQuery
+from common.messages import Message, PaceQuery
 from common.runtime.clock import Clock
-from common.topics import ALIVE, CLAIM, CLOCK, PACE, TOPICS, Queueing, Topic, checked_name, rig_of
+from common.topics import ALIVE, CLAIM, PACE, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
 
-ENCODING = "application/msgpack"
 HEARTBEAT_S = 1.0  # how soon a reader learns that it missed the last value of a KEPT topic
-QUERY_TIMEOUT_S = 1.0
 
 
 class _Declared(Protocol):
@@ -60,6 +59,7 @@ class ZenohBus:
         self._readers = readers or Readers()
         self._clock = clock
         self._inbox = Inbox(logger)
+        self._round_trips = ZenohClock(session, rig, clock, self._inbox)
         self._tally = Tally(self._inbox)
         self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
@@ -193,44 +193,10 @@ class ZenohBus:
         return {keys[key]: frozenset(answer.sent) for key, answer in answers.items()}
 
     def serve_clock(self) -> None:
-        def answer(query: zenoh.Query) -> None:
-            with query:
-                try:
-                    question = codec.decode(query.payload.to_bytes() if query.payload else b"", ClockQuery)
-                except codec.BadMessage as error:
-                    self._inbox.reject(str(query.key_expr), "invalid", str(error))
-                    return
-                reply = ClockQuery(frame=question.frame, captured_ns=self._clock.now_ns())
-                query.reply(query.key_expr, codec.encode(reply), encoding=ENCODING, express=True)
-
-        key = CLOCK.format(rig=self._rig)
-        self._declared.append(self._session.declare_queryable(key, answer, complete=True))
+        self._declared.append(self._round_trips.serve())
 
     def ask_clock(self) -> None:
-        sent_ns = self._clock.now_ns()
-
-        def take(reply: zenoh.Reply) -> None:
-            received_ns = self._clock.now_ns()
-            if reply.ok is None:
-                return
-            try:
-                answer = codec.decode(reply.ok.payload.to_bytes(), ClockQuery)
-            except codec.BadMessage as error:
-                self._inbox.reject(str(reply.ok.key_expr), "invalid", str(error))
-                return
-            if answer.frame == frame:
-                self._inbox.put_event(RoundTrip(sent_ns, answer.captured_ns, received_ns))
-
-        self._asked += 1
-        frame = self._asked
-        self._session.get(
-            CLOCK.format(rig=self._rig),
-            take,
-            payload=codec.encode(ClockQuery(frame=frame, captured_ns=sent_ns)),
-            encoding=ENCODING,
-            timeout=QUERY_TIMEOUT_S,
-            express=True,
-        )
+        self._round_trips.ask()
 
     def receive(self, timeout_s: float) -> Received | None:
         event = None if self._duplicate else self._inbox.take(timeout_s)

@@ -30,11 +30,13 @@ from common.runtime.rig import demo_rig_file
 from common.take.reading import Take, envelope
 from common.topics import HEALTH, TOPICS, UNIVERSAL_BAP
 from services.launcher.mesh import Place, free_ports, mesh
+from services.takes.replay.selection import Selection
 from tests.evaluation.table import Cell, table
 
 ZENOCAP = (sys.executable, "-m", "services.cli")
 RIG = "demo"
 Ints = NDArray[np.int64]
+EVERYTHING = Selection()  # as the command has it: without what is for checking a take
 
 
 def main(take: Path, seconds: float, rates: Sequence[float], runs: int) -> None:
@@ -176,7 +178,8 @@ def await_service(bus: ZenohBus, name: str) -> None:
 
 def messages(take: Path, seconds: float) -> list[tuple[str, int, bytes]]:
     """Key, log_time and bytes of the take's first seconds."""
-    found = [(r.topic, r.log_ns, r.data) for r in Take(take).messages() if r.encoding == "msgpack"]
+    replayed = (r for r in Take(take).messages() if r.encoding == "msgpack" and EVERYTHING.takes(r.topic))
+    found = [(r.topic, r.log_ns, r.data) for r in replayed]
     return [item for item in found if item[1] < found[0][1] + seconds * 1e9]
 
 

@@ -1,7 +1,7 @@
 """A take in parts: a new file by size and by time, each of which stands by itself.
 
-Each part is a whole MCAP file.  It begins with the messages of KEPT topics that came before it (bodies, cameras), with
-the times they had, so that it can be read, replayed and exported alone.  Its metadata `part` says which `take` it
+Each part is a whole MCAP file.  It begins with the messages of KEPT topics that came before it (bodies, cameras), logged
+again at its own beginning, so that it can be read, replayed and exported alone.  Its metadata `part` says which `take` it
 belongs to (the name of the first part), its `number` from 1, the `previous` part, and in `repeated` how many messages
 at its beginning, counting MessagePack channels alone, a reader of all parts leaves out.
 """
@@ -160,7 +160,7 @@ class Parts:
             self._fail(error)
             return
         for envelope in self._kept.values():
-            part.record(envelope)
+            part.record(replace(envelope, received_ns=now_ns))  # a reader's time line begins with the part
         self._standing = (before, part, part.statistics)
 
     def _opened(self, path: Path, start_ns: int, previous: str) -> Recording:

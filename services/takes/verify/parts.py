@@ -11,7 +11,7 @@ from common.take.setup import SETUP_FILE, RecordedRig, read_setup
 
 
 def begins_ns(path: Path) -> int:
-    """Time of the first account in a file: what a part repeats is older than itself."""
+    """Time of the first account in a file."""
     for received in ours(Take(path)):
         if isinstance(received.message, Handled):
             return received.received_ns

@@ -22,6 +22,7 @@ from common.runtime.rig import demo_rig_file
 from common.take.reading import Take, envelope
 from common.topics import UNIVERSAL_BAP
 from services.launcher.mesh import free_ports, mesh
+from services.takes.verify.recompute import verify
 
 pytestmark = pytest.mark.system
 ROOT = Path(__file__).resolve().parents[1]
@@ -69,6 +70,13 @@ def poses_in(take: Path) -> list[m.UniversalBap]:
     return found
 
 
+def recomputed_poses(take: Path) -> int:
+    """How many poses of a live take come out of the pure steps again; whatever they say must be what was logged."""
+    found = verify([take])
+    assert found.first is None, found.first
+    return found.equal[UNIVERSAL_BAP.at("demo")]
+
+
 def children_of(pid: int) -> dict[int, str]:
     """Command lines of the living children of a process, by process id."""
     found = {}
@@ -100,6 +108,7 @@ def test_the_demo_runs_by_itself_and_leaves_a_take(tmp_path: Path) -> None:
     assert len(poses) > 20
     whole = [pose for pose in poses if set(pose.scores) == {"1", "2"} and not pose.stale]
     assert len(whole) > len(poses) / 2
+    assert recomputed_poses(take) == len(poses)
     text = said(tmp_path)
     assert str(take.relative_to(tmp_path)) in text
     assert ", 0 lost" in text
@@ -126,6 +135,7 @@ def test_a_killed_viewer_comes_back_and_joins(tmp_path: Path) -> None:
     stale = [bool(pose.stale) for pose in poses_in(take)]
     assert True in stale
     assert not stale[-1]
+    assert recomputed_poses(take) == len(stale)
     assert "died (SIGKILL); starting it again" in said(tmp_path)
 
 
@@ -165,6 +175,7 @@ def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> 
             process.send_signal(signal.SIGTERM)
         assert [process.wait(30) for process in processes] == [0, 0, 0], said(tmp_path)
     assert len(poses_in(take)) >= 20
+    assert recomputed_poses(take) >= 20
     assert "Traceback" not in said(tmp_path)
 
 

@@ -1,6 +1,6 @@
 """Reading a take, also one that was cut by a crash or damaged: everything that is whole, and what was lost."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -120,7 +120,7 @@ class Take:
                         self.losses.orphans += 1
                         continue
                     count += 1
-                    yield _recorded(item, channel, schemas)
+                    yield recorded_of(item, channel, schemas)
                 case Schema():
                     schemas[item.id] = item
                 case Channel():
@@ -180,7 +180,8 @@ def envelope(recorded: Recorded) -> Envelope | None:
     return Envelope(recorded.topic, topic, message, recorded.log_ns, recorded.data)
 
 
-def _recorded(message: Message, channel: Channel, schemas: dict[int, Schema]) -> Recorded:
+def recorded_of(message: Message, channel: Channel, schemas: Mapping[int, Schema]) -> Recorded:
+    """A message of the file with the names of its channel and schema."""
     schema = schemas.get(channel.schema_id)
     return Recorded(
         topic=channel.topic,

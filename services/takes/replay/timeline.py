@@ -16,11 +16,11 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
-from mcap.records import Channel, Chunk, Message
+from mcap.records import Chunk, Message
 from mcap.stream_reader import breakup_chunk
 from mcap.summary import Summary
 
-from common.take.reading import Recorded, Take, TakeError
+from common.take.reading import Recorded, Take, TakeError, recorded_of
 from common.take.records import MAX_RECORD
 
 logger = logging.getLogger(__name__)
@@ -172,7 +172,7 @@ class Timeline:
                     if isinstance(message, Message) and from_log_ns <= message.log_time < (to_log_ns or FOREVER_NS):
                         channel = summary.channels.get(message.channel_id)
                         if channel is not None and (keys is None or channel.topic in keys):
-                            yield _recorded(message, channel, summary)
+                            yield recorded_of(message, channel, summary.schemas)
 
 
 def _places(messages: Iterator[Recorded], start_ns: int | None = None) -> Iterator[tuple[int, Recorded]]:
@@ -210,16 +210,3 @@ def _in_order(summary: Summary) -> bool:
     chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
     filled = [chunk for chunk in chunks if chunk.message_end_time]
     return all(after.message_start_time >= before.message_end_time - SET_BACK_NS for before, after in pairwise(filled))
-
-
-def _recorded(message: Message, channel: Channel, summary: Summary) -> Recorded:
-    schema = summary.schemas.get(channel.schema_id)
-    return Recorded(
-        topic=channel.topic,
-        encoding=channel.message_encoding,
-        schema=schema.name if schema else "",
-        data=message.data,
-        log_ns=message.log_time,
-        publish_ns=message.publish_time,
-        sequence=message.sequence,
-    )

@@ -4,8 +4,6 @@ from itertools import islice
 import numpy as np
 import pytest
 
-pytest.importorskip("common.actor.script", reason="the synthetic actor is not there yet")
-
 from common.runtime.rig import demo_rig
 from common.runtime.specs import Actor
 from services.viewer.source import open_source

@@ -114,8 +114,9 @@ def replay(
     played, but something of the take was cut or damaged.
 
     --verify needs no network: it feeds every service again what the take says it was fed, in that order, and compares what
-    its step says with what was logged. Exit status 0: all equal; 1: something differs, and the first difference is printed
-    field by field; 3: equal, but not everything could be checked. Options for playing are not used then.
+    its step says with what was logged. Exit status 0: all equal; 1: something differs or is missing from the take, and the
+    first difference is printed field by field; 3: equal, but not everything could be checked. Options for playing are not
+    used then.
 
     Example: `zenocap replay monday.mcap`, or `zenocap replay monday.mcap --topics 'viewer/**'` to feed a live integrator
     """

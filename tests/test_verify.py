@@ -121,6 +121,16 @@ def test_without_the_last_account_the_end_is_not_checked(tmp_path: Path) -> None
     assert found.different.total() == found.unlogged.total() == 0
 
 
+def test_who_never_said_what_it_was_fed_is_named(tmp_path: Path) -> None:
+    def change(received: Envelope) -> Envelope | None:
+        return None if isinstance(received.message, m.Handled) and received.message.service == "viewer" else received
+
+    found = verify([changed(tmp_path / "changed.mcap", change)])
+    assert found.reasons == [f"viewer {id}: the take does not have what it was fed" for id in "12"]
+    assert found.equal[BAP] > 90
+    assert found.unchecked[BAP] == 0
+
+
 def handled_of(service: str) -> Iterator[Envelope]:
     for recorded in Take(GOLDEN).messages():
         received = envelope(recorded)
@@ -149,7 +159,9 @@ def test_a_take_without_its_setup_is_refused(tmp_path: Path) -> None:
 def test_a_take_of_nothing_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TakeError, match="there is nothing to verify"):
         verify([changed(tmp_path / "empty.mcap", lambda _: None)])
-    with pytest.raises(TakeError, match="nothing can be verified: no service says"):
+    with pytest.raises(
+        TakeError, match="nothing can be verified: integrator main: the take does not have what it was fed; viewer 1: "
+    ):
         verify([changed(tmp_path / "mute.mcap", lambda e: None if isinstance(e.message, m.Handled) else e)])
 
 

@@ -15,7 +15,7 @@ from common.messages import Handled, Message, Sighting, Silhouette
 from common.runtime.handled import ALIVE, FRAME, GONE, TICK
 from common.take.reading import Take, TakeError
 from common.take.setup import SETUP_FILE, RecordedRig
-from common.topics import SIGHTING, SILHOUETTE, topic_of
+from common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
 from common.vision.packing import unpack
 from services.takes.verify.difference import Difference, difference
 from services.takes.verify.memory import DERIVED, Memory
@@ -102,6 +102,7 @@ class _Check:
         self._silent = {viewer.id for viewer in rig.viewers if not viewer.silhouette}
         self._memory = Memory()
         self._waiting: deque[Envelope] = deque()
+        self._heard: set[Name] = set()  # who has said what it was fed
         self._start_ns: int | None = None
         self._first: int | None = None  # number of the first message that differs
 
@@ -122,6 +123,9 @@ class _Check:
             self._follow(self._waiting.popleft().message)
         self._memory.end()
         self.found.unchecked = self._memory.unchecked
+        silent = {service_at(key) for key in self.found.unchecked} - self._heard
+        for name in sorted(name for name in silent if name is not None):
+            self._tell(name, "the take does not have what it was fed")
         if self.found.checked and self.found.unchecked and not self.found.reasons:
             self.found.reasons.append("what was said after the last account of what was handled")
 
@@ -129,6 +133,7 @@ class _Check:
         """Feed a service again what it was fed since its last account."""
         assert isinstance(message, Handled)
         name = (message.service, message.id)
+        self._heard.add(name)
         followed = self._services.get(name)
         if followed is None:
             return

@@ -25,6 +25,7 @@ FLEXION_AXES = "x"  # M_S^F = T Rx  [Two-view 2.2 (3)]
 class Joint:
     """A joint on `parent` (a part, "" for the world) that moves `part` by rotations about `axes`, first axis outermost.
 
+    Without axes it holds its part rigidly, so that one moving body may have several surfaces.
     limits: per axis, (lowest, highest) in radians.
     """
 
@@ -92,6 +93,8 @@ class Anatomy:
         for j in self.joints:
             if "shoulder" in j.name or "hip" in j.name:
                 angles[self.index[f"{j.name}.z"]] = np.pi
+            elif "ankle" in j.name:
+                angles[self.index[f"{j.name}.x"]] = np.pi / 2
         return angles
 
 
@@ -124,6 +127,44 @@ TEN_PARTS = Anatomy(
         Marker("LHip", joints=("left_hip",)),
         Marker("LKnee", joints=("left_knee",)),
         Marker("LAnkle", "left_lower_leg", (0.285 - 0.039) / 0.285),
+        Marker("Neck", joints=("right_shoulder", "left_shoulder")),
+        Marker("Head", "head", 1.0),
+        Marker("RShoulder", joints=("right_shoulder",)),
+        Marker("RElbow", joints=("right_elbow",)),
+        Marker("RWrist", "right_lower_arm", 0.146 / (0.146 + 0.108)),
+        Marker("LShoulder", joints=("left_shoulder",)),
+        Marker("LElbow", joints=("left_elbow",)),
+        Marker("LWrist", "left_lower_arm", 0.146 / (0.146 + 0.108)),
+    ),
+    circular=frozenset({"right_upper_arm", "right_lower_arm", "left_upper_arm", "left_lower_arm"}),
+)
+
+FOURTEEN_PARTS = Anatomy(
+    name="fourteen-parts",
+    joints=(
+        _joint("navel", "", "pelvis", NAVEL_AXES, (-360, 360), (-60, 110), (-60, 60)),
+        _joint("waist", "pelvis", "chest", SPHERICAL_AXES, (-45, 45), (-40, 75), (-55, 55)),
+        _joint("neck_base", "chest", "neck_column", ""),
+        _joint("neck", "neck_column", "head", SPHERICAL_AXES, (-45, 45), (-60, 60), (-80, 80)),
+        _joint("right_shoulder", "chest", "right_upper_arm", SPHERICAL_AXES, (0, 180), (-180, 180), (-180, 180)),
+        _joint("left_shoulder", "chest", "left_upper_arm", SPHERICAL_AXES, (180, 360), (-180, 180), (-180, 180)),
+        _joint("right_elbow", "right_upper_arm", "right_lower_arm", FLEXION_AXES, (0, 150)),
+        _joint("left_elbow", "left_upper_arm", "left_lower_arm", FLEXION_AXES, (0, 150)),
+        _joint("right_hip", "pelvis", "right_upper_leg", SPHERICAL_AXES, (110, 205), (-60, 135), (-45, 45)),
+        _joint("left_hip", "pelvis", "left_upper_leg", SPHERICAL_AXES, (155, 250), (-60, 135), (-45, 45)),
+        _joint("right_knee", "right_upper_leg", "right_lower_leg", FLEXION_AXES, (-150, 0)),
+        _joint("left_knee", "left_upper_leg", "left_lower_leg", FLEXION_AXES, (-150, 0)),
+        _joint("right_ankle", "right_lower_leg", "right_foot", FLEXION_AXES, (50, 130)),
+        _joint("left_ankle", "left_lower_leg", "left_foot", FLEXION_AXES, (50, 130)),
+    ),
+    markers=(
+        Marker("Hip", joints=("right_hip", "left_hip")),
+        Marker("RHip", joints=("right_hip",)),
+        Marker("RKnee", joints=("right_knee",)),
+        Marker("RAnkle", joints=("right_ankle",)),
+        Marker("LHip", joints=("left_hip",)),
+        Marker("LKnee", joints=("left_knee",)),
+        Marker("LAnkle", joints=("left_ankle",)),
         Marker("Neck", joints=("right_shoulder", "left_shoulder")),
         Marker("Head", "head", 1.0),
         Marker("RShoulder", joints=("right_shoulder",)),

@@ -13,10 +13,14 @@ class Bdp:
 
     sizes: (parts, 3) height along Y, long radius along X, short radius along Z of every part, metres.
     offsets: (joints, 3) position of every joint in its parent part's frame, metres; the first, of the navel, is zero.
+    tips: (parts, 2) long and short radius at the far end of tapered parts, metres; None where all are cylinders.
+    bases: (parts, 3) where each part's axis begins in its own frame, metres; None where all begin at their joints.
     """
 
     sizes: Floats
     offsets: Floats
+    tips: Floats | None = None
+    bases: Floats | None = None
 
 
 @dataclass(frozen=True)

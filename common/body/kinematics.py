@@ -68,4 +68,6 @@ def joint_centres(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> Floats:
         else:
             part = anatomy.index[marker.part]
             centres[k] = frames[part, :, 3] + marker.along * bdp.sizes[part, 0] * frames[part, :, 1]
+            if bdp.bases is not None:
+                centres[k] += frames[part, :, :3] @ bdp.bases[part]
     return centres

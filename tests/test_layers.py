@@ -13,12 +13,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYER_0 = ("common.body", "common.camera", "common.vision", "common.actor")
-VOCABULARY = ("common.messages", "common.conversion")
+VOCABULARY = ("common.messages", "common.conversion", "common.pairing")
 # What a step is fed and set up with: values, without a thread, a socket or a file.
 EVENTS = ("common.bus.protocol", "common.runtime.clock", "common.runtime.specs")
 STEPS = {
     "integrator": {"step", "states", "measuring", "placing", "posing"},
-    "viewer": {"step", "states", "tracking", "ready"},
+    "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
 }
 SHELLS = {
     "integrator": {"shell"},
@@ -139,6 +139,10 @@ def test_messages_know_nothing_of_ours() -> None:
     assert ours(ROOT / "common" / "conversion.py") <= {
         "common.body.anatomy", "common.body.definition", "common.messages",
     }  # fmt: skip
+
+
+def test_pairing_knows_nothing_of_ours() -> None:
+    assert ours(ROOT / "common" / "pairing.py") == set()
 
 
 def test_a_steps_events_are_values() -> None:

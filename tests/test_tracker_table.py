@@ -65,7 +65,8 @@ def test_the_number_of_particles_is_for_the_rigs_own_method(tmp_path: Path, meth
 def test_a_prior_is_a_file_of_the_rig_or_one_by_name(tmp_path: Path, shipped: Path) -> None:
     assert find_prior("walking", tmp_path) == shipped / "walking.prior"
     (tmp_path / "walking").write_bytes(b"")
-    assert find_prior("walking", tmp_path) == tmp_path / "walking"
+    assert find_prior("walking", tmp_path) == shipped / "walking.prior"
+    assert find_prior("./walking", tmp_path) == tmp_path / "walking"
 
 
 def test_a_prior_may_lie_on_another_machine(tmp_path: Path) -> None:

@@ -72,13 +72,14 @@ def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, fil
 
 
 def find_prior(text: str, base: Path, *, must_be: bool = True) -> Path:
-    """The file that `text` means in the folder `base`.  must_be: raise TrackerError when there is none."""
-    own, shipped = base / text, PRIORS / f"{text}{SUFFIX}"
-    if own.is_file():
-        return own
-    if shipped.is_file():
+    """The prior that comes with the project under that name, or else the file in the folder `base`.
+
+    must_be: raise TrackerError when there is neither.  A file that has the name of such a prior is meant by ./NAME.
+    """
+    shipped, own = PRIORS / f"{text}{SUFFIX}", base / text
+    if "/" not in text and shipped.is_file():
         return shipped
-    if must_be:
+    if must_be and not own.is_file():
         names = ", ".join(sorted(path.stem for path in PRIORS.glob(f"*{SUFFIX}"))) or "none come with this version"
         raise TrackerError(f"prior = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
     return own

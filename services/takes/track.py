@@ -14,8 +14,10 @@ from common.bus.protocol import Envelope
 from common.messages import Message, TrackerPose, UniversalBap
 from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, RigError, Viewer
+from common.runtime.rig_file import TRACKER_METHODS
 from common.runtime.service import HEALTH_NS
 from common.runtime.specs import Actor, Images, VideoFile
+from common.runtime.tracker_table import TrackerError, chosen
 from common.take.opening import new_recording
 from common.take.recording import Recording
 from common.topics import TOPICS
@@ -127,6 +129,33 @@ def instants(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: l
 def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -> Rig:
     """The rig with every viewer's working size and rate replaced where given.  Raises RigError."""
     return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
+
+
+def with_tracker(
+    rig: Rig,
+    *,
+    prior: str | None = None,
+    particles: int | None = None,
+    points: int | None = None,
+    iterations: int | None = None,
+    seed: int | None = None,
+) -> Rig:
+    """The rig with what is given instead of its own tracker's; see `TrackerSpec`.  Raises RigError."""
+    given = [value for value in (prior, particles, points, iterations, seed) if value is not None]
+    if rig.tracker is None:
+        if given:
+            raise RigError(
+                f"rig {rig.name}: method = {rig.method!r} has no tracker: allowed with --prior, --particles, --points, "
+                f"--iterations and --seed: {', '.join(TRACKER_METHODS)}"
+            )
+        return rig
+    try:
+        spec = chosen(
+            rig.tracker, rig.method, prior=prior, particles=particles, points=points, iterations=iterations, seed=seed
+        )
+    except TrackerError as error:
+        raise RigError(f"--{error}") from error
+    return replace(rig, tracker=spec)
 
 
 def of_height(rig: Rig, height: float) -> Rig:

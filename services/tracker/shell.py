@@ -13,6 +13,7 @@ from common.messages import TrackerPose
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
+from common.take.reading import TakeError
 from common.take.setup import PRIOR_FILE, RecordedRig, recorded_rig
 from common.topics import CAMERA, HEALTH, SILHOUETTE
 from services.tracker.prior.file import parse_prior, read_prior
@@ -72,12 +73,12 @@ def anatomy_in(rig: RecordedRig) -> Anatomy:
 
 
 def prior_in(rig: RecordedRig, path: Path, attached: bytes | None) -> Prior | None:
-    """The prior that a take was made with.  path: of the take.  Raises ValueError when it is not the one it says."""
+    """The prior that a take was made with.  path: of the take.  Raises TakeError when it is not the one it says."""
     digest = rig.tracker.prior_sha256 if rig.tracker else None
     if digest is None:
         return None
     if attached is None:
-        raise ValueError(f"{path}: attachment {PRIOR_FILE} is missing: the prior that the take was made with is not known")
+        raise TakeError(f"{path}: attachment {PRIOR_FILE} is missing: the prior that the take was made with is not known")
     found = hashlib.sha256(attached).hexdigest()
     if found != digest:
         raise ValueError(

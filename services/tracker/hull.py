@@ -8,8 +8,8 @@ import numpy as np
 from common.camera.pinhole import Camera
 from common.vision.background import Mask
 from services.tracker.hull_contours import Contours, sample_contours
-from services.tracker.hull_rays import Floats, Silhouettes, survive, viewing_lines
-from services.tracker.lens import REACH, lens_of, undistorted
+from services.tracker.hull_rays import Flags, Floats, Integers, Silhouettes, survive, viewing_lines
+from services.tracker.lens import LENGTH, REACH, lens_of, undistorted
 from services.tracker.scene import Scene
 
 DILATION = np.ones((3, 3), np.uint8)  # odd: an even kernel shifts the mask by a pixel
@@ -54,7 +54,7 @@ def outlines(masks: Sequence[Mask | None], cameras: Sequence[Camera], count: int
         dilated.append(np.asarray(cv2.dilate(crop, DILATION), dtype=np.uint8).reshape(-1))
         boxes[k], at[k] = box, length
         length += len(dilated[-1])
-    lens = np.array([lens_of(camera) for camera in cameras]).reshape(len(cameras), -1)
+    lens = np.array([lens_of(camera) for camera in cameras]).reshape(-1, LENGTH)
     seen = Silhouettes(
         lens,
         np.array([camera.rotation for camera in cameras]).reshape(-1, 3, 3),
@@ -79,7 +79,7 @@ def _box(mask: Mask) -> tuple[int, int, int, int] | None:
     return left, top, right - left, bottom - top
 
 
-def _bounds(lens: Floats, boxes: np.ndarray, cameras: Sequence[Camera]) -> tuple[Floats, np.ndarray]:
+def _bounds(lens: Floats, boxes: Integers, cameras: Sequence[Camera]) -> tuple[Floats, Flags]:
     """`bounds` and `whole` of Silhouettes."""
     bounds = np.zeros((len(cameras), 4))
     whole = np.zeros(len(cameras), dtype=np.bool_)

@@ -29,8 +29,13 @@ class Contours(NamedTuple):
     tangents: Floats
 
 
-def sample_contours(views: Sequence[int], masks: Sequence[Mask], places: Sequence[tuple[int, int]],
-                    sizes: Sequence[tuple[int, int]], count: int) -> Contours:
+def sample_contours(
+    views: Sequence[int],
+    masks: Sequence[Mask],
+    places: Sequence[tuple[int, int]],
+    sizes: Sequence[tuple[int, int]],
+    count: int,
+) -> Contours:
     """About `count` points in all, evenly along all contours, outer ones and holes.
 
     views: what to call each mask.  masks: (height, width) uint8 cut-outs with a free edge of a pixel around the person.

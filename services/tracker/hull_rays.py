@@ -11,6 +11,7 @@ from services.tracker.lens import REACH, shifted, undistorted
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
+Flags = NDArray[np.bool_]
 
 NEAREST_M, FURTHEST_M = 0.1, 50.0
 MOST_STEPS = 4000
@@ -35,7 +36,7 @@ class Silhouettes(NamedTuple):
     at: Integers
     pixels: Bytes
     bounds: Floats
-    whole: NDArray[np.bool_]
+    whole: Flags
 
 
 @njit(cache=True, error_model="numpy")

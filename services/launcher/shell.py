@@ -52,7 +52,7 @@ def run_rig(
     for note in rig.notes:
         console.print(f"note: {note}", markup=False, highlight=False)
     has_actor = any(isinstance(viewer.source, Actor) for viewer in rig.viewers)
-    if not compile_first(has_actor, stopped, console):
+    if not compile_first(has_actor, rig.tracker is not None, stopped, console):
         return DONE if stopped() else FAILED
     services: list[Service] = [("integrator", "main"), *(("viewer", viewer.id) for viewer in rig.viewers)]
     clock = RealClock()

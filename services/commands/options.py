@@ -134,6 +134,9 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from common.take.reading import TakeError
     from common.take.recording import RecordingError
     from services.tracker.prior.file import PriorError
+    from services.tracker.prior.training import MotionError
     from services.viewer.sources.frame import SourceError
 
-    return (BusError, CalibrationError, FormatError, PriorError, RecordingError, RigError, TakeError, SourceError)
+    return (
+        BusError, CalibrationError, FormatError, MotionError, PriorError, RecordingError, RigError, TakeError, SourceError,
+    )  # fmt: skip

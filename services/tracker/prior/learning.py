@@ -40,10 +40,10 @@ class Learnt:
 def learn(sequences: Sequence[Floats], count: int, dims: int, rng: np.random.Generator) -> Learnt:
     """At most `count` regions with subspaces of `dims` dimensions, of sequences of poses (T_k, d) in radians.
 
-    There are fewer than `count` where some cannot keep dims + 1 poses.
+    There are fewer than `count` where some cannot keep dims + 1 poses, or where fewer poses differ.
     """
     poses = np.concatenate(sequences)
-    count = min(count, len(poses) // (dims + 1))
+    count = min(count, len(poses) // (dims + 1), len(np.unique(poses, axis=0)))
     labels = _k_means(poses, count, rng)
     regions = fitted(poses, labels, count, dims + 1, np.zeros(len(poses)))
     transitions = np.full((count, count), 1.0 / count)

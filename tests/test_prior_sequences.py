@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
-from common.body.kinematics import part_frames
 from common.body.definition import Bdp, Pose
+from common.body.kinematics import part_frames
 from services.tracker.coordinates import coordinates_of
 from services.tracker.prior.sequences import held_out, mirrored, resampled, speeds, whole_runs
 
@@ -66,6 +66,13 @@ def test_between_two_poses_a_ball_joint_takes_the_shortest_turn() -> None:
     poses[0, :3], poses[1, :3] = [3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]  # a small turn through pi
     middle = resampled(coordinates, poses, 1.0, 2.0)[1]
     assert Rotation.from_rotvec(middle[:3]).magnitude() == pytest.approx(np.pi)
+
+
+def test_a_turn_past_pi_goes_on_without_a_jump() -> None:
+    coordinates = coordinates_of(FOURTEEN_PARTS)
+    poses = np.zeros((41, coordinates.dimension))
+    poses[:, 3] = np.linspace(2.5, 4.5, 41)
+    assert np.allclose(resampled(coordinates, poses, 60.0, 90.0)[:, 3], np.linspace(2.5, 4.5, 61))
 
 
 def test_runs_are_what_is_between_frames_without_a_pose() -> None:

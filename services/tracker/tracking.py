@@ -11,9 +11,9 @@ from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp, Pose
 from common.body.proportions import stretched_angles
 from common.camera.pinhole import Camera
-from services.tracker.closest import rays_of
+from services.tracker.closest import Singles, points_of, rays_of
 from services.tracker.coordinates import coordinates_of
-from services.tracker.finding import Stretched, found_in, measured_from, stretched_in
+from services.tracker.finding import Stretched, explained, found_in, measured_from, stretched_in
 from services.tracker.hull import scene_points
 from services.tracker.model import Model, model_of
 from services.tracker.particles import NO_TABLES, Cloud, advance, draw, everywhere, weighted
@@ -38,9 +38,8 @@ DAMPING = 0.8  # of the velocity from one instant to the next
 NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: of dynamic proposals from one instant to the next
 PRIOR_SHARE, LEAST_SHARE, MOST_SHARE = 0.5, 0.2, 0.8  # of the proposals that come from the prior
 ADAPTING = 0.05
-LOST_M = 0.05  # root of D beyond which the body is not where the scene is,
-LOST_AFTER = 6  # for so many instants
-FOUND_M = 0.03
+LOST_SHARE, LOST_AFTER = 0.55, 6  # of the scene is on the body, for so many instants: it is somewhere else
+FOUND_SHARE = 0.75
 LEAST_RAYS = 60  # of a scene in which anybody can be seen
 SEARCH_ROUNDS = 10
 
@@ -74,7 +73,7 @@ class Waiting:
     """Nobody is known yet.  scenes: rays of the initial posture so far, with what they show.  rest: instants to wait."""
 
     advice: str = "waiting for a person"
-    scenes: tuple[Floats, ...] = ()
+    scenes: tuple[Singles, ...] = ()
     seen: tuple[Stretched, ...] = ()
     rest: int = 0
 
@@ -172,7 +171,7 @@ def describe(state: TrackState) -> str:
 
 
 def _act(
-    setup: Setup, phase: Waiting | Tracking | Lost, captured_ns: int, rays: Floats, rng: np.random.Generator
+    setup: Setup, phase: Waiting | Tracking | Lost, captured_ns: int, rays: Singles, rng: np.random.Generator
 ) -> tuple[Waiting | Tracking | Lost, Outcome]:
     match phase:
         case Waiting():
@@ -183,12 +182,12 @@ def _act(
             return _track(setup, phase, captured_ns, rays, rng)
 
 
-def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Floats) -> tuple[Waiting | Tracking, Outcome]:
+def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tuple[Waiting | Tracking, Outcome]:
     """Until the initial posture was seen for SAMPLES instants, and a body fits it."""
     nobody = _nothing(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), nobody
-    seen = stretched_in(rays[:, :3] + 0.5 * (rays[:, 9] + rays[:, 10])[:, None] * rays[:, 3:6])
+    seen = stretched_in(points_of(rays))
     if isinstance(seen, str):
         return Waiting(seen), nobody
     if phase.seen and not _still(phase.seen[-1], seen):
@@ -217,9 +216,9 @@ def _begin(setup: Setup, person: Person, pose: Posed, captured_ns: int, error: f
     return tracking, _outcome(setup, pose, cloud, error)
 
 
-def _search(setup: Setup, phase: Lost, captured_ns: int, rays: Floats) -> tuple[Tracking | Lost, Outcome]:
+def _search(setup: Setup, phase: Lost, captured_ns: int, rays: Singles) -> tuple[Tracking | Lost, Outcome]:
     """Look for a known body everywhere, in a few postures."""
-    if phase.rest or len(rays) < LEAST_RAYS:
+    if phase.rest or rays.shape[1] < LEAST_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), _nothing(setup, lost=True)
     coordinates = coordinates_of(setup.anatomy)
     upright = np.eye(3)
@@ -229,19 +228,20 @@ def _search(setup: Setup, phase: Lost, captured_ns: int, rays: Floats) -> tuple[
     ]
     if phase.last is not None:
         postures.append(replace(phase.last, rotation=upright))
-    pose, error = found_in(phase.person.model, rays, postures, phase.person.stature, _weights(setup, HOLD), SEARCH_ROUNDS)
-    if error > FOUND_M**2:
+    model = phase.person.model
+    pose = found_in(model, rays, postures, phase.person.stature, _weights(setup, HOLD), SEARCH_ROUNDS)
+    if explained(model, rays, pose) < FOUND_SHARE:
         return replace(phase, rest=REST), _nothing(setup, lost=True)
-    tracking, outcome = _begin(setup, phase.person, pose, captured_ns, error)
+    tracking, outcome = _begin(setup, phase.person, pose, captured_ns, 0.0)
     newly = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=newly)
 
 
 def _track(
-    setup: Setup, phase: Tracking, captured_ns: int, rays: Floats, rng: np.random.Generator
+    setup: Setup, phase: Tracking, captured_ns: int, rays: Singles, rng: np.random.Generator
 ) -> tuple[Tracking | Lost, Outcome]:
     """One step of the filter."""
-    if len(rays) < LEAST_RAYS:
+    if rays.shape[1] < LEAST_RAYS:
         return _miss(setup, phase)
     options, person = setup.options, phase.person
     instants = max(1.0, (captured_ns - phase.captured_ns) / setup.frame_ns)
@@ -263,7 +263,7 @@ def _track(
     cloud = out._replace(weights=weighted(errors, CONTRAST))
     estimate = _estimate(setup, phase, cloud, rays, velocity)
     best = float(errors.min())
-    bad = phase.bad + 1 if best > LOST_M**2 else 0
+    bad = phase.bad + 1 if explained(person.model, rays, estimate) < LOST_SHARE else 0
     if bad >= LOST_AFTER:
         return Lost(person, phase.estimate), _nothing(setup, lost=True)
     moved = change(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
@@ -273,7 +273,7 @@ def _track(
     return tracking, _outcome(setup, estimate, cloud, best)
 
 
-def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Floats, velocity: Floats) -> Posed:
+def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Singles, velocity: Floats) -> Posed:
     """The heaviest particle, refined once more and held near what was expected."""
     k = int(np.argmax(cloud.weights))
     best = Posed(cloud.positions[k].copy(), cloud.rotations[k].copy(), cloud.values[k].copy())

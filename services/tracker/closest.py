@@ -1,7 +1,8 @@
 """From viewing lines to the nearest surface of the body: the correspondences of [Hybrid V-B].
 
 A viewing line may slide along its surviving interval.  Where it meets a part is where the part's tangent plane is
-parallel to its own (viewing line and contour tangent), near the place at which line and axis come closest.
+parallel to its own (viewing line and contour tangent), near the place at which line and axis come closest.  How far the
+contact moved along the axis for that is no distance.
 """
 
 import numpy as np
@@ -72,14 +73,18 @@ def nearest_parts(model: Model, frames: Floats, rays: Singles, distances: Single
                 s = min(max(s, zero), length)
                 t = min(max(along + s * slope, near), far)
                 n1 = nx * yx + ny * yy + nz * yz
-                s = min(max(slope * t - back + reach * n1, zero), length)
+                met = min(max(slope * t - back, zero), length)
+                s = min(max(met + reach * n1, zero), length)
+                moved = s - met
                 rx = r0 + s * g0
                 px = ax + yx * s + rx * nx
                 py = ay + yy * s + rx * ny
                 pz = az + yz * s + rx * nz
                 t = min(max(px * dx + py * dy + pz * dz, near), far)
                 vx, vy, vz = t * dx - px, t * dy - py, t * dz - pz
-                distance = vx * vx + vy * vy + vz * vz
+                gap = nx * vx + ny * vy + nz * vz
+                whole = vx * vx + vy * vy + vz * vz
+                distance = whole - min(whole - gap * gap, moved * moved * (one - n1 * n1))
                 closer = distance < distances[i]
                 distances[i] = distance if closer else distances[i]
                 parts[i] = np.int32(part) if closer else parts[i]
@@ -96,7 +101,9 @@ def nearest_parts(model: Model, frames: Floats, rays: Singles, distances: Single
                 s = min(max(s, zero), length)
                 t = min(max(along + s * slope, near), far)
                 n1 = nx * yx + ny * yy + nz * yz
-                s = min(max(slope * t - back + reach * n1, zero), length)
+                met = min(max(slope * t - back, zero), length)
+                s = min(max(met + reach * n1, zero), length)
+                moved = s - met
                 rx, rz = r0 + s * g0, r1 + s * g1
                 rm = half * (rx + rz)
                 n0 = nx * xx + ny * xy + nz * xz
@@ -109,7 +116,9 @@ def nearest_parts(model: Model, frames: Floats, rays: Singles, distances: Single
                 pz = az + xz * c0 + yz * c1 + zz * c2
                 t = min(max(px * dx + py * dy + pz * dz, near), far)
                 vx, vy, vz = t * dx - px, t * dy - py, t * dz - pz
-                distance = vx * vx + vy * vy + vz * vz
+                gap = nx * vx + ny * vy + nz * vz
+                whole = vx * vx + vy * vy + vz * vz
+                distance = whole - min(whole - gap * gap, moved * moved * (one - n1 * n1))
                 closer = distance < distances[i]
                 distances[i] = distance if closer else distances[i]
                 parts[i] = np.int32(part) if closer else parts[i]
@@ -140,7 +149,8 @@ def contact(model: Model, f: Floats, part: int, rays: Singles, i: int, found: Fl
     s = min(max((slope * along - back) / (1.0 - slope * slope + 1e-9), 0.0), length)
     t = min(max(along + s * slope, near), far)
     n1 = nx * yx + ny * yy + nz * yz
-    s = min(max(slope * t - back + REACH * n1, 0.0), length)
+    met = min(max(slope * t - back, 0.0), length)
+    s = min(max(met + REACH * n1, 0.0), length)
     share = s / length
     wider0, wider1 = model.radii[part, 2] - model.radii[part, 0], model.radii[part, 3] - model.radii[part, 1]
     rx, rz = model.radii[part, 0] + share * wider0, model.radii[part, 1] + share * wider1
@@ -154,8 +164,9 @@ def contact(model: Model, f: Floats, part: int, rays: Singles, i: int, found: Fl
     pz = az + f[2, 0] * c0 + yz * c1 + f[2, 2] * c2
     t = min(max(px * dx + py * dy + pz * dz, near), far)
     vx, vy, vz = t * dx - px, t * dy - py, t * dz - pz
-    found[0] = np.sqrt(vx * vx + vy * vy + vz * vz)
-    found[1] = nx * vx + ny * vy + nz * vz
+    gap, whole = nx * vx + ny * vy + nz * vz, vx * vx + vy * vy + vz * vz
+    found[0] = np.sqrt(whole - min(whole - gap * gap, (s - met) ** 2 * (1.0 - n1 * n1)))
+    found[1] = gap
     found[2], found[3], found[4], found[5] = px + rays[0, i], py + rays[1, i], pz + rays[2, i], share
     slip = 0.0
     if 0.0 < s < length:

@@ -99,9 +99,7 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[St
     return best
 
 
-def found_in(
-    model: Model, rays: Singles, poses: Sequence[Posed], stature: float, weights: Weights, rounds: int
-) -> Posed:
+def found_in(model: Model, rays: Singles, poses: Sequence[Posed], stature: float, weights: Weights, rounds: int) -> Posed:
     """The best pose of a known body in a scene; poses: postures to begin from, facing everywhere.
 
     rays: (11, n).  stature: metres, where the hips are looked for.

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -15,11 +16,13 @@ from services.tracker.closest import Singles, points_of, rays_of
 from services.tracker.coordinates import coordinates_of
 from services.tracker.finding import Stretched, explained, found_in, measured_from, stretched_in
 from services.tracker.hull import scene_points
+from services.tracker.knowledge import Knowledge, beginning, improved, is_new, learnt
 from services.tracker.model import Model, model_of
 from services.tracker.particles import NO_TABLES, Cloud, advance, draw, everywhere, weighted
 from services.tracker.posed import Posed, change
 from services.tracker.prior.model import Prior, at_rate
 from services.tracker.refine import Weights, refine
+from services.tracker.sizes import COUNT
 from services.tracker.stature import average_body
 
 Mask = NDArray[np.uint8]
@@ -85,6 +88,7 @@ class Person:
     body: Bdp
     model: Model
     stature: float
+    knowledge: Knowledge
 
 
 @dataclass(frozen=True)
@@ -140,12 +144,9 @@ class Outcome:
 def initial_state(setup: Setup) -> TrackState:
     if setup.person_height is None:
         return TrackState()
-    return TrackState(Lost(person_of(setup.anatomy, average_body(setup.anatomy, setup.person_height)), None))
-
-
-def person_of(anatomy: Anatomy, body: Bdp) -> Person:
-    legs = sum(float(body.sizes[anatomy.index[part], 0]) for part in ("right_upper_leg", "right_lower_leg"))
-    return Person(body, model_of(anatomy, body), legs / 0.5)
+    average = average_body(setup.anatomy, setup.person_height)
+    person = Person(average, model_of(setup.anatomy, average), setup.person_height, beginning(average, np.zeros(COUNT)))
+    return TrackState(Lost(person, None))
 
 
 def follow(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str, Mask]) -> tuple[TrackState, Outcome]:
@@ -198,7 +199,11 @@ def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tupl
     measured = measured_from(setup.anatomy, scenes, all_seen)
     if isinstance(measured, str):
         return Waiting(measured, rest=REST), nobody
-    person = person_of(setup.anatomy, measured.body)
+    stature = float(np.median([one.stature for one in all_seen]))
+    knowledge = beginning(average_body(setup.anatomy, stature), measured.logs)
+    for rays_then, pose in zip(scenes, measured.poses, strict=True):
+        knowledge = learnt(setup.anatomy, knowledge, rays_then, pose)
+    person = Person(measured.body, model_of(setup.anatomy, measured.body), stature, knowledge)
     tracking, outcome = _begin(setup, person, measured.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)
 
@@ -246,7 +251,7 @@ def _track(
     options, person = setup.options, phase.person
     instants = max(1.0, (captured_ns - phase.captured_ns) / setup.frame_ns)
     velocity = DAMPING * phase.velocity * setup.frame_ns / 1e9 * instants
-    prior = None if setup.prior is None or options.method != "hybrid" else at_rate(setup.prior, 1e9 / setup.frame_ns)
+    prior = None if setup.prior is None or options.method != "hybrid" else _at_rate(setup.prior, setup.frame_ns)
     tables = NO_TABLES if prior is None else prior.tables
     subspace = 1 if prior is None else prior.dimensions
     share = phase.prior_share if prior is not None else 0.0
@@ -269,8 +274,26 @@ def _track(
     moved = change(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     from_prior = float(cloud.weights[draws.kinds == 1].sum())
     adapted = phase.prior_share + ADAPTING * (from_prior - phase.prior_share)
+    person, body = _learn(setup, person, rays, estimate)
     tracking = Tracking(person, cloud, estimate, moved, captured_ns, float(np.clip(adapted, LEAST_SHARE, MOST_SHARE)), bad)
-    return tracking, _outcome(setup, estimate, cloud, best)
+    return tracking, replace(_outcome(setup, estimate, cloud, best), body=body)
+
+
+def _learn(setup: Setup, person: Person, rays: Singles, pose: Posed) -> tuple[Person, Bdp | None]:
+    """A new posture teaches something of the body; the body when it was changed by that."""
+    if not is_new(person.knowledge, pose) or explained(person.model, rays, pose) < FOUND_SHARE:
+        return person, None
+    knowledge = learnt(setup.anatomy, person.knowledge, rays, pose)
+    better = improved(setup.anatomy, knowledge)
+    if better is None:
+        return replace(person, knowledge=knowledge), None
+    knowledge, body = better
+    return replace(person, body=body, model=model_of(setup.anatomy, body), knowledge=knowledge), body
+
+
+@lru_cache(maxsize=8)
+def _at_rate(prior: Prior, frame_ns: int) -> Prior:
+    return at_rate(prior, 1e9 / frame_ns)
 
 
 def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Singles, velocity: Floats) -> Posed:

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
-from common.body.kinematics import part_frames
 from common.body.definition import Bdp, Pose
+from common.body.kinematics import part_frames
 from services.tracker.coordinates import coordinates_of
 from services.tracker.prior.sequences import held_out, mirrored, resampled, speeds, whole_runs
 

@@ -14,7 +14,7 @@ from services.tracker.prior.model import (
     reconstruct,
     reconstruction_error,
 )
-from services.tracker.prior.tables import CLAMP, NEARNESS
+from services.tracker.prior.sampling import CLAMP, NEARNESS
 from tests.prior_cases import D, drawn, known_prior
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -35,7 +35,7 @@ def test_distances_are_the_finished_priors() -> None:
     prior = known_prior()
     prior.centres[:], prior.bases[:] = regions.centres, regions.vectors[:, :, :3]
     prior.variances[:] = regions.spectrum[:, :3]
-    assert np.allclose(distances_to(regions, poses, 3), model.distances(prior, poses), atol=1e-9)
+    assert np.allclose(distances_to(regions, poses, 3)[0], model.distances(prior, poses), atol=1e-9)
 
 
 def test_densities_are_gaussian() -> None:

@@ -10,8 +10,7 @@ from scipy.stats import multivariate_normal
 from common.body.anatomy import Floats
 from services.tracker.prior import model
 from services.tracker.prior.model import Prior
-from services.tracker.prior.sampling import assign, distance, log_density, propose
-from services.tracker.prior.tables import CLAMP
+from services.tracker.prior.sampling import CLAMP, assign, distance, log_density, propose
 from tests.prior_cases import D, drawn, known_prior
 
 PRIOR = known_prior()

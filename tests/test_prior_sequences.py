@@ -68,6 +68,13 @@ def test_between_two_poses_a_ball_joint_takes_the_shortest_turn() -> None:
     assert Rotation.from_rotvec(middle[:3]).magnitude() == pytest.approx(np.pi)
 
 
+def test_a_turn_past_pi_goes_on_without_a_jump() -> None:
+    coordinates = coordinates_of(FOURTEEN_PARTS)
+    poses = np.zeros((41, coordinates.dimension))
+    poses[:, 3] = np.linspace(2.5, 4.5, 41)
+    assert np.allclose(resampled(coordinates, poses, 60.0, 90.0)[:, 3], np.linspace(2.5, 4.5, 61))
+
+
 def test_runs_are_what_is_between_frames_without_a_pose() -> None:
     poses = np.arange(14.0).reshape(7, 2)
     poses[2, 1] = poses[5, 0] = np.nan

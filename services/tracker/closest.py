@@ -86,4 +86,15 @@ def influence(found: Floats, spread: float, limit: float) -> float:
     if not found[0] < limit:
         return 0.0
     aside = (found[0] * found[0] - found[1] * found[1]) / (ASIDE * ASIDE)
-    return min(1.0, spread / max(np.abs(found[1]), 1e-9)) / (spread * spread * (1.0 + aside))
+    return float(min(1.0, spread / max(np.abs(found[1]), 1e-9)) / (spread * spread * (1.0 + aside)))
+
+
+@njit(cache=True, error_model="numpy")
+def misfit(model: Model, frames: Floats, rays: Floats, limit: float) -> float:
+    """D, the mean of rho(d)^2 over the scene in m^2, rho a distance truncated at `limit` metres.  [Hybrid Eq. 30, 31]"""
+    found = np.empty(FOUND)
+    total = 0.0
+    for i in range(rays.shape[0]):
+        nearest(model, frames, rays[i], found)
+        total += min(found[0], limit) ** 2
+    return float(total / max(rays.shape[0], 1))

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
 from services.tracker.closest import FOUND, influence, nearest
 from services.tracker.coordinates import coordinates_of
 from services.tracker.model import Ints, Model, model_of, place
+from services.tracker.posed import Posed
 from services.tracker.refine import ROOT, hold, move, screws_of
 from services.tracker.sizes import BASES, COUNT, LENGTH, OFFSETS, SIZES, SPREADS, TIPS, entries_of, scaled, values_of
 
@@ -18,18 +20,6 @@ SPREAD_M, LIMIT_M = 0.01, 0.20  # of a gap, and beyond which a ray belongs to no
 EFFECTIVE = 300.0  # rays of a scene count as so many independent ones: the body's shape is wrong in stretches, not points
 ENOUGH = 1e-3  # change of a logarithm, metre or radian that is no change
 LONGEST_STEP = 0.3
-
-
-@dataclass(frozen=True)
-class Posed:
-    """A pose as the tracker has it: position (3,) metres, rotation (3, 3) of the root to the world, values (d,) radians."""
-
-    position: Floats
-    rotation: Floats
-    values: Floats
-
-    def copy(self) -> "Posed":
-        return Posed(self.position.copy(), self.rotation.copy(), self.values.copy())
 
 
 @dataclass(frozen=True)
@@ -71,7 +61,9 @@ def measure(anatomy: Anatomy, average: Bdp, samples: Sequence[Sample], logs: Flo
         total = number = 0.0
         for k, (sample, pose) in enumerate(zip(samples, poses, strict=True)):
             own, pull = np.zeros((COUNT + dof, COUNT + dof)), np.zeros(COUNT + dof)
-            squares, seen = equations(model, entries, values, pose.position, pose.rotation, pose.values, sample.rays, own, pull)
+            squares, seen = equations(
+                model, entries, values, pose.position, pose.rotation, pose.values, sample.rays, own, pull
+            )
             total, number = total + squares, number + seen
             share = EFFECTIVE / max(len(sample.rays), 1)
             rows = np.concatenate([np.arange(COUNT), COUNT + k * dof + np.arange(dof)])
@@ -89,7 +81,7 @@ def measure(anatomy: Anatomy, average: Bdp, samples: Sequence[Sample], logs: Flo
             )  # fmt: skip
             b[rows[COUNT:]] += held
         a[np.arange(count), np.arange(count)] += 1e-3
-        step = np.linalg.solve(a, b)
+        step: Floats = np.asarray(np.linalg.solve(a, b), dtype=np.float64)
         step *= min(1.0, LONGEST_STEP / max(1e-9, float(np.abs(step).max())))
         logs += step[:COUNT]
         for k, pose in enumerate(poses):
@@ -161,7 +153,7 @@ def equations(
 def _sizes_row(
     model: Model,
     frames: Floats,
-    above: Floats,
+    above: NDArray[np.bool_],
     entries: Ints,
     values: Floats,
     ray: Floats,

@@ -8,6 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from common.actor.person import person
+from common.actor.repertoire import performance
+from common.actor.truth import landmarks
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Pose
 from common.body.from_centres import NEEDED, poses_from_centres
@@ -57,6 +60,18 @@ def motion_of(name: str, rate: float, anatomy: Anatomy, poses: list[Pose]) -> Mo
     """The poses of consecutive frames as a motion."""
     table = coordinates_of(anatomy)
     return Motion(name, rate, unwound(anatomy, np.array([table.of_pose(pose) for pose in poses])))
+
+
+def actor_motion(kind: str, person_seed: int, seed: int, anatomy: Anatomy, rate: float = 60.0) -> Motion:
+    """About half a minute of the synthetic actor: `walking`, `running`, `boxing` or `general`.
+
+    person_seed: who.  seed: which performance.  Both 0 or more.  Raises ValueError for another kind.
+    """
+    somebody = person(person_seed)
+    acted = performance(somebody, kind, seed)
+    frames = [landmarks(somebody, acted.pose_at(k / rate)) for k in range(int(acted.duration_s * rate))]
+    centres = {name: np.array([points[name] for points in frames]) for name in frames[0]}
+    return motion_of(f"actor-{kind}-{person_seed}-{seed}", rate, anatomy, poses_from_centres(anatomy, centres))
 
 
 def mirrored(coordinates: Floats, anatomy: Anatomy) -> Floats:

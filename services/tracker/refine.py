@@ -48,7 +48,7 @@ def gather(model: Model, frames: Floats, rays: Floats, weights: Weights, matrice
             pulls[part, row] += weight * gap * wrench[row]
             for column in range(row + 1):
                 matrices[part, row, column] += weight * wrench[row] * wrench[column]
-    return total / max(rays.shape[0], 1)
+    return float(total / max(rays.shape[0], 1))
 
 
 @njit(cache=True, error_model="numpy")

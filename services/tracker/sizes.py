@@ -81,7 +81,7 @@ FACTORS = (
     _girth("toes", 0.20, (TIPS, "foot")),
 )
 COUNT = 1 + len(FACTORS)  # stature first
-SPREADS = np.array([STATURE.spread, *(factor.spread for factor in FACTORS)])
+SPREADS: Floats = np.array([STATURE.spread, *(factor.spread for factor in FACTORS)])
 
 
 def scaled(anatomy: Anatomy, body: Bdp, logs: Floats) -> Bdp:

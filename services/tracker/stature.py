@@ -2,9 +2,17 @@
 
 import numpy as np
 
-from common.body.anatomy import FOURTEEN_PARTS
+from common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from common.body.definition import Bdp
-from common.body.proportions import HIP_HALF_BREADTH, HIP_HEIGHT, KNEE_HEIGHT, SHOULDER_HALF_BREADTH, SHOULDER_HEIGHT
+from common.body.proportions import (
+    HIP_HALF_BREADTH,
+    HIP_HEIGHT,
+    KNEE_HEIGHT,
+    SHOULDER_HALF_BREADTH,
+    SHOULDER_HEIGHT,
+    body_from_lengths,
+    lengths_of_height,
+)
 
 # In body heights.  Segment lengths: Drillis and Contini (1966) as in Winter, Biomechanics, 4th ed., fig. 4.1 (from memory,
 # as in `common.body.proportions`).  Radii and the places of axes are rough estimates of an average clothed adult.
@@ -49,3 +57,10 @@ def body_of_height(height: float) -> Bdp:
 
 def _common(name: str) -> str:
     return name.removeprefix("right_").removeprefix("left_")
+
+
+def average_body(anatomy: Anatomy, height: float) -> Bdp:
+    """The average body of any anatomy, of that height in metres."""
+    if anatomy is FOURTEEN_PARTS:
+        return body_of_height(height)
+    return body_from_lengths(anatomy, lengths_of_height(height))

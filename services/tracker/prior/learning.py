@@ -15,7 +15,6 @@ from scipy.cluster.vq import kmeans2
 from common.body.anatomy import Floats
 from services.tracker.prior.passes import expectation
 from services.tracker.prior.regions import Labels, Regions, distances_to, fitted, log_densities
-from services.tracker.prior.tables import CLAMP
 
 MAX_ROUNDS = 40
 SIGNIFICANT = 2e-3  # of the average reconstruction error
@@ -48,12 +47,12 @@ def learn(sequences: Sequence[Floats], count: int, dims: int, rng: np.random.Gen
     regions = fitted(poses, labels, count, dims + 1, np.zeros(len(poses)))
     transitions = np.full((count, count), 1.0 / count)
     errors: list[float] = []
+    squared, _ = distances_to(regions, poses, dims)
     for _ in range(MAX_ROUNDS):
         transitions, _ = followed(sequences, regions, transitions)
-        squared = distances_to(regions, poses, dims)
-        labels = np.argmin(squared, axis=1)
-        regions = fitted(poses, labels, count, dims + 1, squared.min(axis=1))
-        errors.append(error_of(regions, poses, dims))
+        regions = fitted(poses, np.argmin(squared, axis=1), count, dims + 1, squared.min(axis=1))
+        squared, lost = distances_to(regions, poses, dims)
+        errors.append(_error(squared, lost, poses))
         if len(errors) > 1 and abs(errors[-2] - errors[-1]) < SIGNIFICANT * errors[-2]:
             break
     regions, labels = _kept(regions, poses, dims)
@@ -78,14 +77,12 @@ def followed(sequences: Sequence[Floats], regions: Regions, transitions: Floats)
 
 def error_of(regions: Regions, poses: Floats, dims: int) -> float:
     """The average reconstruction error of poses (T, d): root mean square over frames and coordinates, radians."""
-    labels = np.argmin(distances_to(regions, poses, dims), axis=1)
-    total = 0.0
-    for region in np.unique(labels):
-        all_z = (poses[labels == region] - regions.centres[region]) @ regions.vectors[region]
-        limit = CLAMP * np.sqrt(regions.spectrum[region, :dims])
-        all_z[:, :dims] -= np.clip(all_z[:, :dims], -limit, limit)
-        total += float(np.sum(all_z**2))
-    return float(np.sqrt(total / poses.size))
+    return _error(*distances_to(regions, poses, dims), poses)
+
+
+def _error(squared: Floats, lost: Floats, poses: Floats) -> float:
+    labels = np.argmin(squared, axis=1)
+    return float(np.sqrt(np.take_along_axis(lost, labels[:, None], axis=1).sum() / poses.size))
 
 
 def _k_means(poses: Floats, count: int, rng: np.random.Generator) -> Labels:
@@ -98,7 +95,7 @@ def _k_means(poses: Floats, count: int, rng: np.random.Generator) -> Labels:
 def _kept(regions: Regions, poses: Floats, dims: int) -> tuple[Regions, Labels]:
     """Without the regions that have no dims + 1 poses; and the poses' regions among those that are left."""
     while True:
-        labels = np.argmin(distances_to(regions, poses, dims), axis=1)
+        labels = np.argmin(distances_to(regions, poses, dims)[0], axis=1)
         keep = np.bincount(labels, minlength=len(regions.centres)) >= dims + 1
         if np.all(keep):
             return regions, labels

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from common.body.anatomy import Floats
 from services.tracker.prior.rates import power_of_transitions
-from services.tracker.prior.tables import CLAMP, NEARNESS, Tables, tables_of
+from services.tracker.prior.sampling import CLAMP, NEARNESS
+from services.tracker.prior.tables import Tables, tables_of
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,11 @@ import numpy as np
 from numba import njit
 
 from common.body.anatomy import Floats
-from services.tracker.prior.tables import CLAMP, NEARNESS, Tables
+from services.tracker.prior.tables import Tables
+
+# Here because compiled code keeps them: a cache knows only of changes in its own file.
+CLAMP = 2.5  # standard deviations from a region's centre within its subspace
+NEARNESS = 0.05  # weight of the distance to the centre beside the residual's
 
 
 @njit(cache=True, error_model="numpy")

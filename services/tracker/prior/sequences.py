@@ -31,8 +31,17 @@ def resampled(coordinates: Coordinates, poses: Floats, rate: float, wanted: floa
         else:
             turned = Rotation.from_rotvec(start)
             turn = (turned.inv() * Rotation.from_rotvec(end)).as_rotvec()
-            result[:, columns] = (turned * Rotation.from_rotvec(share * turn)).as_rotvec()
+            result[:, columns] = _near(start, (turned * Rotation.from_rotvec(share * turn)).as_rotvec())
     return result
+
+
+def _near(near: Floats, vectors: Floats) -> Floats:
+    """The same rotations (n, 3), as vectors of whatever length is nearest to `near` (n, 3): turns past pi go on."""
+    angles = np.linalg.norm(vectors, axis=1, keepdims=True)
+    axes = vectors / np.maximum(angles, 1e-12)
+    turns = np.round((np.sum(axes * near, axis=1, keepdims=True) - angles) / (2 * np.pi))
+    found: Floats = vectors + 2 * np.pi * turns * axes
+    return found
 
 
 def mirrored(coordinates: Coordinates, poses: Floats) -> Floats:

@@ -6,8 +6,6 @@ import numpy as np
 
 from common.body.anatomy import Floats
 
-CLAMP = 2.5  # standard deviations from a region's centre within its subspace
-NEARNESS = 0.05  # weight of the distance to the centre beside the residual's
 FLOOR = np.radians(2.0) ** 2  # radians squared: what a coordinate varies at least
 
 

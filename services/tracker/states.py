@@ -9,7 +9,7 @@ from common.runtime.clock import Offset
 from services.tracker.tracking import TrackState
 
 LEAST_VIEWS = 2
-MOST_READY = 3  # instants that may wait for their turn; then the oldest is dropped
+MOST_READY = 2  # instants that may wait for their turn; then the oldest is dropped
 
 
 @dataclass(frozen=True)

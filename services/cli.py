@@ -27,6 +27,7 @@ TABLE = (
     (ON_THIS_MACHINE, live.up),
     (SERVICES, live.viewer),
     (SERVICES, live.integrator),
+    (SERVICES, live.tracker),
     (SERVICES, live.router),
     (SERVICES, record.record),
     (FILES, offline.track),

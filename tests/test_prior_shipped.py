@@ -45,5 +45,5 @@ def test_a_path_is_taken_as_it_is(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["swimming", "", "walking.prior", "/nowhere/own.prior"])
 def test_a_name_of_no_prior_is_refused_with_those_there_are(text: str) -> None:
-    with pytest.raises(PriorError, match=r"prior = '.*': allowed: .*boxing, general, running, walking"):
+    with pytest.raises(PriorError, match=r"prior = '.*': no file .*; allowed: .*boxing, general, running, walking"):
         find_prior(text)

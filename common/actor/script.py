@@ -124,7 +124,8 @@ def demo_script(person: Person, seed: int) -> Script:
 def motion_script(person: Person, name: str, seed: int) -> Script:
     """Empty scene 3 s, the initial posture, then one motion over and over.
 
-    name: `walking`, `turning`, `running` (a small circle), `boxing` or a posture.  Whoever ends elsewhere walks back.  Raises ValueError for any other name.
+    name: `walking`, `turning`, `running` (a small circle), `boxing` or a posture.  Whoever ends elsewhere walks back.
+    Raises ValueError for any other name.
     """
     match name:
         case "walking":

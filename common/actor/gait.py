@@ -34,6 +34,7 @@ from common.actor.skeleton import BALL
 
 RAMP_S = 1.3  # from standing to full speed, and back
 GRAVITY = 9.81
+CLEARANCE_M = 0.025  # of the swinging foot's ball above the ground
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Gait:
     begins at the share `rolls` of the contact.  back: how long the foot
     goes on backwards, and comes back before it lands, 0 not at all.
     drop: of the body below standing.  bounce: half its rise and fall; positive when lowest over the foot.
-    hips, chest: turns to the side of the foot that is ahead, by a leg's length.  lean: to the front.
+    hips, chest: turns to the side of the foot that is ahead, by a leg's length; hips also drop on the swinging side.  lean: to the front.
     swing: half the arms' range, from their middle at `arms`.  elbow: their bend, and `fold` how much more in front.
     inward: of the forearms.
     """
@@ -174,8 +175,14 @@ def _foot(person: Person, gait: Gait, course: _Course, stances: list[_Stance], t
     heel = top - (top + 0.22 * effort) * ease((u - 0.35) / 0.50) + 0.22 * effort * ease((u - 0.85) / 0.15)
     lift = effort * gait.lift * np.sin(np.pi * u**0.80) ** 1.5 + _rise(person, float(left[HEEL])) * (1.0 - ease(u / 0.6))
     # The ankle's course is meant, not that of the sole: what the raised heel adds is taken off.
-    row = np.array([*place, lift - _rise(person, heel), heel])
+    arc = effort * float(np.sin(np.pi * u))
+    row = np.array([*place, _above(lift - _rise(person, heel), CLEARANCE_M * arc, 0.01 * arc), heel])
     return row, _ahead(row, x, z, yaw)
+
+
+def _above(height: float, least: float, softly: float) -> float:
+    """The greater of two heights, its corner rounded."""
+    return 0.5 * (height + least + float(np.hypot(height - least, softly)))
 
 
 def _rise(person: Person, heel: float) -> float:
@@ -216,8 +223,12 @@ def _pose(
     pelvis[DROP] = effort * (gait.drop + gait.bounce * np.cos(phase)) + leg * (1.0 - np.cos(curve))
     pelvis[YAW] = yaw - gait.hips * apart
     pelvis[TILT] = 0.5 * effort * gait.lean
-    pelvis[ROLL] = -curve
-    spine = standing.spine + np.array([0.5 * effort * gait.lean, 0.0, (gait.hips + gait.chest) * apart])
+    weight = effort * float(np.cos(0.5 * phase))  # 1 over the right foot, -1 over the left one
+    pelvis[[X, Z]] += 0.02 * leg * weight * np.array([-np.cos(yaw), np.sin(yaw)])
+    pelvis[ROLL] = -curve - gait.hips * 0.7 * weight
+    spine = standing.spine + np.array(
+        [0.5 * effort * gait.lean, gait.hips * 0.9 * weight, (gait.hips + gait.chest) * apart]
+    )
     arms = standing.arms.copy()
     for side in SIDES:
         with_it = -OUTWARD[side] * apart / 0.8  # the right arm goes with the left foot

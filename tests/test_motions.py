@@ -12,6 +12,7 @@ from common.body.definition import Pose
 from common.body.kinematics import joint_centres
 from common.body.rotation_vectors import rotation_of
 from common.formats.bvh import write_bvh
+from common.formats.poses import read_poses
 from common.formats.trc import FormatError, Trajectories, write_trc
 from services.tracker.coordinates import coordinates_of
 from services.tracker.motions import actor_motion, mirrored, motion_of, read_motion, unwound
@@ -19,6 +20,7 @@ from tests.pose_tracks import moving
 from tests.test_from_centres import body, random_pose
 
 MOTIONS = Path(__file__).resolve().parents[2] / "shared" / "motions"
+GOLDEN = Path(__file__).parent / "golden" / "arms.mcap"
 CLIP = Path(__file__).resolve().parents[2] / "shared" / "clips" / "walk7"
 BOTH = (TEN_PARTS, FOURTEEN_PARTS)
 FASTEST = 30.0  # rad/s
@@ -156,3 +158,25 @@ def test_a_walk_has_a_walk_s_angles_from_its_bvh_and_from_another_body_s_truth()
     for motion in (ours, theirs):
         assert 55 < np.degrees(-motion.coordinates[:, at].min()) < 80
     assert np.corrcoef(ours.coordinates[:, at], theirs.coordinates[:, at])[0, 1] > 0.95
+
+
+@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+def test_a_take_has_its_motion_in_either_anatomy(anatomy: Anatomy) -> None:
+    motion = read_motion(GOLDEN, anatomy)
+    known = np.isfinite(motion.coordinates).all(axis=1)
+    assert motion.name == "arms"
+    assert motion.rate == pytest.approx(read_poses(GOLDEN).rate())
+    assert known.sum() > 10
+    assert motion.coordinates.shape[1] == coordinates_of(anatomy).dimension
+    with pytest.raises(FormatError, match=r"arms\.mcap: no frame of range\(90000, 90001\): allowed: of its frames"):
+        read_motion(GOLDEN, anatomy, range(90_000, 90_001))
+
+
+def test_a_take_in_its_own_anatomy_has_the_poses_of_its_messages() -> None:
+    track = read_poses(GOLDEN).track()
+    motion = read_motion(GOLDEN, TEN_PARTS)
+    for row in np.flatnonzero(track.known)[::7]:
+        values = motion.coordinates[track.frames[row]]
+        expected = centres(TEN_PARTS, coordinates_of(TEN_PARTS).of_pose(track.pose(int(row))), np.eye(3))
+        for name, point in centres(TEN_PARTS, values, np.eye(3)).items():
+            np.testing.assert_allclose(point, expected[name], atol=1e-6, err_msg=name)

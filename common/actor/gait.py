@@ -47,9 +47,9 @@ class Gait:
     begins at the share `rolls` of the contact.  back: how long the foot
     goes on backwards, and comes back before it lands, 0 not at all.
     drop: of the body below standing.  bounce: half its rise and fall; positive when lowest over the foot.
-    hips, chest: turns to the side of the foot that is ahead, by a leg's length; hips also drop on the swinging side.  lean: to the front.
-    swing: half the arms' range, from their middle at `arms`.  elbow: their bend, and `fold` how much more in front.
-    inward: of the forearms.
+    hips, chest: turns to the side of the foot that is ahead, by a leg's length; hips also drop on the swinging side.
+    lean: to the front.  swing: half the arms' range, from their middle at `arms`.  elbow: their bend, and `fold` how much
+    more in front.  inward: of the forearms.
     """
 
     speed: float

@@ -23,7 +23,11 @@ def scene_points(masks: Sequence[Mask | None], cameras: Sequence[Camera], count:
     count: rays in all; those without a place that survives are not in the scene.  With fewer than two views it is empty.
     Raises ValueError when a mask's shape is not its camera's.
     """
-    contours, seen = outlines(masks, cameras, count)
+    return scene_of(*outlines(masks, cameras, count))
+
+
+def scene_of(contours: Contours, seen: Silhouettes) -> Scene:
+    """The scene of what `outlines` gave."""
     inner, _ = viewing_lines(contours.view, contours.points, contours.tangents, seen)
     near, far = np.empty(len(inner)), np.empty(len(inner))
     survive(contours.view, inner, seen, near, far)

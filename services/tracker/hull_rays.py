@@ -12,9 +12,11 @@ from services.tracker.lens import REACH, shifted
 
 NEAREST_M, FURTHEST_M = 0.1, 50.0
 MOST_STEPS = 4000
-HALVINGS = 2  # of a step, where an interval begins and ends
+STRIDE = 2.0  # px between the places that are looked at: dilated silhouettes are hardly ever thinner
+HALVINGS = 3  # of a stride, where an interval begins and ends
 SHARE = 1 / 3  # of the longest interval's length that another must have to count
 INTERVALS = 16
+NO, YES, UNSEEN = 0, 1, 2
 
 
 @njit(cache=True, error_model="numpy")
@@ -26,13 +28,16 @@ def survive(view: Integers, directions: Floats, seen: Silhouettes, near: Floats,
     """
     views = len(seen.lens)
     turn, start = frames_of(seen)
-    line = np.empty((views, 6))
+    lens, box, size, at, pixels = seen.lens, seen.box, seen.size, seen.at, seen.pixels
+    bent = lens[:, REACH].copy()
+    line = np.empty((views, 9))
     order = np.empty(views, dtype=np.int64)
     found = np.empty((INTERVALS, 2))
-    lens, box, size, at, pixels = seen.lens, seen.box, seen.size, seen.at, seen.pixels
     for i in range(len(view)):
         near[i], far[i] = 1.0, 0.0
-        judges = _judges(view[i], directions[i, 0], directions[i, 1], directions[i, 2], turn, start, box, line, order)
+        judges = judges_of(
+            view[i], directions[i, 0], directions[i, 1], directions[i, 2], turn, start, box, bent, line, order
+        )
         first, last, step = _reach(line, order, judges, lens, seen.bounds, seen.whole)
         if judges == 0 or first >= last:
             continue
@@ -65,8 +70,17 @@ def survive(view: Integers, directions: Floats, seen: Silhouettes, near: Floats,
 
 
 @njit(cache=True, error_model="numpy")
-def _judges(
-    own: int, dx: float, dy: float, dz: float, turn: Floats, start: Floats, box: Integers, line: Floats, order: Integers
+def judges_of(
+    own: int,
+    dx: float,
+    dy: float,
+    dz: float,
+    turn: Floats,
+    start: Floats,
+    box: Integers,
+    bent: Floats,
+    line: Floats,
+    order: Integers,
 ) -> int:
     """How many views judge a viewing line; `order` (v,) is filled with them, `line` (v, 6) with what they have at depth 0
     and what a metre adds."""
@@ -79,6 +93,7 @@ def _judges(
         for a in range(3):
             line[j, a] = start[own, j, a]
             line[j, a + 3] = turn[j, a, 0] * dx + turn[j, a, 1] * dy + turn[j, a, 2] * dz
+        line[j, 6], line[j, 7], line[j, 8] = box[j, 2], box[j, 3], bent[j]
     return judges
 
 
@@ -116,7 +131,7 @@ def _reach(
             if lens[j, REACH] > 0.0:
                 dx, dy = lens[j, 0] * dx, lens[j, 3] * dy
             longest = max(longest, np.sqrt(dx * dx + dy * dy))
-    return first, last, (last - first) / min(longest, float(MOST_STEPS))
+    return first, last, (last - first) / min(max(longest / STRIDE, 1.0), float(MOST_STEPS))
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -140,13 +155,13 @@ def _inside(
             continue
         scale = 1.0 / z
         u, v = scale * (line[j, 0] + depth * line[j, 3]), scale * (line[j, 1] + depth * line[j, 4])
-        if lens[j, REACH] > 0.0:
+        if line[j, 8] > 0.0:
             if u * u + v * v > lens[j, REACH]:
                 continue
-            x, y = shifted(lens[j], u, v)
+            x, y = shifted(lens, j, u, v)
             u = lens[j, 0] * x + lens[j, 1] * y + lens[j, 2] + 0.5 - box[j, 0]
             v = lens[j, 3] * y + lens[j, 4] + 0.5 - box[j, 1]
-        if u >= 0.0 and v >= 0.0 and u < box[j, 2] and v < box[j, 3]:
+        if u >= 0.0 and v >= 0.0 and u < line[j, 6] and v < line[j, 7]:
             if pixels[at[j] + int(v) * box[j, 2] + int(u)] != 0:
                 judged = True
                 continue
@@ -159,3 +174,26 @@ def _inside(
         order[0] = j
         return False
     return judged
+
+
+@njit(cache=True, error_model="numpy")
+def verdict(
+    depth: float, j: int, line: Floats, lens: Floats, box: Integers, size: Integers, at: Integers, pixels: Bytes
+) -> int:
+    """What view j says to the place at a depth: NO, YES, or UNSEEN when it is not in its image."""
+    z = line[j, 2] + depth * line[j, 5]
+    if z < NEAREST_M:
+        return UNSEEN
+    scale = 1.0 / z
+    u, v = scale * (line[j, 0] + depth * line[j, 3]), scale * (line[j, 1] + depth * line[j, 4])
+    if lens[j, REACH] > 0.0:
+        if u * u + v * v > lens[j, REACH]:
+            return UNSEEN
+        x, y = shifted(lens, j, u, v)
+        u = lens[j, 0] * x + lens[j, 1] * y + lens[j, 2] + 0.5 - box[j, 0]
+        v = lens[j, 3] * y + lens[j, 4] + 0.5 - box[j, 1]
+    if u >= 0.0 and v >= 0.0 and u < box[j, 2] and v < box[j, 3]:
+        return YES if pixels[at[j] + int(v) * box[j, 2] + int(u)] != 0 else NO
+    u += box[j, 0]
+    v += box[j, 1]
+    return UNSEEN if u < 0.0 or v < 0.0 or u >= size[j, 0] or v >= size[j, 1] else NO

@@ -52,7 +52,7 @@ def bounds_of(lens: Floats, box: Integers, size: Integers, bounds: Floats, whole
                 share = k / 8
                 u = (share, 1.0, 1.0 - share, 0.0)[side] * (across - 1) + left
                 v = (0.0, share, 1.0, 1.0 - share)[side] * (down - 1) + top
-                x, y = undistorted(lens[j], u, v)
+                x, y = undistorted(lens, j, u, v)
                 bounds[j, 0], bounds[j, 1] = min(bounds[j, 0], x), max(bounds[j, 1], x)
                 bounds[j, 2], bounds[j, 3] = min(bounds[j, 2], y), max(bounds[j, 3], y)
 
@@ -65,17 +65,19 @@ def viewing_lines(view: Integers, points: Floats, tangents: Floats, seen: Silhou
     """
     directions, normals = np.empty((len(view), 3)), np.empty((len(view), 3))
     for i in range(len(view)):
-        lens, rotation = seen.lens[view[i]], seen.rotation[view[i]]
+        j = view[i]
         length = np.hypot(tangents[i, 0], tangents[i, 1])
         du, dv = tangents[i, 0] / length, tangents[i, 1] / length
-        x, y = undistorted(lens, points[i, 0], points[i, 1])
-        ahead_x, ahead_y = undistorted(lens, points[i, 0] + du, points[i, 1] + dv)
+        x, y = undistorted(seen.lens, j, points[i, 0], points[i, 1])
+        ahead_x, ahead_y = undistorted(seen.lens, j, points[i, 0] + du, points[i, 1] + dv)
         tx, ty = ahead_x - x, ahead_y - y
         nx, ny, nz = -ty, tx, x * ty - y * tx
         forward, outward = 1.0 / np.sqrt(x * x + y * y + 1.0), 1.0 / np.sqrt(nx * nx + ny * ny + nz * nz)
         for k in range(3):
-            directions[i, k] = forward * (rotation[0, k] * x + rotation[1, k] * y + rotation[2, k])
-            normals[i, k] = outward * (rotation[0, k] * nx + rotation[1, k] * ny + rotation[2, k] * nz)
+            directions[i, k] = forward * (seen.rotation[j, 0, k] * x + seen.rotation[j, 1, k] * y + seen.rotation[j, 2, k])
+            normals[i, k] = outward * (
+                seen.rotation[j, 0, k] * nx + seen.rotation[j, 1, k] * ny + seen.rotation[j, 2, k] * nz
+            )
     return directions, normals
 
 

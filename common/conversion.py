@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from common.body.anatomy import Anatomy, Floats
+from common.body.anatomy import ANATOMIES, Anatomy, Floats
 from common.body.definition import Bdp
 from common.messages import Body
 
@@ -13,7 +13,9 @@ def body_of(anatomy: Anatomy, bdp: Bdp) -> Body:
     """The message's form of a body definition."""
     sizes = {part: _triple(bdp.sizes[k]) for k, part in enumerate(anatomy.parts)}
     offsets = {joint.name: _triple(bdp.offsets[k]) for k, joint in enumerate(anatomy.joints)}
-    return Body(anatomy=anatomy.name, sizes=sizes, offsets=offsets)
+    tips = {} if bdp.tips is None else {part: _pair(bdp.tips[k]) for k, part in enumerate(anatomy.parts)}
+    bases = {} if bdp.bases is None else {part: _triple(bdp.bases[k]) for k, part in enumerate(anatomy.parts)}
+    return Body(anatomy=anatomy.name, sizes=sizes, offsets=offsets, tips=tips, bases=bases)
 
 
 def bdp_of(anatomy: Anatomy, body: Body) -> Bdp:
@@ -22,10 +24,23 @@ def bdp_of(anatomy: Anatomy, body: Body) -> Bdp:
         raise ValueError(f"body: anatomy is {body.anatomy!r}; this service knows {anatomy.name!r}")
     missing = [part for part in anatomy.parts if part not in body.sizes]
     missing += [joint.name for joint in anatomy.joints if joint.name not in body.offsets]
+    shapes: tuple[Mapping[str, object], ...] = (body.tips, body.bases)
+    missing += [part for shape in shapes if shape for part in anatomy.parts if part not in shape]  # all of them or none
     if missing:
         raise ValueError(f"body: {', '.join(missing)} missing; an anatomy {anatomy.name!r} has them")
-    sizes = np.array([body.sizes[part] for part in anatomy.parts])
-    return Bdp(sizes, np.array([body.offsets[joint.name] for joint in anatomy.joints]))
+    return Bdp(
+        sizes=np.array([body.sizes[part] for part in anatomy.parts]),
+        offsets=np.array([body.offsets[joint.name] for joint in anatomy.joints]),
+        tips=np.array([body.tips[part] for part in anatomy.parts]) if body.tips else None,
+        bases=np.array([body.bases[part] for part in anatomy.parts]) if body.bases else None,
+    )
+
+
+def anatomy_of(body: Body) -> Anatomy:
+    """The anatomy that a body definition names.  Raises ValueError when there is none of that name."""
+    if body.anatomy not in ANATOMIES:
+        raise ValueError(f"body: anatomy {body.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
+    return ANATOMIES[body.anatomy]
 
 
 def angles_by_name(anatomy: Anatomy, angles: Floats) -> dict[str, float]:
@@ -40,6 +55,10 @@ def angles_of(anatomy: Anatomy, named: Mapping[str, float], others: Floats) -> F
             raise ValueError(f"joint angle {name!r} is not one of anatomy {anatomy.name!r}")
         angles[anatomy.index[name]] = value
     return angles
+
+
+def _pair(row: Floats) -> tuple[float, float]:
+    return float(row[0]), float(row[1])
 
 
 def _triple(row: Floats) -> tuple[float, float, float]:

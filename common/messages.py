@@ -14,6 +14,7 @@ Seconds = Annotated[float, Meta(ge=0, le=1e6)]
 Metres = Annotated[float, Meta(ge=-1e3, le=1e3)]
 Size = Annotated[float, Meta(ge=0, le=10)]  # metres
 Radians = Annotated[float, Meta(ge=-50, le=50)]
+Spread = Annotated[float, Meta(ge=0, le=100)]  # metres or radians
 Score = Annotated[float, Meta(ge=0, le=1)]
 LogScore = Annotated[float, Meta(ge=-1e3, le=1e3)]
 Slope = Annotated[float, Meta(ge=-100, le=100)]  # pixels over focal length
@@ -26,6 +27,8 @@ Text = Annotated[str, Meta(max_length=1000)]
 Point = tuple[Metres, Metres, Metres]
 View = Literal["facade", "flank"]
 Side = Literal["front", "side"]
+SizePair = tuple[Size, Size]
+SpreadTriple = tuple[Spread, Spread, Spread]
 SizeTriple = tuple[Size, Size, Size]
 
 SCHEMA_VERSION = 1
@@ -37,12 +40,14 @@ class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     version: Literal[1] = 1
 
 
-class Body(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Universal BDP of one person: `common.body.definition.Bdp` by name."""
+class Body(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """BDP of one person: `common.body.definition.Bdp` by name.  Without tips all parts are cylinders."""
 
     anatomy: Name
     sizes: Annotated[dict[Name, SizeTriple], Meta(max_length=64)]  # part: height, long radius, short radius, metres
     offsets: Annotated[dict[Name, Point], Meta(max_length=64)]  # joint: position in its parent part's frame, metres
+    tips: Annotated[dict[Name, SizePair], Meta(max_length=64)] = {}  # part: long and short radius at its far end, metres
+    bases: Annotated[dict[Name, Point], Meta(max_length=64)] = {}  # part: where its axis begins in its own frame, metres
 
 
 class PartialBdp(Message, frozen=True, tag="partial_bdp"):
@@ -129,6 +134,29 @@ class UniversalBap(Message, frozen=True, tag="universal_bap"):
     lost: Annotated[list[Name], Meta(max_length=32)]  # limbs, or "person", that are being searched for again
 
 
+class TrackerBdp(Message, frozen=True, tag="tracker_bdp"):
+    """The body that the tracker measured in all views together."""
+
+    body: Body
+
+
+class TrackerPose(Message, frozen=True, tag="tracker_pose"):
+    """The tracker's estimate of one instant, and how far its particles lie apart.  [Hybrid V]
+
+    lost: the person is being searched for; position and angles are then the last ones known.  views: the viewers whose
+    silhouettes were used.  frame: the largest of theirs.  captured_ns: of the instant, on the integrator's clock.
+    """
+
+    position: Point  # navel in the world
+    angles: Annotated[dict[Name, Radians], Meta(max_length=64)]  # every joint angle of the anatomy
+    position_spread: SpreadTriple  # standard deviations over the weighted particles, metres
+    spread: Annotated[dict[Name, Spread], Meta(max_length=64)]  # the same of every joint angle, radians
+    likelihood: Number  # of the estimate  [Hybrid Eq. 29-31]
+    effective: Annotated[float, Meta(ge=0, le=1e6)]  # particles' effective number, 1 / sum of squared weights
+    lost: bool
+    views: Annotated[list[Name], Meta(max_length=64)]
+
+
 class Silhouette(Message, frozen=True, tag="silhouette"):
     """A binary mask, losslessly packed: the region's rows, 8 pixels a byte, zlib."""
 
@@ -199,6 +227,8 @@ AnyMessage = (
     | Assignment
     | PartialBap
     | UniversalBap
+    | TrackerBdp
+    | TrackerPose
     | Silhouette
     | Preview
     | CameraInfo

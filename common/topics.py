@@ -57,6 +57,8 @@ CAMERA = Topic("camera", "zenocap/{rig}/viewer/{viewer}/camera", m.CameraInfo, Q
 UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.UniversalBdp, Queueing.KEPT, "on change")
 ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assignment, Queueing.LATEST, "every frame")
 UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, "every frame")
+TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.KEPT, "on change")
+TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, "every frame")
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, "1 Hz")
 HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, "1 Hz or more")
 
@@ -70,6 +72,8 @@ TOPICS = (
     UNIVERSAL_BDP,
     ASSIGNMENT,
     UNIVERSAL_BAP,
+    TRACKER_BDP,
+    TRACKER_POSE,
     HEALTH,
     HANDLED,
 )

@@ -6,6 +6,7 @@ import typer
 
 from services.calibrate import calibrate
 from services.commands import live, offline, record, replay, takes
+from services.commands.prior import prior
 
 app = typer.Typer(
     name="zenocap",
@@ -26,6 +27,7 @@ TABLE = (
     (ON_THIS_MACHINE, live.up),
     (SERVICES, live.viewer),
     (SERVICES, live.integrator),
+    (SERVICES, live.tracker),
     (SERVICES, live.router),
     (SERVICES, record.record),
     (FILES, offline.track),
@@ -39,6 +41,7 @@ TABLE = (
 for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(command)
 app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
+app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
 
 
 def _print_version(wanted: bool) -> None:

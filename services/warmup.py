@@ -4,6 +4,7 @@ A model of the body is drawn, tracked and thrown away; nothing of it depends on 
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -23,14 +24,19 @@ from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, Viewer
 from common.runtime.rig_file import LogTable, ZenohTable
 from common.runtime.specs import FirstFrames, VideoFile
+from common.runtime.tracker_table import TrackerTable, tracker_spec
 from common.vision.background import learn, update
 from common.vision.silhouette import SilhouetteOptions, extract
-from services.takes.track import EPOCH_NS, Offline
+from services.takes.offline import Offline
+from services.takes.track import EPOCH_NS
+from services.tracker.ready import load_compiled as load_compiled_tracker
+from services.tracker.shell import tracker_service
 from services.viewer.ready import load_compiled
 from services.viewer.sources.frame import Frame, Image
 from services.viewer.states import viewer_setup
 
-PARTS = ("tracking", "silhouettes", "actor")  # the first is as long as the others together, and best goes beside them
+# The first is as long as the next two together, and best goes beside them; a two-view rig does without the tracker.
+PARTS = ("tracking", "silhouettes", "actor", "tracker")
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the initial posture, lowering the arms, a jump
 FPS = 15.0
 SIZE = (160, 120)
@@ -39,7 +45,7 @@ SIZE = (160, 120)
 def warm_up(part: str, report: Callable[[str], None] = lambda _: None) -> None:
     """Compile one of PARTS.  report: is told what goes on."""
     report(f"compiling: {part}")
-    {"tracking": _tracking, "silhouettes": _silhouettes, "actor": _actor}[part](report)
+    {"tracking": _tracking, "silhouettes": _silhouettes, "actor": _actor, "tracker": _tracker}[part](report)
 
 
 def _actor(_: Callable[[str], None]) -> None:
@@ -60,22 +66,33 @@ def _silhouettes(_: Callable[[str], None]) -> None:
 def _tracking(report: Callable[[str], None]) -> None:
     """The search for limbs, which is most of it; then both steps from the background to lost limbs."""
     load_compiled(viewer_setup("1", _cameras()[0], FirstFrames(EMPTY), True))
-    _steps(report)
+    _steps(_rig(), report)
 
 
-def _steps(report: Callable[[str], None]) -> None:
-    """The viewers and the integrator, over pictures."""
+def _tracker(report: Callable[[str], None]) -> None:
+    """The tracker, without and with somebody to follow."""
+    spec = tracker_spec(TrackerTable(), "hybrid", True, Path())
+    rig = replace(_rig(), method="hybrid", tracker=spec)
+    load_compiled_tracker(tracker_service(rig).setup)
+    _steps(rig, report)
+
+
+def _rig() -> Rig:
     viewers = tuple(
         Viewer(str(k + 1), camera, SIZE, VideoFile(Path("none")), FirstFrames(EMPTY), FPS, False, True)
         for k, camera in enumerate(_cameras())
     )
-    rig = Rig("warmup", "two-view", viewers, (), Path(), "", ZenohTable(), LogTable(), ())
+    return Rig("warmup", "two-view", viewers, (), Path(), "", ZenohTable(), LogTable(), ())
+
+
+def _steps(rig: Rig, report: Callable[[str], None]) -> None:
+    """The services of a rig, over pictures."""
     clock = ManualClock(EPOCH_NS)
     offline = Offline(rig, LocalNetwork(rig.name, clock))
     for k, pose in enumerate(_poses()):
         captured_ns = EPOCH_NS + round(k * 1e9 / FPS)
         clock.set(captured_ns)
-        images = {viewer.id: _drawn(viewer.camera, pose, k) for viewer in viewers}
+        images = {viewer.id: _drawn(viewer.camera, pose, k) for viewer in rig.viewers}
         offline.see({id: Frame(k, captured_ns, image) for id, image in images.items()})
         report(", ".join(f"{name}: {state}" for name, state in offline.states().items()))
 

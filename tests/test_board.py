@@ -68,7 +68,7 @@ def test_everything_that_is_known_is_shown() -> None:
 
 
 def test_before_the_first_pose_it_says_what_is_waited_for() -> None:
-    assert "both viewers see the initial posture" in shown(heard())
+    assert "all viewers see the initial posture" in shown(heard())
 
 
 def test_who_went_is_not_there() -> None:
@@ -83,4 +83,35 @@ def test_what_is_lost_and_old_is_said() -> None:
 
 def test_poses_of_all_viewers_are_counted() -> None:
     board = heard(bap(), bap(stale=["2"]), bap())
-    assert (board.poses, board.both) == (3, 2)
+    assert (board.poses, board.whole) == (3, 2)
+
+
+def tracker_pose(**changes: object) -> m.TrackerPose:
+    fields: dict[str, object] = {
+        "position": (0.0, 0.9, 0.0), "angles": {"navel.y": 1.5707963}, "position_spread": (0.01, 0.01, 0.01),
+        "spread": {}, "likelihood": 0.0, "effective": 20.0, "lost": False, "views": ["1", "2"],
+    }  # fmt: skip
+    return m.TrackerPose(frame=7, captured_ns=0, **(fields | changes))  # type: ignore[arg-type]  # a table of fields
+
+
+def test_a_tracker_is_shown_with_its_rate_its_latency_and_the_views_it_uses() -> None:
+    tracker = m.Health(
+        frame=0, captured_ns=0, service="tracker", id="main", state="tracking, without viewer 3", rate=14.9,
+        stages_ms={"step_tick": 8.25, "result_age": 21.5, "step_silhouette": 0.1}, counts={"dropped_instants": 4},
+    )  # fmt: skip
+    services = [("viewer", "1"), ("viewer", "3"), ("tracker", "main")]
+    board = heard(health("1"), health("3"), tracker, tracker_pose(), alive=tuple(services))
+    line = plain_line(board, services, 3.0)
+    assert "viewer 1: 15.0/s used tracking | viewer 3: 15.0/s left out tracking" in line
+    assert "tracker: 14.9/s tracking, without viewer 3 | frame 7: turn 90°" in line
+    console = Console(width=160, file=io.StringIO())
+    with console.capture() as capture:
+        console.print(table(board, services, 3.0, "a.mcap"))
+    assert "follow 8.2  since capture 21.5" in capture.get()
+    assert lost_words(tracker_pose(lost=True)) == "searching for the person"
+
+
+def test_poses_of_the_tracker_are_whole_when_every_viewer_there_is_used() -> None:
+    viewers = (("viewer", "1"), ("viewer", "2"))
+    board = heard(tracker_pose(), tracker_pose(views=["1"]), tracker_pose(views=["1", "2", "3"]), alive=viewers)
+    assert (board.poses, board.whole) == (3, 2)

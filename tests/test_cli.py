@@ -16,7 +16,7 @@ from tests.test_rig import CALIBRATION
 
 runner = CliRunner()
 COMMANDS = [command.__name__ for _, command in TABLE]
-NETWORKED = ("up", "viewer", "integrator", "router", "record", "replay")
+NETWORKED = ("up", "viewer", "integrator", "tracker", "router", "record", "replay")
 SIZE = (160, 120)
 
 
@@ -77,7 +77,7 @@ def test_commands_that_do_not_exist_do_not_appear() -> None:
     text = zenocap("--help")[1]
     for name in COMMANDS:
         assert name in text
-    for later in ("tracker", "recognizer", "animator", "doctor", "prior"):
+    for later in ("recognizer", "animator", "doctor"):
         assert later not in text
 
 
@@ -94,7 +94,7 @@ def test_help_loads_nothing_heavy() -> None:
 def test_wrong_usage_is_status_2() -> None:
     assert zenocap("viewer", "studio.toml")[0] == 2
     assert zenocap("track", "studio.toml", "-o", "a.mcap", "--size", "160")[0] == 2
-    assert zenocap("track", "studio.toml", "-o", "a.mcap", "--method", "hybrid")[0] == 2
+    assert zenocap("track", "studio.toml", "-o", "a.mcap", "--method", "joint")[0] == 2
     assert zenocap("export", "a.mcap", "--to", "fbx", "-o", "a.fbx")[0] == 2
     assert zenocap("fly")[0] == 2
 
@@ -150,7 +150,7 @@ BAD = [
     (changed('id = "2"', 'id = "2"\nkamera = "x"'), ("viewer[1].kamera", "no such key", "did you mean 'camera'")),
     (changed('camera = "cam02"', 'camera = "cam07"'), ("viewer[1].camera", "cam07", "cam01")),
     (changed('id = "2"', 'id = "1"'), ("viewer[1].id = '1'", "viewer[0]")),
-    (changed('name = "studio"', 'name = "studio"\nmethod = "hybrid"'), ("method = 'hybrid'", "two-view")),
+    (changed('name = "studio"', 'name = "studio"\nmethod = "joint"'), ("method = 'joint'", "two-view")),
 ]
 
 
@@ -188,6 +188,7 @@ def test_a_video_cut_short_is_tracked_as_far_as_it_goes(studio: Path, tmp_path: 
         (("up", "nowhere.toml"), "no such rig"),
         (("viewer", "nowhere.toml", "--id", "1"), "no such rig"),
         (("integrator", "nowhere.toml"), "no such rig"),
+        (("tracker", "nowhere.toml"), "no such rig"),
         (("info", "nowhere.mcap"), "cannot be read"),
         (("export", "nowhere.mcap", "--to", "csv", "-o", "a.csv"), "cannot be read"),
         (("evaluate", "nowhere.mcap", "--truth", "a.trc"), "cannot be read"),

@@ -3,10 +3,11 @@ import pytest
 from hypothesis import given
 from two_view_scene import ANGLES, BDP
 
-from common.body.anatomy import TEN_PARTS, Anatomy, Floats
+from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.definition import Bdp
 from common.codec import decode, encode
-from common.conversion import angles_by_name, angles_of, bdp_of, body_of
-from common.messages import UniversalBdp
+from common.conversion import anatomy_of, angles_by_name, angles_of, bdp_of, body_of
+from common.messages import TrackerBdp, UniversalBdp
 
 
 def test_a_body_travels_and_comes_back() -> None:
@@ -51,3 +52,44 @@ def test_a_body_that_lacks_a_part_or_joint_is_refused_by_name() -> None:
     del body.offsets["left_knee"]
     with pytest.raises(ValueError, match="body: head, left_knee missing"):
         bdp_of(TEN_PARTS, body)
+
+
+def tapered(anatomy: Anatomy) -> Bdp:
+    """A body of which every number is another."""
+    parts, joints = len(anatomy.parts), len(anatomy.joints)
+    sizes, offsets = 0.1 + np.arange(3.0 * parts) / 100, np.arange(3.0 * joints) / 100
+    tips, bases = 0.05 + np.arange(2.0 * parts) / 100, -np.arange(3.0 * parts) / 100
+    return Bdp(sizes.reshape(-1, 3), offsets.reshape(-1, 3), tips.reshape(-1, 2), bases.reshape(-1, 3))
+
+
+def test_a_tapered_body_travels_with_its_tips_and_bases() -> None:
+    bdp = tapered(FOURTEEN_PARTS)
+    message = TrackerBdp(frame=1, captured_ns=2, body=body_of(FOURTEEN_PARTS, bdp))
+    body = decode(encode(message), TrackerBdp).body
+    back = bdp_of(anatomy_of(body), body)
+    assert back.tips is not None
+    assert back.bases is not None
+    for name in ("sizes", "offsets", "tips", "bases"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(bdp, name))
+
+
+def test_a_body_of_cylinders_says_nothing_of_tips() -> None:
+    """Its bytes are those of a version that knew none."""
+    data = encode(UniversalBdp(frame=1, captured_ns=2, body=body_of(TEN_PARTS, BDP), ratio=1.0))
+    assert b"tips" not in data
+    assert b"bases" not in data
+    assert bdp_of(TEN_PARTS, body_of(TEN_PARTS, BDP)).tips is None
+
+
+def test_a_body_with_some_tips_needs_all() -> None:
+    body = body_of(FOURTEEN_PARTS, tapered(FOURTEEN_PARTS))
+    del body.tips["head"]
+    del body.bases["left_foot"]
+    with pytest.raises(ValueError, match="body: head, left_foot missing"):
+        bdp_of(FOURTEEN_PARTS, body)
+
+
+def test_an_anatomy_that_nobody_knows_is_refused_with_those_there_are() -> None:
+    body = body_of(Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers, TEN_PARTS.circular), BDP)
+    with pytest.raises(ValueError, match="anatomy 'eleven-parts': allowed: ten-parts, fourteen-parts"):
+        anatomy_of(body)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from common.body.anatomy import Floats
-from common.formats.euler import angles_near, rotation
+from common.body.euler import angles_near, rotation
 
 ORDERS = ("xyz", "xzy", "yxz", "yzx", "zxy", "zyx")
 special = st.one_of(st.sampled_from([0.0, np.pi / 2, -np.pi / 2, np.pi]), st.floats(-7, 7))

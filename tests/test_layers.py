@@ -13,16 +13,18 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYER_0 = ("common.body", "common.camera", "common.vision", "common.actor")
-VOCABULARY = ("common.messages", "common.conversion")
+VOCABULARY = ("common.messages", "common.conversion", "common.pairing")
 # What a step is fed and set up with: values, without a thread, a socket or a file.
 EVENTS = ("common.bus.protocol", "common.runtime.clock", "common.runtime.specs")
 STEPS = {
     "integrator": {"step", "states", "measuring", "placing", "posing"},
-    "viewer": {"step", "states", "tracking", "ready"},
+    "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
+    "tracker": {"step", "states"},
 }
 SHELLS = {
     "integrator": {"shell"},
     "viewer": {"shell", "beginning", "source", "sources"},
+    "tracker": {"shell", "motions", "prior/file", "prior/shipped"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
 ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_session")
@@ -62,16 +64,22 @@ def within(module: str, places: tuple[str, ...]) -> bool:
 
 def ours(path: Path) -> set[str]:
     """The modules of this project that a file imports; a package that only stands for its modules does not count."""
-    packages = {"common", "services"} | {f"services.{name}" for name in STEPS}
+    packages = {"common", "services"} | {f"services.{name}" for name in STEPS} | {"services.tracker.prior"}
     return {name for name in imported(path) if within(name, ("common", "services"))} - packages
 
 
 def files_of(service: str, names: set[str]) -> list[Path]:
-    """Files of a service whose first name inside it is one of `names`."""
+    """Files of a service that are one of `names` inside it, or lie in a folder that is."""
     folder = ROOT / "services" / service
-    found = [path for path in sources(f"services/{service}") if path.relative_to(folder).with_suffix("").parts[0] in names]
-    assert {path.relative_to(folder).with_suffix("").parts[0] for path in found} == names, "a name in a set has no file"
-    return found
+    found = {path: named(path.relative_to(folder), names) for path in sources(f"services/{service}")}
+    assert set(found.values()) - {None} == names, "a name in a set has no file"
+    return [path for path, name in found.items() if name is not None]
+
+
+def named(path: Path, names: set[str]) -> str | None:
+    """That of `names` which is this file, or the folder it lies in."""
+    places = (path.with_suffix("").as_posix(), *(parent.as_posix() for parent in path.parents))
+    return next((place for place in places if place in names), None)
 
 
 def algorithms(service: str) -> list[Path]:
@@ -80,7 +88,7 @@ def algorithms(service: str) -> list[Path]:
 
 
 def modules_of(service: str, *kinds: dict[str, set[str]]) -> tuple[str, ...]:
-    return tuple(f"services.{service}.{name}" for kind in kinds for name in sorted(kind[service]))
+    return tuple(f"services.{service}.{name.replace('/', '.')}" for kind in kinds for name in sorted(kind[service]))
 
 
 @pytest.mark.parametrize("path", sources("common/body", "common/camera", "common/vision", "common/actor"), ids=module_of)
@@ -139,6 +147,10 @@ def test_messages_know_nothing_of_ours() -> None:
     assert ours(ROOT / "common" / "conversion.py") <= {
         "common.body.anatomy", "common.body.definition", "common.messages",
     }  # fmt: skip
+
+
+def test_pairing_knows_nothing_of_ours() -> None:
+    assert ours(ROOT / "common" / "pairing.py") == set()
 
 
 def test_a_steps_events_are_values() -> None:

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.integrator.pairing import GONE_AFTER, Instant, Pairs, offer
+from common.pairing import GONE_AFTER, Instant, Pairs, offer
 
 FRAME_NS = 66_000_000
 VIEWERS = ("1", "2")
@@ -133,3 +133,46 @@ def test_regular_viewers_are_always_paired_whoever_is_first(jitters: list[int], 
     pairs, instants = play(events)
     assert shape(instants) == [("1", "2")] * len(jitters)
     assert not pairs.counts
+
+
+MANY = ("a", "b", "c", "d", "e")
+
+
+def play_many(events: list[Event]) -> tuple[Pairs[Event], list[Instant[Event]]]:
+    pairs: Pairs[Event] = Pairs(MANY, FRAME_NS // 2)
+    given_out: list[Instant[Event]] = []
+    for viewer, captured_ns in events:
+        pairs, instants = offer(pairs, viewer, captured_ns, (viewer, captured_ns))
+        given_out += instants
+    return pairs, given_out
+
+
+@given(st.lists(st.sets(st.sampled_from(MANY), min_size=1), min_size=1, max_size=20), st.randoms(use_true_random=False))
+def test_of_many_viewers_those_that_saw_an_instant_are_in_it(saw: list[set[str]], random) -> None:  # type: ignore[no-untyped-def]
+    """Whoever comes, goes and comes back: what is offered is given out, waits for a frame at most, or was late."""
+    events = []
+    for k, viewers in enumerate(saw, start=1):
+        order = sorted(viewers)
+        random.shuffle(order)
+        events += [(viewer, k * FRAME_NS) for viewer in order]
+    pairs, instants = play_many(events)
+    for instant in instants:
+        assert set(instant.items) <= saw[instant.captured_ns // FRAME_NS - 1]
+    out = sum(len(instant.items) for instant in instants)
+    waiting = [item.captured_ns for queue in pairs.waiting.values() for item in queue]
+    assert out + len(waiting) + pairs.counts.get("late", 0) == len(events)
+    assert len(set(waiting)) <= len(MANY)
+    assert all(captured_ns > instant.captured_ns for captured_ns in waiting for instant in instants)
+
+
+def test_of_many_viewers_one_that_leaves_delays_the_rest_for_few_frames_and_joins_again() -> None:
+    whole = [(viewer, k * FRAME_NS) for k in (1, 2) for viewer in MANY]
+    without = [(viewer, k * FRAME_NS) for k in range(3, 20) for viewer in MANY[:-1]]
+    again = [(viewer, k * FRAME_NS) for k in range(20, 23) for viewer in MANY]
+    _, instants = play_many([*whole, *without, *again])
+    assert [len(instant.items) for instant in instants[:2]] == [5, 5]
+    assert [instant.captured_ns // FRAME_NS for instant in instants] == list(range(1, 23))
+    assert {len(instant.items) for instant in instants[2:19]} == {4}
+    assert [len(instant.items) for instant in instants[-2:]] == [5, 5]
+    _, before = play_many([*whole, *without])
+    assert before[-1].captured_ns == 19 * FRAME_NS, "once it is gone nobody waits"

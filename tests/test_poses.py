@@ -98,7 +98,7 @@ def test_a_take_without_body_or_pose_is_refused(left_out: type[m.Message], words
 
 def test_another_anatomy_is_refused(tmp_path: Path) -> None:
     body = replace_anatomy(said_of(moving()))
-    with pytest.raises(FormatError, match=r"a\.mcap: anatomy 'twenty-parts': allowed: ten-parts"):
+    with pytest.raises(FormatError, match=r"a\.mcap: body: anatomy 'twenty-parts': allowed: ten-parts, fourteen-parts"):
         poses_of(tmp_path / "a.mcap", body, Take(tmp_path / "a.mcap"))
 
 
@@ -158,3 +158,41 @@ def test_the_rate_is_that_of_the_whole() -> None:
     frames = np.array([0, 1, 2, 4, 8])
     assert rate_of(frames, np.array([0.0, 0.11, 0.19, 0.4, 0.8])) == pytest.approx(10.0)
     assert rate_of(frames[:1], np.array([0.0])) == 0.0
+
+
+def tracker_messages(track: PoseTrack) -> list[m.Message]:
+    """The same, as the tracker says it."""
+    said: list[m.Message] = [m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(track.anatomy, track.bdp))]
+    for bap in baps_of(track):
+        said.append(
+            m.TrackerPose(
+                frame=bap.frame, captured_ns=bap.captured_ns, position=bap.position, angles=bap.angles,
+                position_spread=(0.01, 0.01, 0.01), spread=dict.fromkeys(bap.angles, 0.02), likelihood=-1.0,
+                effective=12.0, lost=bool(bap.lost), views=["1", "3"],
+            )
+        )  # fmt: skip
+    return said
+
+
+def test_a_trackers_take_gives_its_poses_back(tmp_path: Path) -> None:
+    track = moving(20, first=3, lost=(4, 5), rate=25.0)
+    camera = said_of(track)[0]
+    found = read_poses(write_take(tmp_path / "a.mcap", [camera, *tracker_messages(track)])).track()
+    np.testing.assert_array_equal(found.frames, track.frames)
+    np.testing.assert_array_equal(found.positions, track.positions)
+    np.testing.assert_array_equal(found.angles, track.angles)
+    assert found.views == {"1": ("used",) * 20, "3": ("used",) * 20}
+    assert np.isnan(found.scores["1"]).all()
+    assert [row for row, lost in enumerate(found.lost) if lost == "person"] == [4, 5]
+
+
+def test_of_both_methods_in_one_take_the_trackers_poses_count(tmp_path: Path) -> None:
+    track, other = moving(5, rate=25.0), moving(7, rate=25.0)
+    found = read_poses(write_take(tmp_path / "a.mcap", [*said_of(other), *tracker_messages(track)])).track()
+    np.testing.assert_array_equal(found.positions, track.positions)
+
+
+def test_a_tracker_that_measured_nobody_is_told(tmp_path: Path) -> None:
+    poses = [message for message in tracker_messages(moving(3)) if isinstance(message, m.TrackerPose)]
+    with pytest.raises(FormatError, match=r"a\.mcap: no tracker BDP: the initial posture was not seen"):
+        read_poses(write_take(tmp_path / "a.mcap", list(poses)))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
 from common.body.anatomy import TEN_PARTS
-from common.formats.euler import rotation
+from common.body.euler import rotation
 from common.formats.resampling import MAX_GAP_S, resampled
 from common.formats.track import PoseTrack, rate_of
 from common.formats.trc import FormatError

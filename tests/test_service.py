@@ -216,3 +216,57 @@ def test_what_a_state_has_counted_is_said_as_it_is_and_not_added_up(network: Loc
     found = [message.counts["late"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
     assert len(found) >= 3
     assert set(found) == {3}
+
+
+@dataclass(frozen=True)
+class Working:
+    """A state that puts off its work until everything has come."""
+
+    waiting: tuple[int, ...] = ()
+    done: tuple[tuple[int, ...], ...] = ()
+
+
+def putting_off(_: Setup, state: Working, event: Event[Image]) -> tuple[Working, Sequence[m.Message]]:
+    match event:
+        case Envelope(message=m.UniversalBap() as message):
+            return replace(state, waiting=(*state.waiting, message.frame)), []
+        case Tick():
+            return Working((), (*state.done, state.waiting)), [sighting("1", max(state.waiting))]
+        case _:
+            return state, []
+
+
+def test_work_that_was_put_off_is_started_once_everything_has_come(network: LocalNetwork) -> None:
+    service: Service[Setup, Working, Image] = Service(
+        "tracker", "main", Setup(), Working(), putting_off, (Subscription(UNIVERSAL_BAP, every=True),),
+        pending=lambda state: bool(state.waiting), result=m.Sighting, describe=lambda state: f"{state.done}",
+    )  # fmt: skip
+    bus, others = network.bus(), network.bus()
+    others.subscribe(HEALTH)
+    rounds = 0
+
+    def stopped() -> bool:
+        nonlocal rounds
+        rounds += 1
+        if rounds in (2, 4):
+            for frame in (10 * rounds, 10 * rounds + 1):
+                others.publish(UNIVERSAL_BAP, bap(frame))
+        return rounds > 8
+
+    assert run(service, bus, OneSecond(), stopped=stopped) == 0
+    healths = messages_on(others, m.Health)
+    last = healths[-1]
+    assert isinstance(last, m.Health)
+    assert last.state == "((20, 21), (40, 41))"
+    assert "result_age" in last.stages_ms
+
+
+class OneSecond(ManualClock):
+    """Every look at it is a second later, so that there is a health report in each round."""
+
+    def __init__(self) -> None:
+        super().__init__(10**15)
+
+    def elapsed_ns(self) -> int:
+        self.set(self.now_ns() + 10**9)
+        return self.now_ns()

@@ -1,15 +1,18 @@
 """What a take says of the setup of its steps."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from common.runtime.rig import demo_rig
+from common.runtime.rig import Rig, demo_rig
 from common.runtime.specs import MedianFrames, VideoFile, learning_frames
+from common.runtime.tracker_table import TrackerSpec
+from common.take.opening import attachments
 from common.take.reading import TakeError
-from common.take.setup import read_setup, recorded_rig, write_setup
+from common.take.setup import PRIOR_FILE, SETUP_FILE, read_setup, recorded_rig, write_setup
 
 TAKE = Path("monday.mcap")
 
@@ -59,3 +62,37 @@ def replace_viewers() -> object:
     import msgspec
 
     return msgspec.structs.replace(recorded_rig(demo_rig()), viewers=[])
+
+
+def hybrid(prior: Path | None) -> Rig:
+    spec = TrackerSpec(prior, 40, 400, 4, 7, "fourteen-parts", "gauss-newton")
+    return replace(demo_rig(), method="hybrid", tracker=spec)
+
+
+def test_a_trackers_setup_is_read_back_and_its_prior_lies_beside_it(tmp_path: Path) -> None:
+    content = b"what was learnt"
+    (tmp_path / "walk.prior").write_bytes(content)
+    rig = hybrid(tmp_path / "walk.prior")
+    files = {attachment.name: attachment.data for attachment in attachments(rig)}
+    assert files[PRIOR_FILE] == content
+    tracker = read_setup(TAKE, files[SETUP_FILE]).tracker
+    assert tracker is not None
+    assert tracker.prior_sha256 == hashlib.sha256(content).hexdigest()
+    assert (tracker.particles, tracker.seed, tracker.anatomy) == (40, 7, "fourteen-parts")
+
+
+@pytest.mark.parametrize("prior", [None, Path("on-another-machine.prior")])
+def test_without_a_prior_none_is_attached(prior: Path | None) -> None:
+    files = {attachment.name: attachment.data for attachment in attachments(hybrid(prior))}
+    assert PRIOR_FILE not in files
+    tracker = read_setup(TAKE, files[SETUP_FILE]).tracker
+    assert tracker is not None
+    assert tracker.prior_sha256 is None
+
+
+def test_a_setup_of_a_version_without_tracker_is_read() -> None:
+    data = write_setup(recorded_rig(demo_rig()))
+    assert b'"tracker": null' in data
+    old = data.replace(b',\n "tracker": null', b"")
+    assert old != data
+    assert read_setup(TAKE, old) == recorded_rig(demo_rig())

@@ -10,7 +10,7 @@ from common.actor.limbs import arm, leg, mean_radius
 from common.actor.person import Person
 from common.actor.pose import RIGHT, SIDES, ActorPose
 from common.actor.rotation import Floats, from_x_and_y, unit, yxz_angles, zxy_angles
-from common.actor.skeleton import FOOT, FOREARM, HEAD, SHANK, THIGH, UPPER_ARM, Bones, pose_bones
+from common.actor.skeleton import BALL, CHEST, FOOT, FOREARM, HEAD, SHANK, THIGH, UPPER_ARM, Bones, pose_bones
 from common.body.anatomy import TEN_PARTS
 from common.body.definition import Bdp, Pose
 
@@ -76,6 +76,19 @@ def truth(person: Person, pose: ActorPose) -> Truth:
                 directions[f"{SIDE_NAMES[side]}_{segment}"] = unit(end - start)
     yaw = float(np.arctan2(torso[0, 2], torso[2, 2]))
     return Truth(joints, yaw, directions, _ten_part_angles(bones, torso))
+
+
+def landmarks(person: Person, pose: ActorPose) -> dict[str, Floats]:
+    """The fifteen joint centres of `Truth`, `RToe` and `LToe` (the balls of the feet) and `Waist` (where the spine bends).
+
+    (3,) metres each, in the world.
+    """
+    bones = pose_bones(person, pose)
+    points = _joints(person, bones)
+    for side in SIDES:
+        ball = np.array([0.0, -0.6 * person.lengths.ankle_height, BALL * person.lengths.foot])
+        points[f"{'RL'[side]}Toe"] = bones.origin[FOOT[side]] + bones.rotation[FOOT[side]] @ ball
+    return points | {"Waist": bones.origin[CHEST]}
 
 
 def true_sizes(person: Person) -> Sizes:

@@ -176,3 +176,5 @@ FOURTEEN_PARTS = Anatomy(
     ),
     circular=frozenset({"right_upper_arm", "right_lower_arm", "left_upper_arm", "left_lower_arm"}),
 )
+
+ANATOMIES: Mapping[str, Anatomy] = {anatomy.name: anatomy for anatomy in (TEN_PARTS, FOURTEEN_PARTS)}

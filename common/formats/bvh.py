@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from common.body.anatomy import Floats
+from common.body.euler import angles_near
 from common.formats.axes import MATRICES, Axes, Unit, turned
-from common.formats.euler import angles_near
 from common.formats.skeleton import Skeleton, bone_rotations, skeleton_of
 from common.formats.track import PoseTrack, holding
 from common.formats.trc import DIGITS, FormatError

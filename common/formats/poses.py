@@ -1,25 +1,28 @@
-"""The poses of a take: its universal BDP and universal BAPs as arrays of the human model."""
+"""The poses of a take, whoever found them, as arrays of the human model: the one place that knows their messages."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from common import messages as m
-from common.body.anatomy import TEN_PARTS, Anatomy, Floats
+from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp, Pose
 from common.bus.protocol import Envelope
 from common.codec import BadMessage
-from common.conversion import angles_of, bdp_of
+from common.conversion import anatomy_of, angles_of, bdp_of
 from common.formats.track import PoseTrack, rate_of
 from common.formats.trc import FormatError, Trajectories
 from common.take.reading import Take, envelope
-from common.topics import CAMERA, UNIVERSAL_BAP, UNIVERSAL_BDP, topic_at
+from common.topics import CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, topic_at
 
-ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS,)}
-WANTED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP)
+Bap: TypeAlias = m.UniversalBap | m.TrackerPose
+NO_PART = ("", np.nan)
+WANTED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE)
+USED = "used"  # what a view was for the tracker
 
 
 @dataclass(frozen=True)
@@ -33,12 +36,12 @@ class Poses:
     path: Path
     anatomy: Anatomy
     bdp: Bdp
-    baps: tuple[m.UniversalBap, ...]
+    baps: tuple[Bap, ...]
     start_ns: int
     cameras: dict[str, m.CameraInfo]
     cut: str | None
 
-    def pose(self, bap: m.UniversalBap) -> Pose:
+    def pose(self, bap: Bap) -> Pose:
         return pose_of(self.anatomy, bap)
 
     @property
@@ -67,11 +70,12 @@ class Poses:
 
     def track(self) -> PoseTrack:
         """The poses as arrays, for the formats."""
-        viewers = sorted({viewer for bap in self.baps for viewer in bap.scores} | set(self.cameras))
+        parts = [parts_of(bap) for bap in self.baps]
+        viewers = sorted({viewer for part in parts for viewer in part} | set(self.cameras))
         positions = np.full((len(self.baps), 3), np.nan)
         angles = np.full((len(self.baps), len(self.anatomy.angles)), np.nan)
         for row, bap in enumerate(self.baps):
-            if "person" not in bap.lost:
+            if not is_lost(bap):
                 pose = self.pose(bap)
                 positions[row], angles[row] = pose.position, pose.angles
         return PoseTrack(
@@ -81,9 +85,9 @@ class Poses:
             times_s=self.times_s,
             positions=positions,
             angles=angles,
-            scores={viewer: np.array([bap.scores.get(viewer, np.nan) for bap in self.baps]) for viewer in viewers},
-            views={viewer: tuple(bap.views.get(viewer, "") for bap in self.baps) for viewer in viewers},
-            lost=tuple(" ".join(bap.lost) for bap in self.baps),
+            scores={viewer: np.array([part.get(viewer, NO_PART)[1] for part in parts]) for viewer in viewers},
+            views={viewer: tuple(part.get(viewer, NO_PART)[0] for part in parts) for viewer in viewers},
+            lost=tuple(" ".join(searched_for(bap)) for bap in self.baps),
             rate=self.rate(),
         )
 
@@ -103,37 +107,58 @@ def read_poses(path: Path) -> Poses:
 
 def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take) -> Poses:
     """See `read_poses`; path: of the take, for errors."""
-    body: m.Body | None = None
-    baps: dict[int, m.UniversalBap] = {}
+    bodies: dict[type[Bap], m.Body] = {}
+    baps: dict[type[Bap], dict[int, Bap]] = {m.UniversalBap: {}, m.TrackerPose: {}}
     cameras: dict[str, m.CameraInfo] = {}
     for received in envelopes:
         match received.message:
             case m.UniversalBdp(body=found):
-                body = found
-            case m.UniversalBap() as bap:
-                baps[bap.captured_ns] = bap
+                bodies[m.UniversalBap] = found
+            case m.TrackerBdp(body=found):
+                bodies[m.TrackerPose] = found
+            case m.UniversalBap() | m.TrackerPose() as bap:
+                baps[type(bap)][bap.captured_ns] = bap
             case m.CameraInfo() as camera:
                 cameras[camera.viewer] = camera
+    kind: type[Bap] = m.TrackerPose if baps[m.TrackerPose] or m.TrackerPose in bodies else m.UniversalBap
+    body = bodies.get(kind)
     start_ns = min((camera.captured_ns for camera in cameras.values()), default=0)
     # A video of the initial posture lies before frame 0 and counts for itself.
-    moving = [bap for captured_ns, bap in sorted(baps.items()) if captured_ns >= start_ns]
+    moving = [bap for captured_ns, bap in sorted(baps[kind].items()) if captured_ns >= start_ns]
     if body is None or not moving:
-        missing = "universal BDP: the initial posture was not seen" if body is None else "universal BAP"
+        name = "tracker" if kind is m.TrackerPose else "universal"
+        missing = f"{name} BDP: the initial posture was not seen" if body is None else f"{name} BAP"
         raise FormatError(f"{path}: no {missing}; nothing can be exported")
     if not cameras:
         start_ns = moving[0].captured_ns
-    if body.anatomy not in ANATOMIES:
-        raise FormatError(f"{path}: anatomy {body.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
-    anatomy = ANATOMIES[body.anatomy]
     try:
+        anatomy = anatomy_of(body)
         bdp = bdp_of(anatomy, body)
     except ValueError as error:
         raise FormatError(f"{path}: {error}") from error
     return Poses(path, anatomy, bdp, tuple(moving), start_ns, cameras, take.cut)
 
 
-def pose_of(anatomy: Anatomy, bap: m.UniversalBap) -> Pose:
-    """A universal BAP as arrays; an angle that it does not have is that of standing upright.
+def is_lost(bap: Bap) -> bool:
+    """Whether the person is, so that the pose means nothing."""
+    return bap.lost if isinstance(bap, m.TrackerPose) else "person" in bap.lost
+
+
+def searched_for(bap: Bap) -> Sequence[str]:
+    """What is being searched for: limbs, or "person"."""
+    return (["person"] if bap.lost else []) if isinstance(bap, m.TrackerPose) else bap.lost
+
+
+def parts_of(bap: Bap) -> Mapping[str, tuple[str, float]]:
+    """By viewer, what its view was, and its matching score, NaN where there is none."""
+    if isinstance(bap, m.TrackerPose):
+        return {viewer: (USED, np.nan) for viewer in bap.views}
+    viewers = dict.fromkeys([*bap.views, *bap.scores])
+    return {viewer: (bap.views.get(viewer, ""), bap.scores.get(viewer, np.nan)) for viewer in viewers}
+
+
+def pose_of(anatomy: Anatomy, bap: Bap) -> Pose:
+    """A BAP as arrays; an angle that it does not have is that of standing upright.
 
     Raises ValueError for an angle that the anatomy does not have.
     """

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from common.body.anatomy import Floats
-from common.formats.euler import angles_near, rotation
+from common.body.euler import angles_near, rotation
 from common.formats.track import PoseTrack
 from common.formats.trc import FormatError
 

@@ -21,6 +21,32 @@ def name_and_time(event: FrameLike | Envelope | Alive | Tick) -> tuple[str, int]
             return FRAME, event.captured_ns
 
 
+def kind_of(event: FrameLike | Envelope | Alive | Tick) -> str:
+    """What sort of event it is, for times and counts by kind."""
+    match event:
+        case Envelope(topic=topic):
+            return topic.name
+        case Alive():
+            return "alive"
+        case Tick():
+            return TICK
+        case _:
+            return FRAME
+
+
+def in_words(event: FrameLike | Envelope | Alive | Tick) -> str:
+    """Which event it is, for the log."""
+    match event:
+        case Envelope(key=key, message=message):
+            return f"{key} frame {message.frame}"
+        case Alive(service=service, id=id, alive=alive):
+            return f"{service} {id} {'came' if alive else 'went'}"
+        case Tick(received_ns=received_ns):
+            return f"tick at {received_ns}"
+        case _:
+            return f"frame {event.frame}"
+
+
 class Trace:
     """The events of one service since its last `Handled`."""
 

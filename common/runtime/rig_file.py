@@ -9,7 +9,10 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-METHODS = ("two-view", "joint", "hybrid")
+from common.runtime.tracker_table import PARTICLES, TrackerTable
+
+TRACKER_METHODS = tuple(PARTICLES)  # hybrid, and the two it is compared with: any number of views, at least two
+METHODS = ("two-view", "joint", *TRACKER_METHODS)
 MODES = ("peer", "client", "router")
 NAME = re.compile(r"[A-Za-z0-9_.\-]{1,64}")  # what messages and keys allow
 NAME_ALLOWED = "1 to 64 letters, digits, _ . and -"
@@ -66,6 +69,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     up_axis: str = "y"
     method: str = "two-view"
     person_height: Annotated[float, Meta(ge=0.5, le=2.5)] | None = None  # metres; instead of the initial posture
+    tracker: TrackerTable = TrackerTable()
     zenoh: ZenohTable = ZenohTable()
     log: LogTable = LogTable()
 
@@ -83,7 +87,7 @@ def read_toml(path: Path) -> dict[str, object]:
 def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     """The checked content of the file at `path`.  Raises RigError."""
     _known(path, "", tables, RigFile)
-    for key, kind in (("zenoh", ZenohTable), ("log", LogTable)):
+    for key, kind in (("tracker", TrackerTable), ("zenoh", ZenohTable), ("log", LogTable)):
         _known(path, key, tables.get(key), kind)
     viewers = tables.get("viewer")
     if isinstance(viewers, dict):

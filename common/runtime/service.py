@@ -13,7 +13,7 @@ from common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Recei
 from common.messages import Message
 from common.runtime.clock import Clock, ClockFilter, observe, offset_at
 from common.runtime.frames import NewestFrame
-from common.runtime.handled import Trace
+from common.runtime.handled import Trace, in_words, kind_of
 from common.runtime.health import Meter
 from common.runtime.logs import OncePerSource
 from common.topics import Topic, topic_of
@@ -47,6 +47,8 @@ class Service(Generic[Setup, State, F]):
     """name, id: as in its health and liveliness.  describe: the state in words.  count: what the state has counted.
 
     tick_ns: feed a Tick at this period, 0 for never.  keeps_time: this is the integrator, whose clock the others use.
+    pending: whether the state has work that a Tick is to start, once everything that has come is handled.
+    result: messages whose age since their capture is a stage of the health.
     max_failures: steps that may fail in a row before the service gives up.
     """
 
@@ -60,6 +62,8 @@ class Service(Generic[Setup, State, F]):
     count: Callable[[State], Mapping[str, int]] = lambda state: {}
     watch_alive: bool = False
     tick_ns: int = 0
+    pending: Callable[[State], bool] = lambda state: False
+    result: type[Message] | None = None
     keeps_time: bool = False
     max_failures: int = 10
 
@@ -89,7 +93,7 @@ class Runner(Generic[Setup, State, F]):
 
     def handle(self, event: Event[F]) -> None:
         """One step and its messages.  Raises GivingUp after `max_failures` failures in a row."""
-        kind, source = _kind(event), _source(event)
+        kind, source = kind_of(event), in_words(event)
         if self._trace.full:
             self.report_handled()
         self._trace.add(event)
@@ -110,11 +114,18 @@ class Runner(Generic[Setup, State, F]):
             topic = self.publish(message)
             if topic is not None:
                 self.meter.publish(topic.name)
+            if self.service.result is not None and isinstance(message, self.service.result):
+                self.meter.time("result_age", self.clock.now_ns() - message.captured_ns)
         if messages:
             self.meter.time("publish", self.clock.elapsed_ns() - stepped_ns)
         if not isinstance(event, Envelope | Alive | Tick):
             self.meter.frame()
             self.meter.time("frame_age", self.clock.now_ns() - event.captured_ns)
+
+    @property
+    def pending(self) -> bool:
+        """Whether a Tick is due, once everything that has come is handled."""
+        return self.service.pending(self.state)
 
     def report_handled(self) -> None:
         """Say what was handled since the last time, so that a take of it can be recomputed."""
@@ -201,11 +212,14 @@ def _loop(
         if service.tick_ns and now_ns >= tick_ns:
             runner.handle(Tick(clock.now_ns()))
             tick_ns = max(tick_ns + service.tick_ns, now_ns)
-        for event in _receive(bus, min(WAIT_S, service.tick_ns / 1e9 or WAIT_S)):
+        wait_s = 0.0 if runner.pending else min(WAIT_S, service.tick_ns / 1e9 or WAIT_S)
+        for event in _receive(bus, wait_s):
             if isinstance(event, RoundTrip):
                 trips = observe(trips, event)
             else:
                 runner.handle(event)
+        if runner.pending:
+            runner.handle(Tick(clock.now_ns()))
         frame = frames.take() if frames else None
         if frame is not None:
             runner.handle(frame)
@@ -221,27 +235,3 @@ def _receive(bus: Bus, wait_s: float) -> Iterator[Received]:
         event = bus.receive(0.0)
     if event is not None:
         yield event
-
-
-def _kind(event: Event[F]) -> str:
-    match event:
-        case Envelope(topic=topic):
-            return topic.name
-        case Alive():
-            return "alive"
-        case Tick():
-            return "tick"
-        case _:
-            return "frame"
-
-
-def _source(event: Event[F]) -> str:
-    match event:
-        case Envelope(key=key, message=message):
-            return f"{key} frame {message.frame}"
-        case Alive(service=service, id=id, alive=alive):
-            return f"{service} {id} {'came' if alive else 'went'}"
-        case Tick(received_ns=received_ns):
-            return f"tick at {received_ns}"
-        case _:
-            return f"frame {event.frame}"

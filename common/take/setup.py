@@ -1,5 +1,6 @@
 """What the steps of a rig were set up with, as a file in its take, so that they can be run again without the rig."""
 
+import hashlib
 import math
 from pathlib import Path
 from typing import Annotated
@@ -10,11 +11,13 @@ from msgspec import Meta
 
 from common.camera.pinhole import Camera
 from common.messages import Name, Number, Size
-from common.runtime.rig import Rig
+from common.runtime.rig import Rig, RigError
 from common.runtime.specs import learning_frames
+from common.runtime.tracker_table import Iterations, Particles, Points, Seed
 from common.take.reading import TakeError
 
 SETUP_FILE = "setup.json"
+PRIOR_FILE = "tracker.prior"  # the attachment
 
 
 class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -39,13 +42,26 @@ class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         return Camera(self.camera, self.size, matrix, np.array(self.distortions), rotation, np.array(self.translation))
 
 
+class RecordedTracker(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """As in `common.runtime.tracker_table`.  prior_sha256: of the prior's file, None without one."""
+
+    prior_sha256: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$")] | None
+    particles: Particles
+    points: Points
+    iterations: Iterations
+    seed: Seed
+    anatomy: Name
+    refinement: Name
+
+
 class RecordedRig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """person_height: metres, of a person who was not measured."""
+    """person_height: metres, of a person who was not measured.  tracker: None for a method without one."""
 
     name: Name
     method: Name
     person_height: Size | None
     viewers: Annotated[list[RecordedViewer], Meta(max_length=64)]
+    tracker: RecordedTracker | None = None
 
     def cameras(self) -> dict[str, Camera]:
         """By viewer, in the rig's order."""
@@ -73,7 +89,35 @@ def recorded_rig(rig: Rig) -> RecordedRig:
         )
         for viewer in rig.viewers
     ]
-    return RecordedRig(name=rig.name, method=rig.method, person_height=rig.person_height, viewers=viewers)
+    return RecordedRig(
+        name=rig.name, method=rig.method, person_height=rig.person_height, viewers=viewers, tracker=_tracker(rig)
+    )
+
+
+def prior_of(rig: Rig) -> bytes | None:
+    """The content of the prior's file; None without one, or where it lies on another machine.  Raises RigError."""
+    path = rig.tracker.prior if rig.tracker else None
+    if path is None or not path.is_file():
+        return None
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise RigError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _tracker(rig: Rig) -> RecordedTracker | None:
+    if rig.tracker is None:
+        return None
+    prior = prior_of(rig)
+    return RecordedTracker(
+        prior_sha256=None if prior is None else hashlib.sha256(prior).hexdigest(),
+        particles=rig.tracker.particles,
+        points=rig.tracker.points,
+        iterations=rig.tracker.iterations,
+        seed=rig.tracker.seed,
+        anatomy=rig.tracker.anatomy,
+        refinement=rig.tracker.refinement,
+    )
 
 
 def write_setup(rig: RecordedRig) -> bytes:

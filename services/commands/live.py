@@ -1,4 +1,4 @@
-"""Commands that run on the network: demo, up, viewer, integrator, router."""
+"""Commands that run on the network: demo, up, viewer, integrator, tracker, router."""
 
 from pathlib import Path
 from typing import Annotated
@@ -163,6 +163,36 @@ def integrator(
         # A file that somebody asked for must be written; a default, or the launcher's, must not keep the rig from tracking.
         must_log = output is not None and not with_parent
         raise typer.Exit(run_integrator(one, options, take, stopped, must_log=must_log))
+
+
+def tracker(
+    rig: RigPath,
+    mode: ModeOption = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    config: ConfigOption = None,
+    no_multicast_scouting: NoMulticastOption = False,
+    with_parent: WithParentOption = False,
+) -> None:
+    """The tracker of a rig whose method is hybrid: from the viewers' silhouettes to the pose, with its spread.
+
+    It takes the silhouettes of any two or more of the rig's viewers, which may come and go while it runs. The body is
+    measured when the person shows the initial posture, arms stretched sideways. It runs until Ctrl-C.
+
+    Example: `zenocap tracker studio.toml`
+    """
+    from common.runtime import logs
+    from common.runtime.rig_file import TRACKER_METHODS, RigError
+    from common.runtime.signals import stop_signals
+    from services.tracker.shell import run_tracker
+
+    logs.configure("tracker")
+    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+        one = rig_at(rig, files=False)
+        if one.tracker is None:
+            raise RigError(f"{rig}: method = {one.method!r}: allowed for a tracker: {', '.join(TRACKER_METHODS)}")
+        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting)
+        raise typer.Exit(run_tracker(one, options, stopped))
 
 
 def router(

@@ -8,11 +8,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from services.commands.options import DONE, LOSS, JsonOption, OutputOption, RigPath, TakePath, one_line_errors, rig_at
+from services.commands.options import (
+    DONE,
+    LOSS,
+    JsonOption,
+    Method,
+    OutputOption,
+    RigPath,
+    TakePath,
+    one_line_errors,
+    rig_at,
+)
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from common.runtime.rig import Rig
@@ -20,12 +30,18 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from services.takes.track import Instant
 
 PICTURES = 20  # of an overlay, about
+TRACKER = "Tracker (of the methods hybrid, image-force, particle-filter)"
 
 
 def track(
     rig: RigPath,
     output: OutputOption,
-    method: Annotated[Literal["two-view"], typer.Option(help="How the pose is found.")] = "two-view",
+    method: Annotated[
+        Method | None,
+        typer.Option(
+            help="How the pose is found: two-view from two views, the others from all; default: the rig's, else two-view."
+        ),
+    ] = None,
     size: Annotated[
         str | None, typer.Option(metavar="WxH", help="Working size, such as 160x120; default: the rig's.")
     ] = None,
@@ -42,6 +58,22 @@ def track(
             help="The person's height, where no initial posture is shown: the body then has average proportions.",
         ),
     ] = None,
+    prior: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE", help="What the tracker knows of motion.", rich_help_panel=TRACKER),
+    ] = None,
+    particles: Annotated[
+        int | None,
+        typer.Option(min=1, max=20_000, help="Default: 40; particle-filter 1000.", rich_help_panel=TRACKER),
+    ] = None,
+    points: Annotated[
+        int | None,
+        typer.Option(min=20, max=10_000, help="Of the visual hull; default: 400.", rich_help_panel=TRACKER),
+    ] = None,
+    iterations: Annotated[
+        int | None, typer.Option(min=0, max=100, help="Of the refinement; default: 4.", rich_help_panel=TRACKER)
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of what is drawn; default: 0.", rich_help_panel=TRACKER)] = None,
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write pictures of the model drawn on the person, and a video.")
     ] = None,
@@ -54,15 +86,18 @@ def track(
     An existing output is replaced. Exit status 3: done, but a video ended early or something was lost.
 
     Example: `zenocap track clips/walk -o walk.mcap`, then `zenocap export walk.mcap --to trc -o walk.trc`
+
+    With three or more cameras: `zenocap track clips/walk --method hybrid --prior walking -o walk.mcap`
     """
     wanted = None if size is None else parsed_size(size)
     with one_line_errors():
         from common.runtime import logs
-        from services.takes.track import at_working_size, of_height
+        from services.takes.track import at_working_size, of_height, with_tracker
         from services.takes.track import track as run_track
 
         logs.configure("track")
         one = at_working_size(rig_at(rig, files=True, method=method), wanted, fps)
+        one = with_tracker(one, prior=prior, particles=particles, points=points, iterations=iterations, seed=seed)
         if height is not None:
             one = of_height(one, height)
         for note in one.notes:
@@ -77,7 +112,7 @@ def track(
     for problem in result.problems:
         typer.echo(f"lost: {problem}", err=True)
     if not result.poses:
-        typer.echo("no pose: the body is measured when both viewers see the initial posture, arms sideways;", err=True)
+        typer.echo("no pose: the body is measured when all viewers see the initial posture, arms sideways;", err=True)
         typer.echo("  where it is not shown, give --height.  At the end:", err=True)
         for service, state in result.states.items():
             typer.echo(f"  {service}: {state}", err=True)
@@ -163,7 +198,7 @@ def _progress(expected: int | None, watchers: tuple[Callable[[Instant], None], .
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("tracking (the first run compiles for some 20 s)", total=expected)
@@ -171,6 +206,7 @@ def _progress(expected: int | None, watchers: tuple[Callable[[Instant], None], .
         def watch(instant: Instant) -> None:
             for watcher in watchers:
                 watcher(instant)
-            progress.update(task, advance=1, description="tracking")
+            rate = progress.tasks[0].speed
+            progress.update(task, advance=1, description=(f"{rate:.1f}/s  " if rate else "") + instant.state)
 
         yield watch

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import typer
 
@@ -14,7 +14,8 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from common.runtime.rig import Rig
 
 DONE, FAILED, USAGE, LOSS = 0, 1, 2, 3
-METHODS = ("two-view",)  # of this version
+Method = Literal["two-view", "hybrid", "image-force", "particle-filter"]
+METHODS: tuple[Method, ...] = get_args(Method)  # of this version
 
 RigPath = Annotated[
     Path,
@@ -132,6 +133,10 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from common.runtime.rig import RigError
     from common.take.reading import TakeError
     from common.take.recording import RecordingError
+    from services.tracker.prior.file import PriorError
+    from services.tracker.prior.training import MotionError
     from services.viewer.sources.frame import SourceError
 
-    return (BusError, CalibrationError, FormatError, RecordingError, RigError, TakeError, SourceError)
+    return (
+        BusError, CalibrationError, FormatError, MotionError, PriorError, RecordingError, RigError, TakeError, SourceError,
+    )  # fmt: skip

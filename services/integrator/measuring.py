@@ -10,9 +10,9 @@ from common.body.proportions import body_from_lengths, lengths_of_height, stretc
 from common.camera.pinhole import Camera
 from common.conversion import angles_by_name, body_of
 from common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp, ViewAssignment
+from common.pairing import Instant
 from services.integrator.arbitrator import View
 from services.integrator.body import integrate_bodies
-from services.integrator.pairing import Instant
 from services.integrator.perspective import Ray, meeting_depths, scaling_factor
 from services.integrator.states import INSTANTS_OF_BODY, Person, Placed, Setup, State
 

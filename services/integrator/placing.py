@@ -11,10 +11,10 @@ from common.body.definition import Pose
 from common.body.limbs import limb_angles, limb_directions
 from common.body.torso import TURNS, tilt_of_spine, torso_rotation, width_thresholds
 from common.messages import Message, Sighting
+from common.pairing import Instant
 from services.integrator.arbitrator import Claim, View, arbitrate
 from services.integrator.integration import ARM_COST, LEG_COST, best_way, is_squatting, spine_after, turn_of_body
 from services.integrator.measuring import assignment, facing
-from services.integrator.pairing import Instant
 from services.integrator.perspective import Ray, meeting_depths
 from services.integrator.states import Person, Placed, Setup, State
 

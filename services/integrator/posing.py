@@ -10,9 +10,9 @@ from common.body.limbs import LIMBS, legs_exchanged, limb_angles, limb_direction
 from common.body.torso import torso_rotation
 from common.conversion import angles_by_name, angles_of
 from common.messages import Message, PartialBap, UniversalBap
+from common.pairing import Instant
 from services.integrator.integration import ViewedLimbs, exchange_evidence, integrate_limbs
 from services.integrator.measuring import point
-from services.integrator.pairing import Instant
 from services.integrator.states import Person, Placed, Setup, State
 
 

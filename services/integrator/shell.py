@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Never
+from typing import Never, TypeVar
 
 from common.body.anatomy import TEN_PARTS
 from common.body.limbs import limb_angles, limb_directions
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
+from common.messages import Message
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
-from common.runtime.service import Service, Subscription, run
+from common.runtime.service import Event, Service, Subscription, run
 from common.take.log import Log
 from common.take.opening import new_parts
 from common.take.setup import RecordedRig, recorded_rig
@@ -19,6 +20,8 @@ from services.integrator.states import Setup, State, integrator_setup
 from services.integrator.step import counts, describe, initial_state, step
 
 ID = "main"
+S = TypeVar("S")
+T = TypeVar("T")
 LOSS = 3  # exit status: all went well, but the log is not complete
 
 
@@ -39,6 +42,16 @@ def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
     )
 
 
+def timekeeper_service(rig: Rig) -> Service[None, None, Never]:
+    """The integrator where the tracker does its work: it keeps the clock, and in its process the log."""
+    words = f"method {rig.method}: keeps clock and log, the tracker finds the pose"
+    return Service("integrator", ID, None, None, _nothing, describe=lambda _: words, keeps_time=True)
+
+
+def _nothing(_: None, state: None, event: Event[Never]) -> tuple[None, list[Message]]:
+    return state, []
+
+
 def setup_of(rig: RecordedRig) -> Setup:
     """The integrator's setup, of a rig or of what a take says of one.  Raises ValueError."""
     return integrator_setup(TEN_PARTS, rig.cameras(), rig.frame_ns(), rig.person_height)
@@ -52,9 +65,22 @@ def run_integrator(
     must_log: raise RecordingError when the take cannot be opened; else that is said, and the rig tracks without it.
     Raises BusError, RecordingError and ValueError before it runs.
     """
-    clock = RealClock()
+    if rig.tracker is not None:
+        return _run(timekeeper_service(rig), rig, options, take, stopped, must_log)
     service = integrator_service(rig)
     limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral)  # loads what is compiled
+    return _run(service, rig, options, take, stopped, must_log)
+
+
+def _run(
+    service: Service[S, T, Never],
+    rig: Rig,
+    options: ZenohOptions,
+    take: Path | None,
+    stopped: Callable[[], bool],
+    must_log: bool,
+) -> int:
+    clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         if take is None:
             return run(service, bus, clock, stopped=stopped)

@@ -8,9 +8,9 @@ from common.body.definition import Bdp, Pose
 from common.camera.level import level_view
 from common.camera.pinhole import Camera
 from common.messages import PartialBap, PartialBdp, Sighting
+from common.pairing import Pairs
 from common.runtime.clock import Offset
 from services.integrator.arbitrator import View
-from services.integrator.pairing import Pairs
 
 INSTANTS_OF_BODY = 5  # pairs of partial BDPs that the universal one is the median of
 

@@ -6,10 +6,10 @@ from typing import TypeAlias, TypeVar
 
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from common.messages import Health, Message, PartialBap, PartialBdp, Sighting
+from common.pairing import Instant, Pairs, offer
 from common.runtime.clock import Offset, clock_warning, offset_in, to_integrator_ns
 from services.integrator.arbitrator import View
 from services.integrator.measuring import define_body, place_first
-from services.integrator.pairing import Instant, Pairs, offer
 from services.integrator.placing import place_person
 from services.integrator.posing import pose_person
 from services.integrator.states import INSTANTS_OF_BODY, Setup, State, integrator_setup

@@ -22,13 +22,14 @@ SHOWN_ANGLES = (
 
 @dataclass(frozen=True)
 class Board:
-    """health: the last of each service.  alive: who is there.  bap, bodies: the last universal BAP; universal BDPs seen."""
+    """health: the last of each service.  alive: who is there.  pose, bodies: the last universal BAP or pose of the tracker;
+    bodies seen.  whole: of the poses, those in which every viewer has its part."""
 
     health: Mapping[Service, m.Health] = field(default_factory=lambda: MappingProxyType({}))
     alive: frozenset[Service] = frozenset()
-    bap: m.UniversalBap | None = None
+    pose: m.UniversalBap | m.TrackerPose | None = None
     poses: int = 0
-    both: int = 0
+    whole: int = 0
     bodies: int = 0
 
     def heard(self, event: Envelope | Alive) -> "Board":
@@ -41,17 +42,20 @@ class Board:
                 known = {**self.health, (health.service, health.id): health}
                 return replace(self, health=MappingProxyType(known))
             case Envelope(message=m.UniversalBap() as bap):
-                return replace(self, bap=bap, poses=self.poses + 1, both=self.both + (not bap.stale))
-            case Envelope(message=m.UniversalBdp()):
+                return replace(self, pose=bap, poses=self.poses + 1, whole=self.whole + (not bap.stale))
+            case Envelope(message=m.TrackerPose() as pose):
+                viewers = {id for service, id in self.alive if service == "viewer"}
+                return replace(self, pose=pose, poses=self.poses + 1, whole=self.whole + (viewers <= {*pose.views}))
+            case Envelope(message=m.UniversalBdp() | m.TrackerBdp()):
                 return replace(self, bodies=self.bodies + 1)
             case _:
                 return self
 
     def angles(self) -> dict[str, int]:
-        """The shown joint angles of the last universal BAP, whole degrees."""
-        if self.bap is None:
+        """The shown joint angles of the last pose, whole degrees."""
+        if self.pose is None:
             return {}
-        named = self.bap.angles
+        named = self.pose.angles
         return {words: round(degrees(named[name])) for words, name in SHOWN_ANGLES if name in named}
 
 
@@ -60,11 +64,24 @@ def title(service: Service) -> str:
     return name if id == "main" else f"{name} {id}"
 
 
-def lost_words(bap: m.UniversalBap) -> str:
+def view_of(pose: m.UniversalBap | m.TrackerPose | None, viewer: str) -> tuple[str, float | None]:
+    """What a viewer has to do with a pose, and its matching score where there is one; "" for nothing."""
+    match pose:
+        case m.UniversalBap(views=views, scores=scores) if viewer in views:
+            return views[viewer], scores.get(viewer)
+        case m.TrackerPose(views=used):
+            return "used" if viewer in used else "left out", None
+        case _:
+            return "", None
+
+
+def lost_words(pose: m.UniversalBap | m.TrackerPose) -> str:
     """What is being searched for, and whose part is old; empty when all is well."""
+    if isinstance(pose, m.TrackerPose):
+        return "searching for the person" if pose.lost else ""
     parts = []
-    if bap.lost:
-        parts.append("searching for " + ", ".join(name.replace("_", " ") for name in bap.lost))
-    if bap.stale:
-        parts.append("without viewer " + " and ".join(bap.stale))
+    if pose.lost:
+        parts.append("searching for " + ", ".join(name.replace("_", " ") for name in pose.lost))
+    if pose.stale:
+        parts.append("without viewer " + " and ".join(pose.stale))
     return "; ".join(parts)

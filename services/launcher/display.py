@@ -7,13 +7,19 @@ from rich.table import Table
 from rich.text import Text
 
 from common import messages as m
-from services.launcher.board import Board, Service, lost_words, title
+from services.launcher.board import Board, Service, lost_words, title, view_of
 
 # Counts that a person should know of; the rest stands in the take.
-LOSSES = ("dropped_frames", "dropped_queue_full", "rejected_invalid", "step_errors", "unsendable", "log_lost")
+LOSSES = (
+    "dropped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors", "unsendable",
+    "log_lost",
+)  # fmt: skip
 
 # What a service does on which event, every frame.
-STAGES = (("frame", "silhouette + place"), ("assignment", "limbs"), ("sighting", "assign"), ("partial_bap", "pose"))
+STAGES = (
+    ("step_frame", "silhouette + place"), ("step_assignment", "limbs"), ("step_sighting", "assign"),
+    ("step_partial_bap", "pose"), ("step_tick", "follow"), ("result_age", "since capture"),
+)  # fmt: skip
 
 
 def table(board: Board, services: Sequence[Service], elapsed_s: float, take: str) -> Group:
@@ -35,12 +41,12 @@ def plain_line(board: Board, services: Sequence[Service], elapsed_s: float) -> s
             parts.append(f"{title(service)}: not there")
             continue
         view, score = _view(board, service)
-        seen = f" {view} {score}" if view else ""
+        seen = f" {view} {score}".rstrip()
         parts.append(f"{title(service)}: {health.rate:.1f}/s{seen} {health.state}")
     angles = ", ".join(f"{name} {value}°" for name, value in board.angles().items())
-    if board.bap is not None:
-        trouble = lost_words(board.bap)
-        parts.append(f"frame {board.bap.frame}: {angles}" + (f" ({trouble})" if trouble else ""))
+    if board.pose is not None:
+        trouble = lost_words(board.pose)
+        parts.append(f"frame {board.pose.frame}: {angles}" + (f" ({trouble})" if trouble else ""))
     return " | ".join(parts)
 
 
@@ -65,7 +71,7 @@ def _row(board: Board, service: Service) -> list[str | Text]:
 
 def stage_times(health: m.Health) -> str:
     """Medians of what is done for every frame."""
-    shown = ((words, health.stages_ms.get(f"step_{event}")) for event, words in STAGES)
+    shown = ((words, health.stages_ms.get(stage)) for stage, words in STAGES)
     return "  ".join(f"{words} {ms:.1f}" for words, ms in shown if ms is not None)
 
 
@@ -75,17 +81,15 @@ def dropped(health: m.Health) -> int:
 
 def _view(board: Board, service: Service) -> tuple[str, str]:
     name, id = service
-    if name != "viewer" or board.bap is None or id not in board.bap.views:
-        return "", ""
-    score = board.bap.scores.get(id)
-    return board.bap.views[id], "" if score is None else f"{score:.2f}"
+    view, score = view_of(board.pose, id) if name == "viewer" else ("", None)
+    return view, "" if score is None else f"{score:.2f}"
 
 
 def _pose_line(board: Board) -> Text:
-    if board.bap is None:
-        return Text("no pose yet: the body is measured when both viewers see the initial posture, arms sideways")
-    x, y, z = board.bap.position
+    if board.pose is None:
+        return Text("no pose yet: the body is measured when all viewers see the initial posture, arms sideways")
+    x, y, z = board.pose.position
     angles = "   ".join(f"{name} {value:4d}°" for name, value in board.angles().items())
-    line = Text(f"frame {board.bap.frame}   navel at {x:+.2f} {y:+.2f} {z:+.2f} m   {angles}")
-    trouble = lost_words(board.bap)
+    line = Text(f"frame {board.pose.frame}   navel at {x:+.2f} {y:+.2f} {z:+.2f} m   {angles}")
+    trouble = lost_words(board.pose)
     return line.append(f"   {trouble}", style="yellow") if trouble else line

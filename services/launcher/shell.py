@@ -21,7 +21,7 @@ from common.runtime import logs
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.specs import Actor
-from common.topics import HEALTH, UNIVERSAL_BAP, UNIVERSAL_BDP
+from common.topics import HEALTH, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from services.launcher.board import Board, Service
 from services.launcher.children import Child, Children
 from services.launcher.display import dropped, plain_line, table
@@ -52,15 +52,17 @@ def run_rig(
     for note in rig.notes:
         console.print(f"note: {note}", markup=False, highlight=False)
     has_actor = any(isinstance(viewer.source, Actor) for viewer in rig.viewers)
-    if not compile_first(has_actor, stopped, console):
+    if not compile_first(has_actor, rig.tracker is not None, stopped, console):
         return DONE if stopped() else FAILED
-    services: list[Service] = [("integrator", "main"), *(("viewer", viewer.id) for viewer in rig.viewers)]
+    tracker: list[Service] = [("tracker", "main")] if rig.tracker is not None else []
+    services: list[Service] = [("integrator", "main"), *tracker, *(("viewer", viewer.id) for viewer in rig.viewers)]
     clock = RealClock()
     places = _places(options, len(services) + 1)
     commands = []
     for (name, id), place in zip(services, places, strict=False):
         arguments = [sys.executable, "-P", "-m", "services.cli", name, str(rig_argument), "--with-parent"]
-        arguments += ["--id", id] if name == "viewer" else _log_arguments(take)
+        own = {"viewer": ["--id", id], "integrator": _log_arguments(take)}
+        arguments += own.get(name, [])
         commands.append((f"{name} {id}" if name == "viewer" else name, [*arguments, *_zenoh_arguments(place)]))
     children = Children(commands, time.monotonic)
     with ZenohBus.open(places[-1], rig.name, clock, stopped) as bus:
@@ -85,7 +87,7 @@ class Watch:
         self._take, self._console = take, console
         self._board = Board()
         self._first_s: float | None = None
-        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP):
+        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE):
             bus.subscribe(topic)
         bus.watch_alive()
 
@@ -123,10 +125,10 @@ class Watch:
         if self._first_s is not None:
             self._print(
                 f"first pose {self._first_s:.1f} s after the start; {self._board.poses} poses, "
-                f"{self._board.both} of them by all viewers; frames dropped: {self._dropped()}"
+                f"{self._board.whole} of them by all viewers; frames dropped: {self._dropped()}"
             )
         else:
-            self._print("no pose: the body is measured when both viewers see the initial posture")
+            self._print("no pose: the body is measured when all viewers see the initial posture")
         if self._take is not None:
             takes = sorted(self._take.parent.glob(f"{self._take.stem}*.mcap"))
             for path in takes:
@@ -141,7 +143,7 @@ class Watch:
         return FAILED if broken else LOSS if failed or lost or stopped else DONE
 
     def _over(self) -> bool:
-        viewers = [child for child in self._children.all if child.name != "integrator"]
+        viewers = [child for child in self._children.all if child.name.startswith("viewer")]
         return bool(self._children.given_up) or all(_finished(child) for child in viewers)
 
     def _listen(self, elapsed_s: float) -> None:
@@ -151,7 +153,7 @@ class Watch:
             event = self._bus.receive(left_s)
             if isinstance(event, Envelope | Alive):
                 self._board = self._board.heard(event)
-                if self._board.bap is not None and self._first_s is None:
+                if self._board.pose is not None and self._first_s is None:
                     self._first_s = elapsed_s
 
     def _dropped(self) -> int:

@@ -14,9 +14,10 @@ QUICK_S = 6.0  # loading what is compiled already takes less: nothing to say
 LOOK_S = 0.05
 
 
-def compile_first(has_actor: bool, stopped: Callable[[], bool], console: Console) -> bool:
+def compile_first(has_actor: bool, has_tracker: bool, stopped: Callable[[], bool], console: Console) -> bool:
     """Compile what a rig needs, saying so if it takes a while; False when stopped or failed, which is printed."""
-    longest, *others = [part for part in PARTS if has_actor or part != "actor"]
+    unused = {"tracking" if has_tracker else "tracker"} | (set() if has_actor else {"actor"})
+    longest, *others = sorted((part for part in PARTS if part not in unused), key=lambda part: not part.startswith("track"))
     running = [
         subprocess.Popen(
             [sys.executable, "-P", "-m", "services.cli", "warmup", *(word for part in parts for word in ("--part", part))],

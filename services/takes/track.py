@@ -1,7 +1,6 @@
-"""`zenocap track`: the viewers and the integrator of a rig over every frame of its files, in one process, without network.
+"""`zenocap track`: the services of a rig over every frame of its files, in one process, without network.
 
-The very same steps as live, in a fixed order: frame k of every viewer, then all that follows from it, until nobody has
-more to say.  Time is the frames' own, so that two runs give equal bytes.
+Time is the frames' own, so that two runs give equal bytes.
 """
 
 import logging
@@ -9,22 +8,20 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Never, TypeVar
 
 from common.bus.local import LocalBus, LocalNetwork
-from common.bus.protocol import Envelope, FrameLike, RoundTrip
-from common.messages import Message, UniversalBap
+from common.bus.protocol import Envelope
+from common.messages import Message, TrackerPose, UniversalBap
 from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, RigError, Viewer
-from common.runtime.service import HEALTH_NS, Runner, Service
+from common.runtime.rig_file import TRACKER_METHODS
+from common.runtime.service import HEALTH_NS
 from common.runtime.specs import Actor, Images, VideoFile
+from common.runtime.tracker_table import TrackerError, chosen
 from common.take.opening import new_recording
 from common.take.recording import Recording
 from common.topics import TOPICS
-from services.integrator import states as integrator_states
-from services.integrator.shell import integrator_service
-from services.viewer import states as viewer_states
-from services.viewer.shell import camera_info, viewer_service
+from services.takes.offline import Offline
 from services.viewer.source import open_source
 from services.viewer.sources.frame import Frame, Playback, SourceError
 
@@ -32,24 +29,20 @@ logger = logging.getLogger(__name__)
 
 EPOCH_NS = 1_072_915_200_000_000_000  # 2004-01-01, the year of [Two-view]: results do not depend on today
 SAME_SHAPE = 0.02
-Setup = TypeVar("Setup")
-State = TypeVar("State")
-F = TypeVar("F", bound=FrameLike)
-ViewerRunner = Runner[viewer_states.Setup, viewer_states.State, Frame]
-IntegratorRunner = Runner[integrator_states.Setup, integrator_states.State, Never]
 
 
 @dataclass(frozen=True)
 class Instant:
-    """What belongs to one instant: each viewer's frame, and everything that was said about it."""
+    """What belongs to one instant: each viewer's frame, everything that was said about it, what is being done."""
 
     frames: dict[str, Frame]
     said: tuple[Message, ...]
+    state: str = ""
 
 
 @dataclass(frozen=True)
 class Tracked:
-    """instants: of frames.  poses: universal BAPs.  problems: what was lost on the way, in words.
+    """instants: of frames.  poses: universal BAPs, or the tracker's.  problems: what was lost on the way, in words.
 
     states: what each service was doing at the end.
     """
@@ -85,7 +78,7 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
     count = poses = 0
     report_ns = EPOCH_NS + HEALTH_NS
     with closing(recording):
-        offline.greet()
+        offline.greet(EPOCH_NS)
         current: dict[str, Frame] | None = first
         while current is not None:
             clock.set(max(frame.captured_ns for frame in current.values()))
@@ -94,9 +87,9 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
                 offline.report_handled()
                 report_ns += HEALTH_NS
             said = tuple(_record(recorder, recording))
-            poses += sum(isinstance(message, UniversalBap) for message in said)
+            poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in said)
             count += 1
-            watch(Instant(current, said))
+            watch(Instant(current, said, offline.state()))
             current = next(instants_of, None)
         offline.report_handled()
         _record(recorder, recording)
@@ -105,47 +98,6 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(count, poses, written.messages, tuple(problems), offline.states())
-
-
-class Offline:
-    """The services of a rig on a network inside this process."""
-
-    def __init__(self, rig: Rig, network: LocalNetwork) -> None:
-        """Raises as `viewer_service` and `integrator_service` do."""
-        self._rig = rig
-        self._viewers: dict[str, ViewerRunner] = {
-            viewer.id: _runner(viewer_service(viewer), network) for viewer in rig.viewers
-        }
-        self._integrator: IntegratorRunner = _runner(integrator_service(rig), network)
-
-    def greet(self) -> None:
-        for viewer in self._rig.viewers:
-            self._viewers[viewer.id].publish(camera_info(viewer, EPOCH_NS))
-
-    def see(self, frames: dict[str, Frame]) -> None:
-        """The frames of one instant, in the rig's order, and all that follows from them."""
-        for id, runner in self._viewers.items():
-            if id in frames:
-                runner.handle(frames[id])
-        while any([_drain(self._integrator), *map(_drain, self._viewers.values())]):
-            pass
-
-    def report_handled(self) -> None:
-        """Let every service say what it was fed."""
-        for runner in self._viewers.values():
-            runner.report_handled()
-        self._integrator.report_handled()
-
-    def states(self) -> dict[str, str]:
-        """What each service is doing, in words."""
-        runners = {f"viewer {id}": runner.service.describe(runner.state) for id, runner in self._viewers.items()}
-        return runners | {"integrator": self._integrator.service.describe(self._integrator.state)}
-
-    def failures(self) -> dict[str, int]:
-        """Steps that raised and messages that may not be sent, in words."""
-        meters = [self._integrator.meter, *(runner.meter for runner in self._viewers.values())]
-        kinds = {"steps failed": "step_errors", "messages could not be sent": "unsendable"}
-        return {words: sum(meter.counts[count] for meter in meters) for words, count in kinds.items()}
 
 
 def instants(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: list[str]) -> Iterator[dict[str, Frame]]:
@@ -179,6 +131,33 @@ def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -
     return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
 
 
+def with_tracker(
+    rig: Rig,
+    *,
+    prior: str | None = None,
+    particles: int | None = None,
+    points: int | None = None,
+    iterations: int | None = None,
+    seed: int | None = None,
+) -> Rig:
+    """The rig with what is given instead of its own tracker's; see `TrackerSpec`.  Raises RigError."""
+    given = [value for value in (prior, particles, points, iterations, seed) if value is not None]
+    if rig.tracker is None:
+        if given:
+            raise RigError(
+                f"rig {rig.name}: method = {rig.method!r} has no tracker: allowed with --prior, --particles, --points, "
+                f"--iterations and --seed: {', '.join(TRACKER_METHODS)}"
+            )
+        return rig
+    try:
+        spec = chosen(
+            rig.tracker, rig.method, prior=prior, particles=particles, points=points, iterations=iterations, seed=seed
+        )
+    except TrackerError as error:
+        raise RigError(f"--{error}") from error
+    return replace(rig, tracker=spec)
+
+
 def of_height(rig: Rig, height: float) -> Rig:
     """The rig for a person of that height in metres, whose body is not measured: no initial posture is shown."""
     viewers = tuple(
@@ -198,22 +177,6 @@ def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float 
             )
         viewer = replace(viewer, camera=viewer.camera.resized(size))
     return viewer if fps is None else replace(viewer, fps=fps)
-
-
-def _runner(service: Service[Setup, State, F], network: LocalNetwork) -> Runner[Setup, State, F]:
-    runner = Runner(service, network.bus(), network.clock)
-    runner.subscribe()
-    return runner
-
-
-def _drain(runner: Runner[Setup, State, F]) -> bool:
-    """Handle everything that has come; whether there was anything."""
-    any_event = False
-    while (event := runner.bus.receive(0.0)) is not None:
-        any_event = True
-        if not isinstance(event, RoundTrip):
-            runner.handle(event)
-    return any_event
 
 
 def _record(bus: LocalBus, recording: Recording) -> Sequence[Message]:

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -17,6 +18,7 @@ from common.runtime.rig import Rig, Viewer
 from common.runtime.service import Service, Subscription, run
 from common.runtime.specs import BackgroundImage, Device, Stream
 from common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
+from services.viewer import watching
 from services.viewer.beginning import agreed_epoch
 from services.viewer.ready import load_compiled
 from services.viewer.source import open_source
@@ -28,9 +30,26 @@ from services.viewer.step import describe, initial_state, step
 
 logger = logging.getLogger(__name__)
 
+S = TypeVar("S")
+
 
 def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
-    """One viewer of a rig.  Raises OpenError for an unreadable background picture, ValueError for a useless camera."""
+    """One viewer of a two-view rig.
+
+    Raises OpenError for an unreadable background picture, ValueError for a useless camera.
+    """
+    setup = _setup(viewer)
+    topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
+    return Service("viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe)
+
+
+def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
+    """One viewer of a rig with a tracker, which asks it for silhouettes alone.  Raises as `viewer_service` does."""
+    setup = _setup(viewer)
+    return Service("viewer", viewer.id, setup, watching.initial_state(setup), watching.step, describe=watching.describe)
+
+
+def _setup(viewer: Viewer) -> Setup:
     background, plate = viewer.background_in_use, None
     match viewer.background, background:
         case BackgroundImage(path=path), _:
@@ -39,9 +58,7 @@ def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
             plate = median_picture(path, Fit(str(path), viewer.calibrated_size, viewer.camera.size))
         case _:
             pass
-    setup = viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate)
-    topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
-    return Service("viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe)
+    return viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate)
 
 
 def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], bool], epoch_ns: int | None = None) -> int:
@@ -49,10 +66,24 @@ def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], b
 
     Returns the exit status.  Raises RigError, BusError, SourceError and ValueError before it runs.
     """
-    viewer, clock = rig.viewer(id), RealClock()
+    viewer = rig.viewer(id)
+    if rig.tracker is not None:
+        return _run(silhouette_service(viewer), rig, viewer, options, stopped, epoch_ns)
     service = viewer_service(viewer)
     logger.info("getting ready; the first time ever compiles for some 20 s")
     load_compiled(service.setup)
+    return _run(service, rig, viewer, options, stopped, epoch_ns)
+
+
+def _run(
+    service: Service[Setup, S, Frame],
+    rig: Rig,
+    viewer: Viewer,
+    options: ZenohOptions,
+    stopped: Callable[[], bool],
+    epoch_ns: int | None,
+) -> int:
+    clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         if isinstance(viewer.source, Device | Stream):
             epoch_ns = clock.now_ns()

@@ -2,31 +2,23 @@
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
-from common import messages as m
 from common.body.definition import Pose, neutral_pose
 from common.body.torso import torso_rotation
 from common.bus.protocol import Alive, Envelope, Tick
 from common.conversion import angles_of, bdp_of
 from common.messages import Assignment, Message, PartialBdp, Sighting, UniversalBap, UniversalBdp
-from common.runtime.specs import BackgroundImage, FirstFrames, Mog2, learning_frames
-from common.vision.background import Background, from_image, learn, learn_median, update
-from common.vision.mixture import Mixture
-from common.vision.packing import pack
-from common.vision.silhouette import Silhouette, SilhouetteOptions, extract
 from services.viewer.body_definition import Scale, side_lengths
 from services.viewer.body_fit import body_model
 from services.viewer.frame import Frame, Masked
 from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline
+from services.viewer.seeing import learn, see, silhouette_message
 from services.viewer.states import (
     AwaitingPose,
-    Image,
     LearningBackground,
     MeasuringBody,
     Pending,
-    Seen,
     Setup,
     State,
     Tracking,
@@ -35,11 +27,6 @@ from services.viewer.states import (
 from services.viewer.tracking import limbs, sighting
 
 __all__ = ["describe", "initial_state", "step", "viewer_setup"]
-
-UPDATE_EVERY = 8  # frames between two updates of the background: light changes slowly, and updates cost time
-UPDATE_RATE = 0.01
-PREVIEW_NS, PREVIEW_PX = 200_000_000, 320  # at most 5 a second, of at most this width or height
-OPTIONS = SilhouetteOptions()
 
 Event = Frame | Masked | Envelope | Alive | Tick
 
@@ -77,44 +64,18 @@ def describe(state: State) -> str:
 
 
 def _learn(setup: Setup, state: LearningBackground, frame: Frame | Masked) -> tuple[State, list[Message]]:
-    frames = (*state.frames, frame.image if isinstance(frame, Frame) else None)
-    if len(frames) < learning_frames(setup.background):
-        return replace(state, frames=frames), []
-    seen = Seen(_background(setup, [image for image in frames if image is not None]))
+    state, seen = learn(setup, state, frame.image if isinstance(frame, Frame) else None)
+    if seen is None:
+        return state, []
     return (MeasuringBody(seen) if state.bdp is None else AwaitingPose(seen, state.bdp)), []
-
-
-def _background(setup: Setup, images: list[Image]) -> Background | Mixture | None:
-    if not images:
-        return None
-    match setup.background:
-        case FirstFrames():
-            return learn(images)
-        case BackgroundImage():
-            assert setup.plate is not None  # viewer_setup checked it
-            return from_image(setup.plate, images)
-        case Mog2():
-            return Mixture(images)
-        case _:
-            return learn_median(images)
 
 
 def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Frame) -> tuple[State, list[Message]]:
     """A frame becomes a silhouette, and that a sighting."""
-    background = state.seen.background
-    assert background is not None  # a state made from frames has one
-    silhouette = extract(background, frame.image, OPTIONS, state.seen.extents)
-    if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
-        person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
-        background = update(background, frame.image, person, UPDATE_RATE, margin_px=max(2, frame.image.shape[0] // 40))
-    previewed = setup.publish_preview and frame.captured_ns - state.seen.preview_ns >= PREVIEW_NS
-    preview_ns = frame.captured_ns if previewed else state.seen.preview_ns
-    seen = Seen(background, silhouette.extents if silhouette else None, preview_ns)
-    messages: list[Message] = [_preview_message(setup, frame)] if previewed else []
-    if silhouette and setup.publish_silhouette:
-        messages.append(_silhouette_message(setup, frame, silhouette))
-    masked = Masked(frame.frame, frame.captured_ns, silhouette.mask if silhouette else None)
-    after, more = _sight(setup, replace(state, seen=seen), masked)
+    seen, mask, messages = see(setup, state.seen, frame)
+    if mask is not None and setup.publish_silhouette:
+        messages.append(silhouette_message(setup, frame, mask))
+    after, more = _sight(setup, replace(state, seen=seen), Masked(frame.frame, frame.captured_ns, mask))
     return after, [*messages, *more]
 
 
@@ -221,21 +182,3 @@ def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: A
         height_px=float(shape.height), score=0.0, lengths={name: float(length) for name, length in lengths.items()},
     )  # fmt: skip
     return replace(state, pending=None, advice="measuring the body: stand still"), [partial]
-
-
-def _preview_message(setup: Setup, frame: Frame) -> m.Preview:
-    """A small JPEG, for setting up a rig that asks for it: images otherwise stay on the camera's machine."""
-    height, width = frame.image.shape[:2]
-    scale = min(1.0, PREVIEW_PX / max(height, width))
-    small = cv2.resize(frame.image, (round(scale * width), round(scale * height)), interpolation=cv2.INTER_AREA)
-    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 70])
-    return m.Preview(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, jpeg=jpeg.tobytes())
-
-
-def _silhouette_message(setup: Setup, frame: Frame, silhouette: Silhouette) -> m.Silhouette:
-    region, data = pack(silhouette.mask)
-    left, top, width, height = region
-    return m.Silhouette(
-        frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id,
-        size=(silhouette.mask.shape[1], silhouette.mask.shape[0]), region=(left, top, width, height), data=data,
-    )  # fmt: skip

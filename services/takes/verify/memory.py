@@ -3,11 +3,13 @@
 from collections import Counter, OrderedDict
 from dataclasses import dataclass
 
+from common import messages as m
 from common.bus.protocol import Envelope
-from common.messages import Assignment, Message, PartialBap, PartialBdp, Sighting, UniversalBap, UniversalBdp
 from common.topics import Queueing
 
-DERIVED = (Sighting, PartialBdp, PartialBap, Assignment, UniversalBdp, UniversalBap)
+DERIVED = (
+    m.Sighting, m.PartialBdp, m.PartialBap, m.Assignment, m.UniversalBdp, m.UniversalBap, m.TrackerBdp, m.TrackerPose,
+)  # fmt: skip
 FORGET_NS = 60_000_000_000  # what nobody was fed for so long is checked by nobody
 Place = tuple[str, int]  # key and capture time
 
@@ -46,7 +48,7 @@ class Memory:
     def find(self, key: str, captured_ns: int) -> Logged | None:
         return self._passing.get((key, captured_ns)) or self._kept.get((key, captured_ns))
 
-    def message(self, key: str, captured_ns: int) -> Message | None:
+    def message(self, key: str, captured_ns: int) -> m.Message | None:
         logged = self.find(key, captured_ns)
         return logged.received.message if logged else None
 

@@ -14,7 +14,7 @@ from common.bus.protocol import Alive, Envelope, Tick
 from common.messages import Handled, Message, Sighting, Silhouette
 from common.runtime.handled import ALIVE, FRAME, GONE, TICK
 from common.take.reading import Take, TakeError
-from common.take.setup import SETUP_FILE, RecordedRig
+from common.take.setup import PRIOR_FILE, SETUP_FILE, RecordedRig
 from common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
 from common.vision.packing import unpack
 from services.takes.verify.difference import Difference, difference
@@ -72,7 +72,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
         take = Take(path)
         for received in ours(take):
             if check is None:
-                check = _Check(path, setup_in(path, take), tolerance)
+                check = _Check(path, setup_in(path, take), take.attachments.get(PRIOR_FILE), tolerance)
                 check.found.versions = take.metadata.get("versions", {})
             check.see(received)
             count += 1
@@ -92,11 +92,11 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
 class _Check:
     """One pass over a take, bounded in memory."""
 
-    def __init__(self, path: Path, rig: RecordedRig, tolerance: float) -> None:
+    def __init__(self, path: Path, rig: RecordedRig, prior: bytes | None, tolerance: float) -> None:
         self.found = Verified()
         self._rig, self._tolerance = rig, tolerance
         try:
-            self._services = {name: _Followed(service) for name, service in services_of(rig).items()}
+            self._services = {name: _Followed(service) for name, service in services_of(rig, path, prior).items()}
         except ValueError as error:
             raise TakeError(f"{path}: attachment {SETUP_FILE}: {error}") from error
         self._silent = {viewer.id for viewer in rig.viewers if not viewer.silhouette}

@@ -1,6 +1,7 @@
 """The services of a take's rig, ready to be fed again what they were fed."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 from common.bus.protocol import Alive, Envelope, Tick
@@ -10,6 +11,10 @@ from common.take.setup import RecordedRig, RecordedViewer
 from services.integrator import states
 from services.integrator import step as integrator
 from services.integrator.shell import ID, setup_of
+from services.tracker import shell as tracker_shell
+from services.tracker import states as tracker_states
+from services.tracker import step as tracker
+from services.tracker import tracking
 from services.viewer import step as viewer
 from services.viewer.frame import Masked
 from services.viewer.states import LearningBackground
@@ -54,8 +59,14 @@ class Repeated(Generic[Setup, State]):
         return isinstance(self._state, LearningBackground)
 
 
-def services_of(rig: RecordedRig) -> dict[Name, Repeatable]:
-    """By name.  Raises ValueError for cameras that the method cannot use."""
+def services_of(rig: RecordedRig, path: Path, prior: bytes | None) -> dict[Name, Repeatable]:
+    """Those that derive something, by name.  path: of the take, for errors.  prior: what is attached to it.
+
+    Raises ValueError for cameras that the method cannot use, or another prior than the take was made with.
+    """
+    if rig.tracker is not None:
+        follower = tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, path, prior))
+        return {("tracker", tracker_shell.ID): Repeated(follower, tracker.initial_state(follower), _tracker_step)}
     setup = setup_of(rig)
     found: dict[Name, Repeatable] = {("integrator", ID): Repeated(setup, integrator.initial_state(setup), _integrator_step)}
     return found | {("viewer", one.id): _viewer(one) for one in rig.viewers}
@@ -70,3 +81,9 @@ def _viewer(recorded: RecordedViewer) -> Repeatable:
 
 def _integrator_step(setup: states.Setup, state: states.State, event: Event) -> tuple[states.State, Sequence[Message]]:
     return integrator.step(setup, state, event)
+
+
+def _tracker_step(
+    setup: tracking.Setup, state: tracker_states.State, event: Event
+) -> tuple[tracker_states.State, Sequence[Message]]:
+    return tracker.step(setup, state, event)

@@ -1,0 +1,116 @@
+"""The `[tracker]` table of a rig: how the tracker works, and which prior of motion it has.  [Hybrid]
+
+What it refers to is looked up here too: a prior is a file beside the rig, or one of those that come with the project.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from common.body.anatomy import ANATOMIES, FOURTEEN_PARTS
+
+# The particles that a method has where nobody says how many: one is the image force alone.  [Hybrid Table II]
+PARTICLES = {"hybrid": 40, "image-force": 1, "particle-filter": 1000}
+REFINEMENTS = ("gauss-newton", "force", "force-printed")
+PRIORS = Path(__file__).resolve().parents[2] / "deploy" / "priors"
+SUFFIX = ".prior"
+
+Particles = Annotated[int, Meta(ge=1, le=20_000)]
+Points = Annotated[int, Meta(ge=20, le=10_000)]
+Iterations = Annotated[int, Meta(ge=0, le=100)]
+Seed = Annotated[int, Meta(ge=0, le=2**31 - 1)]
+
+
+class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
+    """prior: a file relative to the rig, or the name of one that comes with the project; none: dynamics alone.
+
+    particles: default by method.  points: of the visual hull in every frame.  iterations: of the refinement.
+    """
+
+    prior: str | None = None
+    particles: Particles | None = None
+    points: Points = 400
+    iterations: Iterations = 4
+    seed: Seed = 0
+    anatomy: str = FOURTEEN_PARTS.name
+    refinement: str = REFINEMENTS[0]
+
+
+@dataclass(frozen=True)
+class TrackerSpec:
+    """A tracker's table with everything decided.  prior: file, None to go without."""
+
+    prior: Path | None
+    particles: int
+    points: int
+    iterations: int
+    seed: int
+    anatomy: str
+    refinement: str
+
+
+class TrackerError(ValueError):
+    """The text is the key with its value, and what is allowed."""
+
+
+def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, files: bool = True) -> TrackerSpec:
+    """What a table in the folder `base` means for a method.  Raises TrackerError.
+
+    own: the method is the rig's own; the number of particles in the table is for that one.  files: see `load_rig`.
+    """
+    if table.anatomy not in ANATOMIES:
+        raise TrackerError(f"anatomy = {table.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
+    if table.refinement not in REFINEMENTS:
+        raise TrackerError(f"refinement = {table.refinement!r}: allowed: {', '.join(REFINEMENTS)}")
+    prior = None if table.prior is None else find_prior(table.prior, base, must_be=files)
+    particles = table.particles if own and table.particles is not None else PARTICLES[method]
+    spec = TrackerSpec(prior, particles, table.points, table.iterations, table.seed, table.anatomy, table.refinement)
+    return _checked(spec, method)
+
+
+def find_prior(text: str, base: Path, *, must_be: bool = True) -> Path:
+    """The prior that comes with the project under that name, or else the file in the folder `base`.
+
+    must_be: raise TrackerError when there is neither.  A file that has the name of such a prior is meant by ./NAME.
+    """
+    shipped, own = PRIORS / f"{text}{SUFFIX}", base / text
+    if "/" not in text and shipped.is_file():
+        return shipped
+    if must_be and not own.is_file():
+        names = ", ".join(sorted(path.stem for path in PRIORS.glob(f"*{SUFFIX}"))) or "none come with this version"
+        raise TrackerError(f"prior = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
+    return own
+
+
+def chosen(
+    spec: TrackerSpec,
+    method: str,
+    *,
+    prior: str | None = None,
+    particles: int | None = None,
+    points: int | None = None,
+    iterations: int | None = None,
+    seed: int | None = None,
+) -> TrackerSpec:
+    """The spec with what the command line says instead.  prior: relative to where the command runs.
+
+    Raises TrackerError.
+    """
+    spec = replace(
+        spec,
+        prior=spec.prior if prior is None else find_prior(prior, Path()),
+        particles=spec.particles if particles is None else particles,
+        points=spec.points if points is None else points,
+        iterations=spec.iterations if iterations is None else iterations,
+        seed=spec.seed if seed is None else seed,
+    )
+    return _checked(spec, method)
+
+
+def _checked(spec: TrackerSpec, method: str) -> TrackerSpec:
+    if method == "image-force" and spec.particles != 1:
+        raise TrackerError(f"particles = {spec.particles}: allowed: 1 for method 'image-force', which has no others")
+    return spec

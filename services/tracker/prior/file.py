@@ -1,0 +1,202 @@
+"""Priors as files: data only, every field checked, with a sum over all of it.
+
+A header (magic, version, CRC-32 and length of what follows), then one MessagePack map; arrays are their shape and
+little-endian float64.  The same prior gives the same bytes.
+"""
+
+import struct
+import zlib
+from dataclasses import asdict
+from math import prod
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+
+from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.camera.durable import write_durably
+from services.tracker.coordinates import coordinates_of
+from services.tracker.prior.model import Prior, Reconstruction, Training
+
+MAGIC = b"zenocap prior\n"
+VERSION = 1
+HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")
+MAX_BYTES = 64 << 20
+ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS, FOURTEEN_PARTS)}
+ROUNDING = 1e-6
+
+
+class PriorError(ValueError):
+    """A file that is no prior, or not one for this use; the text names file, field, value and what is allowed."""
+
+
+Count = Annotated[int, Meta(ge=0, le=1 << 40)]
+Text = Annotated[str, Meta(max_length=4096)]
+Names = Annotated[list[Text], Meta(max_length=10_000)]
+Positive = Annotated[float, Meta(gt=0, le=1e6)]
+Radians = Annotated[float, Meta(ge=0, le=100)]
+
+
+class _Array(Struct, forbid_unknown_fields=True):
+    shape: Annotated[list[Annotated[int, Meta(ge=0, le=10_000)]], Meta(max_length=3)]
+    data: bytes
+
+
+class _Errors(Struct, forbid_unknown_fields=True):
+    regions: Annotated[int, Meta(ge=1, le=10_000)]
+    training: Radians
+    held: Radians
+
+
+class _Training(Struct, forbid_unknown_fields=True):
+    motions: Names
+    held: Names
+    frames: Count
+    mirrored: bool
+    seed: int
+    errors: Annotated[list[_Errors], Meta(max_length=1000)]
+    distances: tuple[Radians, Radians, Radians]
+
+
+class _Contents(Struct, forbid_unknown_fields=True):
+    anatomy: Text
+    names: Names
+    rate: Positive
+    centres: _Array
+    bases: _Array
+    variances: _Array
+    residuals: _Array
+    transitions: _Array
+    occupancy: _Array
+    speeds: _Array
+    training: _Training
+
+
+ARRAYS = ("centres", "bases", "variances", "residuals", "transitions", "occupancy", "speeds")
+
+
+def write_prior(path: Path, prior: Prior) -> None:
+    """The file appears whole or not at all.  Raises OSError, and PriorError for a prior that could not be read back."""
+    content: dict[str, object] = {name: _packed(getattr(prior, name)) for name in ARRAYS}
+    content |= {"anatomy": prior.anatomy, "names": prior.names, "rate": prior.rate, "training": asdict(prior.training)}
+    body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
+    data = HEADER.pack(MAGIC, VERSION, zlib.crc32(body), len(body)) + body
+    parse_prior(path, data)
+    write_durably(path, data)
+
+
+def read_prior(path: Path, anatomy: Anatomy | None = None) -> Prior:
+    """The prior in a file.  anatomy: that of the body it is wanted for.  Raises PriorError, and OSError."""
+    size = path.stat().st_size
+    if size > MAX_BYTES:
+        raise PriorError(f"{path}: {size} bytes: allowed: at most {MAX_BYTES} of a prior")
+    return parse_prior(path, path.read_bytes(), anatomy)
+
+
+def parse_prior(path: Path, data: bytes, anatomy: Anatomy | None = None) -> Prior:
+    """The prior in the bytes of a file that errors call `path`.  Raises PriorError."""
+    if data[: len(MAGIC)] != MAGIC[: len(data)] or not data:
+        raise PriorError(f"{path}: begins with {data[: len(MAGIC)]!r}: allowed: {MAGIC!r}, a file of `zenocap prior train`")
+    if len(data) < HEADER.size:
+        raise PriorError(f"{path}: cut: {len(data)} bytes: allowed: {HEADER.size} or more")
+    _, version, checksum, length = HEADER.unpack_from(data)
+    body = data[HEADER.size :]
+    if version != VERSION:
+        raise PriorError(f"{path}: version = {version}: allowed: {VERSION}; train it again with this zenocap")
+    if len(body) != length:
+        how = "cut" if len(body) < length else "something follows the prior"
+        raise PriorError(f"{path}: {how}: {len(body)} bytes behind the header: allowed: {length}")
+    if zlib.crc32(body) != checksum:
+        raise PriorError(f"{path}: damaged: checksum = {zlib.crc32(body):08x}: allowed: {checksum:08x}")
+    try:
+        contents = msgspec.msgpack.decode(body, type=_Contents)
+    except msgspec.MsgspecError as error:
+        raise PriorError(f"{path}: {error}") from None
+    _check_anatomy(path, contents, anatomy)
+    prior = _unpacked(path, contents)
+    _check_values(path, prior)
+    return prior
+
+
+def _packed(array: Floats) -> dict[str, object]:
+    return {"shape": list(array.shape), "data": np.ascontiguousarray(array, dtype="<f8").tobytes()}
+
+
+def _unpacked(path: Path, contents: _Contents) -> Prior:
+    """With every array of the shape that the names, the centres and the bases ask for."""
+    regions = contents.centres.shape[0] if contents.centres.shape else 0
+    d = len(contents.names)
+    m = contents.bases.shape[-1] if contents.bases.shape else 0
+    if not (regions >= 1 and 1 <= m <= d):
+        _fail(path, "bases", f"{regions} regions of {m} dimensions", f"1 or more regions of 1 to {d} dimensions")
+    shapes: dict[str, tuple[int, ...]] = {
+        "centres": (regions, d),
+        "bases": (regions, d, m),
+        "variances": (regions, m),
+        "residuals": (regions, d),
+        "transitions": (regions, regions),
+        "occupancy": (regions,),
+        "speeds": (d,),
+    }
+    arrays = {name: _array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
+    told = contents.training
+    training = Training(
+        tuple(told.motions),
+        tuple(told.held),
+        told.frames,
+        told.mirrored,
+        told.seed,
+        tuple(Reconstruction(row.regions, row.training, row.held) for row in told.errors),
+        told.distances,
+    )
+    return Prior(contents.anatomy, tuple(contents.names), contents.rate, **arrays, training=training)
+
+
+def _array(path: Path, name: str, packed: _Array, shape: tuple[int, ...]) -> Floats:
+    if tuple(packed.shape) != shape:
+        _fail(path, f"{name}.shape", packed.shape, list(shape))
+    if len(packed.data) != 8 * prod(shape):
+        _fail(path, f"{name}.data", f"{len(packed.data)} bytes", f"{8 * prod(shape)} bytes")
+    array = np.frombuffer(packed.data, dtype="<f8").reshape(shape).astype(np.float64)
+    if not np.all(np.isfinite(array)):
+        _fail(path, name, array[~np.isfinite(array)][0], "finite numbers")
+    return array
+
+
+def _check_anatomy(path: Path, contents: _Contents, wanted: Anatomy | None) -> None:
+    if contents.anatomy not in ANATOMIES:
+        _fail(path, "anatomy", repr(contents.anatomy), ", ".join(ANATOMIES))
+    if wanted is not None and contents.anatomy != wanted.name:
+        _fail(path, "anatomy", repr(contents.anatomy), f"{wanted.name!r}, the body that is tracked")
+    expected = list(coordinates_of(ANATOMIES[contents.anatomy]).names)
+    if contents.names != expected:
+        _fail(path, "names", contents.names, f"those of {contents.anatomy}: {expected}")
+
+
+def _check_values(path: Path, prior: Prior) -> None:
+    if np.abs(prior.centres).max() > 4 * np.pi:
+        _fail(path, "centres", np.abs(prior.centres).max(), "radians within two turns")
+    products = np.einsum("kij,kil->kjl", prior.bases, prior.bases)
+    off = np.abs(products - np.eye(prior.dimensions)).max()
+    if off > ROUNDING:
+        _fail(path, "bases", f"columns {off:.3g} off from orthonormal", f"{ROUNDING:g}")
+    for name, least in (
+        ("variances", 1e-12),
+        ("residuals", 0.0),
+        ("transitions", 0.0),
+        ("occupancy", 0.0),
+        ("speeds", 0.0),
+    ):
+        lowest = float(getattr(prior, name).min())
+        if lowest < least:
+            _fail(path, name, lowest, f"{least:g} or more")
+    for name, sums in (("transitions", prior.transitions.sum(axis=1)), ("occupancy", prior.occupancy.sum())):
+        worst = float(np.abs(sums - 1.0).max())
+        if worst > ROUNDING:
+            _fail(path, name, f"a sum {worst:.3g} off from 1", f"{ROUNDING:g}")
+
+
+def _fail(path: Path, field: str, value: object, allowed: object) -> None:
+    raise PriorError(f"{path}: {field} = {value}: allowed: {allowed}")

@@ -1,0 +1,118 @@
+"""`zenocap prior train` and `zenocap prior info`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from services.commands.prior import parsed_frames
+from services.tracker import motions
+from services.tracker.motions import Motion
+from services.tracker.prior.file import read_prior
+from tests.prior_cases import gait
+from tests.test_cli import zenocap
+
+MOTIONS = Path(__file__).resolve().parents[2] / "shared" / "motions"
+
+
+@pytest.fixture
+def walks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """Files whose motion is a made-up gait; what is read of real files is tested with their reader."""
+    asked = [tmp_path / f"walk{k}.bvh" for k in range(2)]
+    for path in asked:
+        path.touch()
+
+    def read(path: Path, anatomy: Anatomy, frames: range | None = None) -> Motion:
+        assert anatomy is FOURTEEN_PARTS
+        poses = gait(240, int(path.stem[-1]))
+        return Motion(path.stem, 60.0, poses if frames is None else poses[frames.start : frames.stop])
+
+    monkeypatch.setattr(motions, "read_motion", read)
+    return asked
+
+
+def test_train_writes_a_prior_and_prints_the_error_by_regions(walks: list[Path], tmp_path: Path) -> None:
+    out, figure = tmp_path / "walk.prior", tmp_path / "errors.png"
+    status, text, _ = zenocap("prior", "train", *walks, "-o", out, "--plot", figure)
+    assert status == 0
+    prior = read_prior(out, FOURTEEN_PARTS)
+    assert prior.training.motions == ("walk0", "walk1")
+    rows = [line.split() for line in text.splitlines() if line.strip()[:1].isdigit()]
+    assert [int(row[0]) for row in rows] == [row.regions for row in prior.training.errors]
+    assert float(rows[0][2].rstrip("°")) == pytest.approx(np.degrees(prior.training.errors[0].held), abs=0.006)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_same_seed_gives_the_same_bytes_and_info_tells_the_same(walks: list[Path], tmp_path: Path) -> None:
+    one, other = tmp_path / "one.prior", tmp_path / "other.prior"
+    _, told, _ = zenocap("prior", "train", *walks, "-o", one, "--regions", 6, "--json")
+    zenocap("prior", "train", *walks, "-o", other, "--regions", 6)
+    assert one.read_bytes() == other.read_bytes()
+    status, text, _ = zenocap("prior", "info", one, "--json")
+    assert (status, json.loads(text)) == (0, json.loads(told))
+    assert json.loads(text)["regions"] == 6
+
+
+def test_held_files_and_frames_are_what_was_asked_for(walks: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "walk.prior"
+    status, text, _ = zenocap(
+        "prior", "train", walks[0], "--held", walks[1], "--frames", "0-99", "--no-mirror", "-o", out, "--regions", 20
+    )
+    assert status == 0
+    assert "held out    walk1" in text
+    training = read_prior(out).training
+    assert (training.frames, training.mirrored, training.held) == (100, False, ("walk1",))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["train", "nowhere.bvh", "-o", "x.prior"], "error: nowhere.bvh: there is no such file"),
+        (["train", "walk0.bvh", "-o", "nowhere/x.prior"], "there is no folder nowhere"),
+        (["train", "walk0.bvh", "-o", "x.prior", "--plot", "x.gif"], "suffix '.gif': allowed: .png, .svg, .pdf"),
+        (["train", "walk0.bvh", "-o", "x.prior", "--frames", "0-9"], "frames to learn from: allowed: 25 or more"),
+        (["info", "nowhere"], "prior = 'nowhere': allowed: a file of `zenocap prior train`"),
+        (["info", "walk0.bvh"], "walk0.bvh: begins with b'': allowed"),
+    ],
+)
+def test_what_is_wrong_is_one_line(
+    walks: list[Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, errors = zenocap("prior", *arguments)
+    assert status == 1
+    assert words in errors
+    assert len(errors.strip().splitlines()) == 1
+    assert not (tmp_path / "x.prior").exists()
+
+
+@pytest.mark.parametrize("text", ["", "9-0", "5", "5-5", "a-b", "-1-4"])
+def test_frames_that_are_none_are_wrong_usage(text: str) -> None:
+    status, _, errors = zenocap("prior", "train", "x.bvh", "-o", "x.prior", "--frames", text)
+    assert status == 2
+    assert "--frames" in errors
+
+
+def test_frames_include_the_last() -> None:
+    assert parsed_frames("0-99") == range(100)
+
+
+@pytest.mark.parametrize("command", ["prior train", "prior info"])
+def test_every_command_explains_itself(command: str) -> None:
+    status, text, _ = zenocap(*command.split(), "--help")
+    assert status == 0
+    assert len(text.split()) > 30
+
+
+@pytest.mark.clips
+@pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
+def test_a_prior_of_recorded_walks_reconstructs_another_persons_walk(tmp_path: Path) -> None:
+    files = [MOTIONS / f"cmu_07_0{k}.bvh" for k in (1, 2, 3)]
+    out = tmp_path / "walk.prior"
+    status, _, errors = zenocap("prior", "train", *files, "--held", MOTIONS / "cmu_02_01.bvh", "-o", out)
+    assert (status, errors) == (0, "")
+    prior = read_prior(out, FOURTEEN_PARTS)
+    assert min(np.degrees(row.training) for row in prior.training.errors) < 2.0
+    assert min(np.degrees(row.held) for row in prior.training.errors) < 12.0

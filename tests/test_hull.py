@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from common.camera.pinhole import Camera
 from common.vision.background import Mask
-from services.tracker.hull import DILATION, outlines, scene_points
+from services.tracker.hull import DILATION, outlines, scene_of, scene_points, without
 from services.tracker.hull_rays import SHARE, survive
 from services.tracker.hull_views import viewing_lines
 from tests.actor_cameras import look
@@ -128,6 +128,18 @@ def test_what_an_image_cuts_off_is_neither_contour_nor_evidence(edge: str) -> No
     depth = np.sum((MIDDLE - scene.origin) * scene.direction, axis=1)
     assert np.all((scene.near <= depth) & (depth <= scene.far))
     assert len(scene.view) >= 390
+
+
+def test_a_view_left_out_gives_no_points_and_no_evidence() -> None:
+    cameras = ring(4)
+    masks: list[Mask | None] = [ball(camera) for camera in cameras]
+    masks[1] = np.full((480, 640), 0, np.uint8)
+    masks[1][:40, :40] = 1  # it sees something else, so nothing survives
+    contours, seen = outlines(masks, cameras, 300)
+    assert len(scene_of(contours, seen).view) == 0
+    scene = scene_of(*without(contours, seen, {1}))
+    assert set(scene.view.tolist()) == {0, 2, 3}
+    assert len(scene.view) == np.count_nonzero(contours.view != 1)
 
 
 def test_fewer_than_two_views_give_no_points() -> None:

@@ -1,6 +1,6 @@
 """Scene points: viewing lines through the silhouettes' contours, cut with every other silhouette.  [Hybrid III]"""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import cv2
 import numpy as np
@@ -35,6 +35,17 @@ def scene_of(contours: Contours, seen: Silhouettes) -> Scene:
     kept = near <= far
     view = contours.view[kept]
     return Scene(view, seen.centre[view], directions[kept], normals[kept], near[kept], far[kept])
+
+
+def without(contours: Contours, seen: Silhouettes, views: Collection[int]) -> tuple[Contours, Silhouettes]:
+    """The same with some views absent."""
+    if not views:
+        return contours, seen
+    gone = list(views)
+    kept = ~np.isin(contours.view, gone)
+    box = seen.box.copy()
+    box[gone] = 0
+    return Contours(*(values[kept] for values in contours)), seen._replace(box=box)
 
 
 def outlines(masks: Sequence[Mask | None], cameras: Sequence[Camera], count: int) -> tuple[Contours, Silhouettes]:

@@ -45,7 +45,8 @@ def without(contours: Contours, seen: Silhouettes, views: Collection[int]) -> tu
     kept = ~np.isin(contours.view, gone)
     box = seen.box.copy()
     box[gone] = 0
-    return Contours(*(values[kept] for values in contours)), seen._replace(box=box)
+    left = Contours(contours.view[kept], contours.points[kept], contours.edges[kept], contours.tangents[kept])
+    return left, seen._replace(box=box)
 
 
 def outlines(masks: Sequence[Mask | None], cameras: Sequence[Camera], count: int) -> tuple[Contours, Silhouettes]:

@@ -158,7 +158,8 @@ class TrackerPose(Message, frozen=True, tag="tracker_pose"):
 
 
 class Silhouette(Message, frozen=True, tag="silhouette"):
-    """A binary mask, losslessly packed: the region's rows, 8 pixels a byte, zlib."""
+    """A binary mask, losslessly packed: the region's rows, each as its difference from the one above, 8 pixels a
+    byte, zlib, after a byte 1; without that byte the rows as they are.  `common.vision.packing`"""
 
     viewer: Name
     size: tuple[Annotated[int, Meta(ge=1, le=16384)], Annotated[int, Meta(ge=1, le=16384)]]  # width, height

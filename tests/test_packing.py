@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from common.vision.packing import pack, unpack
+from common.vision.packing import DIFFERENCES, pack, unpack
 
 MASKS = arrays(np.uint8, array_shapes(min_dims=2, max_dims=2, max_side=40), elements=st.integers(0, 1))
 
@@ -81,11 +81,28 @@ def test_trailing_data_are_refused() -> None:
 
 def test_bits_beyond_the_right_edge_are_refused() -> None:
     with pytest.raises(ValueError, match="beyond the region's 11 columns"):
-        unpack((20, 12), (3, 2, 11, 1), zlib.compress(b"\xff\xff", 1))
+        unpack((20, 12), (3, 2, 11, 1), DIFFERENCES + zlib.compress(b"\xff\xff", 1))
+
+
+@given(MASKS)
+def test_rows_without_differences_are_read_too(mask: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> None:
+    """Takes of version 0.1 have them."""
+    height, width = mask.shape
+    (left, top, across, down), _ = pack(mask)
+    rows = np.packbits(mask[top : top + down, left : left + across], axis=1).tobytes()
+    data = zlib.compress(rows, 1) if rows else b""
+    assert np.array_equal(unpack((width, height), (left, top, across, down), data), mask)
+
+
+def test_other_beginnings_are_refused() -> None:
+    region, data = pack(_cross())
+    for first in set(range(256)) - {data[0]}:
+        with pytest.raises(ValueError, match="not a zlib stream"):
+            unpack((20, 12), region, bytes([first]) + data[1:])
 
 
 def test_a_decompression_bomb_is_refused_within_the_masks_own_memory() -> None:
-    bomb = zlib.compress(bytes(50_000_000), 9)
+    bomb = DIFFERENCES + zlib.compress(bytes(50_000_000), 9)
     with pytest.raises(ValueError, match="do not hold exactly"):
         unpack((20, 12), (3, 2, 11, 7), bomb)
 

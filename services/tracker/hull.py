@@ -1,6 +1,6 @@
 """Scene points: viewing lines through the silhouettes' contours, cut with every other silhouette.  [Hybrid III]"""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import cv2
 import numpy as np
@@ -8,8 +8,9 @@ import numpy as np
 from common.camera.pinhole import Camera
 from common.vision.background import Mask
 from services.tracker.hull_contours import Contours, sample_contours
-from services.tracker.hull_rays import Flags, Floats, Integers, Silhouettes, survive, viewing_lines
-from services.tracker.lens import LENGTH, REACH, lens_of, undistorted
+from services.tracker.hull_rays import survive
+from services.tracker.hull_views import Silhouettes, bounds_of, viewing_lines
+from services.tracker.lens import LENGTH, lens_of
 from services.tracker.scene import Scene
 
 DILATION = np.ones((3, 3), np.uint8)  # odd: an even kernel shifts the mask by a pixel
@@ -22,13 +23,30 @@ def scene_points(masks: Sequence[Mask | None], cameras: Sequence[Camera], count:
     count: rays in all; those without a place that survives are not in the scene.  With fewer than two views it is empty.
     Raises ValueError when a mask's shape is not its camera's.
     """
-    contours, seen = outlines(masks, cameras, count)
-    directions, normals = viewing_lines(contours.view, contours.points, contours.tangents, seen)
-    near, far = np.empty(len(directions)), np.empty(len(directions))
-    survive(contours.view, directions, seen, near, far)
+    return scene_of(*outlines(masks, cameras, count))
+
+
+def scene_of(contours: Contours, seen: Silhouettes) -> Scene:
+    """The scene of what `outlines` gave."""
+    inner, _ = viewing_lines(contours.view, contours.points, contours.tangents, seen)
+    near, far = np.empty(len(inner)), np.empty(len(inner))
+    survive(contours.view, inner, seen, near, far)
+    directions, normals = viewing_lines(contours.view, contours.edges, contours.tangents, seen)
     kept = near <= far
     view = contours.view[kept]
     return Scene(view, seen.centre[view], directions[kept], normals[kept], near[kept], far[kept])
+
+
+def without(contours: Contours, seen: Silhouettes, views: Collection[int]) -> tuple[Contours, Silhouettes]:
+    """The same with some views absent."""
+    if not views:
+        return contours, seen
+    gone = list(views)
+    kept = ~np.isin(contours.view, gone)
+    box = seen.box.copy()
+    box[gone] = 0
+    left = Contours(contours.view[kept], contours.points[kept], contours.edges[kept], contours.tangents[kept])
+    return left, seen._replace(box=box)
 
 
 def outlines(masks: Sequence[Mask | None], cameras: Sequence[Camera], count: int) -> tuple[Contours, Silhouettes]:
@@ -55,18 +73,14 @@ def outlines(masks: Sequence[Mask | None], cameras: Sequence[Camera], count: int
         boxes[k], at[k] = box, length
         length += len(dilated[-1])
     lens = np.array([lens_of(camera) for camera in cameras]).reshape(-1, LENGTH)
-    seen = Silhouettes(
-        lens,
-        np.array([camera.rotation for camera in cameras]).reshape(-1, 3, 3),
-        np.array([camera.centre for camera in cameras]).reshape(-1, 3),
-        np.array([camera.size for camera in cameras], dtype=np.int64).reshape(-1, 2),
-        boxes,
-        at,
-        np.concatenate(dilated) if dilated else np.empty(0, np.uint8),
-        *_bounds(lens, boxes, cameras),
-    )
-    sizes = [cameras[k].size for k in views]
-    return sample_contours(views, crops, [(int(boxes[k, 0]), int(boxes[k, 1])) for k in views], sizes, count), seen
+    sizes = np.array([camera.size for camera in cameras], dtype=np.int64).reshape(-1, 2)
+    bounds, whole = np.zeros((len(cameras), 4)), np.zeros(len(cameras), dtype=np.bool_)
+    bounds_of(lens, boxes, sizes, bounds, whole)
+    rotations = np.array([camera.rotation for camera in cameras]).reshape(-1, 3, 3)
+    centres = np.array([camera.centre for camera in cameras]).reshape(-1, 3)
+    pixels = np.concatenate(dilated) if dilated else np.empty(0, np.uint8)
+    seen = Silhouettes(lens, rotations, centres, sizes, boxes, at, pixels, bounds, whole)
+    return sample_contours(views, crops, boxes, sizes, count), seen
 
 
 def _box(mask: Mask) -> tuple[int, int, int, int] | None:
@@ -77,22 +91,3 @@ def _box(mask: Mask) -> tuple[int, int, int, int] | None:
     right, bottom = min(left + across + 2, mask.shape[1]), min(top + down + 2, mask.shape[0])
     left, top = max(left - 2, 0), max(top - 2, 0)
     return left, top, right - left, bottom - top
-
-
-def _bounds(lens: Floats, boxes: Integers, cameras: Sequence[Camera]) -> tuple[Floats, Flags]:
-    """`bounds` and `whole` of Silhouettes."""
-    bounds = np.zeros((len(cameras), 4))
-    whole = np.zeros(len(cameras), dtype=np.bool_)
-    for k, camera in enumerate(cameras):
-        left, top, across, down = boxes[k].tolist()
-        if across == 0:
-            continue
-        right, bottom = left + across - 1, top + down - 1
-        width, height = camera.size
-        whole[k] = left > 0 and top > 0 and right < width - 1 and bottom < height - 1
-        steps = 9 if lens[k, REACH] > 0 else 2
-        u, v = np.linspace(left, right, steps), np.linspace(top, bottom, steps)
-        edge = [(a, b) for a in u for b in (top, bottom)] + [(a, b) for a in (left, right) for b in v]
-        flat = np.array([undistorted(lens[k], float(a), float(b)) for a, b in edge])
-        bounds[k] = flat[:, 0].min(), flat[:, 0].max(), flat[:, 1].min(), flat[:, 1].max()
-    return bounds, whole

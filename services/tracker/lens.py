@@ -38,26 +38,26 @@ def lens_of(camera: Camera) -> Floats:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def shifted(lens: Floats, x: float, y: float) -> tuple[float, float]:
-    """(x, y) as the lens bends it."""
+def shifted(lenses: Floats, j: int, x: float, y: float) -> tuple[float, float]:
+    """(x, y) as the j-th lens bends it.  lenses: (v, LENGTH); a row cut out of it would cost more than the bending."""
     r2 = x * x + y * y
-    k = lens[5:]
-    bend = (1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])))
-    dx = 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x) + r2 * (k[8] + r2 * k[9])
-    dy = k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y + r2 * (k[10] + r2 * k[11])
+    above = 1.0 + r2 * (lenses[j, 5] + r2 * (lenses[j, 6] + r2 * lenses[j, 9]))
+    bend = above / (1.0 + r2 * (lenses[j, 10] + r2 * (lenses[j, 11] + r2 * lenses[j, 12])))
+    dx = 2.0 * lenses[j, 7] * x * y + lenses[j, 8] * (r2 + 2.0 * x * x) + r2 * (lenses[j, 13] + r2 * lenses[j, 14])
+    dy = lenses[j, 7] * (r2 + 2.0 * y * y) + 2.0 * lenses[j, 8] * x * y + r2 * (lenses[j, 15] + r2 * lenses[j, 16])
     return x * bend + dx, y * bend + dy
 
 
 @njit(cache=True, error_model="numpy")
-def undistorted(lens: Floats, u: float, v: float) -> tuple[float, float]:
-    """(X / Z, Y / Z) of a pixel."""
-    y0 = (v - lens[4]) / lens[3]
-    x0 = (u - lens[2] - lens[1] * y0) / lens[0]
-    if lens[REACH] == 0.0:
+def undistorted(lenses: Floats, j: int, u: float, v: float) -> tuple[float, float]:
+    """(X / Z, Y / Z) of a pixel of the j-th lens."""
+    y0 = (v - lenses[j, 4]) / lenses[j, 3]
+    x0 = (u - lenses[j, 2] - lenses[j, 1] * y0) / lenses[j, 0]
+    if lenses[j, REACH] == 0.0:
         return x0, y0
     x, y = x0, y0
     for _ in range(TURNS):
-        bent_x, bent_y = shifted(lens, x, y)
+        bent_x, bent_y = shifted(lenses, j, x, y)
         x, y = x + x0 - bent_x, y + y0 - bent_y
         if abs(x0 - bent_x) + abs(y0 - bent_y) < EXACT:
             break

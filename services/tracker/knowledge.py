@@ -76,7 +76,7 @@ def learnt(anatomy: Anatomy, knowledge: Knowledge, rays: Singles, pose: Posed, e
 
 def improved(anatomy: Anatomy, knowledge: Knowledge) -> tuple[Knowledge, Bdp] | None:
     """The body that all postures together say, when it differs enough from the one in use."""
-    logs: Floats = np.linalg.solve(knowledge.information, knowledge.pull)
+    logs: Floats = np.asarray(np.linalg.solve(knowledge.information, knowledge.pull), dtype=np.float64)
     if float(np.abs(logs - knowledge.logs).max()) < CHANGED:
         return None
     return replace(knowledge, logs=logs), scaled(anatomy, knowledge.average, logs)

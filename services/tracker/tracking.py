@@ -1,7 +1,7 @@
 """One person followed through instants of silhouettes: found, measured, tracked, lost and found again.  [Hybrid V]"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
@@ -12,10 +12,11 @@ from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp, Pose
 from common.body.proportions import stretched_angles
 from common.camera.pinhole import Camera
+from services.tracker.agreement import Agreement, agreement, untrusted, watch
 from services.tracker.closest import Singles, points_of, rays_of
 from services.tracker.coordinates import coordinates_of
 from services.tracker.finding import Stretched, explained, found_in, measured_from, stretched_in
-from services.tracker.hull import scene_points
+from services.tracker.hull import outlines, scene_of, without
 from services.tracker.knowledge import Knowledge, beginning, improved, is_new, learnt
 from services.tracker.model import Model, model_of
 from services.tracker.particles import NO_TABLES, Cloud, advance, draw, everywhere, weighted
@@ -118,9 +119,10 @@ class Lost:
 
 @dataclass(frozen=True)
 class TrackState:
-    """phase: what is known of the person.  count: instants so far."""
+    """phase: what is known of the person.  agreement: of the views with one another.  count: instants so far."""
 
-    phase: Waiting | Tracking | Lost = field(default_factory=Waiting)
+    phase: Waiting | Tracking | Lost
+    agreement: Agreement
     count: int = 0
 
 
@@ -142,20 +144,26 @@ class Outcome:
 
 
 def initial_state(setup: Setup) -> TrackState:
+    views = agreement(list(setup.cameras))
     if setup.person_height is None:
-        return TrackState()
+        return TrackState(Waiting(), views)
     average = average_body(setup.anatomy, setup.person_height)
     person = Person(average, model_of(setup.anatomy, average), setup.person_height, beginning(average, np.zeros(COUNT)))
-    return TrackState(Lost(person, None))
+    return TrackState(Lost(person, None), views)
 
 
 def follow(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str, Mask]) -> tuple[TrackState, Outcome]:
     """One instant.  masks: by viewer, (height, width) not 0 on the person; of two or more views."""
-    views = tuple(viewer for viewer in setup.cameras if viewer in masks)
-    rays = rays_of(scene_points([masks[v] for v in views], [setup.cameras[v] for v in views], setup.options.points))
+    seen_by = [masks.get(viewer) for viewer in setup.cameras]
+    contours, seen = outlines(seen_by, list(setup.cameras.values()), setup.options.points)
+    views, findings = watch(state.agreement, contours, seen)
+    doubted = untrusted(findings)
+    rays = rays_of(scene_of(*without(contours, seen, doubted)))
     rng = np.random.default_rng([setup.options.seed, state.count])
     phase, outcome = _act(setup, state.phase, captured_ns, rays, rng)
-    return TrackState(phase, state.count + 1), replace(outcome, views=views)
+    used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in doubted)
+    said = tuple(finding.text for finding in findings)
+    return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=said)
 
 
 def describe(state: TrackState) -> str:

@@ -7,8 +7,8 @@ import pytest
 from tracker_stand_in import tracker_setup
 
 from common.body.anatomy import FOURTEEN_PARTS
+from services.tracker.phases import Options
 from services.tracker.ready import load_compiled
-from services.tracker.tracking import Options
 
 
 def test_it_gets_as_far_as_tracking() -> None:

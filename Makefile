@@ -5,7 +5,7 @@ STAMP := $(VENV)/.installed
 
 EVALUATIONS := bodies postures clips matchings scorer stages hull latency logging damage kills replay_timing
 
-.PHONY: demo test check benchmark evaluate clean
+.PHONY: demo test check benchmark evaluate priors clean
 
 demo: $(STAMP)
 	$(VENV)/bin/zenocap demo $(ARGS)
@@ -23,6 +23,9 @@ benchmark: $(STAMP)
 
 evaluate: $(STAMP)
 	@for name in $(EVALUATIONS); do $(VENV)/bin/python -m tests.evaluation.$$name || exit 1; done
+
+priors: $(STAMP)
+	$(VENV)/bin/python -m services.tracker.prior.ship $(ARGS)
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "zenocap needs Python 3.11 or newer; set PYTHON=..." >&2; exit 2; }

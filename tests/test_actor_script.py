@@ -9,6 +9,7 @@ from common.actor.script import Script, demo_script, motion_script, posture_take
 from common.actor.truth import truth
 
 FASTEST_M_S = 7.5  # a foot in a kick
+FASTEST_FIST_M_S = 11.0
 
 
 def top_speed(script: Script, from_s: float, to_s: float) -> float:
@@ -85,6 +86,18 @@ def test_one_motion_runs_for_ever_without_a_jump(name: str) -> None:
     assert script.period_s is not None
     assert script.segment_at(script.duration_s + 0.1).name == name
     assert top_speed(script, 3.0, script.duration_s + 2.0) < FASTEST_M_S
+
+
+@pytest.mark.parametrize("name", ["running", "boxing"])
+def test_who_runs_or_boxes_stays_in_the_room_and_does_not_jump(name: str) -> None:
+    script = motion_script(person(5), name, 1)
+    assert script.segment_at(script.duration_s + 0.1).name == name
+    assert top_speed(script, 3.0, script.duration_s + 1.0) < FASTEST_FIST_M_S
+    for t in np.arange(7.0, script.duration_s, 0.25):
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        hip = truth(script.person, pose).joints["Hip"]
+        assert np.hypot(hip[0], hip[2]) < 2.9
 
 
 def test_a_finished_take_stands_and_sways() -> None:

@@ -6,13 +6,14 @@ from google.protobuf.message import Message
 from hypothesis import given
 from two_view_scene import ANGLES, BDP, NAVEL
 
-from common.body.anatomy import TEN_PARTS, Floats
+from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Floats
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
 from common.body.surface import end_ellipses
 from common.formats.foxglove.body import Figure, gone
 from common.formats.foxglove.channels import SCENE
 from common.formats.foxglove.frames import timestamp
+from services.tracker.stature import body_of_height
 
 FIGURE = Figure(TEN_PARTS, BDP)
 
@@ -73,3 +74,27 @@ def test_a_lost_person_is_deleted() -> None:
     (deletion,) = update.deletions
     assert (deletion.id, deletion.type, deletion.timestamp.nanos) == ("person", 0, 7)
     assert len(update.entities) == 0
+
+
+def test_a_tapered_part_is_a_cone_of_its_height_between_its_ends() -> None:
+    """Its radii shrink alike: by as much as both do in the mean, so either end's area is about the part's."""
+    bdp = body_of_height(1.75)
+    assert bdp.tips is not None
+    assert bdp.bases is not None
+    frames = part_frames(FOURTEEN_PARTS, bdp, Pose(NAVEL, FOURTEEN_PARTS.neutral))
+    channel = SCENE.channel(rig="r")
+    shown = Figure(FOURTEEN_PARTS, bdp).shown(frames, [], timestamp(1))
+    (person,) = parsed(channel, shown.encode()).entities
+    for k, (cylinder, frame) in enumerate(zip(person.cylinders, frames, strict=True)):
+        near, far = np.split(ends(cylinder, 8), 2)
+        begin, end = bdp.bases[k], bdp.bases[k] + [0.0, bdp.sizes[k, 0], 0.0]
+        np.testing.assert_allclose(near.mean(axis=0), frame @ [*begin, 1.0], atol=1e-9)
+        np.testing.assert_allclose(far.mean(axis=0), frame @ [*end, 1.0], atol=1e-9)
+        assert max(cylinder.bottom_scale, cylinder.top_scale) == 1.0
+        radius = np.linalg.norm(near - near.mean(axis=0), axis=1)
+        np.testing.assert_allclose(
+            [radius.max(), radius.min()], [bdp.sizes[k, 1:].max(), bdp.sizes[k, 1:].min()], rtol=1e-9
+        )
+        np.testing.assert_allclose(
+            cylinder.top_scale / cylinder.bottom_scale, np.mean(bdp.tips[k] / bdp.sizes[k, 1:]), rtol=1e-9
+        )

@@ -10,13 +10,14 @@ from message_strategies import MESSAGES
 from two_view_scene import BDP, NAVEL, angles
 
 from common import messages as m
-from common.body.anatomy import TEN_PARTS
+from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
 from common.conversion import angles_by_name, body_of
 from common.formats.foxglove.channels import Beside
 from common.formats.foxglove.converter import Foxglove
 from common.vision.packing import pack
+from services.tracker.stature import body_of_height
 
 BODY = m.UniversalBdp(frame=0, captured_ns=1_000, body=body_of(TEN_PARTS, BDP), ratio=1.0)
 PIXELS = np.zeros((120, 160), np.uint8)
@@ -116,7 +117,7 @@ def test_a_body_of_another_anatomy_shows_nobody() -> None:
     converter = Foxglove(TEN_PARTS, "studio")
     converter.beside(in_envelope(BODY))
     other = m.UniversalBdp(frame=1, captured_ns=0, body=m.Body(anatomy="other", sizes={}, offsets={}), ratio=1.0)
-    with pytest.raises(ValueError, match="anatomy is 'other'"):
+    with pytest.raises(ValueError, match="anatomy 'other': allowed"):
         converter.beside(in_envelope(other))
     assert "scene" not in topics(converter.beside(in_envelope(bap(0))))
 
@@ -142,3 +143,30 @@ def test_any_valid_message_can_be_read_back_or_is_refused(message: m.Message) ->
         reject()
     assert by_topic(said)
     assert said == said_of(until_2106)[0]
+
+
+def tracker_messages(lost: bool = False) -> list[m.Message]:
+    body = body_of(FOURTEEN_PARTS, body_of_height(1.75))
+    named = angles_by_name(FOURTEEN_PARTS, FOURTEEN_PARTS.neutral)
+    pose = m.TrackerPose(
+        frame=1, captured_ns=2_000_000_001, position=(0.0, 0.95, 0.0), angles=named, position_spread=(0.003, 0.0, 0.004),
+        spread=dict.fromkeys(named, 0.1), likelihood=-2.5, effective=11.0, lost=lost, views=["1", "2", "3"],
+    )  # fmt: skip
+    return [m.TrackerBdp(frame=1, captured_ns=1, body=body), pose]
+
+
+def test_the_trackers_body_is_shown_with_all_its_parts_whatever_was_expected() -> None:
+    _, said = said_of(*tracker_messages())
+    assert topics(said) == ["pose", "joints", "body", "scene"]
+    found = by_topic(said)
+    (person,) = found["scene"].entities
+    assert len(person.cylinders) == 14
+    assert {part.child_frame_id for part in found["body"].transforms} == set(FOURTEEN_PARTS.parts)
+    assert {joint.name for joint in found["joints"].joints} == set(FOURTEEN_PARTS.angles)
+
+
+def test_a_person_that_the_tracker_lost_is_gone() -> None:
+    shown, lost = tracker_messages(), tracker_messages(lost=True)
+    *_, said = said_of(*shown, lost[1])
+    assert topics(said) == ["pose", "scene"]
+    assert by_topic(said)["scene"].deletions[0].id == "person"

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from common import messages as m
-from common.formats.foxglove.plots import health_json, pose_json, sighting_json
+from common.formats.foxglove.plots import health_json, pose_json, sighting_json, tracker_json
 
 
 def bap(lost: list[str]) -> m.UniversalBap:
@@ -55,3 +55,18 @@ def test_a_health() -> None:
         "state": "tracking", "rate": 29.9, "clock_offset_ms": -1.5, "clock_error_ms": 0.25, "memory_mb": 123.0,
         "stages": [{"name": "step_frame", "ms": 3.5}], "counts": [{"name": "late", "count": 2}],
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_the_trackers_pose_with_its_spread(lost: bool) -> None:
+    pose = m.TrackerPose(
+        frame=3, captured_ns=9, position=(0.5, 1.0, -0.25), angles={"left_elbow.x": 1.0},
+        position_spread=(0.003, 0.0, 0.004), spread={}, likelihood=-2.5, effective=11.0, lost=lost, views=["2"],
+    )  # fmt: skip
+    expected: dict[str, object] = {
+        "frame": 3, "tracked": not lost, "lost": ["person"] if lost else [], "stale": [], "likelihood": -2.5,
+        "effective": 11.0, "spread_mm": 5.0, "viewers": [{"viewer": "2", "view": "used"}],
+    }  # fmt: skip
+    if not lost:
+        expected |= {"position": {"x": 0.5, "y": 1.0, "z": -0.25}, "angles_deg": {"left_elbow": {"x": 57.296}}}
+    assert json.loads(tracker_json(pose)) == expected

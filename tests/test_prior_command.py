@@ -73,7 +73,7 @@ def test_held_files_and_frames_are_what_was_asked_for(walks: list[Path], tmp_pat
         (["train", "walk0.bvh", "-o", "nowhere/x.prior"], "there is no folder nowhere"),
         (["train", "walk0.bvh", "-o", "x.prior", "--plot", "x.gif"], "suffix '.gif': allowed: .png, .svg, .pdf"),
         (["train", "walk0.bvh", "-o", "x.prior", "--frames", "0-9"], "frames to learn from: allowed: 25 or more"),
-        (["info", "nowhere"], "prior = 'nowhere': allowed: a file of `zenocap prior train`"),
+        (["info", "nowhere"], "prior = 'nowhere': no file nowhere; allowed: a file, or a name of: "),
         (["info", "walk0.bvh"], "walk0.bvh: begins with b'': allowed"),
     ],
 )

@@ -87,7 +87,9 @@ def test_another_rate_keeps_all_but_the_transitions() -> None:
     assert half.rate == 30.0
     assert half.centres is prior.centres
     assert np.allclose(half.transitions, prior.transitions @ prior.transitions)
-    assert at_rate(prior, 60.0) is prior
+    assert at_rate(prior, 1e9 / 16_666_667) is prior
+    assert at_rate(prior, 30.0) is half
+    assert np.array_equal(at_rate(prior, 1e9 / 33_333_333).transitions, half.transitions)
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])

@@ -85,5 +85,5 @@ def test_offline_the_script_is_played_once():
 
 
 def test_an_unknown_performance_lists_what_is_allowed():
-    with pytest.raises(OpenError, match="actor:dancing: allowed: demo, walking, turning or a posture"):
+    with pytest.raises(OpenError, match="actor:dancing: allowed: demo, walking, turning, running, boxing or a posture"):
         performance(Actor("dancing", 0))

@@ -250,3 +250,12 @@ def test_the_same_events_give_the_same_bytes() -> None:
     messages = [message for k in range(5) for message in instant(k, VIEWERS[: 2 + k % 2])]
     first, second = ([encode(message) for message in play(messages)[1]] for _ in range(2))
     assert first == second
+
+
+@given(EVENTS)
+@settings(max_examples=100, deadline=None)
+def test_a_tracker_that_keeps_up_drops_nothing_whatever_comes(events: list[tuple[str, int]]) -> None:
+    """As offline: every instant is worked off before the next message."""
+    messages: list[m.Message] = [silhouette(viewer, frame) for viewer, frame in events if viewer != "tick"]
+    state, _ = play(messages)
+    assert "dropped_instants" not in tracker.counts(state)

@@ -94,6 +94,8 @@ def test_its_poses_are_exported_and_shown(take: Path, tmp_path: Path) -> None:
         assert result.exit_code == 0, result.output
     result = CliRunner().invoke(app, ["info", str(take)])
     assert "tracker/pose" in result.output
+    count = len(poses.baps)
+    assert f"tracker     {count} poses, 0 without the person, {count} of 3 views" in result.output
     result = CliRunner().invoke(app, ["evaluate", str(take), "--truth", str(tmp_path / "a.trc"), "--json"])
     assert '"mpjpe_mm": 0.0' in result.output
 

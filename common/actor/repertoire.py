@@ -5,11 +5,19 @@ import numpy as np
 from common.actor.boxing import box
 from common.actor.everyday import EVERYDAY, everyday
 from common.actor.person import Person
-from common.actor.pose import ActorPose, Motion, Placement, chain, neutral, place
+from common.actor.pose import (
+    ActorPose,
+    Motion,
+    Placement,
+    chain,
+    neutral,
+    place,
+)
 from common.actor.postures import posture
-from common.actor.running import gait_of, run
+from common.actor.running import run
+from common.actor.striding import stride
 from common.actor.style import POSTURES
-from common.actor.walking import circle_way, turn_way, walk
+from common.actor.walking import turn_way, walk
 
 KINDS = ("walking", "running", "boxing", "general")
 BOUT_S = 24.0
@@ -51,28 +59,19 @@ def chained(person: Person, motions: list[Motion], pause_s: float = 0.15) -> Mot
 
 
 def _walk(person: Person, rng: np.random.Generator) -> Motion:
-    stride = float(rng.uniform(0.25, 0.42)) * person.height
-    # Who takes longer steps takes them faster.
-    step_s = float(rng.uniform(0.93, 1.07)) * (0.68 - 0.38 * stride / person.height) / person.manner.tempo
-    arms, count = float(rng.uniform(0.6, 1.3)), int(rng.integers(9, 14))
-    kind = float(rng.uniform())
-    if kind < 0.45:
-        way = [Placement(0.0, stride * k) for k in range(1, count + 1)]
-    elif kind < 0.9:
-        radius = float(rng.uniform(1.0, 3.0))
-        way = circle_way(radius, max(round(2.0 * np.pi * radius / stride), 8))[:count]
-        if rng.uniform() < 0.5:
-            way = [Placement(-p.x, p.z, -p.yaw) for p in way]
-    else:
-        way = turn_way(float(rng.uniform(1.5, 3.1) * rng.choice([-1.0, 1.0])), 5)
-    return walk(person, way, step_s, first=int(rng.integers(2)), arms=arms)
+    seed, kind = int(rng.integers(2**31)), float(rng.uniform())
+    if kind < 0.08:
+        return walk(person, turn_way(float(rng.uniform(1.5, 3.1) * rng.choice([-1.0, 1.0])), 5), 0.5, arms=0.5)
+    speed = float(rng.uniform(0.8, 1.7) if kind < 0.55 else rng.uniform(0.7, 1.3))
+    radius = None if kind < 0.55 else float(rng.uniform(1.0, 3.5) * rng.choice([-1.0, 1.0]))
+    return stride(person, speed, seed, float(rng.uniform(6.0, 9.0)), radius)
 
 
 def _run(person: Person, rng: np.random.Generator, seed: int) -> Motion:
     bends = rng.uniform() < 0.4
     speed = float(rng.uniform(1.8, 2.6) if bends else rng.uniform(2.1, 3.5))
     radius = float(rng.uniform(1.6, 4.0) * rng.choice([-1.0, 1.0])) if bends else None
-    return run(person, gait_of(person, speed, seed), float(rng.uniform(6.0, 8.0)), radius)
+    return run(person, speed, seed, float(rng.uniform(6.0, 8.0)), radius)
 
 
 def _mixture(person: Person, rng: np.random.Generator) -> list[Motion]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from common.actor.boxing import box
 from common.actor.person import Person
 from common.actor.pose import (
     ABDUCTION,
@@ -23,10 +24,12 @@ from common.actor.pose import (
     place,
 )
 from common.actor.postures import posture
+from common.actor.running import run
 from common.actor.walking import circle_way, turn_way, walk, way_home
 
 EMPTY, STRETCHED, LOWERING, RAISING = "empty", "stretched", "lowering", "raising"
 STANDING, RETURNING = "standing", "returning"
+RUNNING_S, BOXING_S = 12.0, 20.0
 
 
 @dataclass(frozen=True)
@@ -119,12 +122,22 @@ def demo_script(person: Person, seed: int) -> Script:
 
 
 def motion_script(person: Person, name: str, seed: int) -> Script:
-    """Empty scene 3 s, the initial posture, then one motion over and over: `walking`, `turning` or a posture.
+    """Empty scene 3 s, the initial posture, then one motion over and over.
 
-    Whoever ends elsewhere walks back.  Raises ValueError for any other name.
+    name: `walking`, `turning`, `running` (a small circle), `boxing` or a posture.  Whoever ends elsewhere walks back.
+    Raises ValueError for any other name.
     """
-    own = {"walking": _walking, "turning": _turning}
-    motion = own[name](person) if name in own else posture(person, name, seed)
+    match name:
+        case "walking":
+            motion = _walking(person)
+        case "turning":
+            motion = _turning(person)
+        case "running":
+            motion = run(person, 1.9, seed, RUNNING_S, -1.3)
+        case "boxing":
+            motion = box(person, BOXING_S, seed)
+        case _:
+            motion = posture(person, name, seed)
     parts: list[Part] = [*_opening(person), (name, *_timed(motion))]
     if np.hypot(motion.end.x, motion.end.z) > 0.1:
         parts.append((RETURNING, *_timed(walk(person, way_home(motion.end, 0.27 * person.height), 0.5))))

@@ -1,16 +1,18 @@
 """The skeleton that animation programs know, laid over an anatomy: named bones, their rest pose, their rotations.
 
-The rest pose is upright, facing Z, arms sideways, and there every bone's frame is the world's.  The anatomy's parts move
-Hips (the whole torso), Neck (the head with it), LeftArm, LeftForeArm, LeftUpLeg, LeftLeg and their right twins.  The
-other bones only divide a part and never turn in it; they are there because others look for them.
+The rest pose is upright, facing Z, arms sideways, and there every bone's frame is the world's.  The ten parts move
+Hips (the whole torso), Neck (the head with it), LeftArm, LeftForeArm, LeftUpLeg, LeftLeg and their right twins.  With
+fourteen, Hips is the pelvis alone, Spine turns the chest, Head the head, LeftFoot and RightFoot the feet.  The other
+bones only divide a part and never turn in it; they are there because others look for them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.body.anatomy import Anatomy, Floats
+from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
 from common.body.definition import Bdp, Pose
 from common.body.kinematics import part_frames
 from common.body.proportions import stretched_angles
@@ -35,28 +37,40 @@ class Bone:
     ends: bool = False
 
 
-def _side(ours: str, theirs: str) -> tuple[Bone, ...]:
+def _side(ours: str, theirs: str, trunk: str, foot: Bone) -> tuple[Bone, ...]:
+    """One arm and leg.  trunk: the part that carries the shoulders."""
     initial = theirs[0]
     return (
-        Bone(f"{theirs}Shoulder", "Spine1", part="torso", along=1.0, towards=(f"{ours}_shoulder", 0.2)),
+        Bone(f"{theirs}Shoulder", "Spine1", part=trunk, along=1.0, towards=(f"{ours}_shoulder", 0.2)),
         Bone(f"{theirs}Arm", f"{theirs}Shoulder", joint=f"{ours}_shoulder"),
         Bone(f"{theirs}ForeArm", f"{theirs}Arm", joint=f"{ours}_elbow"),
         Bone(f"{theirs}Hand", f"{theirs}ForeArm", marker=f"{initial}Wrist", ends=True),
         Bone(f"{theirs}UpLeg", "Hips", joint=f"{ours}_hip"),
         Bone(f"{theirs}Leg", f"{theirs}UpLeg", joint=f"{ours}_knee"),
-        Bone(f"{theirs}Foot", f"{theirs}Leg", marker=f"{initial}Ankle", ends=True),
+        foot,
     )
 
 
-BONES = (
-    Bone("Hips", "", joint="navel"),
-    Bone("Spine", "Hips", part="torso", along=0.3),
-    Bone("Spine1", "Spine", part="torso", along=0.65),
-    Bone("Neck", "Spine1", joint="neck"),
-    Bone("Head", "Neck", part="head", along=0.3, ends=True),
-    *_side("left", "Left"),
-    *_side("right", "Right"),
-)
+BONES: Mapping[str, tuple[Bone, ...]] = {
+    TEN_PARTS.name: (
+        Bone("Hips", "", joint="navel"),
+        Bone("Spine", "Hips", part="torso", along=0.3),
+        Bone("Spine1", "Spine", part="torso", along=0.65),
+        Bone("Neck", "Spine1", joint="neck"),
+        Bone("Head", "Neck", part="head", along=0.3, ends=True),
+        *_side("left", "Left", "torso", Bone("LeftFoot", "LeftLeg", marker="LAnkle", ends=True)),
+        *_side("right", "Right", "torso", Bone("RightFoot", "RightLeg", marker="RAnkle", ends=True)),
+    ),
+    FOURTEEN_PARTS.name: (
+        Bone("Hips", "", joint="navel"),
+        Bone("Spine", "Hips", joint="waist"),
+        Bone("Spine1", "Spine", part="chest", along=0.5),
+        Bone("Neck", "Spine1", joint="neck_base"),
+        Bone("Head", "Neck", joint="neck", ends=True),
+        *_side("left", "Left", "chest", Bone("LeftFoot", "LeftLeg", joint="left_ankle", ends=True)),
+        *_side("right", "Right", "chest", Bone("RightFoot", "RightLeg", joint="right_ankle", ends=True)),
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -76,23 +90,28 @@ class Skeleton:
 
 
 def skeleton_of(anatomy: Anatomy, bdp: Bdp) -> Skeleton:
-    """The skeleton of one body."""
+    """The skeleton of one body.  Raises ValueError for an anatomy without one."""
+    if anatomy.name not in BONES:
+        raise ValueError(f"anatomy {anatomy.name!r} has no skeleton: allowed: {', '.join(BONES)}")
+    bones = BONES[anatomy.name]
+    bases = np.zeros((len(anatomy.parts), 3)) if bdp.bases is None else bdp.bases
     rest = part_frames(anatomy, bdp, Pose(np.zeros(3), stretched_angles(anatomy)))
-    names = [bone.name for bone in BONES]
+    names = [bone.name for bone in bones]
     markers = {marker.name: marker for marker in anatomy.markers}
     parts, places, ends = [], [], {}
-    for k, bone in enumerate(BONES):
+    for k, bone in enumerate(bones):
         marker = markers.get(bone.marker)
         part = anatomy.index[bone.joint or bone.part or (marker.part if marker else "")]
         along = marker.along if marker else bone.along
-        place = rest[part, :, 3] + along * bdp.sizes[part, 0] * rest[part, :, 1]
+        begin, axis = rest[part, :, 3], rest[part, :, :3] @ bases[part]  # of the joint, and from it to the part's axis
+        place = begin if bone.joint else begin + axis + along * bdp.sizes[part, 0] * rest[part, :, 1]
         if bone.towards[0]:
             place = place + bone.towards[1] * (rest[anatomy.index[bone.towards[0]], :, 3] - place)
         if bone.ends:
-            ends[k] = rest[part, :, 3] + bdp.sizes[part, 0] * rest[part, :, 1] - place
+            ends[k] = begin + axis + bdp.sizes[part, 0] * rest[part, :, 1] - place
         parts.append(part)
         places.append(place)
-    parents = tuple(names.index(bone.parent) if bone.parent else -1 for bone in BONES)
+    parents = tuple(names.index(bone.parent) if bone.parent else -1 for bone in bones)
     offsets = np.array(places) - np.array(places)[np.maximum(parents, 0)]
     return Skeleton(tuple(names), parents, np.array(parts), offsets, ends, rest[:, :, :3])
 

@@ -140,5 +140,6 @@ def _actor(name: str, query: str) -> Actor:
     options = dict(parse_qsl(query, keep_blank_values=True))
     seed = options.pop("seed", "0")
     if not name or options or not seed.isdecimal() or int(seed) > MAX_SEED:
-        raise SpecError(f"actor:NAME or actor:NAME?seed=N, NAME demo, walking, turning or a posture, N to {MAX_SEED}")
+        names = "demo, walking, turning, running, boxing or a posture"
+        raise SpecError(f"actor:NAME or actor:NAME?seed=N, NAME {names}, N to {MAX_SEED}")
     return Actor(name, int(seed))

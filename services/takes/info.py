@@ -7,7 +7,7 @@ from pathlib import Path
 from common import messages as m
 from common.codec import BadMessage
 from common.take.reading import Recorded, Take, envelope
-from common.topics import ASSIGNMENT, HEALTH, SIGHTING, SILHOUETTE, topic_at
+from common.topics import ASSIGNMENT, HEALTH, SIGHTING, SILHOUETTE, TRACKER_POSE, topic_at
 from services.takes.chunks import chunk_counts
 from services.takes.tallies import (
     Channel,
@@ -17,6 +17,7 @@ from services.takes.tallies import (
     HealthTally,
     Pairs,
     ServiceHealth,
+    Tracked,
 )
 
 BY_FRAME = (SIGHTING, SILHOUETTE)  # what a viewer says about every frame
@@ -46,6 +47,7 @@ class Info:
     channels: tuple[Channel, ...]
     frames: tuple[Frames, ...]
     pairs: Pairs | None
+    tracked: Tracked | None
     health: tuple[ServiceHealth, ...]
     metadata: dict[str, dict[str, str]]
     attachments: dict[str, int]
@@ -87,6 +89,7 @@ def info(path: Path) -> Info:
         ),
         frames=tuple(one.frames(viewer, topic) for (viewer, topic), one in sorted(tally.frames.items())),
         pairs=tally.pairs if tally.pairs.instants else None,
+        tracked=tally.tracked if tally.tracked.poses else None,
         health=tuple(one.health(service, id) for (service, id), one in sorted(tally.health.items())),
         metadata=take.metadata,
         attachments={name: len(data) for name, data in take.attachments.items()},
@@ -107,6 +110,7 @@ class _Tally:
         self.frames: dict[tuple[str, str], FrameTally] = {}
         self.health: dict[tuple[str, str], HealthTally] = {}
         self.pairs = Pairs()
+        self.tracked = Tracked()
         self.unreadable = 0
         self.rig = ""
 
@@ -120,7 +124,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # their number stands beside them, so that masks need not be unpacked
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).see(recorded.sequence)
-        elif topic in (ASSIGNMENT, HEALTH):
+        elif topic in (ASSIGNMENT, TRACKER_POSE, HEALTH):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -132,5 +136,7 @@ class _Tally:
         match received.message if received else None:
             case m.Assignment() as assignment:
                 self.pairs.see(assignment)
+            case m.TrackerPose() as pose:
+                self.tracked.see(pose)
             case m.Health() as health:
                 self.health.setdefault((health.service, health.id), HealthTally()).see(health)

@@ -36,6 +36,11 @@ def lines_of(info: Info) -> Iterator[str]:
         parts = [f"{pairs.instants} instants", f"{pairs.complete} with all viewers", f"{pairs.one_viewer} with one viewer"]
         yield ""
         yield _line("pairs", ", ".join([*parts, f"{pairs.stale} with a stale part"]))
+    if info.tracked:
+        tracked = info.tracked
+        by_views = [f"{count} of {views} views" for views, count in sorted(tracked.views.items(), reverse=True)]
+        yield ""
+        yield from _wrapped("tracker", [f"{tracked.poses} poses", f"{tracked.lost} without the person", *by_views])
     for health in info.health:
         yield ""
         yield from _health(health)

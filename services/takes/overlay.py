@@ -1,5 +1,6 @@
 """Pictures and a video of the model drawn on the person in every view, to see with one's own eyes how well it fits."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,13 +8,13 @@ import cv2
 import numpy as np
 
 from common import messages as m
-from common.body.anatomy import TEN_PARTS
+from common.body.anatomy import Anatomy
 from common.body.definition import Bdp, Pose
 from common.body.kinematics import part_frames
-from common.body.surface import end_ellipses
+from common.body.surface import body_ellipses
 from common.camera.pinhole import Camera
-from common.conversion import bdp_of
-from common.formats.poses import pose_of
+from common.conversion import anatomy_of, bdp_of
+from common.formats.poses import NO_PART, Bap, is_lost, parts_of, pose_of, searched_for
 from common.runtime.rig import Rig, Viewer
 from common.runtime.rig_file import RigError
 from common.vision.packing import unpack
@@ -21,6 +22,7 @@ from services.takes.track import Instant
 from services.viewer.sources.frame import Frame, Image
 
 LONG_SIDE_PX = 640  # of each view in the picture
+PER_ROW = 4
 DIMMED = 0.55
 CAPTION_PX = 26
 CONTOUR = (255, 255, 255)
@@ -29,11 +31,12 @@ LEFT, RIGHT, MIDDLE = (60, 150, 255), (255, 190, 60), (110, 220, 110)  # orange,
 
 @dataclass(frozen=True)
 class Posed:
-    """What is drawn: the last universal body and pose."""
+    """What is drawn: the last body and pose, whoever found them."""
 
+    anatomy: Anatomy
     bdp: Bdp
     pose: Pose
-    bap: m.UniversalBap
+    bap: Bap
 
 
 class Overlay:
@@ -42,7 +45,7 @@ class Overlay:
     def __init__(self, rig: Rig, folder: Path, every: int) -> None:
         """Raises RigError when the folder cannot be written."""
         self._rig, self._folder, self._every = rig, folder, every
-        self._bdp: Bdp | None = None
+        self._body: tuple[Anatomy, Bdp] | None = None
         self._film: cv2.VideoWriter | None = None
         self._last: dict[str, Image] = {}
         self._pictures = self._seen = 0
@@ -57,10 +60,12 @@ class Overlay:
         masks: dict[str, Image] = {}
         for message in instant.said:
             match message:
-                case m.UniversalBdp(body=body):
-                    self._bdp = bdp_of(TEN_PARTS, body)
-                case m.UniversalBap() as bap if self._bdp is not None:
-                    posed = Posed(self._bdp, pose_of(TEN_PARTS, bap), bap)
+                case m.UniversalBdp(body=body) | m.TrackerBdp(body=body):
+                    anatomy = anatomy_of(body)
+                    self._body = anatomy, bdp_of(anatomy, body)
+                case m.UniversalBap() | m.TrackerPose() as bap if self._body is not None:
+                    anatomy, bdp = self._body
+                    posed = Posed(anatomy, bdp, pose_of(anatomy, bap), bap)
                 case m.Silhouette() as silhouette:
                     masks[silhouette.viewer] = unpack(silhouette.size, silhouette.region, silhouette.data)
         for viewer in self._rig.viewers:
@@ -69,7 +74,7 @@ class Overlay:
                 self._last[viewer.id] = drawn(viewer, frame, masks.get(viewer.id), posed)
         if len(self._last) < len(self._rig.viewers):
             return
-        picture = np.hstack([self._last[viewer.id] for viewer in self._rig.viewers])
+        picture = side_by_side([self._last[viewer.id] for viewer in self._rig.viewers])
         first = next(iter(instant.frames.values()))
         if self._seen % self._every == 0:
             self._pictures += 1
@@ -89,6 +94,19 @@ class Overlay:
         return self._pictures
 
 
+def side_by_side(views: Sequence[Image]) -> Image:
+    """All views in rows of at most PER_ROW, what is left over is dark."""
+    columns = min(len(views), PER_ROW)
+    height, width = max(view.shape[0] for view in views), max(view.shape[1] for view in views)
+    rows = []
+    for start in range(0, len(views), columns):
+        row = np.full((height, columns * width, 3), 32, dtype=np.uint8)
+        for k, view in enumerate(views[start : start + columns]):
+            row[: view.shape[0], k * width : k * width + view.shape[1]] = view
+        rows.append(row)
+    return np.vstack(rows)
+
+
 def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: Posed | None) -> Image:
     """One view and a caption: dimmed image, silhouette's contour, the model's parts, what is known."""
     scale = LONG_SIDE_PX / max(viewer.camera.size)
@@ -101,19 +119,22 @@ def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: Posed | None)
         cv2.drawContours(image, contours, -1, CONTOUR, 1)
     words = f"viewer {viewer.id}   {'initial ' if frame.initial else ''}frame {frame.frame}"
     if posed is not None:
-        draw_model(image, viewer.camera.resized(size), posed.bdp, posed.pose)
-        score = posed.bap.scores.get(viewer.id)
-        words += f"   {posed.bap.views.get(viewer.id, '')}" + ("" if score is None else f"   score {score:.2f}")
-        words += f"   lost: {', '.join(posed.bap.lost)}" if posed.bap.lost else ""
+        if not is_lost(posed.bap):
+            draw_model(image, viewer.camera.resized(size), posed)
+        view, score = parts_of(posed.bap).get(viewer.id, NO_PART)
+        words += f"   {view}" + ("" if np.isnan(score) else f"   score {score:.2f}")
+        searched = ", ".join(searched_for(posed.bap))
+        words += f"   lost: {searched}" if searched else ""
     caption = np.full((CAPTION_PX, size[0], 3), 32, dtype=np.uint8)
     cv2.putText(caption, words, (6, 18), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (235, 235, 235), 1, cv2.LINE_AA)
     return np.vstack([image, caption])
 
 
-def draw_model(image: Image, camera: Camera, bdp: Bdp, pose: Pose) -> None:
+def draw_model(image: Image, camera: Camera, posed: Posed) -> None:
     """Outline every part as `camera` sees it, tilt and lens included: left limbs orange, right ones blue."""
-    for part, frame, size in zip(TEN_PARTS.parts, part_frames(TEN_PARTS, bdp, pose), bdp.sizes, strict=True):
-        points = camera.project(end_ellipses(frame, size))
+    outlines = body_ellipses(posed.bdp, part_frames(posed.anatomy, posed.bdp, posed.pose))
+    for part, ellipses in zip(posed.anatomy.parts, outlines, strict=True):
+        points = camera.project(ellipses)
         if not np.all(np.isfinite(points)) or np.abs(points).max() > 1e5:
             continue  # behind the camera, or all but in it
         hull = cv2.convexHull(points.astype(np.float32))

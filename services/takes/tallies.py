@@ -129,6 +129,20 @@ class Pairs:
             self.stale += 1
 
 
+@dataclass
+class Tracked:
+    """Poses of the tracker.  lost: of them, without a person.  views: how many poses were made of so many views."""
+
+    poses: int = 0
+    lost: int = 0
+    views: dict[int, int] = field(default_factory=dict)
+
+    def see(self, pose: m.TrackerPose) -> None:
+        self.poses += 1
+        self.lost += pose.lost
+        self.views[len(pose.views)] = self.views.get(len(pose.views), 0) + 1
+
+
 @dataclass(frozen=True)
 class ServiceHealth:
     """reports: of health.  state: the last.  clock_offset_ms: the furthest off.  counts: over restarts, zeros left out."""

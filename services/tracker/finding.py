@@ -8,25 +8,28 @@ import numpy as np
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Pose
 from common.body.proportions import HIP_HEIGHT, stretched_angles
-from services.tracker.closest import misfit
+from services.tracker.closest import Singles, points_of
 from services.tracker.coordinates import coordinates_of
 from services.tracker.measuring import Measured, Sample, measure
-from services.tracker.model import Model, place
+from services.tracker.model import Model
 from services.tracker.posed import Posed
-from services.tracker.refine import Weights, refine
+from services.tracker.refine import Weights, distances_of, misfit_of, refine
+from services.tracker.room import Room
 from services.tracker.sizes import COUNT
 from services.tracker.stature import average_body
 
 SHORTEST_M, TALLEST_M = 0.8, 2.4
+BESIDE_M = 0.5  # from the middle, where head and feet are
 SPAN = (0.65, 1.25)  # of the outstretched arms, in statures
 DEEPEST = 0.55  # front to back, in statures
 ARMS = 0.30  # statures from the middle: there is nothing but arms,
 AT = (0.62, 0.95)  # at this height in statures,
-ALL_ARMS = 0.9  # for this share of the rays out there
+ALL_ARMS = 0.75  # for this share of the rays out there; a shadow may be the rest
 MOST_GAP_M = 0.03  # of a body that was measured well
 HELD = 0.25  # rad around the initial posture
 FURTHEST = np.radians(40.0)  # of a shoulder or elbow from the initial posture
 ROUNDS = 20
+ON_BODY_M = 0.04  # a ray so near belongs to the body
 TURNS = 8  # facings that are tried
 
 
@@ -44,30 +47,32 @@ def stretched_in(points: Floats) -> Stretched | str:
     """The initial posture in scene points (n, 3), or what is missing of it, in words."""
     if len(points) < 40:
         return "waiting for a person"
-    low, top = np.percentile(points[:, 1], [0.3, 99.7])
+    middle = np.median(points[:, [0, 2]], axis=0)
+    upright = points[np.linalg.norm(points[:, [0, 2]] - middle, axis=1) < BESIDE_M, 1]
+    low, top = np.percentile(upright, [0.3, 99.7])
     stature = float(top - low)
     if not SHORTEST_M <= stature <= TALLEST_M:
         return f"seeing something {stature:.2f} m tall; a person of {SHORTEST_M:g} to {TALLEST_M:g} m is waited for"
-    centre = np.median(points[:, [0, 2]], axis=0)
-    around = points[:, [0, 2]] - centre
+    around = points[:, [0, 2]] - middle
     out = np.linalg.norm(around, axis=1) > ARMS * stature
-    if out.sum() < 10:
+    height = (points[:, 1] - low) / stature
+    arms = out & (height > AT[0]) & (height < AT[1])
+    if arms.sum() < 10:
         return "stretch both arms sideways"
-    _, axes = np.linalg.eigh(around[out].T @ around[out])
+    _, axes = np.linalg.eigh(around[arms].T @ around[arms])
     across = axes[:, 1]
-    along, deep = around @ across, around @ axes[:, 0]
-    share = (points[out, 1] - low) / stature
-    level = float(np.mean((share > AT[0]) & (share < AT[1])))
+    along, deep = around[arms] @ across, around @ axes[:, 0]
+    level = float(arms.sum() / out.sum())
     sides = float(-along.min()), float(along.max())
     if level < ALL_ARMS or min(sides) < 0.5 * SPAN[0] * stature or max(sides) > 0.5 * SPAN[1] * stature:
         return "stretch both arms sideways, at the height of the shoulders"
-    if float(np.subtract(*np.percentile(deep, [98, 2]))) > DEEPEST * stature:
+    if float(np.subtract(*np.percentile(deep, [95, 5]))) > DEEPEST * stature:
         return "stand straight, legs together or slightly apart, arms sideways"
-    return Stretched(centre, across, float(low), stature)
+    return Stretched(middle, across, float(low), stature)
 
 
-def measured_from(anatomy: Anatomy, scenes: Sequence[Floats], seen: Sequence[Stretched]) -> Measured | str:
-    """The body, from rays (n, 11) of several scenes of the initial posture; or why it is not believed, in words.
+def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[Stretched]) -> Measured | str:
+    """The body, from rays (11, n) of several scenes of the initial posture; or why it is not believed, in words.
 
     Who faces which way along the same line is decided by the feet: both ways are fitted.
     """
@@ -96,17 +101,16 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Floats], seen: Sequence[Str
 
 
 def found_in(
-    model: Model, rays: Floats, poses: Sequence[Posed], stature: float, weights: Weights, rounds: int
-) -> tuple[Posed, float]:
-    """The best pose of a known body in a scene, with D in m^2; poses: postures to begin from, facing everywhere.
+    model: Model, rays: Singles, room: Room, poses: Sequence[Posed], stature: float, weights: Weights, rounds: int
+) -> Posed:
+    """The best pose of a known body in a scene; poses: postures to begin from, facing everywhere.
 
-    rays: (n, 11).  stature: metres, where the hips are looked for.
+    rays: (11, n).  stature: metres, where the hips are looked for.
     """
-    points = rays[:, :3] + 0.5 * (rays[:, 9] + rays[:, 10])[:, None] * rays[:, 3:6]
-    low = float(np.percentile(points[:, 1], 0.3))
+    points = points_of(rays)
     x, _, z = np.median(points, axis=0)
+    low = float(np.percentile(points[np.hypot(points[:, 0] - x, points[:, 2] - z) < BESIDE_M, 1], 0.3))
     best: tuple[Posed, float] | None = None
-    frames = np.empty((len(model.parent), 3, 4))
     for posture in poses:
         for turn in range(TURNS):
             yaw = 2 * np.pi * turn / TURNS
@@ -115,12 +119,18 @@ def found_in(
             start = Posed(np.array([x, low + HIP_HEIGHT * stature, z]), rotation, posture.values.copy())
             moved = start.copy()
             refine(
-                model, rays, weights, rounds, moved.position, moved.rotation, moved.values,
+                model, rays, room, weights, rounds, moved.position, moved.rotation, moved.values,
                 start.position, start.rotation, start.values,
             )  # fmt: skip
-            place(model, moved.position, moved.rotation, moved.values, frames)
-            error = float(misfit(model, frames, rays, weights.limit))
+            error = float(misfit_of(model, rays, room, weights.limit, moved.position, moved.rotation, moved.values))
             if best is None or error < best[1]:
                 best = moved, error
     assert best is not None  # there is a posture to begin from
-    return best
+    return best[0]
+
+
+def explained(model: Model, rays: Singles, pose: Posed) -> float:
+    """The share of a scene that lies on the body."""
+    if not rays.shape[1]:
+        return 0.0
+    return float(np.mean(distances_of(model, rays, pose.position, pose.rotation, pose.values) < ON_BODY_M))

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
-from services.tracker.closest import FOUND, influence, nearest
+from services.tracker.closest import FOUND, Singles, contact, influence, nearest_parts
 from services.tracker.coordinates import coordinates_of
+from services.tracker.linkage import ROOT, hold, move, screws_of
 from services.tracker.model import Ints, Model, model_of, place
 from services.tracker.posed import Posed
-from services.tracker.refine import ROOT, hold, move, screws_of
 from services.tracker.sizes import BASES, COUNT, LENGTH, OFFSETS, SIZES, SPREADS, TIPS, entries_of, scaled, values_of
 
 SPREAD_M, LIMIT_M = 0.01, 0.20  # of a gap, and beyond which a ray belongs to nothing
@@ -24,9 +24,9 @@ LONGEST_STEP = 0.3
 
 @dataclass(frozen=True)
 class Sample:
-    """One scene to measure in: rays (n, 11), a pose to begin from, and how far (radians) its coordinates may go from it."""
+    """One scene to measure in: rays (11, n), a pose to begin from, and how far (radians) its coordinates may go from it."""
 
-    rays: Floats
+    rays: Singles
     pose: Posed
     held: Floats
     looseness: float
@@ -65,7 +65,7 @@ def measure(anatomy: Anatomy, average: Bdp, samples: Sequence[Sample], logs: Flo
                 model, entries, values, pose.position, pose.rotation, pose.values, sample.rays, own, pull
             )
             total, number = total + squares, number + seen
-            share = EFFECTIVE / max(len(sample.rays), 1)
+            share = EFFECTIVE / max(sample.rays.shape[1], 1)
             rows = np.concatenate([np.arange(COUNT), COUNT + k * dof + np.arange(dof)])
             a[np.ix_(rows, rows)] += share * own
             b[rows] += share * pull
@@ -102,7 +102,7 @@ def equations(
     position: Floats,
     rotation: Floats,
     coordinates: Floats,
-    rays: Floats,
+    rays: Singles,
     a: Floats,
     b: Floats,
 ) -> tuple[float, float]:
@@ -123,9 +123,11 @@ def equations(
             up = model.parent[up]
     found, row = np.empty(FOUND), np.empty(COUNT + dof)
     squares = number = 0.0
-    for i in range(rays.shape[0]):
-        ray = rays[i]
-        part = nearest(model, frames, ray, found)
+    distances, nearest = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
+    nearest_parts(model, frames, rays, distances, nearest)
+    for i in range(rays.shape[1]):
+        part = nearest[i]
+        contact(model, frames[part], part, rays, i, found)
         weight = influence(found, SPREAD_M, LIMIT_M)
         if weight == 0.0:
             continue
@@ -135,7 +137,7 @@ def equations(
         n0, n1, n2 = found[6], found[7], found[8]
         x, y, z = found[2] - position[0], found[3] - position[1], found[4] - position[2]
         row[0] = n0 * x + n1 * y + n2 * z  # all grows from the root
-        _sizes_row(model, frames, above, entries, values, ray, part, found, row)
+        _sizes_row(model, frames, above, entries, values, rays[6:9, i], part, found, row)
         m0, m1, m2 = y * n2 - z * n1, z * n0 - x * n2, x * n1 - y * n0
         for k in range(dof):
             if above[part, owner[k]]:
@@ -156,7 +158,7 @@ def _sizes_row(
     above: NDArray[np.bool_],
     entries: Ints,
     values: Floats,
-    ray: Floats,
+    normal: Singles,
     part: int,
     found: Floats,
     row: Floats,
@@ -165,7 +167,7 @@ def _sizes_row(
     f, share = frames[part], found[5]
     turned, moving = np.empty(3), np.empty(3)  # the normal, and what a motion counts, in the part's frame
     for k in range(3):
-        turned[k] = f[0, k] * ray[6] + f[1, k] * ray[7] + f[2, k] * ray[8]
+        turned[k] = f[0, k] * normal[0] + f[1, k] * normal[1] + f[2, k] * normal[2]
         moving[k] = f[0, k] * found[6] + f[1, k] * found[7] + f[2, k] * found[8]
     rx = model.radii[part, 0] + share * (model.radii[part, 2] - model.radii[part, 0])
     rz = model.radii[part, 1] + share * (model.radii[part, 3] - model.radii[part, 1])

@@ -10,11 +10,12 @@ from numba import njit, prange
 
 from common.body.anatomy import Floats
 from common.body.rotation_vectors import rotation_of
-from services.tracker.closest import misfit
-from services.tracker.model import Ints, Model, place
+from services.tracker.closest import Singles
+from services.tracker.model import Ints, Model
 from services.tracker.prior.sampling import assign, propose
 from services.tracker.prior.tables import Tables
-from services.tracker.refine import Weights, refine
+from services.tracker.refine import Weights, misfit_of, refine
+from services.tracker.room import Room
 
 DYNAMIC, PRIOR = 0, 1
 
@@ -74,7 +75,8 @@ def advance(
     model: Model,
     tables: Tables,
     has_prior: bool,
-    rays: Floats,
+    rays: Singles,
+    room: Room,
     weights: Weights,
     iterations: int,
     cloud: Cloud,
@@ -113,15 +115,13 @@ def advance(
             values[i] = min(max(values[i], model.low[i]), model.high[i])
         if iterations > 0:
             refine(
-                model, rays, weights, iterations, position, rotation, values,
+                model, rays, room, weights, iterations, position, rotation, values,
                 position.copy(), rotation.copy(), values.copy(),
             )  # fmt: skip
             if has_prior:
                 region = assign(tables, values)
         out.regions[k] = region
-        frames = np.empty((model.parent.shape[0], 3, 4))
-        place(model, position, rotation, values, frames)
-        errors[k] = misfit(model, frames, rays, weights.limit)
+        errors[k] = misfit_of(model, rays, room, weights.limit, position, rotation, values)
 
 
 NO_TABLES = Tables(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.ones((1, 1)), np.ones((1, 1)), np.ones(1), np.zeros(1))

@@ -16,12 +16,12 @@ from common.runtime.service import Service, Subscription, run
 from common.take.reading import TakeError
 from common.take.setup import PRIOR_FILE, RecordedRig, recorded_rig
 from common.topics import CAMERA, HEALTH, SILHOUETTE
+from services.tracker.phases import Method, Options, Refinement, Setup
 from services.tracker.prior.file import parse_prior, read_prior
 from services.tracker.prior.model import Prior
 from services.tracker.ready import load_compiled
 from services.tracker.states import State
 from services.tracker.step import counts, describe, initial_state, pending, step
-from services.tracker.tracking import Method, Options, Refinement, Setup
 
 logger = logging.getLogger(__name__)
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from common.messages import Silhouette, TrackerPose
 from common.pairing import Instant, Pairs
 from common.runtime.clock import Offset
-from services.tracker.tracking import TrackState
+from services.tracker.phases import TrackState
 
 LEAST_VIEWS = 2
-MOST_READY = 3  # instants that may wait for their turn; then the oldest is dropped
+MOST_READY = 2  # instants that may wait for their turn; then the oldest is dropped
 
 
 @dataclass(frozen=True)

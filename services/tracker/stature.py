@@ -20,12 +20,12 @@ ANKLE_HEIGHT, UPPER_ARM, FOREARM, HAND, FOOT = 0.039, 0.186, 0.146, 0.108, 0.152
 WAIST = 0.10  # of the bend of the spine above the hip joints
 THROAT, SKULL = 0.040, 0.055  # of the head's joint above the shoulder line, and of the skull's axis above that
 SHAPES = {  # height, then long and short radius at the base and at the far end; where the axis begins
-    "pelvis": ((WAIST + 0.03, 0.092, 0.064, 0.082, 0.058), (0.0, -0.03, 0.0)),
-    "chest": ((SHOULDER_HEIGHT - HIP_HEIGHT - WAIST, 0.082, 0.058, 0.092, 0.056), (0.0, 0.0, 0.0)),
+    "pelvis": ((WAIST - 0.02, 0.092, 0.064, 0.082, 0.058), (0.0, 0.02, 0.0)),
+    "chest": ((SHOULDER_HEIGHT - HIP_HEIGHT - WAIST - 0.035, 0.082, 0.058, 0.092, 0.056), (0.0, 0.0, 0.0)),
     "neck_column": ((0.065, 0.070, 0.050, 0.034, 0.036), (0.0, -0.01, 0.0)),
     "head": ((1.0 - SHOULDER_HEIGHT - THROAT - SKULL, 0.044, 0.055, 0.044, 0.055), (0.0, SKULL, 0.008)),
     "upper_arm": ((UPPER_ARM, 0.031, 0.031, 0.024, 0.024), (0.0, 0.0, 0.0)),
-    "lower_arm": ((FOREARM + HAND, 0.025, 0.025, 0.015, 0.015), (0.0, 0.0, 0.0)),
+    "lower_arm": ((FOREARM + HAND, 0.025, 0.025, 0.011, 0.011), (0.0, 0.0, 0.0)),
     "upper_leg": ((HIP_HEIGHT - KNEE_HEIGHT, 0.052, 0.052, 0.035, 0.035), (0.0, 0.0, 0.0)),
     "lower_leg": ((KNEE_HEIGHT - ANKLE_HEIGHT, 0.035, 0.035, 0.022, 0.022), (0.0, 0.0, 0.0)),
     "foot": ((0.130, 0.021, 0.019, 0.024, 0.012), (0.0, -0.022, -0.018)),

@@ -107,13 +107,17 @@ HEALTH = _json(
 
 @cache
 def pose_row(anatomy: Anatomy) -> Row:
-    """Joint angles in degrees by joint and axis (`angles_deg.right_elbow.x`), position and scores, for plots."""
-    joints = {joint.name: _object(dict.fromkeys(joint.axes, _NUMBER)) for joint in anatomy.joints}
+    """Joint angles in degrees by joint and axis (`angles_deg.right_elbow.x`), position and scores, for plots.
+
+    likelihood, effective, spread_mm: of the tracker alone; the spread is the navel's.
+    """
+    joints = {joint.name: _object(dict.fromkeys(joint.axes, _NUMBER)) for joint in anatomy.joints if joint.axes}
     return _json(
         "foxglove/{rig}/pose",
         "zenocap.plot.Pose",
         _object({
             "frame": _COUNT, "tracked": _FLAG, "lost": _array(_TEXT), "stale": _array(_TEXT),
+            "likelihood": _NUMBER, "effective": _NUMBER, "spread_mm": _NUMBER,
             "viewers": _array(_object({"viewer": _TEXT, "score": _NUMBER, "view": _TEXT})),
             "position": _object(dict.fromkeys("xyz", _NUMBER)),
             "angles_deg": _object(joints),

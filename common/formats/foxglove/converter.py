@@ -15,14 +15,14 @@ from common.body.anatomy import Anatomy
 from common.body.definition import Bdp, Pose
 from common.body.kinematics import part_frames
 from common.bus.protocol import Envelope
-from common.conversion import angles_of, bdp_of
+from common.conversion import anatomy_of, angles_of, bdp_of
 from common.formats.foxglove import channels as to
 from common.formats.foxglove.bilevel import bilevel_png
 from common.formats.foxglove.body import Figure, gone
 from common.formats.foxglove.calibration import calibration
 from common.formats.foxglove.channels import Beside
 from common.formats.foxglove.frames import body_transforms, fixed_transforms, timestamp
-from common.formats.foxglove.plots import health_json, pose_json, sighting_json
+from common.formats.foxglove.plots import health_json, pose_json, sighting_json, tracker_json
 
 
 class Foxglove:
@@ -58,14 +58,20 @@ class Foxglove:
         if not self._fixed_known:
             yield self._fixed(message.captured_ns)
         match message:
-            case m.UniversalBap():
-                yield from self._pose(message)
+            case m.UniversalBap(lost=lost):
+                plot = Beside(self._pose_row.channel(rig=self._rig), pose_json(message))
+                yield from self._pose(message, plot, "person" in lost, lost)
+            case m.TrackerPose(lost=gone):
+                plot = Beside(self._pose_row.channel(rig=self._rig), tracker_json(message))
+                yield from self._pose(message, plot, gone, [])
             case m.Silhouette():
                 yield self._silhouette(message)
             case m.Sighting(viewer=viewer):
                 yield Beside(to.SIGHTING.channel(rig=self._rig, viewer=viewer), sighting_json(message))
-            case m.UniversalBdp(body=body):
+            case m.UniversalBdp(body=body) | m.TrackerBdp(body=body):
                 self._figure = None
+                self._anatomy = anatomy_of(body)
+                self._pose_row = to.pose_row(self._anatomy)
                 self._figure = Figure(self._anatomy, bdp_of(self._anatomy, body))
             case m.CameraInfo():
                 yield from self._camera(message)
@@ -79,10 +85,10 @@ class Foxglove:
             case _:
                 pass
 
-    def _pose(self, bap: m.UniversalBap) -> Iterator[Beside]:
+    def _pose(self, bap: m.UniversalBap | m.TrackerPose, plot: Beside, lost: bool, searched: list[str]) -> Iterator[Beside]:
         stamp = timestamp(bap.captured_ns)
-        yield Beside(self._pose_row.channel(rig=self._rig), pose_json(bap))
-        if "person" in bap.lost:
+        yield plot
+        if lost:
             if self._shown:
                 self._shown = False
                 yield Beside(to.SCENE.channel(rig=self._rig), gone(stamp).encode())
@@ -96,7 +102,7 @@ class Foxglove:
         part_to_world = part_frames(anatomy, figure.bdp, pose)
         transforms = body_transforms(anatomy, figure.bdp.offsets, part_to_world, stamp)
         yield Beside(to.BODY.channel(rig=self._rig), fox.FrameTransforms(transforms=transforms).encode())
-        yield Beside(to.SCENE.channel(rig=self._rig), figure.shown(part_to_world, bap.lost, stamp).encode())
+        yield Beside(to.SCENE.channel(rig=self._rig), figure.shown(part_to_world, searched, stamp).encode())
         self._shown = True
 
     def _silhouette(self, silhouette: m.Silhouette) -> Beside:

@@ -1,6 +1,6 @@
 """What a plot panel reads of our messages, as JSON: one name for each number, degrees and milliseconds for people."""
 
-from math import degrees
+from math import degrees, hypot
 
 import msgspec
 
@@ -26,6 +26,24 @@ def pose_json(bap: m.UniversalBap) -> bytes:
     if tracked:
         content["position"] = dict(zip("xyz", bap.position, strict=True))
         content["angles_deg"] = _by_joint(bap.angles)
+    return _encode(content)
+
+
+def tracker_json(pose: m.TrackerPose) -> bytes:
+    """Of `pose_row`; as `pose_json`."""
+    content: dict[str, object] = {
+        "frame": pose.frame,
+        "tracked": not pose.lost,
+        "lost": ["person"] if pose.lost else [],
+        "stale": [],
+        "likelihood": pose.likelihood,
+        "effective": pose.effective,
+        "spread_mm": 1e3 * hypot(*pose.position_spread),
+        "viewers": [{"viewer": viewer, "view": "used"} for viewer in pose.views],
+    }
+    if not pose.lost:
+        content["position"] = dict(zip("xyz", pose.position, strict=True))
+        content["angles_deg"] = _by_joint(pose.angles)
     return _encode(content)
 
 

@@ -4,7 +4,7 @@ d is the number of coordinates of a pose (`services.tracker.coordinates`), m tha
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ from common.body.anatomy import Floats
 from services.tracker.prior.rates import power_of_transitions
 from services.tracker.prior.sampling import CLAMP, NEARNESS
 from services.tracker.prior.tables import Tables, tables_of
+
+NEARLY_WHOLE = 2e-3  # of a number of steps
 
 
 @dataclass(frozen=True)
@@ -136,10 +138,18 @@ def reconstruction_error(prior: Prior, poses: Floats) -> float:
     return float(np.sqrt(np.mean((poses - encoded(prior, poses)) ** 2)))
 
 
+@lru_cache(maxsize=8)
 def at_rate(prior: Prior, rate: float) -> Prior:
-    """The prior for another number of frames per second.  Raises ValueError unless it is positive and finite."""
+    """The prior for another number of frames per second.  Raises ValueError unless it is positive and finite.
+
+    Steps that are nearly whole are whole: 29.97 is half of 60, and frame times are whole nanoseconds.  May be asked every
+    frame: the last few are kept.
+    """
     if not (np.isfinite(rate) and rate > 0):
         raise ValueError(f"rate = {rate}: allowed: a positive number of frames per second")
-    if rate == prior.rate:
+    steps = prior.rate / rate
+    if abs(steps - round(steps)) <= NEARLY_WHOLE * steps:
+        steps = float(round(steps))
+    if steps == 1.0:
         return prior
-    return replace(prior, rate=rate, transitions=power_of_transitions(prior.transitions, prior.rate / rate))
+    return replace(prior, rate=rate, transitions=power_of_transitions(prior.transitions, steps))

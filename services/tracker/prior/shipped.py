@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+from common.runtime import tracker_table
 from services.tracker.prior.file import PriorError
 
-FOLDER = Path(__file__).resolve().parents[3] / "deploy" / "priors"
-SUFFIX = ".prior"
+FOLDER = tracker_table.PRIORS
+SUFFIX = tracker_table.SUFFIX
 
 
 def shipped_names() -> tuple[str, ...]:
@@ -13,13 +14,8 @@ def shipped_names() -> tuple[str, ...]:
 
 
 def find_prior(text: str) -> Path:
-    """The file that `text` names: a shipped prior's name, or a path.  Raises PriorError.
-
-    A name is a word without a dot or slash; a file of that name is meant by ./NAME.
-    """
-    if text in shipped_names():
-        return FOLDER / f"{text}{SUFFIX}"
-    path = Path(text)
-    if not path.is_file():
-        raise PriorError(f"prior = {text!r}: allowed: a file of `zenocap prior train`, or {', '.join(shipped_names())}")
-    return path
+    """The file that `text` names: a shipped prior's name, or a path from where the command runs.  Raises PriorError."""
+    try:
+        return tracker_table.find_prior(text, Path())
+    except tracker_table.TrackerError as error:
+        raise PriorError(str(error)) from None

@@ -13,14 +13,15 @@ DEMO = "demo"
 
 
 def performance(source: Actor) -> Script:
-    """The time line of `actor:demo`, `actor:walking`, `actor:turning` or `actor:POSTURE`.  Raises OpenError."""
+    """The time line of `actor:demo`, or of walking, turning, running, boxing or a posture.  Raises OpenError."""
     somebody = person(source.seed)
     if source.name == DEMO:
         return demo_script(somebody, source.seed)
     try:
         return motion_script(somebody, source.name, source.seed)
     except (ValueError, KeyError) as error:
-        raise OpenError(f"actor:{source.name}: allowed: demo, walking, turning or a posture: {error}") from error
+        allowed = "demo, walking, turning, running, boxing or a posture"
+        raise OpenError(f"actor:{source.name}: allowed: {allowed}: {error}") from error
 
 
 def actor_frames(source: Actor, fps: float, camera: Camera, playback: Playback, preroll: int) -> Iterator[Frame]:

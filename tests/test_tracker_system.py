@@ -1,0 +1,72 @@
+"""The tracker as a user runs it: real processes, three cameras around the synthetic actor, one that dies and comes back."""
+
+import os
+import re
+import signal
+from pathlib import Path
+
+import pytest
+
+from common.messages import TrackerPose
+from common.runtime.rig import demo_rig_file
+from common.take.reading import Take, envelope
+from common.topics import TRACKER_POSE
+from services.takes.verify.recompute import verify
+from tests.test_system import children_of, said, started, until
+
+pytestmark = pytest.mark.system
+RIG = demo_rig_file().with_name("ring.toml")
+
+
+def three_cameras(folder: Path) -> Path:
+    """The ring's rig with its first three viewers."""
+    head, *viewers = RIG.read_text().split("[[viewer]]")
+    calibration = RIG.with_name("ring-calibration.toml")
+    (folder / calibration.name).write_text(calibration.read_text())
+    (folder / "ring.toml").write_text("[[viewer]]".join([head, *viewers[:3]]))
+    return folder / "ring.toml"
+
+
+def last_line(folder: Path) -> str:
+    """The last whole line of the display."""
+    (path,) = folder.glob("up*.out")
+    lines = [line for line in path.read_text().splitlines(keepends=True) if line.endswith("\n") and " s | " in line]
+    return lines[-1] if lines else ""
+
+
+def shows(folder: Path, pattern: str) -> bool:
+    return re.search(pattern, last_line(folder)) is not None
+
+
+def poses_in(take: Path) -> list[TrackerPose]:
+    read = Take(take)
+    found = [received.message for each in read.messages() if (received := envelope(each)) is not None]
+    assert read.cut is None
+    return [message for message in found if isinstance(message, TrackerPose)]
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds children in /proc")
+def test_a_view_dies_the_others_track_on_and_it_joins_again(tmp_path: Path) -> None:
+    rig = three_cameras(tmp_path)
+    with started(["up", rig, "--recordings", tmp_path], tmp_path) as process:
+        until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking .*viewer 3: [\d.]+/s used"), tmp_path)
+        victims = [pid for pid, line in children_of(process.pid).items() if "viewer" in line and "--id 3" in line]
+        assert len(victims) == 1
+        os.kill(victims[0], signal.SIGKILL)
+        until(lambda: "without viewer 3" in said(tmp_path), tmp_path)
+        until(lambda: shows(tmp_path, r"viewer 3: [\d.]+/s used"), tmp_path)
+        children = children_of(process.pid)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0, said(tmp_path)
+    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+    text = said(tmp_path)
+    assert "Traceback" not in text
+    assert "died (SIGKILL); starting it again" in text
+    (take,) = tmp_path.glob("ring-*.mcap")
+    views = [tuple(pose.views) for pose in poses_in(take)]
+    assert ("1", "2") in views
+    assert views.index(("1", "2", "3")) < views.index(("1", "2"))
+    assert ("1", "2", "3") in views[views.index(("1", "2")) :]
+    found = verify([take])
+    assert found.first is None, found.first
+    assert found.equal[TRACKER_POSE.at("ring")] == len(views)

@@ -33,7 +33,7 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     prior: str | None = None
     particles: Particles | None = None
     points: Points = 400
-    iterations: Iterations = 4
+    iterations: Iterations = 3
     seed: Seed = 0
     anatomy: str = FOURTEEN_PARTS.name
     refinement: str = REFINEMENTS[0]

@@ -23,6 +23,7 @@ from services.tracker.refine import Weights, refine
 from services.tracker.room import Room
 
 SPREAD_M, LIMIT_M = 0.01, 0.15  # of a gap; beyond the limit nothing pulls
+THIN = 2  # particles are refined on every second ray, the estimate on all
 RAYS = 100.0  # independent ones in a scene: neighbours on a contour err together
 CONTRAST = 30.0 / (2.0 * 0.01**2)  # 1 / sigma^2 of the likelihood, 1 / m^2: fewer still, the body is never quite right
 HOLD = (0.10, 0.20, 0.40)  # m, rad, rad: how far refinement may go from where a particle was put, standard deviations
@@ -65,8 +66,9 @@ def advanced(
     errors = np.empty(n)
     iterations = 0 if options.method == "particle-filter" else options.iterations
     deviations = _levels(d, NOISE) * np.sqrt(instants)
+    thinned = np.ascontiguousarray(rays[:, ::THIN])
     advance(
-        person.model, tables, prior is not None, rays, room, weights_of(setup, HOLD), iterations,
+        person.model, tables, prior is not None, thinned, room, weights_of(setup, HOLD, THIN), iterations,
         phase.cloud, draws, velocity, deviations, out, errors,
     )  # fmt: skip
     expected = _expected(person.model, phase.estimate, velocity)
@@ -152,9 +154,10 @@ def _miss(setup: Setup, phase: Tracking) -> tuple[Tracking | Lost, Outcome]:
     return replace(phase, bad=bad), nothing(setup, lost=True)
 
 
-def weights_of(setup: Setup, levels: Sequence[float]) -> Weights:
+def weights_of(setup: Setup, levels: Sequence[float], thin: int = 1) -> Weights:
+    """levels: how freely position, orientation and coordinates may leave their target.  thin: one of so many rays."""
     d = coordinates_of(setup.anatomy).dimension
-    return Weights(SPREAD_M, LIMIT_M, 1.0 / _levels(d, levels) ** 2, RAYS / setup.options.points)
+    return Weights(SPREAD_M, LIMIT_M, 1.0 / _levels(d, levels) ** 2, RAYS * thin / setup.options.points)
 
 
 def _levels(d: int, levels: Sequence[float]) -> Floats:

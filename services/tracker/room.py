@@ -21,7 +21,7 @@ from services.tracker.model import Model
 
 SIDE = 96  # px: longest side of a silhouette in its distance map
 MARGIN = 24  # px of the map around it; further off the distance to the map's edge is added
-ALONG = (0.15, 0.55, 0.95)  # of every part's axis
+ALONG = (0.5, 0.95)  # of every part's axis
 DEPTH = 0.1  # m: nothing nearer to a camera is looked at
 
 

@@ -18,6 +18,7 @@ from services.tracker.phases import Lost, Outcome, Person, Setup, Tracking
 from services.tracker.posed import Posed, change
 from services.tracker.prior.model import Prior, at_rate
 from services.tracker.refine import Weights, refine
+from services.tracker.refinements import REFINEMENTS
 
 SPREAD_M, LIMIT_M = 0.01, 0.15  # of a gap; beyond the limit nothing pulls
 RAYS = 100.0  # independent ones in a scene: neighbours on a contour err together
@@ -61,7 +62,8 @@ def advanced(
     iterations = 0 if options.method == "particle-filter" else options.iterations
     deviations = _levels(d, NOISE) * np.sqrt(instants)
     advance(
-        person.model, tables, prior is not None, rays, weights_of(setup, HOLD), iterations,
+        person.model, tables, prior is not None, rays, weights_of(setup, HOLD),
+        REFINEMENTS.index(options.refinement), iterations,
         phase.cloud, draws, velocity, deviations, out, errors,
     )  # fmt: skip
     cloud = out._replace(weights=weighted(errors, CONTRAST))
@@ -96,10 +98,10 @@ def _at_rate(prior: Prior, frame_ns: int) -> Prior:
 
 
 def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Singles, velocity: Floats) -> Posed:
-    """The heaviest particle, refined once more and held near what was expected."""
+    """The heaviest particle; that of the hybrid is refined once more and held near what was expected."""
     k = int(np.argmax(cloud.weights))
     best = Posed(cloud.positions[k].copy(), cloud.rotations[k].copy(), cloud.values[k].copy())
-    if setup.options.method == "particle-filter":
+    if setup.options.method != "hybrid":
         return best
     refine(
         phase.person.model, rays, weights_of(setup, KEEP), 2, best.position, best.rotation, best.values,

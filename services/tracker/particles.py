@@ -14,7 +14,8 @@ from services.tracker.closest import Singles
 from services.tracker.model import Ints, Model
 from services.tracker.prior.sampling import assign, propose
 from services.tracker.prior.tables import Tables
-from services.tracker.refine import Weights, misfit_of, refine
+from services.tracker.refine import Weights, misfit_of
+from services.tracker.refinements import refine_by
 
 DYNAMIC, PRIOR = 0, 1
 
@@ -76,6 +77,7 @@ def advance(
     has_prior: bool,
     rays: Singles,
     weights: Weights,
+    refinement: int,
     iterations: int,
     cloud: Cloud,
     draws: Draws,
@@ -86,6 +88,7 @@ def advance(
 ) -> None:
     """Sample, refine and judge every particle: out's arrays and errors (n,), D in m^2, are overwritten.
 
+    refinement: index in REFINEMENTS.
     velocity: (6 + d,) change since the last instant, expected again.  deviations: (6 + d,) of the dynamic proposals.
     """
     n, d = cloud.values.shape
@@ -112,8 +115,8 @@ def advance(
         for i in range(d):
             values[i] = min(max(values[i], model.low[i]), model.high[i])
         if iterations > 0:
-            refine(
-                model, rays, weights, iterations, position, rotation, values,
+            refine_by(
+                refinement, model, rays, weights, iterations, position, rotation, values,
                 position.copy(), rotation.copy(), values.copy(),
             )  # fmt: skip
             if has_prior:

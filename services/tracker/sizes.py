@@ -82,9 +82,8 @@ FACTORS = (
     _girth("toes", 0.20, (TIPS, "foot")),
 )
 # The paper's ten parts are cylinders: a radius is the same at both ends, and the torso is one of them.  [Hybrid II]
+# Their lengths go with stature: a cylinder on a limb that tapers fits it better the shorter it is, arms by a third.
 CYLINDERS: Mapping[str, tuple[tuple[int, str, int], ...]] = {
-    "spine": ((SIZES, "torso", LENGTH), (OFFSETS, "neck", Y), (OFFSETS, "shoulder", Y)),
-    "skull": ((SIZES, "head", LENGTH),),
     "pelvis_width": ((SIZES, "torso", LONG), (TIPS, "torso", 0)),
     "pelvis_depth": ((SIZES, "torso", SHORT), (TIPS, "torso", 1)),
     "deltoid": _girth("", 0.0, (SIZES, "upper_arm"), (TIPS, "upper_arm")).entries,
@@ -92,7 +91,7 @@ CYLINDERS: Mapping[str, tuple[tuple[int, str, int], ...]] = {
     "groin": _girth("", 0.0, (SIZES, "upper_leg"), (TIPS, "upper_leg")).entries,
     "ankle": _girth("", 0.0, (SIZES, "lower_leg"), (TIPS, "lower_leg")).entries,
 }
-SHARED = ("shoulders", "hips", "arm", "upper_arm", "leg", "thigh", "head_width", "head_depth")  # as of tapered parts
+SHARED = ("head_width", "head_depth")  # as of tapered parts
 COUNT = 1 + len(FACTORS)  # stature first
 SPREADS: Floats = np.array([STATURE.spread, *(factor.spread for factor in FACTORS)])
 

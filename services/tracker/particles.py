@@ -92,6 +92,7 @@ def advance(
     velocity: (6 + d,) change since the last instant, expected again.  deviations: (6 + d,) of the dynamic proposals.
     """
     n, d = cloud.values.shape
+    regions = out.regions  # numba drops a store into a tuple's array from a parallel loop
     for k in prange(n):
         source = draws.chosen[k]
         position, rotation, values = out.positions[k], out.rotations[k], out.values[k]
@@ -121,7 +122,7 @@ def advance(
             )  # fmt: skip
             if has_prior:
                 region = assign(tables, values)
-        out.regions[k] = region
+        regions[k] = region
         errors[k] = misfit_of(model, rays, weights.limit, position, rotation, values)
 
 

@@ -20,6 +20,7 @@ from services.tracker.posed import Posed, change
 from services.tracker.prior.model import Prior, at_rate
 from services.tracker.prior.sampling import all_distances
 from services.tracker.refine import Weights, refine
+from services.tracker.refinements import REFINEMENTS
 from services.tracker.room import Room
 
 SPREAD_M, LIMIT_M = 0.01, 0.15  # of a gap; beyond the limit nothing pulls
@@ -68,7 +69,8 @@ def advanced(
     deviations = _levels(d, NOISE) * np.sqrt(instants)
     thinned = np.ascontiguousarray(rays[:, ::THIN])
     advance(
-        person.model, tables, prior is not None, thinned, room, weights_of(setup, HOLD, THIN), iterations,
+        person.model, tables, prior is not None, thinned, room, weights_of(setup, HOLD, THIN),
+        REFINEMENTS.index(options.refinement), iterations,
         phase.cloud, draws, velocity, deviations, out, errors,
     )  # fmt: skip
     expected = _expected(person.model, phase.estimate, velocity)
@@ -118,10 +120,10 @@ def _at_rate(prior: Prior, frame_ns: int) -> Prior:
 
 
 def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Singles, room: Room, expected: Posed) -> Posed:
-    """The heaviest particle, refined once more and held near what was expected."""
+    """The heaviest particle; that of the hybrid is refined once more and held near what was expected."""
     k = int(np.argmax(cloud.weights))
     best = Posed(cloud.positions[k].copy(), cloud.rotations[k].copy(), cloud.values[k].copy())
-    if setup.options.method == "particle-filter":
+    if setup.options.method != "hybrid":
         return best
     refine(
         phase.person.model, rays, room, weights_of(setup, KEEP), 2, best.position, best.rotation, best.values,

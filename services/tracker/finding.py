@@ -30,6 +30,7 @@ HELD = 0.25  # rad around the initial posture
 FURTHEST = np.radians(40.0)  # of a shoulder or elbow from the initial posture
 ROUNDS = 20
 ON_BODY_M = 0.04  # a ray so near belongs to the body
+FEET, SHANKS = 0.04, (0.10, 0.22)  # heights in statures
 TURNS = 8  # facings that are tried
 
 
@@ -90,6 +91,9 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[St
             samples.append(Sample(rays, Posed(position, rotation, held.copy()), held, HELD))
         found.append(measure(anatomy, average, samples, np.zeros(COUNT), ROUNDS))
     best = min(found, key=lambda measured: measured.gap)
+    if "right_foot" not in anatomy.parts:  # such a body looks the same from the front and from behind
+        forward = sum(_toes(points_of(rays), one, seen[0].across) for rays, one in zip(scenes, seen, strict=True))
+        best = found[0] if forward > 0.0 else found[1]
     if not best.gap <= MOST_GAP_M:
         return (
             f"no body fits: gaps of {best.gap * 1000:.0f} mm (at most {MOST_GAP_M * 1000:.0f}); stand still in every view"
@@ -98,6 +102,17 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[St
     if away > FURTHEST:
         return f"stretch both arms straight; a joint is {np.degrees(away):.0f} degrees off"
     return best
+
+
+def _toes(points: Floats, one: Stretched, across: Floats) -> float:
+    """How far, in metres, feet reach forward of shanks in points (n, 3), for who has `across` (2,) to the left."""
+    height = (points[:, 1] - one.low) / one.stature
+    depth = points[:, [0, 2]] @ np.array([-across[1], across[0]])
+    feet, shanks = depth[height < FEET], depth[(height > SHANKS[0]) & (height < SHANKS[1])]
+    if not len(feet) or not len(shanks):
+        return 0.0
+    middles = [0.5 * float(np.sum(np.percentile(part, [5, 95]))) for part in (feet, shanks)]
+    return middles[0] - middles[1]
 
 
 def found_in(

@@ -28,7 +28,7 @@ DAMPING = 0.8  # of the velocity from one instant to the next
 NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: of dynamic proposals from one instant to the next
 PRIOR_SHARE, LEAST_SHARE, MOST_SHARE = 0.5, 0.2, 0.8  # of the proposals that come from the prior
 ADAPTING = 0.05
-LOST_SHARE, LOST_AFTER = 0.55, 6  # of the scene is on the body, for so many instants: it is somewhere else
+LOST_SHARE, LOST_AFTER = 0.55, 6  # of the scene is on the body, for so many instants: it may be somewhere else
 FOUND_SHARE = 0.75
 LEAST_RAYS = 60  # of a scene in which anybody can be seen
 
@@ -68,8 +68,6 @@ def advanced(
     estimate = _estimate(setup, phase, cloud, rays, velocity)
     best = float(errors.min())
     bad = phase.bad + 1 if explained(person.model, rays, estimate) < LOST_SHARE else 0
-    if bad >= LOST_AFTER:
-        return Lost(person, phase.estimate), nothing(setup, lost=True)
     moved = change(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     from_prior = float(cloud.weights[draws.kinds == 1].sum())
     adapted = phase.prior_share + ADAPTING * (from_prior - phase.prior_share)

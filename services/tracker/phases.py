@@ -12,7 +12,7 @@ from common.body.definition import Bdp, Pose
 from common.camera.pinhole import Camera
 from services.tracker.agreement import Agreement
 from services.tracker.closest import Singles
-from services.tracker.finding import Stretched
+from services.tracker.initial import Stretched
 from services.tracker.knowledge import Knowledge
 from services.tracker.model import Model
 from services.tracker.particles import Cloud

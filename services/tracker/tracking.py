@@ -5,14 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from common.body.definition import Pose
-from common.body.proportions import stretched_angles
 from services.tracker.agreement import agreement, untrusted, watch
-from services.tracker.closest import Singles, points_of, rays_of
-from services.tracker.coordinates import coordinates_of
-from services.tracker.filtering import FOUND_SHARE, HOLD, LEAST_RAYS, advanced, begin, nothing, weights_of
-from services.tracker.finding import Stretched, explained, found_in, measured_from, stretched_in
+from services.tracker.closest import Singles, rays_of
+from services.tracker.filtering import HOLD, LEAST_RAYS, LOST_AFTER, advanced, begin, nothing, weights_of
+from services.tracker.finding import everyday, explained, found_in, misfit
 from services.tracker.hull import outlines, scene_of, without
+from services.tracker.initial import Stretched, measured_from, stretched_in
 from services.tracker.knowledge import beginning, learnt
 from services.tracker.model import model_of
 from services.tracker.phases import Lost, Mask, Options, Outcome, Person, Setup, Tracking, TrackState, Waiting
@@ -25,7 +23,10 @@ __all__ = ["Mask", "Options", "Outcome", "Setup", "TrackState", "describe", "fol
 SAMPLES = 4  # instants of the initial posture that the body is measured in
 STILL_M, STILL_DOT = 0.05, 0.985  # how far the person may move between them, and turn
 REST = 15  # instants before another try, after one that failed
-SEARCH_ROUNDS = 10
+SEARCH_ROUNDS = 4
+SOMEBODY_SHARE = 0.4  # of the scene is on the body: somebody is there, in this posture or another
+BETTER = 0.8  # the mean squared gap of a pose elsewhere that is preferred to the one followed, of that one's
+AGAIN = 30  # instants between two looks elsewhere, then twice as many, and so on
 
 
 def initial_state(setup: Setup) -> TrackState:
@@ -73,7 +74,10 @@ def _act(
         case Lost():
             return _search(setup, phase, captured_ns, rays)
         case Tracking():
-            return advanced(setup, phase, captured_ns, rays, rng)
+            after, outcome = advanced(setup, phase, captured_ns, rays, rng)
+            if isinstance(after, Tracking) and rays.shape[1] >= LEAST_RAYS and _is_doubted(after.bad):
+                return _challenged(setup, after, outcome, captured_ns, rays)
+            return after, outcome
 
 
 def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tuple[Waiting | Tracking, Outcome]:
@@ -81,7 +85,7 @@ def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tupl
     nobody = nothing(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), nobody
-    seen = stretched_in(points_of(rays))
+    seen = stretched_in(rays)
     if isinstance(seen, str):
         return Waiting(seen), nobody
     if phase.seen and not _still(phase.seen[-1], seen):
@@ -106,22 +110,44 @@ def _still(before: Stretched, now: Stretched) -> bool:
     return moved < STILL_M and abs(float(now.across @ before.across)) > STILL_DOT
 
 
+def _is_doubted(bad: int) -> bool:
+    """Whether to look for the person elsewhere after so many bad instants; more and more seldom."""
+    tries, rest = divmod(bad - LOST_AFTER, AGAIN)
+    return bad >= LOST_AFTER and rest == 0 and tries & (tries + 1) == 0
+
+
+def _challenged(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Singles
+) -> tuple[Tracking | Lost, Outcome]:
+    """The body does not fit the scene: go on from another pose that fits it better, if there is one."""
+    weights, person = weights_of(setup, HOLD), phase.person
+    pose = _found(setup, person, phase.estimate, rays)
+    if pose is not None and misfit(person.model, rays, pose, weights) < BETTER * misfit(
+        person.model, rays, phase.estimate, weights
+    ):
+        return begin(setup, person, pose, captured_ns, misfit(person.model, rays, pose, weights))
+    if explained(person.model, rays, phase.estimate) < SOMEBODY_SHARE:
+        return Lost(person, phase.estimate), nothing(setup, lost=True)
+    return phase, outcome
+
+
+def _found(setup: Setup, person: Person, last: Posed | None, rays: Singles) -> Posed | None:
+    """The best pose of the person anywhere in a scene, from everyday postures and the last one."""
+    postures = everyday(setup.anatomy)
+    if last is not None:
+        postures = (*postures, replace(last, rotation=np.eye(3)))
+    return found_in(person.model, rays, postures, person.stature, weights_of(setup, HOLD), SEARCH_ROUNDS)
+
+
 def _search(setup: Setup, phase: Lost, captured_ns: int, rays: Singles) -> tuple[Tracking | Lost, Outcome]:
     """Look for a known body everywhere, in a few postures."""
     if phase.rest or rays.shape[1] < LEAST_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), nothing(setup, lost=True)
-    coordinates = coordinates_of(setup.anatomy)
-    upright = np.eye(3)
-    postures = [
-        Posed(np.zeros(3), upright, coordinates.of_pose(Pose(np.zeros(3), angles)))
-        for angles in (setup.anatomy.neutral, stretched_angles(setup.anatomy))
-    ]
-    if phase.last is not None:
-        postures.append(replace(phase.last, rotation=upright))
     model = phase.person.model
-    pose = found_in(model, rays, postures, phase.person.stature, weights_of(setup, HOLD), SEARCH_ROUNDS)
-    if explained(model, rays, pose) < FOUND_SHARE:
+    pose = _found(setup, phase.person, phase.last, rays)
+    if pose is None or explained(model, rays, pose) < SOMEBODY_SHARE:
         return replace(phase, rest=REST), nothing(setup, lost=True)
-    tracking, outcome = begin(setup, phase.person, pose, captured_ns, 0.0)
+    error = misfit(model, rays, pose, weights_of(setup, HOLD))
+    tracking, outcome = begin(setup, phase.person, pose, captured_ns, error)
     newly = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=newly)

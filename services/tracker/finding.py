@@ -14,6 +14,7 @@ from services.tracker.model import Model
 from services.tracker.places import BELOW_M, column_in
 from services.tracker.posed import Posed
 from services.tracker.refine import Weights, distances_of, misfit_of, refine
+from services.tracker.room import Room
 
 ON_BODY_M = 0.04  # a ray so near belongs to the body
 TURNS = 8  # facings that are tried
@@ -42,7 +43,7 @@ def everyday(anatomy: Anatomy) -> tuple[Posed, ...]:
 
 
 def found_in(
-    model: Model, rays: Singles, postures: Sequence[Posed], stature: float, weights: Weights, rounds: int
+    model: Model, rays: Singles, room: Room, postures: Sequence[Posed], stature: float, weights: Weights, rounds: int
 ) -> Posed | None:
     """The best pose of a known body in a scene of rays (11, n); None when nobody stands there.
 
@@ -60,28 +61,28 @@ def found_in(
             c, s = np.cos(yaw), np.sin(yaw)
             rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ posture.rotation
             start = Posed(centre.copy(), rotation, posture.values.copy())
-            begun.append(_refined(model, rays, start, weights._replace(limit=FAR_M), FIRST))
-    begun.sort(key=lambda pose: misfit(model, rays, pose, weights))
+            begun.append(_refined(model, rays, room, start, weights._replace(limit=FAR_M), FIRST))
+    begun.sort(key=lambda pose: misfit(model, rays, room, pose, weights))
     ended = []
     for pose in begun[:KEPT]:
         for _ in range(PASSES):
-            pose = _refined(model, rays, pose, weights, rounds)
+            pose = _refined(model, rays, room, pose, weights, rounds)
         ended.append(pose)
-    return min(ended, key=lambda pose: misfit(model, rays, pose, weights))
+    return min(ended, key=lambda pose: misfit(model, rays, room, pose, weights))
 
 
-def _refined(model: Model, rays: Singles, start: Posed, weights: Weights, rounds: int) -> Posed:
+def _refined(model: Model, rays: Singles, room: Room, start: Posed, weights: Weights, rounds: int) -> Posed:
     moved = start.copy()
     refine(
-        model, rays, weights, rounds, moved.position, moved.rotation, moved.values,
+        model, rays, room, weights, rounds, moved.position, moved.rotation, moved.values,
         start.position, start.rotation, start.values,
     )  # fmt: skip
     return moved
 
 
-def misfit(model: Model, rays: Singles, pose: Posed, weights: Weights) -> float:
-    """D of a pose in m^2.  [Hybrid Eq. 30]"""
-    return float(misfit_of(model, rays, weights.limit, pose.position, pose.rotation, pose.values))
+def misfit(model: Model, rays: Singles, room: Room, pose: Posed, weights: Weights) -> float:
+    """D of a pose in m^2.  [Hybrid Eq. 30], and what of the body is outside of the silhouettes."""
+    return float(misfit_of(model, rays, room, weights.limit, pose.position, pose.rotation, pose.values))
 
 
 def explained(model: Model, rays: Singles, pose: Posed) -> float:

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from common.body.anatomy import Anatomy
+from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Pose
 from common.body.proportions import HIP_HEIGHT, stretched_angles
 from services.tracker.closest import Singles
@@ -21,6 +21,7 @@ TURNS = 8  # facings that are tried
 FAR_M = 0.30  # from so far away a body is pulled at first
 FIRST = 4  # rounds of that
 KEPT = 8  # of those that then fit best, refined
+TURNED = 0.3  # how much larger the misfit of a body that faces the wrong way may be taken
 PASSES = 3  # times, each held near where the one before ended
 STRIDE = {"hip.x": (50, -15), "knee.x": (-50, -70), "shoulder.x": (-40, 35), "elbow.x": (80, 80)}  # degrees
 GUARD = {"shoulder.x": (30, 30), "elbow.x": (100, 100)}  # degrees: fists before the chest
@@ -43,11 +44,19 @@ def everyday(anatomy: Anatomy) -> tuple[Posed, ...]:
 
 
 def found_in(
-    model: Model, rays: Singles, room: Room, postures: Sequence[Posed], stature: float, weights: Weights, rounds: int
+    model: Model,
+    rays: Singles,
+    room: Room,
+    postures: Sequence[Posed],
+    stature: float,
+    weights: Weights,
+    rounds: int,
+    facing: Floats | None = None,
 ) -> Posed | None:
     """The best pose of a known body in a scene of rays (11, n); None when nobody stands there.
 
     postures: to begin from, each facing everywhere.  stature: metres, where the hips are looked for.  rounds: of a pass.
+    facing: (3, 3) orientation of the root that is preferred, if any is.
     """
     column = column_in(rays)
     if column is None:
@@ -68,7 +77,14 @@ def found_in(
         for _ in range(PASSES):
             pose = _refined(model, rays, room, pose, weights, rounds)
         ended.append(pose)
-    return min(ended, key=lambda pose: misfit(model, rays, room, pose, weights))
+    return min(ended, key=lambda pose: misfit(model, rays, room, pose, weights) * _reluctance(pose, facing))
+
+
+def _reluctance(pose: Posed, facing: Floats | None) -> float:
+    """1 for a root that faces as it should, more for one that does not."""
+    if facing is None:
+        return 1.0
+    return 1.0 + TURNED * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
 
 
 def _refined(model: Model, rays: Singles, room: Room, start: Posed, weights: Weights, rounds: int) -> Posed:

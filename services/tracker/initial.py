@@ -10,11 +10,12 @@ from common.body.definition import Bdp, Pose
 from common.body.proportions import HIP_HEIGHT, stretched_angles
 from services.tracker.closest import Singles, points_of
 from services.tracker.coordinates import coordinates_of
-from services.tracker.measuring import EFFECTIVE, Measured, Sample, measure
+from services.tracker.measuring import EFFECTIVE, LIMIT_M, Measured, Sample, measure
 from services.tracker.model import model_of
 from services.tracker.places import BELOW_M, Column, column_in, reliability, within
 from services.tracker.posed import Posed
-from services.tracker.refine import distances_of
+from services.tracker.refine import distances_of, misfit_of
+from services.tracker.room import Room
 from services.tracker.sizes import COUNT
 from services.tracker.stature import average_body
 
@@ -29,6 +30,7 @@ DIRECTIONS = 36  # in which the arms are looked for
 AROUND = 0.65  # statures from the middle: there is nothing of the person further out
 GOOD_GAP_M = 0.015  # of a body in a scene without clutter
 STRAY_M = 0.10  # from that body: clutter
+CLEARLY = 0.9  # of the misfit of the body facing the other way
 MOST_GAP_M = 0.03  # of a body that was measured well
 HELD = 0.25  # rad around the initial posture
 FURTHEST = np.radians(40.0)  # of a shoulder or elbow from the initial posture
@@ -102,10 +104,13 @@ def _line(around: Floats, weights: Floats, across: Floats) -> Floats:
     return line
 
 
-def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[Stretched]) -> Measured | str:
-    """The body, from rays (11, n) of several scenes of the initial posture; or why it is not believed, in words.
+def measured_from(
+    anatomy: Anatomy, scenes: Sequence[Singles], rooms: Sequence[Room], seen: Sequence[Stretched]
+) -> Measured | str:
+    """The body, from rays (11, n) and rooms of several scenes of the initial posture; or why it is not believed, in words.
 
-    Who faces which way along the same line is decided by the feet: both ways are fitted.
+    Who faces which way along the same line is told by the feet and the belly: both ways are fitted, and the better one
+    must be so clearly.
     """
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), stretched_angles(anatomy)))
     stature = float(np.median([one.stature for one in seen]))
@@ -123,10 +128,11 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[St
             rotation = np.stack([left, up, np.cross(left, up)], axis=1)
             position = np.array([one.centre[0], one.low + HIP_HEIGHT * stature, one.centre[1]])
             samples.append(Sample(rays, Posed(position, rotation, held.copy()), held, HELD))
-        found.append((measure(anatomy, average, samples, np.zeros(COUNT), ROUNDS), samples))
-    best, samples = min(found, key=lambda both: both[0].gap)
-    if best.gap > GOOD_GAP_M:
-        best = _measured_among_clutter(anatomy, average, best, samples)
+        measured = measure(anatomy, average, samples, np.zeros(COUNT), ROUNDS)
+        if measured.gap > GOOD_GAP_M:
+            measured = _measured_among_clutter(anatomy, average, measured, samples)
+        found.append((_misfit(anatomy, measured, rays_near, rooms), measured))
+    (error, best), (other, _) = sorted(found, key=lambda one: one[0])
     if not best.gap <= MOST_GAP_M:
         return (
             f"no body fits: gaps of {best.gap * 1000:.0f} mm (at most {MOST_GAP_M * 1000:.0f}); stand still in every view"
@@ -134,7 +140,22 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[St
     away = max(float(np.abs(pose.values - held).max()) for pose in best.poses)
     if away > FURTHEST:
         return f"stretch both arms straight; a joint is {np.degrees(away):.0f} degrees off"
+    if error > CLEARLY * other:
+        return "front and back look alike from here; turn a little, or step to where more views see the feet"
     return best
+
+
+def _misfit(anatomy: Anatomy, measured: Measured, scenes: Sequence[Singles], rooms: Sequence[Room]) -> float:
+    """Mean D of the poses in m^2, with what of the body is outside of the silhouettes."""
+    model = model_of(anatomy, measured.body)
+    return float(
+        np.mean(
+            [
+                misfit_of(model, rays, room, LIMIT_M, pose.position, pose.rotation, pose.values)
+                for rays, room, pose in zip(scenes, rooms, measured.poses, strict=True)
+            ]
+        )
+    )
 
 
 def _measured_among_clutter(anatomy: Anatomy, average: Bdp, first: Measured, samples: Sequence[Sample]) -> Measured:

@@ -18,6 +18,7 @@ from services.tracker.model import Model
 from services.tracker.particles import Cloud
 from services.tracker.posed import Posed
 from services.tracker.prior.model import Prior
+from services.tracker.room import Room
 
 Mask = NDArray[np.uint8]
 Method = Literal["hybrid", "image-force", "particle-filter"]
@@ -50,10 +51,12 @@ class Setup:
 
 @dataclass(frozen=True)
 class Waiting:
-    """Nobody is known yet.  scenes: rays of the initial posture so far, with what they show.  rest: instants to wait."""
+    """Nobody is known yet.  scenes: rays of the initial posture so far, with the room that the silhouettes leave and what
+    they show.  rest: instants to wait."""
 
     advice: str = "waiting for a person"
     scenes: tuple[Singles, ...] = ()
+    rooms: tuple[Room, ...] = ()
     seen: tuple[Stretched, ...] = ()
     rest: int = 0
 
@@ -90,11 +93,15 @@ class Tracking:
 
 @dataclass(frozen=True)
 class Lost:
-    """The body is known, but not where it is.  last: the pose before.  rest: instants before it is searched for again."""
+    """The body is known, but not where it is.
+
+    last: the pose before, at seen_ns.  rest: instants before it is searched for again.
+    """
 
     person: Person
     last: Posed | None
     rest: int = 0
+    seen_ns: int = 0
 
 
 @dataclass(frozen=True)

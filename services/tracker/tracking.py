@@ -14,7 +14,6 @@ from services.tracker.initial import Stretched, measured_from, stretched_in
 from services.tracker.knowledge import beginning, learnt
 from services.tracker.model import model_of
 from services.tracker.phases import Lost, Mask, Options, Outcome, Person, Setup, Tracking, TrackState, Waiting
-from services.tracker.posed import Posed
 from services.tracker.room import Room, room_of
 from services.tracker.sizes import COUNT
 from services.tracker.stature import average_body
@@ -27,6 +26,8 @@ REST = 15  # instants before another try, after one that failed
 SEARCH_ROUNDS = 4
 USUAL_SHARE = 0.6  # of a scene on the body, before it is known
 FOUND_SHARE = 0.8  # of what is usual: found
+HUMBLER, LEAST_SHARE = 0.9, 0.45  # less is taken for usual after every search in vain, but no less than this
+REMEMBERED_NS = 2_000_000_000  # so long somebody who was lost still faces about the same way
 
 
 def initial_state(setup: Setup) -> TrackState:
@@ -73,14 +74,14 @@ def _act(
 ) -> tuple[Waiting | Tracking | Lost, Outcome]:
     match phase:
         case Waiting():
-            return _wait(setup, phase, captured_ns, rays)
+            return _wait(setup, phase, captured_ns, rays, room)
         case Lost():
             return _search(setup, phase, captured_ns, rays, room)
         case Tracking():
             return advanced(setup, phase, captured_ns, rays, room, rng)
 
 
-def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tuple[Waiting | Tracking, Outcome]:
+def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles, room: Room) -> tuple[Waiting | Tracking, Outcome]:
     """Until the initial posture was seen for SAMPLES instants, and a body fits it."""
     nobody = nothing(setup, lost=False)
     if phase.rest:
@@ -90,10 +91,10 @@ def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tupl
         return Waiting(seen), nobody
     if phase.seen and not _still(phase.seen[-1], seen):
         phase = Waiting()
-    scenes, all_seen = (*phase.scenes, rays), (*phase.seen, seen)
+    scenes, rooms, all_seen = (*phase.scenes, rays), (*phase.rooms, room), (*phase.seen, seen)
     if len(scenes) < SAMPLES:
-        return Waiting(f"measuring the body ({len(scenes)} of {SAMPLES})", scenes, all_seen), nobody
-    measured = measured_from(setup.anatomy, scenes, all_seen)
+        return Waiting(f"measuring the body ({len(scenes)} of {SAMPLES})", scenes, rooms, all_seen), nobody
+    measured = measured_from(setup.anatomy, scenes, rooms, all_seen)
     if isinstance(measured, str):
         return Waiting(measured, rest=REST), nobody
     stature = float(np.median([one.stature for one in all_seen]))
@@ -101,7 +102,7 @@ def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tupl
     for rays_then, pose in zip(scenes, measured.poses, strict=True):
         knowledge = learnt(setup.anatomy, knowledge, rays_then, pose)
     model = model_of(setup.anatomy, measured.body)
-    person = Person(measured.body, model, stature, knowledge, explained(model, rays, measured.poses[-1]))
+    person = Person(measured.body, model, stature, knowledge, max(USUAL_SHARE, explained(model, rays, measured.poses[-1])))
     tracking, outcome = begin(setup, person, measured.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)
 
@@ -120,9 +121,11 @@ def _search(setup: Setup, phase: Lost, captured_ns: int, rays: Singles, room: Ro
     if phase.last is not None:
         postures = (*postures, replace(phase.last, rotation=np.eye(3)))
     weights = weights_of(setup, HOLD)
-    pose = found_in(model, rays, room, postures, phase.person.stature, weights, SEARCH_ROUNDS)
+    facing = phase.last.rotation if phase.last is not None and captured_ns - phase.seen_ns < REMEMBERED_NS else None
+    pose = found_in(model, rays, room, postures, phase.person.stature, weights, SEARCH_ROUNDS, facing)
     if pose is None or explained(model, rays, pose) < FOUND_SHARE * phase.person.typical:
-        return replace(phase, rest=REST), nothing(setup, lost=True)
+        person = replace(phase.person, typical=max(LEAST_SHARE, HUMBLER * phase.person.typical))
+        return replace(phase, person=person, rest=REST), nothing(setup, lost=True)
     tracking, outcome = begin(setup, phase.person, pose, captured_ns, misfit(model, rays, room, pose, weights))
     newly = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=newly)

@@ -80,6 +80,21 @@ def found_in(
     return min(ended, key=lambda pose: misfit(model, rays, room, pose, weights) * _reluctance(pose, facing))
 
 
+def turned_round(
+    model: Model, rays: Singles, room: Room, pose: Posed, postures: Sequence[Posed], weights: Weights, rounds: int
+) -> Posed:
+    """The best pose about where one is, but facing the other way; postures: to begin from."""
+    back = pose.rotation @ np.diag([-1.0, 1.0, -1.0])
+    begun = [
+        _refined(model, rays, room, Posed(pose.position.copy(), back, posture.values.copy()), weights, FIRST)
+        for posture in postures
+    ]
+    best = min(begun, key=lambda one: misfit(model, rays, room, one, weights))
+    for _ in range(PASSES):
+        best = _refined(model, rays, room, best, weights, rounds)
+    return best
+
+
 def _reluctance(pose: Posed, facing: Floats | None) -> float:
     """1 for a root that faces as it should, more for one that does not."""
     if facing is None:

@@ -106,11 +106,11 @@ def _line(around: Floats, weights: Floats, across: Floats) -> Floats:
 
 def measured_from(
     anatomy: Anatomy, scenes: Sequence[Singles], rooms: Sequence[Room], seen: Sequence[Stretched]
-) -> Measured | str:
+) -> tuple[Measured, bool] | str:
     """The body, from rays (11, n) and rooms of several scenes of the initial posture; or why it is not believed, in words.
 
-    Who faces which way along the same line is told by the feet and the belly: both ways are fitted, and the better one
-    must be so clearly.
+    Who faces which way along the same line is told by the feet and the belly: both ways are fitted.  Also returned:
+    whether one of them fits clearly better.
     """
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), stretched_angles(anatomy)))
     stature = float(np.median([one.stature for one in seen]))
@@ -140,9 +140,7 @@ def measured_from(
     away = max(float(np.abs(pose.values - held).max()) for pose in best.poses)
     if away > FURTHEST:
         return f"stretch both arms straight; a joint is {np.degrees(away):.0f} degrees off"
-    if error > CLEARLY * other:
-        return "front and back look alike from here; turn a little, or step to where more views see the feet"
-    return best
+    return best, error < CLEARLY * other
 
 
 def _misfit(anatomy: Anatomy, measured: Measured, scenes: Sequence[Singles], rooms: Sequence[Room]) -> float:

@@ -66,6 +66,7 @@ class Person:
     """body: as measured.  model: the same for compiled code.  stature: metres.
 
     typical: the share of a scene that usually lies on the body; it falls with fewer views, whose hull is less sharp.
+    faces: whether it was clear which way the person faced.
     """
 
     body: Bdp
@@ -73,6 +74,7 @@ class Person:
     stature: float
     knowledge: Knowledge
     typical: float
+    faces: bool = True
 
 
 @dataclass(frozen=True)

@@ -166,12 +166,16 @@ def test_no_force_leaves_the_limits(seed: int, kind: int) -> None:
 def test_each_refinement_is_chosen_by_its_number() -> None:
     start = upright(seed=7)
     rays = tangent_rays(MODEL, moved(start, np.random.default_rng(7), 0.02, 0.1), 100, 7)
-    for name, kernel in (("gauss-newton", refine), ("force", refine_by_force)):
-        pose = start.copy()
-        kernel(
-            MODEL, rays, FREE, 3, pose.position, pose.rotation, pose.values,
-            start.position, start.rotation, start.values,
-        )  # fmt: skip
+    by_newton, by_force = start.copy(), start.copy()
+    refine(
+        MODEL, rays, no_room(), FREE, 3, by_newton.position, by_newton.rotation, by_newton.values,
+        start.position, start.rotation, start.values,
+    )  # fmt: skip
+    refine_by_force(
+        MODEL, rays, FREE, 3, by_force.position, by_force.rotation, by_force.values,
+        start.position, start.rotation, start.values,
+    )  # fmt: skip
+    for name, pose in (("gauss-newton", by_newton), ("force", by_force)):
         chosen = refined(REFINEMENTS.index(name), MODEL, rays, 3, start)
         assert np.array_equal(chosen.values, pose.values)
     assert [REFINEMENTS[k] for k in (GAUSS_NEWTON, FORCE, FORCE_PRINTED)] == ["gauss-newton", "force", "force-printed"]

@@ -86,7 +86,7 @@ def advanced(
     share_on = explained(person.model, rays, estimate)
     bad = phase.bad + 1 if share_on < LOST_SHARE * person.typical else 0
     if bad >= LOST_AFTER:
-        return Lost(person, phase.estimate), nothing(setup, lost=True)
+        return Lost(person, phase.estimate, seen_ns=phase.captured_ns), nothing(setup, lost=True)
     moved = change(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     from_prior = float(cloud.weights[draws.kinds == 1].sum())
     familiar = phase.strange + FORGETTING * (strangest - phase.strange)
@@ -152,7 +152,7 @@ def _miss(setup: Setup, phase: Tracking) -> tuple[Tracking | Lost, Outcome]:
     """Nobody is seen: the particles wait."""
     bad = phase.bad + 1
     if bad >= 10 * LOST_AFTER:
-        return Lost(phase.person, phase.estimate), nothing(setup, lost=True)
+        return Lost(phase.person, phase.estimate, seen_ns=phase.captured_ns), nothing(setup, lost=True)
     return replace(phase, bad=bad), nothing(setup, lost=True)
 
 

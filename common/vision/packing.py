@@ -2,8 +2,8 @@
 a zlib stream of runs and Huffman codes only, after one byte that says so.
 
 An outline moves little from row to row, so differences are mostly 0.  Measured on silhouettes of the shared clips at 640 x
-480 (mean 461 bytes): zlib over the rows themselves 672 bytes, and 474 at its slow levels, a 1-bit PNG 745, run lengths 765,
-in zlib 428 at three times the time to pack.  See `tests/benchmarks/bench_packing.py`.
+480 (mean 461 bytes): zlib over the rows themselves 673 bytes, and 474 at its slow levels, a 1-bit PNG 745, run lengths 765,
+in zlib 429 at three times the time to pack.  See `tests/benchmarks/bench_packing.py`.
 """
 
 import zlib

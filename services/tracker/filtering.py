@@ -18,6 +18,7 @@ from services.tracker.phases import Lost, Outcome, Person, Setup, Tracking
 from services.tracker.posed import Posed, change
 from services.tracker.prior.model import Prior, at_rate
 from services.tracker.refine import Weights, refine
+from services.tracker.room import Room
 
 SPREAD_M, LIMIT_M = 0.01, 0.15  # of a gap; beyond the limit nothing pulls
 RAYS = 100.0  # independent ones in a scene: neighbours on a contour err together
@@ -28,8 +29,9 @@ DAMPING = 0.8  # of the velocity from one instant to the next
 NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: of dynamic proposals from one instant to the next
 PRIOR_SHARE, LEAST_SHARE, MOST_SHARE = 0.5, 0.2, 0.8  # of the proposals that come from the prior
 ADAPTING = 0.05
-LOST_SHARE, LOST_AFTER = 0.55, 6  # of the scene is on the body, for so many instants: it is somewhere else
-FOUND_SHARE = 0.75
+LOST_SHARE, LOST_AFTER = 0.6, 6  # of what usually lies on the body, for so many instants: it is somewhere else
+WELL_SHARE = 0.9  # of what usually lies on the body: good enough to learn from
+FORGETTING = 0.03  # of what is usual, with every instant
 LEAST_RAYS = 60  # of a scene in which anybody can be seen
 
 
@@ -42,7 +44,7 @@ def begin(setup: Setup, person: Person, pose: Posed, captured_ns: int, error: fl
 
 
 def advanced(
-    setup: Setup, phase: Tracking, captured_ns: int, rays: Singles, rng: np.random.Generator
+    setup: Setup, phase: Tracking, captured_ns: int, rays: Singles, room: Room, rng: np.random.Generator
 ) -> tuple[Tracking | Lost, Outcome]:
     """One step of the filter."""
     if rays.shape[1] < LEAST_RAYS:
@@ -61,26 +63,31 @@ def advanced(
     iterations = 0 if options.method == "particle-filter" else options.iterations
     deviations = _levels(d, NOISE) * np.sqrt(instants)
     advance(
-        person.model, tables, prior is not None, rays, weights_of(setup, HOLD), iterations,
+        person.model, tables, prior is not None, rays, room, weights_of(setup, HOLD), iterations,
         phase.cloud, draws, velocity, deviations, out, errors,
     )  # fmt: skip
     cloud = out._replace(weights=weighted(errors, CONTRAST))
-    estimate = _estimate(setup, phase, cloud, rays, velocity)
+    estimate = _estimate(setup, phase, cloud, rays, room)
     best = float(errors.min())
-    bad = phase.bad + 1 if explained(person.model, rays, estimate) < LOST_SHARE else 0
+    share_on = explained(person.model, rays, estimate)
+    bad = phase.bad + 1 if share_on < LOST_SHARE * person.typical else 0
     if bad >= LOST_AFTER:
         return Lost(person, phase.estimate), nothing(setup, lost=True)
     moved = change(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     from_prior = float(cloud.weights[draws.kinds == 1].sum())
     adapted = phase.prior_share + ADAPTING * (from_prior - phase.prior_share)
-    person, body = _learn(setup, person, rays, estimate)
+    body = None
+    if share_on >= WELL_SHARE * person.typical:
+        person, body = _learn(setup, person, rays, estimate)
+    if not bad:
+        person = replace(person, typical=person.typical + FORGETTING * (share_on - person.typical))
     tracking = Tracking(person, cloud, estimate, moved, captured_ns, float(np.clip(adapted, LEAST_SHARE, MOST_SHARE)), bad)
     return tracking, replace(_outcome(setup, estimate, cloud, best), body=body)
 
 
 def _learn(setup: Setup, person: Person, rays: Singles, pose: Posed) -> tuple[Person, Bdp | None]:
     """A new posture teaches something of the body; the body when it was changed by that."""
-    if not is_new(person.knowledge, pose) or explained(person.model, rays, pose) < FOUND_SHARE:
+    if not is_new(person.knowledge, pose):
         return person, None
     knowledge = learnt(setup.anatomy, person.knowledge, rays, pose)
     better = improved(setup.anatomy, knowledge)
@@ -95,14 +102,14 @@ def _at_rate(prior: Prior, frame_ns: int) -> Prior:
     return at_rate(prior, 1e9 / frame_ns)
 
 
-def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Singles, velocity: Floats) -> Posed:
+def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Singles, room: Room) -> Posed:
     """The heaviest particle, refined once more and held near what was expected."""
     k = int(np.argmax(cloud.weights))
     best = Posed(cloud.positions[k].copy(), cloud.rotations[k].copy(), cloud.values[k].copy())
     if setup.options.method == "particle-filter":
         return best
     refine(
-        phase.person.model, rays, weights_of(setup, KEEP), 2, best.position, best.rotation, best.values,
+        phase.person.model, rays, room, weights_of(setup, KEEP), 2, best.position, best.rotation, best.values,
         best.position.copy(), best.rotation.copy(), best.values.copy(),
     )  # fmt: skip
     return best

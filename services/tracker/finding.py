@@ -14,6 +14,7 @@ from services.tracker.measuring import Measured, Sample, measure
 from services.tracker.model import Model
 from services.tracker.posed import Posed
 from services.tracker.refine import Weights, distances_of, misfit_of, refine
+from services.tracker.room import Room
 from services.tracker.sizes import COUNT
 from services.tracker.stature import average_body
 
@@ -99,7 +100,9 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[St
     return best
 
 
-def found_in(model: Model, rays: Singles, poses: Sequence[Posed], stature: float, weights: Weights, rounds: int) -> Posed:
+def found_in(
+    model: Model, rays: Singles, room: Room, poses: Sequence[Posed], stature: float, weights: Weights, rounds: int
+) -> Posed:
     """The best pose of a known body in a scene; poses: postures to begin from, facing everywhere.
 
     rays: (11, n).  stature: metres, where the hips are looked for.
@@ -116,10 +119,10 @@ def found_in(model: Model, rays: Singles, poses: Sequence[Posed], stature: float
             start = Posed(np.array([x, low + HIP_HEIGHT * stature, z]), rotation, posture.values.copy())
             moved = start.copy()
             refine(
-                model, rays, weights, rounds, moved.position, moved.rotation, moved.values,
+                model, rays, room, weights, rounds, moved.position, moved.rotation, moved.values,
                 start.position, start.rotation, start.values,
             )  # fmt: skip
-            error = float(misfit_of(model, rays, weights.limit, moved.position, moved.rotation, moved.values))
+            error = float(misfit_of(model, rays, room, weights.limit, moved.position, moved.rotation, moved.values))
             if best is None or error < best[1]:
                 best = moved, error
     assert best is not None  # there is a posture to begin from

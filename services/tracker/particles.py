@@ -15,6 +15,7 @@ from services.tracker.model import Ints, Model
 from services.tracker.prior.sampling import assign, propose
 from services.tracker.prior.tables import Tables
 from services.tracker.refine import Weights, misfit_of, refine
+from services.tracker.room import Room
 
 DYNAMIC, PRIOR = 0, 1
 
@@ -75,6 +76,7 @@ def advance(
     tables: Tables,
     has_prior: bool,
     rays: Singles,
+    room: Room,
     weights: Weights,
     iterations: int,
     cloud: Cloud,
@@ -113,13 +115,13 @@ def advance(
             values[i] = min(max(values[i], model.low[i]), model.high[i])
         if iterations > 0:
             refine(
-                model, rays, weights, iterations, position, rotation, values,
+                model, rays, room, weights, iterations, position, rotation, values,
                 position.copy(), rotation.copy(), values.copy(),
             )  # fmt: skip
             if has_prior:
                 region = assign(tables, values)
         out.regions[k] = region
-        errors[k] = misfit_of(model, rays, weights.limit, position, rotation, values)
+        errors[k] = misfit_of(model, rays, room, weights.limit, position, rotation, values)
 
 
 NO_TABLES = Tables(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.ones((1, 1)), np.ones((1, 1)), np.ones(1), np.zeros(1))

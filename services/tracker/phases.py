@@ -60,12 +60,16 @@ class Waiting:
 
 @dataclass(frozen=True)
 class Person:
-    """body: as measured.  model: the same for compiled code.  stature: metres."""
+    """body: as measured.  model: the same for compiled code.  stature: metres.
+
+    typical: the share of a scene that usually lies on the body; it falls with fewer views, whose hull is less sharp.
+    """
 
     body: Bdp
     model: Model
     stature: float
     knowledge: Knowledge
+    typical: float
 
 
 @dataclass(frozen=True)

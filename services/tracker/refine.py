@@ -9,6 +9,9 @@ from common.body.anatomy import Floats
 from services.tracker.closest import FOUND, Numbers, Singles, contact, influence, misfit, nearest_parts
 from services.tracker.linkage import ROOT, assemble, hold, move, screws_of
 from services.tracker.model import Model, place
+from services.tracker.room import ALONG, Room, outside, outside_at, place_on
+
+INSIDE = 1.0  # weight of a place of the body outside of a silhouette against that of a ray
 
 
 class Weights(NamedTuple):
@@ -26,6 +29,7 @@ def gather(
     model: Model,
     frames: Floats,
     rays: Singles,
+    room: Room,
     weights: Weights,
     matrices: Floats,
     pulls: Floats,
@@ -47,14 +51,38 @@ def gather(
         contact(model, frames[part], part, rays, i, found)
         weight = weights.share * influence(found, weights.spread, weights.limit)
         x, y, z = found[2] - frames[0, 0, 3], found[3] - frames[0, 1, 3], found[4] - frames[0, 2, 3]
-        n0, n1, n2 = found[6], found[7], found[8]
-        wrench[0], wrench[1], wrench[2] = n0, n1, n2
-        wrench[3], wrench[4], wrench[5] = y * n2 - z * n1, z * n0 - x * n2, x * n1 - y * n0
-        pull = weight * found[1]
-        for row in range(6):
-            pulls[part, row] += pull * wrench[row]
-            for column in range(row + 1):
-                matrices[part, row, column] += weight * wrench[row] * wrench[column]
+        _add(x, y, z, found[6], found[7], found[8], found[1], weight, wrench, matrices[part], pulls[part])
+    for part in range(frames.shape[0]):
+        for n in range(len(ALONG)):
+            x, y, z = place_on(model, frames[part], part, ALONG[n])
+            for k in range(room.at.shape[0]):
+                if outside_at(room, k, x, y, z, found) and found[0] < weights.limit:
+                    weight = INSIDE * weights.share * min(1.0, weights.spread / found[0]) / weights.spread**2
+                    x0, y0, z0 = x - frames[0, 0, 3], y - frames[0, 1, 3], z - frames[0, 2, 3]
+                    _add(x0, y0, z0, found[1], found[2], found[3], found[0], weight, wrench, matrices[part], pulls[part])
+
+
+@njit(cache=True, error_model="numpy")
+def _add(
+    x: float,
+    y: float,
+    z: float,
+    n0: float,
+    n1: float,
+    n2: float,
+    gap: float,
+    weight: float,
+    wrench: Floats,
+    matrix: Floats,
+    pull: Floats,
+) -> None:
+    """One gap along a direction, at a place about the root's origin, to a part's wrench matrix and pull."""
+    wrench[0], wrench[1], wrench[2] = n0, n1, n2
+    wrench[3], wrench[4], wrench[5] = y * n2 - z * n1, z * n0 - x * n2, x * n1 - y * n0
+    for row in range(6):
+        pull[row] += weight * gap * wrench[row]
+        for column in range(row + 1):
+            matrix[row, column] += weight * wrench[row] * wrench[column]
 
 
 @njit(cache=True, error_model="numpy")
@@ -88,6 +116,7 @@ def _solve(a: Floats, b: Floats) -> bool:
 def refine(
     model: Model,
     rays: Singles,
+    room: Room,
     weights: Weights,
     iterations: int,
     position: Floats,
@@ -106,7 +135,7 @@ def refine(
     distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
     for _ in range(iterations):
         place(model, position, rotation, values, frames)
-        gather(model, frames, rays, weights, matrices, pulls, distances, parts)
+        gather(model, frames, rays, room, weights, matrices, pulls, distances, parts)
         screws_of(model, frames, screws, owner)
         assemble(model, screws, owner, matrices, pulls, a, b)
         for k in range(dof):
@@ -131,6 +160,12 @@ def distances_of(model: Model, rays: Singles, position: Floats, rotation: Floats
 
 
 @njit(cache=True, error_model="numpy")
-def misfit_of(model: Model, rays: Singles, limit: float, position: Floats, rotation: Floats, values: Floats) -> float:
-    """D of a pose in m^2.  [Hybrid Eq. 30]"""
-    return float(misfit(distances_of(model, rays, position, rotation, values), limit))
+def misfit_of(
+    model: Model, rays: Singles, room: Room, limit: float, position: Floats, rotation: Floats, values: Floats
+) -> float:
+    """D of a pose in m^2 [Hybrid Eq. 30], and what of the body is outside of the silhouettes."""
+    frames = np.empty((model.parent.shape[0], 3, 4))
+    distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
+    place(model, position, rotation, values, frames)
+    nearest_parts(model, frames, rays, distances, parts)
+    return float(misfit(distances, limit) + INSIDE * outside(model, frames, room, limit))

@@ -5,8 +5,9 @@ from pathlib import Path
 
 from tests.evaluation.hybrid.bench import Bench
 from tests.evaluation.hybrid.figures import COLUMNS, Row, Section, Table, figure, summary
+from tests.evaluation.hybrid.plots import Panel, Series, bars, panels
 from tests.evaluation.hybrid.priors import KINDS
-from tests.evaluation.hybrid.runs import NAMES, Case
+from tests.evaluation.hybrid.runs import NAMES, Case, Run
 
 SEVEN = ("walk7", "jog7", "box7")
 TWO = ("walk2", "bend2", "kick2")
@@ -16,6 +17,7 @@ VIEWS: dict[str, tuple[str, ...]] = {
 PAPER_RMSE = {"walk7": 8.57, "jog7": 16.77, "box7": 30.75}
 AIMS = {"walk7": (25.0, 10.0), "jog7": (25.0, 13.0), "box7": (25.0, 16.0)}  # mean, shape, mm; with seven views
 PRIORS = ("shipped", "none")
+TOP_MM = 150.0
 
 
 def cases() -> dict[tuple[str, str, str], Case]:
@@ -73,7 +75,52 @@ def accuracy(bench: Bench) -> Section:
             ),
             Table("Mean error by joint, shipped prior, mm", ("clip", *NAMES), tuple(joints)),
         ),
+        _drawn(bench, wanted, runs, others),
     )
+
+
+def _drawn(
+    bench: Bench,
+    wanted: dict[tuple[str, str, str], Case],
+    runs: dict[Case, list[Run]],
+    others: dict[str, tuple[float, ...]],
+) -> tuple[str, str]:
+    """Bars of all, and errors over time with the shipped prior."""
+    groups = list(dict.fromkeys((clip, number) for clip, number, _ in wanted))
+    found = {key: summary(runs[case]).mean for key, case in wanted.items()}
+    nan = float("nan")
+    theirs = [others[clip][0] if clip in others and number in "72" else nan for clip, number in groups]
+    means = {f"prior {prior}": [found[*group, prior].mean for group in groups] for prior in PRIORS}
+    worst = {f"prior {prior}": [found[*group, prior].worst for group in groups] for prior in PRIORS}
+    bars(
+        bench.places.out / "accuracy.png",
+        f"Mean error (whiskers: worst seed; cut off at {TOP_MM:g} mm; no bar: never tracked)",
+        "mean error, mm",
+        [f"{clip}\n{number} views" for clip, number in groups],
+        means | {"MediaPipe, all views": theirs},
+        worst | {"MediaPipe, all views": theirs},
+        TOP_MM,
+    )
+    every = [
+        Panel(
+            clip, "frame", "mean error, mm",
+            tuple(_over_time(f"{n} views", runs[wanted[clip, n, PRIORS[0]]]) for one, n in groups if one == clip),
+            top=TOP_MM, marks=False,
+        )
+        for clip in (*SEVEN, *TWO)
+    ]  # fmt: skip
+    panels(bench.places.out / "accuracy-frames.png", "Error by frame, shipped prior (filled: up to the worst seed)", every)
+    return "accuracy.png", "accuracy-frames.png"
+
+
+def _over_time(name: str, some: list[Run]) -> Series:
+    """Over the seeds, by frame."""
+    known = [run for run in some if run.errors]
+    if not known:
+        return Series(f"{name}: never tracked", (), ())
+    curves = [figure(values) for values in zip(*(run.errors for run in known), strict=True)]
+    frames = tuple(float(known[0].first + k) for k in range(len(curves)))
+    return Series(name, frames, tuple(one.mean for one in curves), tuple(one.worst for one in curves))
 
 
 def mediapipe(path: Path) -> dict[str, tuple[float, ...]]:

@@ -1,5 +1,6 @@
 """Plots of figures: a line for every series with its worst seed, stacked bars, pictures side by side."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +27,7 @@ class Series:
 class Panel:
     """aim: a dashed line across.  log: the x axis is logarithmic, ticks are the x of the first series.
 
-    top: of the y axis; values beyond are cut off.
+    top: of the y axis; values beyond are cut off.  marks: on every point.
     """
 
     title: str
@@ -36,6 +37,7 @@ class Panel:
     aim: float | None = None
     log: bool = False
     top: float | None = None
+    marks: bool = True
 
 
 def panels(path: Path, title: str, every: Sequence[Panel], columns: int = 3) -> None:
@@ -57,7 +59,7 @@ def panels(path: Path, title: str, every: Sequence[Panel], columns: int = 3) -> 
 
 def _draw(axes: Axes, panel: Panel) -> None:
     for one in panel.series:
-        (line,) = axes.plot(one.x, one.y, "o-", markersize=4, linewidth=1.4, label=one.name)
+        (line,) = axes.plot(one.x, one.y, "o-" if panel.marks else "-", markersize=4, linewidth=1.4, label=one.name)
         if one.worst:
             axes.fill_between(one.x, one.y, one.worst, color=line.get_color(), alpha=WORST, linewidth=0)
     if panel.aim is not None:
@@ -83,21 +85,21 @@ def bars(
     worst: Mapping[str, Sequence[float]] | None = None,
     top: float | None = None,
 ) -> None:
-    """Bars side by side, one of every series in every group, with a whisker up to the worst."""
+    """Bars side by side, one of every series in every group, with a whisker up to the worst; NaN for none."""
     figure = Figure(figsize=(max(6.0, 1.1 * len(groups) * max(1.0, len(series) / 3)), 4.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     width = 0.8 / len(series)
     for k, (name, values) in enumerate(series.items()):
         at = [group + (k - (len(series) - 1) / 2) * width for group in range(len(groups))]
-        drawn = axes.bar(at, values, 0.92 * width, label=name)
-        if worst is not None:
-            rise = [max(0.0, high - low) for high, low in zip(worst[name], values, strict=True)]
-            axes.errorbar(at, values, [[0.0] * len(rise), rise], fmt="none", ecolor="black", elinewidth=0.8, capsize=2)
-        for x, value in zip(at, values, strict=True):
-            if top is not None and value > top:
-                axes.text(x, top, f"{value:.0f}", ha="center", va="top", fontsize=7, rotation=90, color="white")
-        axes.bar_label(drawn, fmt="%.0f", fontsize=7, padding=1) if top is None and worst is None else None
+        axes.bar(at, values, 0.92 * width, label=name)
+        high = values if worst is None else [max(one, two) for one, two in zip(worst[name], values, strict=True)]
+        rise = [up - value for up, value in zip(high, values, strict=True)]
+        axes.errorbar(at, values, [[0.0] * len(rise), rise], fmt="none", ecolor="black", elinewidth=0.8, capsize=2)
+        for x, value, up in zip(at, values, high, strict=True):
+            if math.isfinite(value):
+                place = up if top is None else min(up, 0.97 * top)
+                axes.annotate(f"{value:.0f}", (x, place), (0, 2), textcoords="offset points", ha="center", fontsize=7)
     axes.set_xticks(range(len(groups)), groups, fontsize=8)
     axes.set_ylabel(y_label)
     axes.set_title(title, fontsize=11)

@@ -1,9 +1,10 @@
 """Ten empty frames in the middle: how many frames until the person is tracked again."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from common.body.anatomy import Floats
 from tests.evaluation.hybrid.accuracy import SEVEN, VIEWS
 from tests.evaluation.hybrid.bench import Bench
 from tests.evaluation.hybrid.figures import Section, Table
@@ -83,8 +84,8 @@ def _draw(bench: Bench, wanted: dict[tuple[str, str, int], Case], runs: dict[Cas
             for frame in places(bench, clip):
                 curves = np.array([_after(run, frame + EMPTY) for run in runs[wanted[clip, number, frame]]])
                 series.append(
-                    Series(f"from {frame}", tuple(map(float, range(1, SHOWN + 1))), tuple(_columns(curves, np.nanmean)),
-                           tuple(_columns(curves, np.nanmax)))
+                    Series(f"from {frame}", tuple(map(float, range(1, SHOWN + 1))), tuple(_columns(curves, np.mean)),
+                           tuple(_columns(curves, np.max)))
                 )  # fmt: skip
             every.append(
                 Panel(f"{clip}, {number} views", "frames after", "mean error, mm", tuple(series), aim=WELL_MM, top=200.0)
@@ -97,6 +98,5 @@ def _after(run: Run, seen: int) -> list[float]:
     return errors + [float("nan")] * (SHOWN - len(errors))
 
 
-def _columns(curves: np.ndarray[tuple[int, int], np.dtype[np.float64]], what: object) -> Sequence[float]:
-    assert callable(what)
-    return [float(what(column)) if np.isfinite(column).any() else float("nan") for column in curves.T]
+def _columns(curves: Floats, what: Callable[[Floats], float]) -> Sequence[float]:
+    return [float(what(column[np.isfinite(column)])) if np.isfinite(column).any() else float("nan") for column in curves.T]

@@ -35,6 +35,7 @@ R = TypeVar("R")
 
 STAGES: dict[str, tuple[tuple[object, str], ...]] = {
     "contours and hull": ((tracking, "outlines"), (tracking, "without"), (tracking, "scene_of"), (tracking, "rays_of")),
+    "room": ((tracking, "room_of"),),
     "agreement": ((tracking, "watch"), (tracking, "untrusted")),
     "particles": ((filtering, "draw"), (filtering, "advance"), (filtering, "weighted")),
     "estimate": ((filtering, "_estimate"), (filtering, "explained"), (filtering, "_outcome")),

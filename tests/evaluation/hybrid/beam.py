@@ -46,10 +46,7 @@ def beam(bench: Bench) -> Section:
     rows.append(("MediaPipe", others[0], "", others[1], "", others[2], "", others[3], "", "", "", ""))
     path = followed(clip, wanted[DRAWN], read_prior(bench.priors.path(DRAWN), ANATOMY))
     shares = overlaps(clip, path)
-    overlap = tuple(
-        (view, float(np.mean(some)), float(np.median(some)), float(np.min(some)), len(some))
-        for view, some in shares.items()
-    )
+    overlap = tuple(_overlap(view, some) for view, some in shares.items())
     return Section(
         "beam",
         "Real video: real_beam4",
@@ -72,6 +69,12 @@ def beam(bench: Bench) -> Section:
         ),
         tuple(pictures(bench, clip, path)),
     )  # fmt: skip
+
+
+def _overlap(view: str, some: list[float]) -> Row:
+    if not some:
+        return (view, *[float("nan")] * 3, 0)
+    return (view, float(np.mean(some)), float(np.median(some)), min(some), len(some))
 
 
 def overlaps(clip: Clip, path: Followed) -> dict[str, list[float]]:
@@ -110,6 +113,8 @@ def outlines(camera: Camera, path: Followed, frame: int) -> list[np.ndarray[tupl
 
 def pictures(bench: Bench, clip: Clip, path: Followed) -> Sequence[str]:
     """Every view of some frames: picture, silhouette's outline (white), the model's parts (green)."""
+    if not path.poses:
+        return []
     frames = {int(frame) for frame in np.linspace(min(path.poses), max(path.poses), PICTURES)} & set(path.poses)
     masks = {one.frame: clip.masks(one, clip.cameras) for one in clip.instants if one.captured_ns >= 0}
     views: dict[int, list[Image]] = {frame: [] for frame in sorted(frames)}

@@ -27,7 +27,11 @@ def frames(anatomy: Anatomy, pose: Pose) -> Floats:
 
 def test_the_paper_has_nineteen_joint_angles() -> None:
     assert coordinates_of(TEN_PARTS).dimension == 19
-    assert coordinates_of(FOURTEEN_PARTS).dimension == len(FOURTEEN_PARTS.angles) - 3 == len(coordinates_of(FOURTEEN_PARTS).names)
+    assert (
+        coordinates_of(FOURTEEN_PARTS).dimension
+        == len(FOURTEEN_PARTS.angles) - 3
+        == len(coordinates_of(FOURTEEN_PARTS).names)
+    )
 
 
 @pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)

@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 
 from common.body.anatomy import FOURTEEN_PARTS, Floats
 from services.tracker.closest import (
-    ASIDE, FOUND, Singles, contact, influence, misfit, nearest_parts, points_of, rays_of,
+    ASIDE,
+    FOUND,
+    Singles,
+    contact,
+    influence,
+    misfit,
+    nearest_parts,
+    points_of,
+    rays_of,
 )  # fmt: skip
 from services.tracker.model import model_of
 from services.tracker.scene import Scene
@@ -70,7 +78,9 @@ def test_a_ray_tangent_to_a_round_part_has_no_gap(seed: int) -> None:
     radius = MODEL.radii[part, 0] + share * (MODEL.radii[part, 2] - MODEL.radii[part, 0])
     across = frames[part, :, :3] @ np.array([np.cos(seed), 0.0, np.sin(seed)])
     axis = frames[part, :, 1]
-    point = frames[part, :, 3] + frames[part, :, :3] @ MODEL.bases[part] + share * MODEL.lengths[part] * axis + radius * across
+    point = (
+        frames[part, :, 3] + frames[part, :, :3] @ MODEL.bases[part] + share * MODEL.lengths[part] * axis + radius * across
+    )
     angle = rng.uniform(0.5, np.pi - 0.5)
     direction = np.cos(angle) * axis + np.sin(angle) * np.cross(axis, across)
     rays = np.array([*(point - 3.0 * direction), *direction, *across, 2.5, 3.5], dtype=np.float32)[:, None]

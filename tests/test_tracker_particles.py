@@ -13,7 +13,15 @@ from services.tracker.closest import Singles
 from services.tracker.linkage import ROOT
 from services.tracker.model import model_of
 from services.tracker.particles import (
-    DYNAMIC, NO_TABLES, PRIOR, Cloud, Draws, advance, draw, everywhere, weighted,
+    DYNAMIC,
+    NO_TABLES,
+    PRIOR,
+    Cloud,
+    Draws,
+    advance,
+    draw,
+    everywhere,
+    weighted,
 )  # fmt: skip
 from services.tracker.posed import Posed
 from services.tracker.prior.sampling import assign, propose

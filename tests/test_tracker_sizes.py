@@ -7,7 +7,19 @@ from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from common.body.definition import Bdp
 from services.tracker.model import model_of
 from services.tracker.sizes import (
-    COUNT, CYLINDERS, FACTORS, LONG, OFFSETS, SHARED, SHORT, SIZES, SPREADS, TIPS, entries_of, scaled, values_of,
+    COUNT,
+    CYLINDERS,
+    FACTORS,
+    LONG,
+    OFFSETS,
+    SHARED,
+    SHORT,
+    SIZES,
+    SPREADS,
+    TIPS,
+    entries_of,
+    scaled,
+    values_of,
 )  # fmt: skip
 from services.tracker.stature import average_body
 

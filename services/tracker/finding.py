@@ -104,7 +104,7 @@ def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[St
 
 
 def _toes(points: Floats, one: Stretched, across: Floats) -> float:
-    """How far, in metres, the feet in scene points (n, 3) reach forward of the shanks, for who has `across` (2,) to the left."""
+    """How far the feet reach forward of the shanks in scene points (n, 3), metres, when `across` (2,) is to the left."""
     height = (points[:, 1] - one.low) / one.stature
     depth = points[:, [0, 2]] @ np.array([-across[1], across[0]])
     feet, shanks = depth[height < FEET], depth[(height > SHANKS[0]) & (height < SHANKS[1])]

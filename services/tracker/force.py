@@ -15,7 +15,6 @@ from services.tracker.linkage import ROOT, hold, move
 from services.tracker.model import Model, place
 from services.tracker.refine import Weights
 
-
 MOMENTUM = 0.85  # what remains of a motion from one step to the next
 
 

@@ -21,7 +21,6 @@ from numba import njit
 from common.body.anatomy import Floats
 from common.body.rotation_vectors import rotation_of
 from services.tracker.closest import Singles
-from services.tracker.linkage import ROOT
 from services.tracker.model import Model, place
 from services.tracker.refine import Weights
 

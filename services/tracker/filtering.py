@@ -120,10 +120,10 @@ def _at_rate(prior: Prior, frame_ns: int) -> Prior:
 
 
 def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, rays: Singles, room: Room, expected: Posed) -> Posed:
-    """The heaviest particle; that of the hybrid is refined once more and held near what was expected."""
+    """The heaviest particle; after Gauss-Newton refined once more and held near what was expected."""
     k = int(np.argmax(cloud.weights))
     best = Posed(cloud.positions[k].copy(), cloud.rotations[k].copy(), cloud.values[k].copy())
-    if setup.options.method != "hybrid":
+    if setup.options.method != "hybrid" or setup.options.refinement != "gauss-newton":
         return best
     refine(
         phase.person.model, rays, room, weights_of(setup, KEEP), 2, best.position, best.rotation, best.values,

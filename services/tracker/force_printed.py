@@ -26,8 +26,8 @@ from services.tracker.refine import Weights
 
 EPSILON = 0.5  # of md
 TRUNCATED_M = 0.10  # where rho stays
-LAMBDA = 8.0  # 1 / m: of the mean force on a group, m^2
-RHO = 60.0  # rad / m^3: of the mean moment on a group
+LAMBDA = 16.0  # 1 / m: of the mean force on a group, m^2
+RHO = 100.0  # rad / m^3: of the mean moment on a group
 TOUCHED = 6
 
 
@@ -82,6 +82,16 @@ def sums(
     forces[:] = 0.0
     moments[:] = 0.0
     numbers[:] = 0.0
+    reach = np.empty(frames.shape[0])  # no point of a part is further from where its axis begins
+    bases = np.empty((frames.shape[0], 3))
+    for part in range(frames.shape[0]):
+        reach[part] = model.lengths[part]
+        for k in range(4):
+            reach[part] = max(reach[part], model.lengths[part] + model.radii[part, k])
+        for row in range(3):
+            bases[part, row] = frames[part, row, 3]
+            for k in range(3):
+                bases[part, row] += frames[part, row, k] * model.bases[part, k]
     point, normal, found, best = np.empty(3), np.empty(3), np.empty(TOUCHED), np.empty(TOUCHED)
     for i in range(rays.shape[1]):
         depth = 0.5 * (rays[9, i] + rays[10, i])
@@ -90,6 +100,12 @@ def sums(
             normal[k] = rays[6 + k, i]
         part, best[1] = 0, np.inf
         for other in range(frames.shape[0]):
+            apart = 0.0
+            for k in range(3):
+                apart += (point[k] - bases[other, k]) ** 2
+            least = np.sqrt(apart) - reach[other]
+            if (1.0 - EPSILON) * least >= best[1]:
+                continue
             closest(model, frames[other], other, point, normal, found)
             if found[1] < best[1]:
                 part = other

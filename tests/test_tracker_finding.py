@@ -80,7 +80,8 @@ def test_the_preferred_facing_wins_unless_it_fits_worse() -> None:
     free = find(rays, room)
     assert free is not None
     with_it, against_it = find(rays, room, free), find(rays, room, Posed(free.position, -free.rotation, free.values))
-    assert with_it is not None and against_it is not None
+    assert with_it is not None
+    assert against_it is not None
     np.testing.assert_array_equal(with_it.rotation, free.rotation)
     assert misfit(model(), rays, room, against_it, WEIGHTS) <= 1.3 * misfit(model(), rays, room, free, WEIGHTS)
 

@@ -38,7 +38,8 @@ def test_it_is_seen_wherever_somebody_faces(seed: int, yaw: float) -> None:
 )
 def test_what_is_missing_is_said(pose: ActorPose | None, words: str) -> None:
     found = stretched_in(rays_of(1, pose))
-    assert isinstance(found, str) and found.startswith(words)
+    assert isinstance(found, str)
+    assert found.startswith(words)
 
 
 def test_something_too_small_is_no_person() -> None:
@@ -46,7 +47,8 @@ def test_something_too_small_is_no_person() -> None:
     rays[:3] *= 0.3
     rays[NEAR : FAR + 1] *= 0.3
     found = stretched_in(rays)
-    assert isinstance(found, str) and "0.8 to 2.4 m is waited for" in found
+    assert isinstance(found, str)
+    assert "0.8 to 2.4 m is waited for" in found
 
 
 def cluttered(masks: dict[str, Mask]) -> list[Mask]:
@@ -97,7 +99,8 @@ def test_a_posture_that_is_not_the_initial_one_is_not_measured() -> None:
     found = stretched_in(rays)
     if isinstance(found, Stretched):
         start = measured_from(FOURTEEN_PARTS, [rays], [room], [found])
-        assert isinstance(start, str) and ("degrees off" in start or "no body fits" in start)
+        assert isinstance(start, str)
+        assert "degrees off" in start or "no body fits" in start
     else:
         assert found.startswith("stretch both arms sideways")
 

@@ -64,7 +64,8 @@ def test_before_that_it_says_what_it_waits_for() -> None:
     at_ease = neutral(someone(SEED))
     _, outcomes, words = run(setup(CAMERAS), [at_ease])
     assert words[0].startswith("stretch both arms sideways")
-    assert outcomes[0].pose is None and not outcomes[0].lost
+    assert outcomes[0].pose is None
+    assert not outcomes[0].lost
 
 
 def test_whoever_moves_between_two_instants_is_measured_from_the_start() -> None:
@@ -79,7 +80,8 @@ def test_two_runs_of_one_seed_are_equal(started: tuple[TrackState, list[Outcome]
     _, one, _ = run(setup(CAMERAS), poses, state, 6)
     _, other, _ = run(setup(CAMERAS), poses, state, 6)
     for a, b in zip(one, other, strict=True):
-        assert a.pose is not None and b.pose is not None
+        assert a.pose is not None
+        assert b.pose is not None
         np.testing.assert_array_equal(a.pose.angles, b.pose.angles)
         np.testing.assert_array_equal(a.spread, b.spread)
 
@@ -101,7 +103,8 @@ def test_ten_empty_instants_are_waited_out(started: tuple[TrackState, list[Outco
 def test_who_leaves_is_searched_for_and_found_elsewhere(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
     state, _, _ = started
     state, gone, words = run(setup(CAMERAS), [None] * 61, state, 6)
-    assert words[-1] == "searching for the person" and gone[-1].lost
+    assert words[-1] == "searching for the person"
+    assert gone[-1].lost
     back = place(neutral(someone(SEED)), Placement(-0.5, 0.4, 0.6))
     _, outcomes, words = run(setup(CAMERAS), [back] * 2, state, 67)
     assert words[-1] == "tracking"
@@ -120,7 +123,8 @@ def test_who_is_suddenly_elsewhere_is_found_there(started: tuple[TrackState, lis
 def test_a_known_height_needs_no_initial_posture() -> None:
     here = place(neutral(someone(SEED)), Placement(0.3, 0.2, 0.5))
     _, outcomes, words = run(setup(CAMERAS, person_height=someone(SEED).height), [here] * 3)
-    assert words[0] == "tracking" and outcomes[0].body is not None
+    assert words[0] == "tracking"
+    assert outcomes[0].body is not None
     assert hip_error(outcomes[-1], here) < 0.08
 
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from tracker_scenes import FRAME_NS, Mask, initial, ring, seen, setup, someone
+from tracker_ring import FRAME_NS, Mask, initial, ring, seen, setup, someone
 from two_view_run import envelope
 
 from common import messages as m

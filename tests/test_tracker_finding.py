@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from tracker_scenes import initial, ring, scene, seen, setup, someone
+from tracker_ring import initial, ring, scene, seen, setup, someone
 
 from common.actor.pose import ActorPose, Placement, neutral, place
 from common.actor.script import motion_script

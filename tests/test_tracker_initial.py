@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tracker_scenes import Mask, initial, ring, scene, seen, someone
+from tracker_ring import Mask, initial, ring, scene, seen, someone
 
 from common.actor.pose import ActorPose, Placement, neutral, place
 from common.actor.truth import truth

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tracker_scenes import initial, ring, scene, seen, someone
+from tracker_ring import initial, ring, scene, seen, someone
 
 from services.tracker.closest import FAR, NEAR, Singles, points_of
 from services.tracker.places import Column, column_in, reliability, within

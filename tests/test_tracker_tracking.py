@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from tracker_scenes import FRAME_NS, Mask, initial, ring, seen, setup, someone
+from tracker_ring import FRAME_NS, Mask, initial, ring, seen, setup, someone
 
 from common.actor.pose import ActorPose, Placement, neutral, place
 from common.actor.script import motion_script

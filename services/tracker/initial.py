@@ -36,6 +36,7 @@ MOST_GAP_M = 0.03  # of a body that was measured well
 HELD = 0.25  # rad around the initial posture
 FURTHEST = np.radians(40.0)  # of a shoulder or elbow from the initial posture
 ROUNDS = 20
+FEET, SHANKS = 0.04, (0.10, 0.22)  # heights in statures
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,9 @@ def measured_from(
             measured = _measured_among_clutter(anatomy, average, measured, samples, trust)
         found.append((_misfit(anatomy, measured, rays_near, rooms), measured, trust))
     (error, best, trust), (other, _, _) = sorted(found, key=lambda one: one[0])
+    if "right_foot" not in anatomy.parts:  # such a body looks the same from the front and from behind
+        forward = sum(_toes(points_of(rays), one, seen[0].across) for rays, one in zip(rays_near, seen, strict=True))
+        _, best, trust = found[0] if forward > 0.0 else found[1]
     if not best.gap <= MOST_GAP_M:
         return (
             f"no body fits: gaps of {best.gap * 1000:.0f} mm (at most {MOST_GAP_M * 1000:.0f}); stand still in every view"
@@ -153,6 +157,17 @@ def measured_from(
     if away > FURTHEST:
         return f"stretch both arms straight; a joint is {np.degrees(away):.0f} degrees off"
     return Start(best, error < CLEARLY * other, trust)
+
+
+def _toes(points: Floats, one: Stretched, across: Floats) -> float:
+    """How far, in metres, feet reach forward of shanks in points (n, 3), for who has `across` (2,) to the left."""
+    height = (points[:, 1] - one.low) / one.stature
+    depth = points[:, [0, 2]] @ np.array([-across[1], across[0]])
+    feet, shanks = depth[height < FEET], depth[(height > SHANKS[0]) & (height < SHANKS[1])]
+    if not len(feet) or not len(shanks):
+        return 0.0
+    middles = [0.5 * float(np.sum(np.percentile(part, [5, 95]))) for part in (feet, shanks)]
+    return middles[0] - middles[1]
 
 
 def _misfit(anatomy: Anatomy, measured: Measured, scenes: Sequence[Singles], rooms: Sequence[Room]) -> float:

@@ -32,7 +32,7 @@ class Options:
     method: Method = "hybrid"
     particles: int = 40
     points: int = 400
-    iterations: int = 4
+    iterations: int = 3
     seed: int = 0
     refinement: Refinement = "gauss-newton"
 
@@ -81,7 +81,8 @@ class Person:
 class Tracking:
     """cloud: the particles.  estimate: the last pose, with the change (6 + d,) a second before it.
 
-    prior_share: of the proposals.  bad: instants in a row in which the body was not where the scene is.
+    prior_share: of the proposals.  strange: usual distance of the estimate from the prior, radians.
+    bad: instants in a row in which the body was not where the scene is.
     """
 
     person: Person
@@ -90,6 +91,7 @@ class Tracking:
     velocity: Floats
     captured_ns: int
     prior_share: float
+    strange: float = 0.0
     bad: int = 0
 
 

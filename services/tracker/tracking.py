@@ -29,9 +29,8 @@ SEARCH_ROUNDS = 4
 USUAL_SHARE = 0.5  # of a scene on the body, before it is known
 FOUND_SHARE = 0.8  # of what is usual: found
 DOUBTS = (1, 3)  # bad instants in a row after which to look elsewhere
-DOUBTFUL_SHARE = 0.5  # of a scene is on the body: then it may be anywhere
-LOOK_BACK = 30  # instants between two looks at whether the person faces the other way
-BETTER = 0.75  # the mean squared misfit, of what it is now, of the body facing the other way, for it to do so
+LOOK_BACK = 15  # instants between two looks at whether the person faces the other way
+BETTER = 0.75  # the mean squared misfit of another pose, of the one followed, for it to be taken instead
 HUMBLER, LEAST_SHARE = 0.9, 0.25  # less is taken for usual after every search in vain, but no less than this
 REMEMBERED_NS = 2_000_000_000  # so long somebody who was lost still faces about the same way
 
@@ -87,8 +86,10 @@ def _act(
             after, outcome = advanced(setup, phase, captured_ns, rays, room, rng)
             if not isinstance(after, Tracking) or outcome.pose is None:
                 return after, outcome
-            if count % LOOK_BACK == 0 or after.bad in DOUBTS:
+            if after.bad in DOUBTS:
                 return _looked_around(setup, after, outcome, captured_ns, rays, room)
+            if count % LOOK_BACK == 0 and not after.person.faces:
+                return _looked_back(setup, after, outcome, captured_ns, rays, room)
             return after, outcome
 
 
@@ -128,19 +129,29 @@ def _still(before: Stretched, now: Stretched) -> bool:
 def _looked_around(
     setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Singles, room: Room
 ) -> tuple[Tracking, Outcome]:
-    """Whether the person rather faces the other way, or is elsewhere: who moves cannot be mistaken for long."""
+    """Whether the person is rather elsewhere, or in another posture, when the body does not fit the scene."""
     person, weights = phase.person, weights_of(setup, HOLD)
-    pose: Posed | None = turned_round(
-        person.model, rays, room, phase.estimate, everyday(setup.anatomy), weights, SEARCH_ROUNDS
-    )
-    if phase.bad or explained(person.model, rays, phase.estimate) < DOUBTFUL_SHARE:
-        pose = _found(setup, person, phase.estimate, None, rays, room)
+    facing = phase.estimate.rotation if person.faces else None
+    pose = _found(setup, person, phase.estimate, facing, rays, room)
     if pose is None:
         return phase, outcome
     error = misfit(person.model, rays, room, pose, weights)
     if error > BETTER * misfit(person.model, rays, room, phase.estimate, weights):
         return phase, outcome
-    return begin(setup, replace(person, faces=True), pose, captured_ns, error)
+    return begin(setup, person, pose, captured_ns, error)
+
+
+def _looked_back(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Singles, room: Room
+) -> tuple[Tracking, Outcome]:
+    """Whether the person rather faces the other way, as long as that is not clear: who moves shows it sooner or later."""
+    person, weights = phase.person, weights_of(setup, HOLD)
+    pose = turned_round(person.model, rays, room, phase.estimate, everyday(setup.anatomy), weights, SEARCH_ROUNDS)
+    error = misfit(person.model, rays, room, pose, weights)
+    now = misfit(person.model, rays, room, phase.estimate, weights)
+    if error < BETTER * now:
+        return begin(setup, replace(person, faces=True), pose, captured_ns, error)
+    return replace(phase, person=replace(person, faces=now < BETTER * error)), outcome
 
 
 def _found(

@@ -1,0 +1,156 @@
+"""The shared clips as the tracker sees them: silhouettes of every instant, made once by the viewers' own steps."""
+
+import hashlib
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from common.camera.pinhole import Camera
+from common.formats.trc import Trajectories, read_trc
+from common.messages import Silhouette
+from common.runtime.clock import ManualClock
+from common.runtime.rig import Rig, load_rig
+from common.vision.packing import unpack
+from services.takes.track import EPOCH_NS, instants
+from services.tracker.phases import Mask
+from services.viewer import watching
+from services.viewer.shell import silhouette_service
+from services.viewer.source import open_source
+from services.viewer.sources.frame import Frame, Playback
+
+Images = NDArray[np.uint8]
+VIEWER_CODE = ("common/vision", "common/camera", "services/viewer")
+TRUTHS = ("truth.trc", "reference.trc")  # of a rendered clip; of a real one, which is no truth
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@dataclass(frozen=True)
+class Instant:
+    """frame: its number.  captured_ns: since frame 0; less than 0 in the video of the initial posture.
+
+    masks: by viewer, packed, (rows, bytes) uint8.
+    """
+
+    frame: int
+    captured_ns: int
+    masks: Mapping[str, Images]
+
+
+@dataclass(frozen=True)
+class Clip:
+    """cameras: by viewer, at the working size.  truth: metres.  motion_from: the first frame that is scored.
+
+    motion: the file that drove it, of which nothing may be learnt.
+    """
+
+    name: str
+    rig: Rig
+    frame_ns: int
+    instants: tuple[Instant, ...]
+    truth: Trajectories
+    motion_from: int
+    motion: str
+
+    @cached_property
+    def cameras(self) -> dict[str, Camera]:
+        return {viewer.id: viewer.camera for viewer in self.rig.viewers}
+
+    def masks(self, instant: Instant, views: Iterable[str]) -> dict[str, Mask]:
+        """(height, width) of 0 and 1, by viewer."""
+        return {
+            view: np.unpackbits(instant.masks[view], axis=1, count=self.cameras[view].size[0])
+            for view in views
+            if view in instant.masks
+        }
+
+    def of_views(self, views: Sequence[str]) -> "Clip":
+        """The same with some of its cameras; none: with all."""
+        if not views:
+            return self
+        return replace(self, rig=replace(self.rig, viewers=tuple(v for v in self.rig.viewers if v.id in views)))
+
+
+def load_clip(folder: Path, kept: Path) -> Clip:
+    """The clip of a folder; silhouettes are read from `kept` when they were made by the same code from the same files.
+
+    Raises RigError, SourceError and FormatError.
+    """
+    rig = load_rig(folder, "hybrid")
+    table = _table(folder)
+    path = kept / f"{folder.name}-{_digest(rig)}.npz"
+    if not path.is_file():
+        kept.mkdir(parents=True, exist_ok=True)
+        part = path.with_suffix(".part.npz")
+        np.savez_compressed(part, allow_pickle=False, **_arrays(_seen(rig)))
+        part.replace(path)
+    with np.load(path) as arrays:
+        found = tuple(_instants({name: arrays[name] for name in arrays.files}))
+    truth = read_trc(next(folder / name for name in TRUTHS if (folder / name).is_file()))
+    frame_ns = round(1e9 / max(viewer.fps for viewer in rig.viewers))
+    return Clip(folder.name, rig, frame_ns, found, truth, int(table.get("motion_from_frame", 0)), str(table["motion"]))
+
+
+def _table(folder: Path) -> dict[str, str | int | float]:
+    return dict(tomllib.loads((folder / "clip.toml").read_text()))
+
+
+def _seen(rig: Rig) -> Iterator[Instant]:
+    """Silhouettes of all viewers, grouped by capture time as `zenocap track` does."""
+    cv2.setNumThreads(1)
+    clock = ManualClock(EPOCH_NS)
+    services = {viewer.id: silhouette_service(viewer) for viewer in rig.viewers}
+    states: dict[str, watching.State] = {id: service.state for id, service in services.items()}
+    sources = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
+    problems: list[str] = []
+    for frames in instants(sources, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems):
+        masks: dict[str, Images] = {}
+        for id, frame in frames.items():
+            states[id], said = watching.step(services[id].setup, states[id], frame)
+            for message in said:
+                if isinstance(message, Silhouette):
+                    masks[id] = np.packbits(unpack(message.size, message.region, message.data) != 0, axis=1)
+        if masks:
+            latest: Frame = max(frames.values(), key=lambda frame: frame.frame)
+            yield Instant(latest.frame, min(f.captured_ns for f in frames.values()) - EPOCH_NS, masks)
+    if problems:
+        raise ValueError(f"rig {rig.name}: {'; '.join(problems)}")
+
+
+def _arrays(found: Iterable[Instant]) -> dict[str, NDArray[np.int64] | Images]:
+    every = list(found)
+    arrays: dict[str, NDArray[np.int64] | Images] = {
+        "frame": np.array([instant.frame for instant in every]),
+        "captured_ns": np.array([instant.captured_ns for instant in every]),
+    }
+    for view in {view: None for instant in every for view in instant.masks}:
+        rows = [k for k, instant in enumerate(every) if view in instant.masks]
+        arrays[f"rows:{view}"] = np.array(rows)
+        arrays[f"masks:{view}"] = np.stack([every[k].masks[view] for k in rows])
+    return arrays
+
+
+def _instants(arrays: Mapping[str, NDArray[np.int64] | Images]) -> Iterator[Instant]:
+    views = [name.removeprefix("rows:") for name in arrays if name.startswith("rows:")]
+    where = {view: {int(row): k for k, row in enumerate(arrays[f"rows:{view}"])} for view in views}
+    for row, (frame, captured_ns) in enumerate(zip(arrays["frame"], arrays["captured_ns"], strict=True)):
+        masks = {
+            view: np.asarray(arrays[f"masks:{view}"][where[view][row]], np.uint8) for view in views if row in where[view]
+        }
+        yield Instant(int(frame), int(captured_ns), masks)
+
+
+def _digest(rig: Rig) -> str:
+    """Of what decides the silhouettes: the viewers' code, the rig, and its films by size."""
+    told = hashlib.sha256(rig.digest.encode())
+    for folder in VIEWER_CODE:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            told.update(path.read_bytes())
+    for path in sorted(rig.base.rglob("*.mp4")):
+        told.update(f"{path.name} {path.stat().st_size}".encode())
+    return told.hexdigest()[:12]

@@ -35,6 +35,7 @@ NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: of dynamic proposals from one instant
 PRIOR_SHARE, LEAST_SHARE, MOST_SHARE = 0.5, 0.2, 0.8  # of the proposals that come from the prior
 ADAPTING = 0.05
 LOST_SHARE, LOST_AFTER = 0.6, 6  # of what usually lies on the body, for so many instants: it is somewhere else
+GONE = 0.5  # of a scene is out of reach: the person is somewhere else, whatever is usual
 WELL_SHARE = 0.9  # of what usually lies on the body: good enough to learn from
 FORGETTING = 0.03  # of what is usual, with every instant
 LEAST_RAYS = 60  # of a scene in which anybody can be seen
@@ -84,7 +85,8 @@ def advanced(
     best = float(errors[np.argmin(costs)])
     strangest = float(strange[np.argmin(costs)])
     share_on = explained(person.model, rays, estimate)
-    bad = phase.bad + 1 if share_on < LOST_SHARE * person.typical else 0
+    away = share_on < LOST_SHARE * person.typical or best > GONE * LIMIT_M**2
+    bad = phase.bad + 1 if away else 0
     if bad >= LOST_AFTER:
         return Lost(person, phase.estimate, seen_ns=phase.captured_ns), nothing(setup, lost=True)
     moved = change(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)

@@ -29,6 +29,7 @@ GAPS = 2  # pieces
 DIRECTIONS = 36  # in which the arms are looked for
 AROUND = 0.65  # statures from the middle: there is nothing of the person further out
 GOOD_GAP_M = 0.015  # of a body in a scene without clutter
+DISTRUST = 2.0  # power of the gap that trust in the scenes falls with
 STRAY_M = 0.10  # from that body: clutter
 CLEARLY = 0.9  # of the misfit of the body facing the other way
 MOST_GAP_M = 0.03  # of a body that was measured well
@@ -46,6 +47,15 @@ class Stretched:
     across: Floats
     low: float
     stature: float
+
+
+@dataclass(frozen=True)
+class Start:
+    """faces: whether it is clear which way.  trust: in these scenes, beside scenes without clutter, in (0, 1]."""
+
+    measured: Measured
+    faces: bool
+    trust: float
 
 
 def stretched_in(rays: Singles) -> Stretched | str:
@@ -105,21 +115,22 @@ def _line(around: Floats, weights: Floats, across: Floats) -> Floats:
     return line
 
 
+def near_to(rays: Singles, seen: Stretched) -> Singles:
+    """(11, m) the rays of a scene that may have to do with the person."""
+    return within(rays, Column(seen.centre, seen.low, seen.low + seen.stature), AROUND * seen.stature)
+
+
 def measured_from(
     anatomy: Anatomy, scenes: Sequence[Singles], rooms: Sequence[Room], seen: Sequence[Stretched]
-) -> tuple[Measured, bool] | str:
+) -> Start | str:
     """The body, from rays (11, n) and rooms of several scenes of the initial posture; or why it is not believed, in words.
 
-    Who faces which way along the same line is told by the feet and the belly: both ways are fitted.  Also returned:
-    whether one of them fits clearly better.
+    Who faces which way along the same line is told by the feet and the belly: both ways are fitted.
     """
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), stretched_angles(anatomy)))
     stature = float(np.median([one.stature for one in seen]))
     average = average_body(anatomy, stature)
-    rays_near = [
-        within(rays, Column(one.centre, one.low, one.low + one.stature), AROUND * stature)
-        for rays, one in zip(scenes, seen, strict=True)
-    ]
+    rays_near = [near_to(rays, one) for rays, one in zip(scenes, seen, strict=True)]
     found = []
     for side in (1.0, -1.0):
         samples = []
@@ -129,15 +140,15 @@ def measured_from(
             rotation = np.stack([left, up, np.cross(left, up)], axis=1)
             position = np.array([one.centre[0], one.low + HIP_HEIGHT * stature, one.centre[1]])
             samples.append(Sample(rays, Posed(position, rotation, held.copy()), held, HELD))
-        measured = measure(anatomy, average, samples, np.zeros(COUNT), ROUNDS)
+        measured, trust = measure(anatomy, average, samples, np.zeros(COUNT), ROUNDS), 1.0
         if measured.gap > GOOD_GAP_M:
-            measured = _measured_among_clutter(anatomy, average, measured, samples)
-        found.append((_misfit(anatomy, measured, rays_near, rooms), measured))
-    clearly = min(found, key=_error)[0] < CLEARLY * max(found, key=_error)[0]
-    _, best = min(found, key=_error)
+            trust = (GOOD_GAP_M / measured.gap) ** DISTRUST
+            measured = _measured_among_clutter(anatomy, average, measured, samples, trust)
+        found.append((_misfit(anatomy, measured, rays_near, rooms), measured, trust))
+    (error, best, trust), (other, _, _) = sorted(found, key=lambda one: one[0])
     if "right_foot" not in anatomy.parts:  # such a body looks the same from the front and from behind
         forward = sum(_toes(points_of(rays), one, seen[0].across) for rays, one in zip(rays_near, seen, strict=True))
-        _, best = found[0] if forward > 0.0 else found[1]
+        _, best, trust = found[0] if forward > 0.0 else found[1]
     if not best.gap <= MOST_GAP_M:
         return (
             f"no body fits: gaps of {best.gap * 1000:.0f} mm (at most {MOST_GAP_M * 1000:.0f}); stand still in every view"
@@ -145,11 +156,7 @@ def measured_from(
     away = max(float(np.abs(pose.values - held).max()) for pose in best.poses)
     if away > FURTHEST:
         return f"stretch both arms straight; a joint is {np.degrees(away):.0f} degrees off"
-    return best, clearly
-
-
-def _error(found: tuple[float, Measured]) -> float:
-    return found[0]
+    return Start(best, error < CLEARLY * other, trust)
 
 
 def _toes(points: Floats, one: Stretched, across: Floats) -> float:
@@ -176,11 +183,13 @@ def _misfit(anatomy: Anatomy, measured: Measured, scenes: Sequence[Singles], roo
     )
 
 
-def _measured_among_clutter(anatomy: Anatomy, average: Bdp, first: Measured, samples: Sequence[Sample]) -> Measured:
+def _measured_among_clutter(
+    anatomy: Anatomy, average: Bdp, first: Measured, samples: Sequence[Sample], trust: float
+) -> Measured:
     """Again without the rays that have nothing to do with the body, and with as much trust in the others as they earn."""
     model = model_of(anatomy, first.body)
     again = []
     for sample, pose in zip(samples, first.poses, strict=True):
         near = distances_of(model, sample.rays, pose.position, pose.rotation, pose.values) < STRAY_M
         again.append(replace(sample, rays=np.ascontiguousarray(sample.rays[:, near]), pose=pose))
-    return measure(anatomy, average, again, np.zeros(COUNT), ROUNDS, EFFECTIVE * (GOOD_GAP_M / first.gap) ** 2)
+    return measure(anatomy, average, again, np.zeros(COUNT), ROUNDS, trust * EFFECTIVE)

@@ -5,15 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from common.body.anatomy import Floats
 from services.tracker.agreement import agreement, untrusted, watch
 from services.tracker.closest import Singles, rays_of
 from services.tracker.filtering import HOLD, LEAST_RAYS, advanced, begin, nothing, weights_of
 from services.tracker.finding import everyday, explained, found_in, misfit, turned_round
 from services.tracker.hull import outlines, scene_of, without
-from services.tracker.initial import Stretched, measured_from, stretched_in
-from services.tracker.knowledge import beginning, learnt
+from services.tracker.initial import Stretched, measured_from, near_to, stretched_in
+from services.tracker.knowledge import EFFECTIVE, beginning, learnt
 from services.tracker.model import model_of
 from services.tracker.phases import Lost, Mask, Options, Outcome, Person, Setup, Tracking, TrackState, Waiting
+from services.tracker.posed import Posed
 from services.tracker.room import Room, room_of
 from services.tracker.sizes import COUNT
 from services.tracker.stature import average_body
@@ -24,11 +26,12 @@ SAMPLES = 4  # instants of the initial posture that the body is measured in
 STILL_M, STILL_DOT = 0.05, 0.985  # how far the person may move between them, and turn
 REST = 15  # instants before another try, after one that failed
 SEARCH_ROUNDS = 4
-USUAL_SHARE = 0.6  # of a scene on the body, before it is known
+USUAL_SHARE = 0.5  # of a scene on the body, before it is known
 FOUND_SHARE = 0.8  # of what is usual: found
-LOOK_BACK = 30  # instants between two looks at whether the person faces the other way
-BETTER = 0.75  # the mean squared misfit, of what it is now, of the body facing the other way, for it to do so
-HUMBLER, LEAST_SHARE = 0.9, 0.45  # less is taken for usual after every search in vain, but no less than this
+DOUBTS = (1, 3)  # bad instants in a row after which to look elsewhere
+LOOK_BACK = 15  # instants between two looks at whether the person faces the other way
+BETTER = 0.75  # the mean squared misfit of another pose, of the one followed, for it to be taken instead
+HUMBLER, LEAST_SHARE = 0.9, 0.25  # less is taken for usual after every search in vain, but no less than this
 REMEMBERED_NS = 2_000_000_000  # so long somebody who was lost still faces about the same way
 
 
@@ -81,7 +84,11 @@ def _act(
         case Tracking():
             rng = np.random.default_rng([setup.options.seed, count])
             after, outcome = advanced(setup, phase, captured_ns, rays, room, rng)
-            if isinstance(after, Tracking) and outcome.pose is not None and count % LOOK_BACK == 0:
+            if not isinstance(after, Tracking) or outcome.pose is None:
+                return after, outcome
+            if after.bad in DOUBTS:
+                return _looked_around(setup, after, outcome, captured_ns, rays, room)
+            if count % LOOK_BACK == 0 and not after.person.faces:
                 return _looked_back(setup, after, outcome, captured_ns, rays, room)
             return after, outcome
 
@@ -102,14 +109,14 @@ def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles, room: R
     found = measured_from(setup.anatomy, scenes, rooms, all_seen)
     if isinstance(found, str):
         return Waiting(found, rest=REST), nobody
-    measured, faces = found
+    measured = found.measured
     stature = float(np.median([one.stature for one in all_seen]))
     knowledge = beginning(average_body(setup.anatomy, stature), measured.logs)
     for rays_then, pose in zip(scenes, measured.poses, strict=True):
-        knowledge = learnt(setup.anatomy, knowledge, rays_then, pose)
+        knowledge = learnt(setup.anatomy, knowledge, rays_then, pose, found.trust * EFFECTIVE)
     model = model_of(setup.anatomy, measured.body)
-    typical = max(USUAL_SHARE, explained(model, rays, measured.poses[-1]))
-    person = Person(measured.body, model, stature, knowledge, typical, faces)
+    typical = explained(model, near_to(rays, seen), measured.poses[-1])
+    person = Person(measured.body, model, stature, knowledge, typical, found.faces)
     tracking, outcome = begin(setup, person, measured.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)
 
@@ -119,31 +126,53 @@ def _still(before: Stretched, now: Stretched) -> bool:
     return moved < STILL_M and abs(float(now.across @ before.across)) > STILL_DOT
 
 
-def _looked_back(
+def _looked_around(
     setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Singles, room: Room
 ) -> tuple[Tracking, Outcome]:
-    """Whether the person rather faces the other way: somebody who moves cannot be mistaken for long."""
+    """Whether the person is rather elsewhere, or in another posture, when the body does not fit the scene."""
     person, weights = phase.person, weights_of(setup, HOLD)
-    postures = everyday(setup.anatomy)
-    pose = turned_round(person.model, rays, room, phase.estimate, postures, weights, SEARCH_ROUNDS)
+    facing = phase.estimate.rotation if person.faces else None
+    pose = _found(setup, person, phase.estimate, facing, rays, room)
+    if pose is None:
+        return phase, outcome
     error = misfit(person.model, rays, room, pose, weights)
     if error > BETTER * misfit(person.model, rays, room, phase.estimate, weights):
         return phase, outcome
-    return begin(setup, replace(person, faces=True), pose, captured_ns, error)
+    return begin(setup, person, pose, captured_ns, error)
+
+
+def _looked_back(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Singles, room: Room
+) -> tuple[Tracking, Outcome]:
+    """Whether the person rather faces the other way, as long as that is not clear: who moves shows it sooner or later."""
+    person, weights = phase.person, weights_of(setup, HOLD)
+    pose = turned_round(person.model, rays, room, phase.estimate, everyday(setup.anatomy), weights, SEARCH_ROUNDS)
+    error = misfit(person.model, rays, room, pose, weights)
+    now = misfit(person.model, rays, room, phase.estimate, weights)
+    if error < BETTER * now:
+        return begin(setup, replace(person, faces=True), pose, captured_ns, error)
+    return replace(phase, person=replace(person, faces=now < BETTER * error)), outcome
+
+
+def _found(
+    setup: Setup, person: Person, last: Posed | None, facing: Floats | None, rays: Singles, room: Room
+) -> Posed | None:
+    """The best pose of a person anywhere in a scene, from everyday postures and the last one."""
+    postures = everyday(setup.anatomy)
+    if last is not None:
+        postures = (*postures, replace(last, rotation=np.eye(3)))
+    weights = weights_of(setup, HOLD)
+    return found_in(person.model, rays, room, postures, person.stature, weights, SEARCH_ROUNDS, facing)
 
 
 def _search(setup: Setup, phase: Lost, captured_ns: int, rays: Singles, room: Room) -> tuple[Tracking | Lost, Outcome]:
     """Look for a known body everywhere, in a few postures."""
     if phase.rest or rays.shape[1] < LEAST_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), nothing(setup, lost=True)
-    model = phase.person.model
-    postures = everyday(setup.anatomy)
-    if phase.last is not None:
-        postures = (*postures, replace(phase.last, rotation=np.eye(3)))
-    weights = weights_of(setup, HOLD)
+    model, weights = phase.person.model, weights_of(setup, HOLD)
     recent = phase.person.faces and captured_ns - phase.seen_ns < REMEMBERED_NS
     facing = phase.last.rotation if phase.last is not None and recent else None
-    pose = found_in(model, rays, room, postures, phase.person.stature, weights, SEARCH_ROUNDS, facing)
+    pose = _found(setup, phase.person, phase.last, facing, rays, room)
     if pose is None or explained(model, rays, pose) < FOUND_SHARE * phase.person.typical:
         person = replace(phase.person, typical=max(LEAST_SHARE, HUMBLER * phase.person.typical))
         return replace(phase, person=person, rest=REST), nothing(setup, lost=True)

@@ -36,7 +36,7 @@ def scaling(bench: Bench) -> Section:
     )  # fmt: skip
     errors = [
         Panel(
-            what,
+            "",
             what,
             "mean error, mm",
             tuple(_series(found, what, clip, "error") for clip in SEVEN),
@@ -46,7 +46,7 @@ def scaling(bench: Bench) -> Section:
         for what, counts in COUNTS.items()
     ]
     times = [
-        Panel(what, what, "ms a frame", tuple(_series(found, what, clip, "time") for clip in SEVEN), log=what != "views")
+        Panel("", what, "ms a frame", tuple(_series(found, what, clip, "time") for clip in SEVEN), log=what != "views")
         for what in COUNTS
     ]
     panels(bench.places.out / "scaling-error.png", "Mean error (filled: up to the worst seed)", errors, 2)

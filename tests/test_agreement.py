@@ -15,7 +15,7 @@ from services.tracker.hull import outlines
 from tests.puppets import ring, silhouette, walker
 
 FPS = 30.0
-FRAMES = 150
+FRAMES = 190
 BAD = 2
 
 Masks = list[list[Mask]]  # view, frame
@@ -105,6 +105,17 @@ def test_an_empty_view_is_named() -> None:
     assert [(f.kind, f.view) for f in said[-1]] == [("empty", BAD)]
     assert "view cam03 has seen nobody for" in said[-1][0].text
     assert untrusted(said[-1]) == frozenset()
+
+
+def test_who_walks_out_of_one_views_image_is_not_missed() -> None:
+    cameras, masks = film(4)
+    aside = replace(cameras[BAD], matrix=cameras[BAD].matrix + np.array([[0.0, 0.0, 400.0], [0.0] * 3, [0.0] * 3]))
+    elsewhere: list[Mask | None] = [None] * FRAMES
+    said = watched(
+        [aside if k == BAD else camera for k, camera in enumerate(cameras)],
+        [elsewhere if k == BAD else mask for k, mask in enumerate(masks)],
+    )
+    assert set(said) == {()}
 
 
 def test_an_empty_room_is_nobodys_fault() -> None:

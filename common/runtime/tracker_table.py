@@ -12,9 +12,11 @@ from msgspec import Meta
 
 from common.body.anatomy import ANATOMIES, FOURTEEN_PARTS
 
-# The particles that a method has where nobody says how many: one is the image force alone.  [Hybrid Table II]
+# What a method has where nobody says otherwise: one particle is the image force alone.  [Hybrid Table II]
 PARTICLES = {"hybrid": 40, "image-force": 1, "particle-filter": 1000}
-REFINEMENTS = ("gauss-newton", "force", "force-printed")
+REFINEMENTS = {"hybrid": "gauss-newton", "image-force": "force", "particle-filter": "gauss-newton"}
+# Forces come to rest slowly: `tests.evaluation` shows how slowly.
+ITERATIONS = {"gauss-newton": 3, "force": 40, "force-printed": 100}
 PRIORS = Path(__file__).resolve().parents[2] / "deploy" / "priors"
 SUFFIX = ".prior"
 
@@ -27,16 +29,17 @@ Seed = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     """prior: a file relative to the rig, or the name of one that comes with the project; none: dynamics alone.
 
-    particles: default by method.  points: of the visual hull in every frame.  iterations: of the refinement.
+    particles: default by method.  points: of the visual hull in every frame.  refinement: default by method.
+    iterations: of the refinement, which decides the default.
     """
 
     prior: str | None = None
     particles: Particles | None = None
     points: Points = 400
-    iterations: Iterations = 4
+    iterations: Iterations | None = None
     seed: Seed = 0
     anatomy: str = FOURTEEN_PARTS.name
-    refinement: str = REFINEMENTS[0]
+    refinement: str | None = None
 
 
 @dataclass(frozen=True)
@@ -63,11 +66,13 @@ def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, fil
     """
     if table.anatomy not in ANATOMIES:
         raise TrackerError(f"anatomy = {table.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
-    if table.refinement not in REFINEMENTS:
-        raise TrackerError(f"refinement = {table.refinement!r}: allowed: {', '.join(REFINEMENTS)}")
+    refinement = REFINEMENTS[method] if table.refinement is None else table.refinement
+    if refinement not in ITERATIONS:
+        raise TrackerError(f"refinement = {refinement!r}: allowed: {', '.join(ITERATIONS)}")
+    iterations = ITERATIONS[refinement] if table.iterations is None else table.iterations
     prior = None if table.prior is None else find_prior(table.prior, base, must_be=files)
     particles = table.particles if own and table.particles is not None else PARTICLES[method]
-    spec = TrackerSpec(prior, particles, table.points, table.iterations, table.seed, table.anatomy, table.refinement)
+    spec = TrackerSpec(prior, particles, table.points, iterations, table.seed, table.anatomy, refinement)
     return _checked(spec, method)
 
 

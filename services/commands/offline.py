@@ -71,7 +71,8 @@ def track(
         typer.Option(min=20, max=10_000, help="Of the visual hull; default: 400.", rich_help_panel=TRACKER),
     ] = None,
     iterations: Annotated[
-        int | None, typer.Option(min=0, max=100, help="Of the refinement; default: 4.", rich_help_panel=TRACKER)
+        int | None,
+        typer.Option(min=0, max=100, help="Of the refinement; default: 4, of forces 40.", rich_help_panel=TRACKER),
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Of what is drawn; default: 0.", rich_help_panel=TRACKER)] = None,
     overlay: Annotated[

@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from services.tracker.agreement_lines import LAGS, Moment, lagged_shares, lines_of
+from services.tracker.agreement_lines import LAGS, Moment, in_sight, lagged_shares, lines_of
 from services.tracker.hull_contours import Contours
 from services.tracker.hull_support import SUPPORTED, changed, support
 from services.tracker.hull_views import Floats, Integers, Silhouettes
@@ -24,10 +24,10 @@ LINES = 16  # of each view in a check
 LAG_LINES = 32  # of all views in a test of lags
 MEMORY = 24  # checks or tests that an average remembers
 LEAST = 12  # checks before an average is believed
-LEAST_TESTS = 6  # of a view's lags
+LEAST_TESTS = 12  # of a view's lags
 SELDOM = 12  # checks between two tests of lags once they are known
 STEADY = 6  # checks in a row for which a view is empty or frozen before that is said
-SUSPECTS = 3  # views that are tested for lags in turns
+SUSPECTS = 2  # at most, whose lags are tested in turns: where more are, it is not one view's fault
 
 UNSUPPORTED = 0.10  # share of a view's outline without support from which it may be at fault
 WORSE = 3.0  # times the others' without it
@@ -36,8 +36,9 @@ SUSPICIOUS, UNEVEN = (
     0.05,
     0.02,
 )  # from this share of a view's outline, and this much between views left out, lags are tested
-LAG_GAIN = 0.025  # share of all outlines that must gain support at the lag
-EXPLAINED = 0.7  # of what lacks support because of the view
+LAG_GAIN = 0.03  # share of all outlines that must gain support at the lag
+EXPLAINED = 0.8  # of what lacks support because of the view
+STAYS = 0.6  # of these is enough for what was said before
 NOBODY_FITS = 0.40  # share of all outlines without support from which to speak up when no view can be blamed
 STILL, MOVING = 0.001, 0.01  # share of a silhouette that changes between checks: frozen, moving
 
@@ -93,12 +94,15 @@ def agreement(names: Sequence[str]) -> Agreement:
 def watch(state: Agreement, contours: Contours, seen: Silhouettes) -> tuple[Agreement, tuple[Finding, ...]]:
     """One frame of all views, as `hull.outlines` gives it; what is wrong by now.  Works on every EVERY-th frame."""
     recent = (*state.recent[-LAGS:], (contours, seen))
-    frames = state.frames + 1
-    if frames % EVERY != 0 or len(recent) <= LAGS:
-        return replace(state, frames=frames, recent=recent), state.findings
-    state = replace(state, frames=frames, recent=recent, checks=state.checks + 1)
-    state = _test_lags(_support(_compare(state)))
-    state = replace(state, checked=seen, findings=_judge(state))
+    state = replace(state, frames=state.frames + 1, recent=recent)
+    if len(recent) <= LAGS or state.frames % EVERY not in (0, EVERY // 2):
+        return state, state.findings
+    if state.frames % EVERY == 0:
+        state = _support(_compare(replace(state, checks=state.checks + 1)))
+        state = replace(state, checked=seen)
+    elif state.checks > 0:
+        state = _test_lags(state)  # on another frame, so that no frame waits for both
+    state = replace(state, findings=_judge(state))
     return state, state.findings
 
 
@@ -110,8 +114,7 @@ def untrusted(findings: Sequence[Finding]) -> frozenset[int]:
 def _compare(state: Agreement) -> Agreement:
     """Counts checks without anybody, and without change while the others change."""
     seen = state.recent[-1][1]
-    absent = seen.box[:, 2] == 0
-    empty = np.where(absent & (np.count_nonzero(~absent) >= 2), state.empty + 1, 0)
+    empty = np.where((seen.box[:, 2] == 0) & in_sight(seen), state.empty + 1, 0)
     if state.checked is None:
         return replace(state, empty=empty)
     change = changed(state.checked, seen)
@@ -143,7 +146,7 @@ def _support(state: Agreement) -> Agreement:
 def _test_lags(state: Agreement) -> Agreement:
     """Averages of the support at every lag of one suspect, in turns, while outlines lack support."""
     suspects = _suspects(state)
-    if np.count_nonzero(np.isfinite(state.own)) < 3 or np.nanmax(state.own) < SUSPICIOUS:
+    if len(_present(state)) < 3 or len(suspects) > SUSPECTS or np.nanmax(state.own) < SUSPICIOUS:
         return state
     if np.nanmax(state.without) - np.nanmin(state.without) < UNEVEN:
         return state
@@ -168,7 +171,7 @@ def _present(state: Agreement) -> list[int]:
 def _suspects(state: Agreement) -> list[int]:
     """The views without which the others agree about as well as they do without any."""
     present = _present(state)
-    return [j for j in present if state.without[j] < APART * state.without[present[0]] + MARGIN][:SUSPECTS]
+    return [j for j in present if state.without[j] < APART * state.without[present[0]] + MARGIN]
 
 
 def _judge(state: Agreement) -> tuple[Finding, ...]:
@@ -189,12 +192,14 @@ def _judge(state: Agreement) -> tuple[Finding, ...]:
 def _out_of_step(state: Agreement) -> list[Finding]:
     """The view whose lag, made up for, lets the outlines agree as well as without it."""
     suspects = _suspects(state)
-    if any(state.tested[j] < LEAST_TESTS for j in suspects):
+    if len(suspects) > SUSPECTS or any(state.tested[j] < LEAST_TESTS for j in suspects):
         return []
     j = min(suspects, key=lambda k: float(np.min(state.lagged[k])))
     shares, rest = state.lagged[j], float(state.without[suspects[0]])
     lag, now, best = int(np.argmin(shares)) - LAGS, float(shares[LAGS]), float(np.min(shares))
-    if lag == 0 or now - best < max(LAG_GAIN, EXPLAINED * (now - rest)):
+    said_before = any(f.kind == "out-of-step" and f.view == j for f in state.findings)
+    enough = max(LAG_GAIN, EXPLAINED * (now - rest)) * (STAYS if said_before else 1.0)
+    if lag == 0 or now - best < enough:
         return []
     frames = f"{abs(lag)} frame{'s' if abs(lag) > 1 else ''} {'late' if lag > 0 else 'early'}"
     said = (

@@ -7,8 +7,10 @@ import numpy as np
 from services.tracker.hull_contours import Contours
 from services.tracker.hull_support import SUPPORTED, support
 from services.tracker.hull_views import Floats, Integers, Silhouettes, viewing_lines
+from services.tracker.lens import MATRIX
 
 LAGS = 5  # frames either way
+MARGIN = 0.15  # of an image's width and height, inside which a person is wholly or nearly in it
 
 Moment = tuple[Contours, Silhouettes]  # as `hull.outlines` gives it
 
@@ -51,6 +53,26 @@ def lagged_shares(recent: tuple[Moment, ...], view: int, each: int, check: int) 
         if len(views) > 0:
             shares[k] = np.mean(support(views, directions, seen) != SUPPORTED)
     return shares
+
+
+def in_sight(seen: Silhouettes) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """(v,) whether the place where the viewing lines through the silhouettes' middles meet is well inside an image; False
+    where fewer than two views see anybody."""
+    views = np.flatnonzero(seen.box[:, 2])
+    if len(views) < 2:
+        return np.zeros(len(seen.box), dtype=np.bool_)
+    middles = seen.box[views, :2] + 0.5 * seen.box[views, 2:]
+    directions, _ = viewing_lines(views, middles, np.tile([1.0, 0.0], (len(views), 1)), seen)
+    across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
+    where = np.linalg.lstsq(across.sum(axis=0), np.einsum("nij,nj->i", across, seen.centre[views]), rcond=None)[0]
+    local = np.einsum("vij,vj->vi", seen.rotation, where - seen.centre)
+    fx, skew, cx, fy, cy = seen.lens[:, :MATRIX].T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x, y = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
+        u, v = (fx * x + skew * y + cx) / seen.size[:, 0], (fy * y + cy) / seen.size[:, 1]
+        inside = (np.abs(u - 0.5) < 0.5 - MARGIN) & (np.abs(v - 0.5) < 0.5 - MARGIN)
+    found: np.ndarray[tuple[int], np.dtype[np.bool_]] = inside & (local[:, 2] > 0)
+    return found
 
 
 def mixed(seen: Silhouettes, other: Silhouettes, view: int) -> Silhouettes:

@@ -15,6 +15,7 @@ from services.tracker.scene import Scene
 
 Singles = NDArray[np.float32]
 Numbers = NDArray[np.int32]
+Meeting = tuple[float, float, float, float, float, float, float, float, float]
 
 REACH = 0.15  # m: how far the contact moves along an axis that points along the normal
 ASIDE = 0.03  # m: a line that passes so far beside its contact counts half
@@ -134,6 +135,14 @@ def contact(model: Model, f: Floats, part: int, rays: Singles, i: int, found: Fl
     on the surface (3,), its place along the part's axis in [0, 1], and how the gap shrinks when the part moves (3,): the
     normal, less what is along the axis, for a contact between the ends stays beside the line while its part slides.
     """
+    meeting = meet(model, f, part, rays, i)
+    for k in range(FOUND):
+        found[k] = meeting[k]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def meet(model: Model, f: Floats, part: int, rays: Singles, i: int) -> Meeting:
+    """What `contact` writes, as numbers: in a loop over the rays of one part nothing of it goes through memory."""
     dx, dy, dz = float(rays[3, i]), float(rays[4, i]), float(rays[5, i])
     nx, ny, nz = float(rays[6, i]), float(rays[7, i]), float(rays[8, i])
     near, far = float(rays[9, i]), float(rays[10, i])
@@ -165,25 +174,29 @@ def contact(model: Model, f: Floats, part: int, rays: Singles, i: int, found: Fl
     t = min(max(px * dx + py * dy + pz * dz, near), far)
     vx, vy, vz = t * dx - px, t * dy - py, t * dz - pz
     gap, whole = nx * vx + ny * vy + nz * vz, vx * vx + vy * vy + vz * vz
-    found[0] = np.sqrt(whole - min(whole - gap * gap, (s - met) ** 2 * (1.0 - n1 * n1)))
-    found[1] = gap
-    found[2], found[3], found[4], found[5] = px + rays[0, i], py + rays[1, i], pz + rays[2, i], share
+    distance = np.sqrt(max(whole - min(whole - gap * gap, (s - met) ** 2 * (1.0 - n1 * n1)), 0.0))
     slip = 0.0
     if 0.0 < s < length:
         slip = n1 + (rx * n0 * n0 * wider0 + rz * n2 * n2 * wider1) / (support * length)
-    found[6], found[7], found[8] = nx - slip * yx, ny - slip * yy, nz - slip * yz
+    x, y, z = px + rays[0, i], py + rays[1, i], pz + rays[2, i]
+    return distance, gap, x, y, z, share, nx - slip * yx, ny - slip * yy, nz - slip * yz
 
 
 @njit(cache=True, error_model="numpy")
 def influence(found: Floats, spread: float, limit: float) -> float:
+    """Weight of a contact in 1 / m^2, see `weight_of`."""
+    return float(weight_of(found[0], found[1], spread, limit))
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def weight_of(distance: float, gap: float, spread: float, limit: float) -> float:
     """Weight of a ray in 1 / m^2: the pull grows up to `spread` metres and then stays; none beyond `limit`.
 
     A line that passes beside its contact, rather than before or behind it, counts less.
     """
-    if not found[0] < limit:
-        return 0.0
-    aside = (found[0] * found[0] - found[1] * found[1]) / (ASIDE * ASIDE)
-    return float(min(1.0, spread / max(np.abs(found[1]), 1e-9)) / (spread * spread * (1.0 + aside)))
+    aside = (distance * distance - gap * gap) / (ASIDE * ASIDE)
+    weight = min(1.0, spread / max(abs(gap), 1e-9)) / (spread * spread * (1.0 + max(aside, 0.0)))
+    return weight if distance < limit else 0.0
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)

@@ -1,132 +1,119 @@
-"""Finding a person: the initial posture in a scene, and any pose of a body that is known."""
+"""Finding the pose of a body that is known, wherever it is in a scene, from a few everyday postures."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Pose
 from common.body.proportions import HIP_HEIGHT, stretched_angles
-from services.tracker.closest import Singles, points_of
+from services.tracker.closest import Singles
 from services.tracker.coordinates import coordinates_of
-from services.tracker.measuring import Measured, Sample, measure
 from services.tracker.model import Model
+from services.tracker.places import BELOW_M, column_in
 from services.tracker.posed import Posed
 from services.tracker.refine import Weights, distances_of, misfit_of, refine
 from services.tracker.room import Room
-from services.tracker.sizes import COUNT
-from services.tracker.stature import average_body
 
-SHORTEST_M, TALLEST_M = 0.8, 2.4
-BESIDE_M = 0.5  # from the middle, where head and feet are
-SPAN = (0.65, 1.25)  # of the outstretched arms, in statures
-DEEPEST = 0.55  # front to back, in statures
-ARMS = 0.30  # statures from the middle: there is nothing but arms,
-AT = (0.62, 0.95)  # at this height in statures,
-ALL_ARMS = 0.75  # for this share of the rays out there; a shadow may be the rest
-MOST_GAP_M = 0.03  # of a body that was measured well
-HELD = 0.25  # rad around the initial posture
-FURTHEST = np.radians(40.0)  # of a shoulder or elbow from the initial posture
-ROUNDS = 20
 ON_BODY_M = 0.04  # a ray so near belongs to the body
 TURNS = 8  # facings that are tried
+FAR_M = 0.30  # from so far away a body is pulled at first
+FIRST = 4  # rounds of that
+KEPT = 8  # of those that then fit best, refined
+TURNED = 0.3  # how much larger the misfit of a body that faces the wrong way may be taken
+PASSES = 3  # times, each held near where the one before ended
+STRIDE = {"hip.x": (50, -15), "knee.x": (-50, -70), "shoulder.x": (-40, 35), "elbow.x": (80, 80)}  # degrees
+GUARD = {"shoulder.x": (30, 30), "elbow.x": (100, 100)}  # degrees: fists before the chest
 
 
-@dataclass(frozen=True)
-class Stretched:
-    """The initial posture as a scene shows it.  centre: (2,) x, z.  across: (2,) unit, along the arms.  low, stature: m."""
-
-    centre: Floats
-    across: Floats
-    low: float
-    stature: float
-
-
-def stretched_in(points: Floats) -> Stretched | str:
-    """The initial posture in scene points (n, 3), or what is missing of it, in words."""
-    if len(points) < 40:
-        return "waiting for a person"
-    middle = np.median(points[:, [0, 2]], axis=0)
-    upright = points[np.linalg.norm(points[:, [0, 2]] - middle, axis=1) < BESIDE_M, 1]
-    low, top = np.percentile(upright, [0.3, 99.7])
-    stature = float(top - low)
-    if not SHORTEST_M <= stature <= TALLEST_M:
-        return f"seeing something {stature:.2f} m tall; a person of {SHORTEST_M:g} to {TALLEST_M:g} m is waited for"
-    around = points[:, [0, 2]] - middle
-    out = np.linalg.norm(around, axis=1) > ARMS * stature
-    height = (points[:, 1] - low) / stature
-    arms = out & (height > AT[0]) & (height < AT[1])
-    if arms.sum() < 10:
-        return "stretch both arms sideways"
-    _, axes = np.linalg.eigh(around[arms].T @ around[arms])
-    across = axes[:, 1]
-    along, deep = around[arms] @ across, around @ axes[:, 0]
-    level = float(arms.sum() / out.sum())
-    sides = float(-along.min()), float(along.max())
-    if level < ALL_ARMS or min(sides) < 0.5 * SPAN[0] * stature or max(sides) > 0.5 * SPAN[1] * stature:
-        return "stretch both arms sideways, at the height of the shoulders"
-    if float(np.subtract(*np.percentile(deep, [95, 5]))) > DEEPEST * stature:
-        return "stand straight, legs together or slightly apart, arms sideways"
-    return Stretched(middle, across, float(low), stature)
-
-
-def measured_from(anatomy: Anatomy, scenes: Sequence[Singles], seen: Sequence[Stretched]) -> Measured | str:
-    """The body, from rays (11, n) of several scenes of the initial posture; or why it is not believed, in words.
-
-    Who faces which way along the same line is decided by the feet: both ways are fitted.
-    """
-    held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), stretched_angles(anatomy)))
-    stature = float(np.median([one.stature for one in seen]))
-    average = average_body(anatomy, stature)
-    found = []
-    for side in (1.0, -1.0):
-        samples = []
-        for rays, one in zip(scenes, seen, strict=True):
-            across = side * one.across * np.sign(one.across @ seen[0].across)
-            left, up = np.array([across[0], 0.0, across[1]]), np.array([0.0, 1.0, 0.0])
-            rotation = np.stack([left, up, np.cross(left, up)], axis=1)
-            position = np.array([one.centre[0], one.low + HIP_HEIGHT * stature, one.centre[1]])
-            samples.append(Sample(rays, Posed(position, rotation, held.copy()), held, HELD))
-        found.append(measure(anatomy, average, samples, np.zeros(COUNT), ROUNDS))
-    best = min(found, key=lambda measured: measured.gap)
-    if not best.gap <= MOST_GAP_M:
-        return (
-            f"no body fits: gaps of {best.gap * 1000:.0f} mm (at most {MOST_GAP_M * 1000:.0f}); stand still in every view"
-        )
-    away = max(float(np.abs(pose.values - held).max()) for pose in best.poses)
-    if away > FURTHEST:
-        return f"stretch both arms straight; a joint is {np.degrees(away):.0f} degrees off"
-    return best
+@lru_cache
+def everyday(anatomy: Anatomy) -> tuple[Posed, ...]:
+    """Postures to begin a search from: at ease, arms stretched, fists up, and two strides."""
+    at_ease: dict[str, tuple[int, int]] = {}
+    mirrored = {name: (left, right) for name, (right, left) in STRIDE.items()}
+    found = [stretched_angles(anatomy)]
+    for changes in (at_ease, GUARD, STRIDE, mirrored):
+        angles = anatomy.neutral.copy()
+        for name, sides in changes.items():
+            for side, degrees in zip(("right", "left"), sides, strict=True):
+                angles[anatomy.index[f"{side}_{name}"]] += np.radians(degrees)
+        found.append(angles)
+    coordinates = coordinates_of(anatomy)
+    return tuple(Posed(np.zeros(3), np.eye(3), coordinates.of_pose(Pose(np.zeros(3), angles))) for angles in found)
 
 
 def found_in(
-    model: Model, rays: Singles, room: Room, poses: Sequence[Posed], stature: float, weights: Weights, rounds: int
-) -> Posed:
-    """The best pose of a known body in a scene; poses: postures to begin from, facing everywhere.
+    model: Model,
+    rays: Singles,
+    room: Room,
+    postures: Sequence[Posed],
+    stature: float,
+    weights: Weights,
+    rounds: int,
+    facing: Floats | None = None,
+) -> Posed | None:
+    """The best pose of a known body in a scene of rays (11, n); None when nobody stands there.
 
-    rays: (11, n).  stature: metres, where the hips are looked for.
+    postures: to begin from, each facing everywhere.  stature: metres, where the hips are looked for.  rounds: of a pass.
+    facing: (3, 3) orientation of the root that is preferred, if any is.
     """
-    points = points_of(rays)
-    x, _, z = np.median(points, axis=0)
-    low = float(np.percentile(points[np.hypot(points[:, 0] - x, points[:, 2] - z) < BESIDE_M, 1], 0.3))
-    best: tuple[Posed, float] | None = None
-    for posture in poses:
+    column = column_in(rays)
+    if column is None:
+        return None
+    low = max(column.low, -BELOW_M)
+    centre = np.array([column.centre[0], low + HIP_HEIGHT * stature, column.centre[1]])
+    begun = []
+    for posture in postures:
         for turn in range(TURNS):
             yaw = 2 * np.pi * turn / TURNS
             c, s = np.cos(yaw), np.sin(yaw)
             rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ posture.rotation
-            start = Posed(np.array([x, low + HIP_HEIGHT * stature, z]), rotation, posture.values.copy())
-            moved = start.copy()
-            refine(
-                model, rays, room, weights, rounds, moved.position, moved.rotation, moved.values,
-                start.position, start.rotation, start.values,
-            )  # fmt: skip
-            error = float(misfit_of(model, rays, room, weights.limit, moved.position, moved.rotation, moved.values))
-            if best is None or error < best[1]:
-                best = moved, error
-    assert best is not None  # there is a posture to begin from
-    return best[0]
+            start = Posed(centre.copy(), rotation, posture.values.copy())
+            begun.append(_refined(model, rays, room, start, weights._replace(limit=FAR_M), FIRST))
+    begun.sort(key=lambda pose: misfit(model, rays, room, pose, weights))
+    ended = []
+    for pose in begun[:KEPT]:
+        for _ in range(PASSES):
+            pose = _refined(model, rays, room, pose, weights, rounds)
+        ended.append(pose)
+    return min(ended, key=lambda pose: misfit(model, rays, room, pose, weights) * _reluctance(pose, facing))
+
+
+def turned_round(
+    model: Model, rays: Singles, room: Room, pose: Posed, postures: Sequence[Posed], weights: Weights, rounds: int
+) -> Posed:
+    """The best pose about where one is, but facing the other way; postures: to begin from."""
+    back = pose.rotation @ np.diag([-1.0, 1.0, -1.0])
+    begun = [
+        _refined(model, rays, room, Posed(pose.position.copy(), back, posture.values.copy()), weights, FIRST)
+        for posture in postures
+    ]
+    best = min(begun, key=lambda one: misfit(model, rays, room, one, weights))
+    for _ in range(PASSES):
+        best = _refined(model, rays, room, best, weights, rounds)
+    return best
+
+
+def _reluctance(pose: Posed, facing: Floats | None) -> float:
+    """1 for a root that faces as it should, more for one that does not."""
+    if facing is None:
+        return 1.0
+    return 1.0 + TURNED * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
+
+
+def _refined(model: Model, rays: Singles, room: Room, start: Posed, weights: Weights, rounds: int) -> Posed:
+    moved = start.copy()
+    refine(
+        model, rays, room, weights, rounds, moved.position, moved.rotation, moved.values,
+        start.position, start.rotation, start.values,
+    )  # fmt: skip
+    return moved
+
+
+def misfit(model: Model, rays: Singles, room: Room, pose: Posed, weights: Weights) -> float:
+    """D of a pose in m^2.  [Hybrid Eq. 30], and what of the body is outside of the silhouettes."""
+    return float(misfit_of(model, rays, room, weights.limit, pose.position, pose.rotation, pose.values))
 
 
 def explained(model: Model, rays: Singles, pose: Posed) -> float:

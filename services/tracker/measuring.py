@@ -42,10 +42,18 @@ class Measured:
     gap: float
 
 
-def measure(anatomy: Anatomy, average: Bdp, samples: Sequence[Sample], logs: Floats, iterations: int) -> Measured:
+def measure(
+    anatomy: Anatomy,
+    average: Bdp,
+    samples: Sequence[Sample],
+    logs: Floats,
+    iterations: int,
+    effective: float = EFFECTIVE,
+) -> Measured:
     """The body that explains the samples best, from an average one and logs (COUNT,) to begin with.
 
-    Gauss-Newton on the gaps of all rays, over the sizes' factors and every sample's pose.
+    Gauss-Newton on the gaps of all rays, over the sizes' factors and every sample's pose.  effective: independent rays of
+    a sample; the fewer, the more the body stays an average one.
     """
     dof = ROOT + coordinates_of(anatomy).dimension
     entries = entries_of(anatomy)
@@ -65,7 +73,7 @@ def measure(anatomy: Anatomy, average: Bdp, samples: Sequence[Sample], logs: Flo
                 model, entries, values, pose.position, pose.rotation, pose.values, sample.rays, own, pull
             )
             total, number = total + squares, number + seen
-            share = EFFECTIVE / max(sample.rays.shape[1], 1)
+            share = effective / max(sample.rays.shape[1], 1)
             rows = np.concatenate([np.arange(COUNT), COUNT + k * dof + np.arange(dof)])
             a[np.ix_(rows, rows)] += share * own
             b[rows] += share * pull

@@ -14,7 +14,8 @@ from services.tracker.closest import Singles
 from services.tracker.model import Ints, Model
 from services.tracker.prior.sampling import assign, propose
 from services.tracker.prior.tables import Tables
-from services.tracker.refine import Weights, misfit_of, refine
+from services.tracker.refine import Weights, misfit_of
+from services.tracker.refinements import refine_by
 from services.tracker.room import Room
 
 DYNAMIC, PRIOR = 0, 1
@@ -78,6 +79,7 @@ def advance(
     rays: Singles,
     room: Room,
     weights: Weights,
+    refinement: int,
     iterations: int,
     cloud: Cloud,
     draws: Draws,
@@ -88,9 +90,11 @@ def advance(
 ) -> None:
     """Sample, refine and judge every particle: out's arrays and errors (n,), D in m^2, are overwritten.
 
+    refinement: index in REFINEMENTS.
     velocity: (6 + d,) change since the last instant, expected again.  deviations: (6 + d,) of the dynamic proposals.
     """
     n, d = cloud.values.shape
+    regions = out.regions  # numba drops a store into a tuple's array from a parallel loop
     for k in prange(n):
         source = draws.chosen[k]
         position, rotation, values = out.positions[k], out.rotations[k], out.values[k]
@@ -114,13 +118,13 @@ def advance(
         for i in range(d):
             values[i] = min(max(values[i], model.low[i]), model.high[i])
         if iterations > 0:
-            refine(
-                model, rays, room, weights, iterations, position, rotation, values,
+            refine_by(
+                refinement, model, rays, room, weights, iterations, position, rotation, values,
                 position.copy(), rotation.copy(), values.copy(),
             )  # fmt: skip
             if has_prior:
                 region = assign(tables, values)
-        out.regions[k] = region
+        regions[k] = region
         errors[k] = misfit_of(model, rays, room, weights.limit, position, rotation, values)
 
 

@@ -12,12 +12,13 @@ from common.body.definition import Bdp, Pose
 from common.camera.pinhole import Camera
 from services.tracker.agreement import Agreement
 from services.tracker.closest import Singles
-from services.tracker.finding import Stretched
+from services.tracker.initial import Stretched
 from services.tracker.knowledge import Knowledge
 from services.tracker.model import Model
 from services.tracker.particles import Cloud
 from services.tracker.posed import Posed
 from services.tracker.prior.model import Prior
+from services.tracker.room import Room
 
 Mask = NDArray[np.uint8]
 Method = Literal["hybrid", "image-force", "particle-filter"]
@@ -31,7 +32,7 @@ class Options:
     method: Method = "hybrid"
     particles: int = 40
     points: int = 400
-    iterations: int = 4
+    iterations: int = 3
     seed: int = 0
     refinement: Refinement = "gauss-newton"
 
@@ -50,10 +51,12 @@ class Setup:
 
 @dataclass(frozen=True)
 class Waiting:
-    """Nobody is known yet.  scenes: rays of the initial posture so far, with what they show.  rest: instants to wait."""
+    """Nobody is known yet.  scenes: rays of the initial posture so far, with the room that the silhouettes leave and what
+    they show.  rest: instants to wait."""
 
     advice: str = "waiting for a person"
     scenes: tuple[Singles, ...] = ()
+    rooms: tuple[Room, ...] = ()
     seen: tuple[Stretched, ...] = ()
     rest: int = 0
 
@@ -63,6 +66,7 @@ class Person:
     """body: as measured.  model: the same for compiled code.  stature: metres.
 
     typical: the share of a scene that usually lies on the body; it falls with fewer views, whose hull is less sharp.
+    faces: whether it was clear which way the person faced.
     """
 
     body: Bdp
@@ -70,13 +74,15 @@ class Person:
     stature: float
     knowledge: Knowledge
     typical: float
+    faces: bool = True
 
 
 @dataclass(frozen=True)
 class Tracking:
     """cloud: the particles.  estimate: the last pose, with the change (6 + d,) a second before it.
 
-    prior_share: of the proposals.  bad: instants in a row in which the body was not where the scene is.
+    prior_share: of the proposals.  strange: usual distance of the estimate from the prior, radians.
+    bad: instants in a row in which the body was not where the scene is.
     """
 
     person: Person
@@ -85,16 +91,21 @@ class Tracking:
     velocity: Floats
     captured_ns: int
     prior_share: float
+    strange: float = 0.0
     bad: int = 0
 
 
 @dataclass(frozen=True)
 class Lost:
-    """The body is known, but not where it is.  last: the pose before.  rest: instants before it is searched for again."""
+    """The body is known, but not where it is.
+
+    last: the pose before, at seen_ns.  rest: instants before it is searched for again.
+    """
 
     person: Person
     last: Posed | None
     rest: int = 0
+    seen_ns: int = 0
 
 
 @dataclass(frozen=True)

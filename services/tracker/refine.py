@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 
 from common.body.anatomy import Floats
-from services.tracker.closest import FOUND, Numbers, Singles, contact, influence, misfit, nearest_parts
+from services.tracker.closest import Numbers, Singles, meet, misfit, nearest_parts, weight_of
 from services.tracker.linkage import ROOT, assemble, hold, move, screws_of
-from services.tracker.model import Model, place
+from services.tracker.model import Ints, Model, place
 from services.tracker.room import ALONG, Room, outside, outside_at, place_on
 
 INSIDE = 1.0  # weight of a place of the body outside of a silhouette against that of a ray
@@ -40,19 +40,23 @@ def gather(
 
     distances, parts: (n,) of the rays, overwritten.
     """
+    count = frames.shape[0]
     matrices[:] = 0.0
     pulls[:] = 0.0
-    found, wrench = np.empty(FOUND), np.empty(6)
     nearest_parts(model, frames, rays, distances, parts)
+    first, order = np.zeros(count + 1, dtype=np.int64), np.empty(rays.shape[1], dtype=np.int64)
     for i in range(rays.shape[1]):
-        if distances[i] >= weights.limit:
-            continue
-        part = parts[i]
-        contact(model, frames[part], part, rays, i, found)
-        weight = weights.share * influence(found, weights.spread, weights.limit)
-        x, y, z = found[2] - frames[0, 0, 3], found[3] - frames[0, 1, 3], found[4] - frames[0, 2, 3]
-        _add(x, y, z, found[6], found[7], found[8], found[1], weight, wrench, matrices[part], pulls[part])
-    for part in range(frames.shape[0]):
+        first[parts[i] + 1] += 1
+    for part in range(count):
+        first[part + 1] += first[part]
+    filled = first[:count].copy()
+    for i in range(rays.shape[1]):
+        order[filled[parts[i]]] = i
+        filled[parts[i]] += 1
+    for part in range(count):
+        _gather_part(model, frames, part, rays, order[first[part] : first[part + 1]], weights, matrices[part], pulls[part])
+    found, wrench = np.empty(4), np.empty(6)
+    for part in range(count):
         for n in range(len(ALONG)):
             x, y, z = place_on(model, frames[part], part, ALONG[n])
             for k in range(room.at.shape[0]):
@@ -60,6 +64,39 @@ def gather(
                     weight = INSIDE * weights.share * min(1.0, weights.spread / found[0]) / weights.spread**2
                     x0, y0, z0 = x - frames[0, 0, 3], y - frames[0, 1, 3], z - frames[0, 2, 3]
                     _add(x0, y0, z0, found[1], found[2], found[3], found[0], weight, wrench, matrices[part], pulls[part])
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _gather_part(
+    model: Model, frames: Floats, part: int, rays: Singles, own: Ints, weights: Weights, matrix: Floats, pull: Floats
+) -> None:
+    """Add the rays of one part, (n,) indices `own`, to its wrench matrix (6, 6) and pull (6,): sums in registers."""
+    f = frames[part]
+    ox, oy, oz = frames[0, 0, 3], frames[0, 1, 3], frames[0, 2, 3]
+    spread, limit, share = weights.spread, weights.limit, weights.share
+    p0 = p1 = p2 = p3 = p4 = p5 = 0.0
+    m00 = m10 = m11 = m20 = m21 = m22 = m30 = m31 = m32 = m33 = 0.0
+    m40 = m41 = m42 = m43 = m44 = m50 = m51 = m52 = m53 = m54 = m55 = 0.0
+    for k in range(own.shape[0]):
+        distance, gap, x, y, z, _, a, b, c = meet(model, f, part, rays, own[k])
+        weight = share * weight_of(distance, gap, spread, limit)
+        x, y, z = x - ox, y - oy, z - oz
+        d, e, g = y * c - z * b, z * a - x * c, x * b - y * a
+        wa, wb, wc, wd, we, wg = weight * a, weight * b, weight * c, weight * d, weight * e, weight * g
+        p0, p1, p2 = p0 + gap * wa, p1 + gap * wb, p2 + gap * wc
+        p3, p4, p5 = p3 + gap * wd, p4 + gap * we, p5 + gap * wg
+        m00, m10, m11 = m00 + wa * a, m10 + wb * a, m11 + wb * b
+        m20, m21, m22 = m20 + wc * a, m21 + wc * b, m22 + wc * c
+        m30, m31, m32, m33 = m30 + wd * a, m31 + wd * b, m32 + wd * c, m33 + wd * d
+        m40, m41, m42, m43, m44 = m40 + we * a, m41 + we * b, m42 + we * c, m43 + we * d, m44 + we * e
+        m50, m51, m52, m53 = m50 + wg * a, m51 + wg * b, m52 + wg * c, m53 + wg * d
+        m54, m55 = m54 + wg * e, m55 + wg * g
+    pull[0], pull[1], pull[2], pull[3], pull[4], pull[5] = p0, p1, p2, p3, p4, p5
+    matrix[0, 0], matrix[1, 0], matrix[1, 1] = m00, m10, m11
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = m20, m21, m22
+    matrix[3, 0], matrix[3, 1], matrix[3, 2], matrix[3, 3] = m30, m31, m32, m33
+    matrix[4, 0], matrix[4, 1], matrix[4, 2], matrix[4, 3], matrix[4, 4] = m40, m41, m42, m43, m44
+    matrix[5, 0], matrix[5, 1], matrix[5, 2], matrix[5, 3], matrix[5, 4], matrix[5, 5] = m50, m51, m52, m53, m54, m55
 
 
 @njit(cache=True, error_model="numpy")

@@ -4,7 +4,6 @@ Rays pull the body's surface to the contours, but where no contour asks for it n
 silhouette; and a body there is as wrong as a contour that no part explains.  The paper has no such term.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
@@ -21,7 +20,7 @@ from services.tracker.model import Model
 
 SIDE = 96  # px: longest side of a silhouette in its distance map
 MARGIN = 24  # px of the map around it; further off the distance to the map's edge is added
-ALONG = (0.15, 0.55, 0.95)  # of every part's axis
+ALONG = (0.5, 0.95)  # of every part's axis
 DEPTH = 0.1  # m: nothing nearer to a camera is looked at
 
 
@@ -67,14 +66,13 @@ def room_of(seen: Silhouettes) -> Room:
     return Room(joined.astype(np.float32), at, shape, corner, scale, seen.lens, seen.rotation, seen.centre, seen.size)
 
 
-def no_room(views: Sequence[None] = ()) -> Room:
+def no_room() -> Room:
     """Without any view, so that nothing is outside."""
-    none = np.zeros((len(views), 2), dtype=np.int64)
-    nothing = np.zeros((len(views), 3))
+    none, nowhere = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
+    lens, centre = np.zeros((0, REACH + 1)), np.zeros((0, 3))
     return Room(
-        np.empty(0, np.float32), none[:, 0], none, nothing[:, :2], nothing[:, 0], np.zeros((len(views), REACH + 1)),
-        np.zeros((len(views), 3, 3)), nothing, none,
-    )  # fmt: skip
+        np.zeros(0, np.float32), none, nowhere, np.zeros((0, 2)), np.zeros(0), lens, np.zeros((0, 3, 3)), centre, nowhere
+    )
 
 
 def _distances(crop: Mask) -> NDArray[np.float32]:

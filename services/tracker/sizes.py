@@ -1,12 +1,13 @@
 """The sizes of a body that are measured, as factors on an average one, and how freely each may differ from it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.body.anatomy import Anatomy, Floats
+from common.body.anatomy import TEN_PARTS, Anatomy, Floats
 from common.body.definition import Bdp
 
 LENGTH, LONG, SHORT = 0, 1, 2  # columns of Bdp.sizes; of Bdp.tips 0 long, 1 short
@@ -80,6 +81,17 @@ FACTORS = (
     _girth("heel", 0.20, (SIZES, "foot")),
     _girth("toes", 0.20, (TIPS, "foot")),
 )
+# The paper's ten parts are cylinders: a radius is the same at both ends, and the torso is one of them.  [Hybrid II]
+# Their lengths go with stature: a cylinder on a limb that tapers fits it better the shorter it is, arms by a third.
+CYLINDERS: Mapping[str, tuple[tuple[int, str, int], ...]] = {
+    "pelvis_width": ((SIZES, "torso", LONG), (TIPS, "torso", 0)),
+    "pelvis_depth": ((SIZES, "torso", SHORT), (TIPS, "torso", 1)),
+    "deltoid": _girth("", 0.0, (SIZES, "upper_arm"), (TIPS, "upper_arm")).entries,
+    "hand": _girth("", 0.0, (SIZES, "lower_arm"), (TIPS, "lower_arm")).entries,
+    "groin": _girth("", 0.0, (SIZES, "upper_leg"), (TIPS, "upper_leg")).entries,
+    "ankle": _girth("", 0.0, (SIZES, "lower_leg"), (TIPS, "lower_leg")).entries,
+}
+SHARED = ("head_width", "head_depth")  # as of tapered parts
 COUNT = 1 + len(FACTORS)  # stature first
 SPREADS: Floats = np.array([STATURE.spread, *(factor.spread for factor in FACTORS)])
 
@@ -92,6 +104,13 @@ def scaled(anatomy: Anatomy, body: Bdp, logs: Floats) -> Bdp:
     return replace(body, sizes=arrays[SIZES], tips=arrays[TIPS], bases=arrays[BASES], offsets=arrays[OFFSETS])
 
 
+def _entries(anatomy: Anatomy, factor: Factor) -> tuple[tuple[int, str, int], ...]:
+    """What a factor multiplies in an anatomy; nothing where the anatomy has no such size."""
+    if anatomy is not TEN_PARTS or factor.name in SHARED:
+        return factor.entries
+    return CYLINDERS.get(factor.name, ())
+
+
 @lru_cache
 def entries_of(anatomy: Anatomy) -> NDArray[np.int64]:
     """(n, 4) what the factors multiply: factor (from 1), array, row of part or joint, column."""
@@ -102,7 +121,7 @@ def entries_of(anatomy: Anatomy) -> NDArray[np.int64]:
     found = [
         (number, array, row, column)
         for number, factor in enumerate(FACTORS, 1)
-        for array, name, column in factor.entries
+        for array, name, column in _entries(anatomy, factor)
         for row in rows[array == OFFSETS].get(name, [])
     ]
     return np.array(found, dtype=np.int64).reshape(-1, 4)

@@ -5,18 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from common.body.definition import Pose
-from common.body.proportions import stretched_angles
 from services.tracker.agreement import agreement, untrusted, watch
-from services.tracker.closest import Singles, points_of, rays_of
-from services.tracker.coordinates import coordinates_of
+from services.tracker.closest import Singles, rays_of
 from services.tracker.filtering import HOLD, LEAST_RAYS, advanced, begin, nothing, weights_of
-from services.tracker.finding import Stretched, explained, found_in, measured_from, stretched_in
+from services.tracker.finding import everyday, explained, found_in, misfit, turned_round
 from services.tracker.hull import outlines, scene_of, without
+from services.tracker.initial import Stretched, measured_from, stretched_in
 from services.tracker.knowledge import beginning, learnt
 from services.tracker.model import model_of
 from services.tracker.phases import Lost, Mask, Options, Outcome, Person, Setup, Tracking, TrackState, Waiting
-from services.tracker.posed import Posed
 from services.tracker.room import Room, room_of
 from services.tracker.sizes import COUNT
 from services.tracker.stature import average_body
@@ -26,9 +23,13 @@ __all__ = ["Mask", "Options", "Outcome", "Setup", "TrackState", "describe", "fol
 SAMPLES = 4  # instants of the initial posture that the body is measured in
 STILL_M, STILL_DOT = 0.05, 0.985  # how far the person may move between them, and turn
 REST = 15  # instants before another try, after one that failed
-SEARCH_ROUNDS = 10
+SEARCH_ROUNDS = 4
 USUAL_SHARE = 0.6  # of a scene on the body, before it is known
 FOUND_SHARE = 0.8  # of what is usual: found
+LOOK_BACK = 30  # instants between two looks at whether the person faces the other way
+BETTER = 0.75  # the mean squared misfit, of what it is now, of the body facing the other way, for it to do so
+HUMBLER, LEAST_SHARE = 0.9, 0.45  # less is taken for usual after every search in vain, but no less than this
+REMEMBERED_NS = 2_000_000_000  # so long somebody who was lost still faces about the same way
 
 
 def initial_state(setup: Setup) -> TrackState:
@@ -50,8 +51,7 @@ def follow(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str
     doubted = untrusted(findings)
     contours, seen = without(contours, seen, doubted)
     rays, room = rays_of(scene_of(contours, seen)), room_of(seen)
-    rng = np.random.default_rng([setup.options.seed, state.count])
-    phase, outcome = _act(setup, state.phase, captured_ns, rays, room, rng)
+    phase, outcome = _act(setup, state.phase, captured_ns, rays, room, state.count)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in doubted)
     said = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=said)
@@ -71,39 +71,45 @@ def describe(state: TrackState) -> str:
 
 
 def _act(
-    setup: Setup, phase: Waiting | Tracking | Lost, captured_ns: int, rays: Singles, room: Room, rng: np.random.Generator
+    setup: Setup, phase: Waiting | Tracking | Lost, captured_ns: int, rays: Singles, room: Room, count: int
 ) -> tuple[Waiting | Tracking | Lost, Outcome]:
     match phase:
         case Waiting():
-            return _wait(setup, phase, captured_ns, rays)
+            return _wait(setup, phase, captured_ns, rays, room)
         case Lost():
             return _search(setup, phase, captured_ns, rays, room)
         case Tracking():
-            return advanced(setup, phase, captured_ns, rays, room, rng)
+            rng = np.random.default_rng([setup.options.seed, count])
+            after, outcome = advanced(setup, phase, captured_ns, rays, room, rng)
+            if isinstance(after, Tracking) and outcome.pose is not None and count % LOOK_BACK == 0:
+                return _looked_back(setup, after, outcome, captured_ns, rays, room)
+            return after, outcome
 
 
-def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles) -> tuple[Waiting | Tracking, Outcome]:
+def _wait(setup: Setup, phase: Waiting, captured_ns: int, rays: Singles, room: Room) -> tuple[Waiting | Tracking, Outcome]:
     """Until the initial posture was seen for SAMPLES instants, and a body fits it."""
     nobody = nothing(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), nobody
-    seen = stretched_in(points_of(rays))
+    seen = stretched_in(rays)
     if isinstance(seen, str):
         return Waiting(seen), nobody
     if phase.seen and not _still(phase.seen[-1], seen):
         phase = Waiting()
-    scenes, all_seen = (*phase.scenes, rays), (*phase.seen, seen)
+    scenes, rooms, all_seen = (*phase.scenes, rays), (*phase.rooms, room), (*phase.seen, seen)
     if len(scenes) < SAMPLES:
-        return Waiting(f"measuring the body ({len(scenes)} of {SAMPLES})", scenes, all_seen), nobody
-    measured = measured_from(setup.anatomy, scenes, all_seen)
-    if isinstance(measured, str):
-        return Waiting(measured, rest=REST), nobody
+        return Waiting(f"measuring the body ({len(scenes)} of {SAMPLES})", scenes, rooms, all_seen), nobody
+    found = measured_from(setup.anatomy, scenes, rooms, all_seen)
+    if isinstance(found, str):
+        return Waiting(found, rest=REST), nobody
+    measured, faces = found
     stature = float(np.median([one.stature for one in all_seen]))
     knowledge = beginning(average_body(setup.anatomy, stature), measured.logs)
     for rays_then, pose in zip(scenes, measured.poses, strict=True):
         knowledge = learnt(setup.anatomy, knowledge, rays_then, pose)
     model = model_of(setup.anatomy, measured.body)
-    person = Person(measured.body, model, stature, knowledge, explained(model, rays, measured.poses[-1]))
+    typical = max(USUAL_SHARE, explained(model, rays, measured.poses[-1]))
+    person = Person(measured.body, model, stature, knowledge, typical, faces)
     tracking, outcome = begin(setup, person, measured.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)
 
@@ -113,22 +119,34 @@ def _still(before: Stretched, now: Stretched) -> bool:
     return moved < STILL_M and abs(float(now.across @ before.across)) > STILL_DOT
 
 
+def _looked_back(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Singles, room: Room
+) -> tuple[Tracking, Outcome]:
+    """Whether the person rather faces the other way: somebody who moves cannot be mistaken for long."""
+    person, weights = phase.person, weights_of(setup, HOLD)
+    postures = everyday(setup.anatomy)
+    pose = turned_round(person.model, rays, room, phase.estimate, postures, weights, SEARCH_ROUNDS)
+    error = misfit(person.model, rays, room, pose, weights)
+    if error > BETTER * misfit(person.model, rays, room, phase.estimate, weights):
+        return phase, outcome
+    return begin(setup, replace(person, faces=True), pose, captured_ns, error)
+
+
 def _search(setup: Setup, phase: Lost, captured_ns: int, rays: Singles, room: Room) -> tuple[Tracking | Lost, Outcome]:
     """Look for a known body everywhere, in a few postures."""
     if phase.rest or rays.shape[1] < LEAST_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), nothing(setup, lost=True)
-    coordinates = coordinates_of(setup.anatomy)
-    upright = np.eye(3)
-    postures = [
-        Posed(np.zeros(3), upright, coordinates.of_pose(Pose(np.zeros(3), angles)))
-        for angles in (setup.anatomy.neutral, stretched_angles(setup.anatomy))
-    ]
-    if phase.last is not None:
-        postures.append(replace(phase.last, rotation=upright))
     model = phase.person.model
-    pose = found_in(model, rays, room, postures, phase.person.stature, weights_of(setup, HOLD), SEARCH_ROUNDS)
-    if explained(model, rays, pose) < FOUND_SHARE * phase.person.typical:
-        return replace(phase, rest=REST), nothing(setup, lost=True)
-    tracking, outcome = begin(setup, phase.person, pose, captured_ns, 0.0)
+    postures = everyday(setup.anatomy)
+    if phase.last is not None:
+        postures = (*postures, replace(phase.last, rotation=np.eye(3)))
+    weights = weights_of(setup, HOLD)
+    recent = phase.person.faces and captured_ns - phase.seen_ns < REMEMBERED_NS
+    facing = phase.last.rotation if phase.last is not None and recent else None
+    pose = found_in(model, rays, room, postures, phase.person.stature, weights, SEARCH_ROUNDS, facing)
+    if pose is None or explained(model, rays, pose) < FOUND_SHARE * phase.person.typical:
+        person = replace(phase.person, typical=max(LEAST_SHARE, HUMBLER * phase.person.typical))
+        return replace(phase, person=person, rest=REST), nothing(setup, lost=True)
+    tracking, outcome = begin(setup, phase.person, pose, captured_ns, misfit(model, rays, room, pose, weights))
     newly = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=newly)

@@ -84,6 +84,13 @@ def distance(tables: Tables, pose: Floats) -> float:
 
 
 @njit(cache=True, error_model="numpy")
+def all_distances(tables: Tables, poses: Floats, out: Floats) -> None:
+    """`distance` of every pose (n, d), written to out (n,)."""
+    for k in range(poses.shape[0]):
+        out[k] = distance(tables, poses[k])
+
+
+@njit(cache=True, error_model="numpy")
 def log_density(tables: Tables, pose: Floats) -> float:
     """Log density of a pose (d,) per radian^d: the regions' Gaussians weighted by occupancy, each with Lambda in its
     subspace and one variance off it."""

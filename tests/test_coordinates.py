@@ -1,0 +1,82 @@
+"""A pose's coordinates: there and back, and without a jump where Euler angles have one."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.definition import Pose
+from common.body.kinematics import part_frames
+from services.tracker.coordinates import coordinates_of, euler
+from services.tracker.stature import average_body
+from tests.tracker_scenes import turn
+
+ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
+seeds = st.integers(0, 10_000)
+
+
+def within_limits(anatomy: Anatomy, seed: int) -> Pose:
+    low, high = anatomy.limits.T
+    return Pose(np.array([0.2, 0.9, -0.4]), np.random.default_rng(seed).uniform(low, high))
+
+
+def frames(anatomy: Anatomy, pose: Pose) -> Floats:
+    return part_frames(anatomy, average_body(anatomy, 1.7), pose)
+
+
+def test_the_paper_has_nineteen_joint_angles() -> None:
+    assert coordinates_of(TEN_PARTS).dimension == 19
+    assert (
+        coordinates_of(FOURTEEN_PARTS).dimension
+        == len(FOURTEEN_PARTS.angles) - 3
+        == len(coordinates_of(FOURTEEN_PARTS).names)
+    )
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@given(seed=seeds)
+def test_the_angles_of_a_poses_coordinates_stand_the_body_the_same(anatomy: Anatomy, seed: int) -> None:
+    pose, coordinates = within_limits(anatomy, seed), coordinates_of(anatomy)
+    placed = frames(anatomy, pose)
+    again = Pose(pose.position, coordinates.angles(coordinates.of_pose(pose), placed[0, :, :3].copy()))
+    assert frames(anatomy, again) == pytest.approx(placed, abs=1e-9)
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@given(seed=seeds)
+def test_coordinates_come_back_from_their_angles(anatomy: Anatomy, seed: int) -> None:
+    coordinates = coordinates_of(anatomy)
+    values = np.random.default_rng(seed).uniform(-1.5, 1.5, coordinates.dimension)
+    root = turn(np.array([0.1, 0.7, -0.2]))
+    assert coordinates.of_pose(Pose(np.zeros(3), coordinates.angles(values, root))) == pytest.approx(values, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_an_arm_that_swings_past_the_front_moves_its_coordinates_smoothly(side: str) -> None:
+    """There the arm's Euler angles are singular: its second angle is a right angle."""
+    anatomy, coordinates = FOURTEEN_PARTS, coordinates_of(FOURTEEN_PARTS)
+    angles = anatomy.neutral.copy()
+    x, z = anatomy.index[f"{side}_shoulder.x"], anatomy.index[f"{side}_shoulder.z"]
+    found = []
+    for swing in np.linspace(-0.4, 0.4, 81):
+        angles[x] = np.pi / 2
+        angles[z] = np.pi + swing
+        found.append(coordinates.of_pose(Pose(np.zeros(3), angles)))
+    steps = np.abs(np.diff(found, axis=0)).max(axis=1)
+    assert steps.max() < 0.02
+    assert steps.max() > 0.005
+
+
+@given(st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3)), st.sampled_from(["yxz", "zxy", "xyz", "zyx"]))
+def test_euler_angles_near_what_was_before_are_found(angles: tuple[float, float, float], axes: str) -> None:
+    """They stand the same, and no other solution is nearer."""
+    rotation = np.eye(3)
+    for axis, angle in zip(axes, angles, strict=True):
+        rotation = rotation @ turn(angle * np.eye(3)["xyz".index(axis)])
+    found = euler(axes, rotation, np.array(angles))
+    again = np.eye(3)
+    for axis, angle in zip(axes, found, strict=True):
+        again = again @ turn(angle * np.eye(3)["xyz".index(axis)])
+    assert again == pytest.approx(rotation, abs=1e-7)
+    assert np.linalg.norm(found - np.array(angles)) < 1e-6 or abs(np.cos(angles[1])) < 1e-6

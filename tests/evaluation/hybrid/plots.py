@@ -120,8 +120,12 @@ def stacked(
     groups: Sequence[str],
     series: Mapping[str, Sequence[float]],
     aims: Mapping[str, float],
+    totals: Sequence[float],
 ) -> None:
-    """Horizontal bars, the series of each group one after the other; aims: vertical lines by name."""
+    """Horizontal bars, the series of each group one after the other; aims: vertical lines by name.
+
+    totals: written beside the bars; medians do not add up.
+    """
     figure = Figure(figsize=(8.5, 1.2 + 0.5 * len(groups)), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
@@ -129,8 +133,8 @@ def stacked(
     for name, values in series.items():
         axes.barh(range(len(groups)), values, left=left, height=0.7, label=name)
         left = [before + value for before, value in zip(left, values, strict=True)]
-    for k, total in enumerate(left):
-        axes.text(total, k, f" {total:.1f}", va="center", fontsize=8)
+    for k, (end, total) in enumerate(zip(left, totals, strict=True)):
+        axes.text(end, k, f" {total:.1f}", va="center", fontsize=8)
     for (name, value), style in zip(aims.items(), ("--", ":"), strict=False):
         axes.axvline(value, color="black", linestyle=style, linewidth=1.0, label=name)
     axes.set_yticks(range(len(groups)), groups)

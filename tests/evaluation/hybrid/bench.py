@@ -67,6 +67,8 @@ class Bench:
             yield from map(_make, tasks)
             return
         with get_context("spawn").Pool(self.jobs, _alone) as pool:
+            clips = dict.fromkeys(case.clip for _, case, _ in tasks)
+            pool.starmap(_prepare, [(self.places, clip) for clip in clips], chunksize=1)
             yield from pool.imap_unordered(_make, tasks)
 
     def _kept(self, case: Case) -> Path:
@@ -86,6 +88,12 @@ def _alone() -> None:
     """One core for one process."""
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
+
+
+def _prepare(places: Places, clip: str) -> None:
+    """Silhouettes are made by one process each, before several need the same ones."""
+    clip_of(places, clip)
+    clip_of.cache_clear()
 
 
 def _make(task: Task) -> Case:

@@ -10,6 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 DPI = 110
+MOST_TICKS = 10  # at every point of the first series
+ABOVE = 1.15  # of the highest value
 WORST = 0.25  # how strongly the range from mean to worst is filled
 
 
@@ -66,12 +68,13 @@ def _draw(axes: Axes, panel: Panel) -> None:
         axes.axhline(panel.aim, color="grey", linestyle="--", linewidth=0.9, label=f"aim {panel.aim:g}")
     if panel.log:
         axes.set_xscale("log")
-        ticks = panel.series[0].x
-        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
+    if 0 < len(panel.series[0].x) <= MOST_TICKS:
+        axes.set_xticks(panel.series[0].x, [f"{tick:g}" for tick in panel.series[0].x])
     axes.set(xlabel=panel.x_label, ylabel=panel.y_label)
     axes.set_title(panel.title, fontsize=10)
-    axes.set_ylim(0, panel.top)
+    highest = [*(v for one in panel.series for v in (*one.y, *one.worst) if math.isfinite(v)), panel.aim or 0.0]
+    axes.set_ylim(0, ABOVE * max(highest) or 1.0 if panel.top is None else panel.top)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
 
@@ -117,8 +120,12 @@ def stacked(
     groups: Sequence[str],
     series: Mapping[str, Sequence[float]],
     aims: Mapping[str, float],
+    totals: Sequence[float],
 ) -> None:
-    """Horizontal bars, the series of each group one after the other; aims: vertical lines by name."""
+    """Horizontal bars, the series of each group one after the other; aims: vertical lines by name.
+
+    totals: written beside the bars; medians do not add up.
+    """
     figure = Figure(figsize=(8.5, 1.2 + 0.5 * len(groups)), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
@@ -126,8 +133,8 @@ def stacked(
     for name, values in series.items():
         axes.barh(range(len(groups)), values, left=left, height=0.7, label=name)
         left = [before + value for before, value in zip(left, values, strict=True)]
-    for k, total in enumerate(left):
-        axes.text(total, k, f" {total:.1f}", va="center", fontsize=8)
+    for k, (end, total) in enumerate(zip(left, totals, strict=True)):
+        axes.text(end, k, f" {total:.1f}", va="center", fontsize=8)
     for (name, value), style in zip(aims.items(), ("--", ":"), strict=False):
         axes.axvline(value, color="black", linestyle=style, linewidth=1.0, label=name)
     axes.set_yticks(range(len(groups)), groups)

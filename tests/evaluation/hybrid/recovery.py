@@ -15,7 +15,7 @@ from tests.evaluation.hybrid.runs import Case, Run
 EMPTY = 10
 PLACES = 5
 WELL_MM = 50.0
-NUMBERS = ("7", "3")
+NUMBERS = ("7", "4")
 SHOWN = 40  # frames after the empty ones
 
 

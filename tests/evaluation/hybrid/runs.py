@@ -41,7 +41,7 @@ class Case:
     method: Method = "hybrid"
     particles: int = 40
     points: int = 400
-    iterations: int = 4
+    iterations: int = 3
     refinement: Refinement = "gauss-newton"
     share: float | None = None
     empty_from: int | None = None

@@ -36,7 +36,7 @@ def scaling(bench: Bench) -> Section:
     )  # fmt: skip
     errors = [
         Panel(
-            what,
+            "",
             what,
             "mean error, mm",
             tuple(_series(found, what, clip, "error") for clip in SEVEN),
@@ -46,7 +46,7 @@ def scaling(bench: Bench) -> Section:
         for what, counts in COUNTS.items()
     ]
     times = [
-        Panel(what, what, "ms a frame", tuple(_series(found, what, clip, "time") for clip in SEVEN), log=what != "views")
+        Panel("", what, "ms a frame", tuple(_series(found, what, clip, "time") for clip in SEVEN), log=what != "views")
         for what in COUNTS
     ]
     panels(bench.places.out / "scaling-error.png", "Mean error (filled: up to the worst seed)", errors, 2)
@@ -55,7 +55,7 @@ def scaling(bench: Bench) -> Section:
         "scaling",
         "Particles, points, iterations, views",
         (
-            f"{bench.seeds} seeds; one thing changes, the rest is 40 particles, 400 points, 4 iterations, 7 views, the "
+            f"{bench.seeds} seeds; one thing changes, the rest is 40 particles, 400 points, 3 iterations, 7 views, the "
             "shipped prior of the kind.  Time: of the processor, one core, median of a frame, silhouettes to pose.",
         ),
         (

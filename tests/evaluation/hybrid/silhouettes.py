@@ -1,6 +1,7 @@
 """The shared clips as the tracker sees them: silhouettes of every instant, made once by the viewers' own steps."""
 
 import hashlib
+import os
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -86,7 +87,7 @@ def load_clip(folder: Path, kept: Path) -> Clip:
     path = kept / f"{folder.name}-{_digest(rig)}.npz"
     if not path.is_file():
         kept.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(".part.npz")
+        part = path.with_suffix(f".{os.getpid()}.npz")
         np.savez_compressed(part, allow_pickle=False, **_arrays(_seen(rig)))
         part.replace(path)
     with np.load(path) as arrays:
@@ -146,8 +147,8 @@ def _instants(arrays: Mapping[str, NDArray[np.int64] | Images]) -> Iterator[Inst
 
 
 def _digest(rig: Rig) -> str:
-    """Of what decides the silhouettes: the viewers' code, the rig, and its films by size."""
-    told = hashlib.sha256(rig.digest.encode())
+    """Of what decides the silhouettes: the viewers' code, the rig's viewers, and its films by size."""
+    told = hashlib.sha256(repr(rig.viewers).encode())
     for folder in VIEWER_CODE:
         for path in sorted((ROOT / folder).rglob("*.py")):
             told.update(path.read_bytes())

@@ -48,7 +48,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
 
 
 def test_without_a_table_the_defaults_hold(tmp_path: Path) -> None:
-    expected = TrackerSpec(None, 40, 400, 3, 0, "fourteen-parts", "gauss-newton")
+    expected = TrackerSpec(None, 40, 400, 4, 0, "fourteen-parts", "gauss-newton")
     assert spec_of(write_rig(tmp_path, HYBRID)) == expected
 
 

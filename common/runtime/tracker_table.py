@@ -16,7 +16,7 @@ from common.body.anatomy import ANATOMIES, FOURTEEN_PARTS
 PARTICLES = {"hybrid": 40, "image-force": 1, "particle-filter": 1000}
 REFINEMENTS = {"hybrid": "gauss-newton", "image-force": "force", "particle-filter": "gauss-newton"}
 # Forces come to rest slowly: `tests.evaluation` shows how slowly.
-ITERATIONS = {"gauss-newton": 3, "force": 40, "force-printed": 100}
+ITERATIONS = {"gauss-newton": 4, "force": 40, "force-printed": 100}
 PRIORS = Path(__file__).resolve().parents[2] / "deploy" / "priors"
 SUFFIX = ".prior"
 

@@ -32,7 +32,7 @@ class Options:
     method: Method = "hybrid"
     particles: int = 40
     points: int = 400
-    iterations: int = 3
+    iterations: int = 4
     seed: int = 0
     refinement: Refinement = "gauss-newton"
 

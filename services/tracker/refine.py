@@ -11,6 +11,7 @@ from services.tracker.linkage import ROOT, assemble, hold, move, screws_of
 from services.tracker.model import Ints, Model, place
 from services.tracker.room import ALONG, Room, outside, outside_at, place_on
 
+STILL = 0.01  # m and rad: a step so short is the last one
 INSIDE = 1.0  # weight of a place of the body outside of a silhouette against that of a ray
 
 
@@ -163,7 +164,10 @@ def refine(
     target_rotation: Floats,
     target_values: Floats,
 ) -> None:
-    """Move a pose in place: position (3,), rotation (3, 3) and values (d,), held near its target."""
+    """Move a pose in place: position (3,), rotation (3, 3) and values (d,), held near its target.
+
+    At most `iterations` steps; it ends with the first short one.
+    """
     count, dof = model.parent.shape[0], ROOT + values.shape[0]
     frames = np.empty((count, 3, 4))
     matrices, pulls = np.empty((count, 6, 6)), np.empty((count, 6))
@@ -184,6 +188,8 @@ def refine(
         if not _solve(a, b):
             return
         move(model, frames, b, position, rotation, values)
+        if np.abs(b).max() < STILL:
+            return
 
 
 @njit(cache=True, error_model="numpy")

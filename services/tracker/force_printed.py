@@ -26,8 +26,8 @@ from services.tracker.refine import Weights
 
 EPSILON = 0.5  # of md
 TRUNCATED_M = 0.10  # where rho stays
-LAMBDA = 16.0  # 1 / m: of the mean force on a group, m^2
-RHO = 100.0  # rad / m^3: of the mean moment on a group
+LAMBDA = 8.0  # 1 / m: of the mean force on a group, m^2
+RHO = 60.0  # rad / m^3: of the mean moment on a group
 TOUCHED = 6
 
 

@@ -6,11 +6,11 @@ import pytest
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from common.body.definition import Pose
 from common.body.proportions import stretched_angles
-from services.tracker.closest import points_of
 from services.tracker.coordinates import coordinates_of
-from services.tracker.finding import measured_from, stretched_in
+from services.tracker.initial import Start, measured_from, stretched_in
 from services.tracker.model import model_of
 from services.tracker.posed import Posed
+from services.tracker.room import no_room
 from services.tracker.stature import average_body
 from tests.tracker_scenes import tangent_rays, turn
 
@@ -24,9 +24,11 @@ def test_ten_parts_are_measured_on_a_person_with_feet_who_faces_anywhere(yaw_deg
     rotation = turn(np.array([0.0, np.radians(yaw_deg), 0.0]))
     pose = Posed(np.array([0.2, 0.53 * STATURE_M, -0.1]), rotation, stretched)
     scenes = [tangent_rays(model, pose, 600, seed) for seed in (0, 1)]
-    seen = [stretched_in(points_of(rays)) for rays in scenes]
-    measured = measured_from(TEN_PARTS, scenes, [one for one in seen if not isinstance(one, str)])
-    assert not isinstance(measured, str), measured
+    seen = [stretched_in(rays) for rays in scenes]
+    rooms = [no_room(), no_room()]
+    start = measured_from(TEN_PARTS, scenes, rooms, [one for one in seen if not isinstance(one, str)])
+    assert isinstance(start, Start), start
+    measured = start.measured
     assert len(measured.poses) == 2
     for found in measured.poses:
         assert found.rotation[:, 2] @ rotation[:, 2] > 0.9

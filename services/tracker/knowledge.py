@@ -15,6 +15,7 @@ from services.tracker.measuring import equations
 from services.tracker.model import model_of
 from services.tracker.posed import Posed
 from services.tracker.sizes import COUNT, SPREADS, entries_of, scaled, values_of
+from services.tracker.solving import marginal, solve
 
 NEW = 0.35  # rad: so far at least one coordinate must be from every posture that was learnt from
 MOST = 60  # postures
@@ -63,9 +64,10 @@ def learnt(anatomy: Anatomy, knowledge: Knowledge, rays: Singles, pose: Posed, e
     pull *= effective / max(rays.shape[1], 1)
     held = np.concatenate([np.full(3, POSE[0]), np.full(3, POSE[1]), np.full(dof - ROOT, POSE[2])])
     own[np.arange(COUNT, COUNT + dof), np.arange(COUNT, COUNT + dof)] += 1.0 / held**2
-    across = np.linalg.solve(own[COUNT:, COUNT:], own[COUNT:, :COUNT])  # the pose follows the sizes
-    information = own[:COUNT, :COUNT] - own[:COUNT, COUNT:] @ across
-    total = pull[:COUNT] - across.T @ pull[COUNT:] + information @ knowledge.logs
+    information, total = np.empty((COUNT, COUNT)), np.empty(COUNT)
+    if not marginal(own, pull, COUNT, information, total):  # the pose follows the sizes
+        return knowledge
+    total += np.sum(information * knowledge.logs, axis=1)
     return replace(
         knowledge,
         information=knowledge.information + information,
@@ -76,7 +78,9 @@ def learnt(anatomy: Anatomy, knowledge: Knowledge, rays: Singles, pose: Posed, e
 
 def improved(anatomy: Anatomy, knowledge: Knowledge) -> tuple[Knowledge, Bdp] | None:
     """The body that all postures together say, when it differs enough from the one in use."""
-    logs: Floats = np.asarray(np.linalg.solve(knowledge.information, knowledge.pull), dtype=np.float64)
+    logs = knowledge.pull.copy()
+    if not solve(knowledge.information.copy(), logs):
+        return None
     if float(np.abs(logs - knowledge.logs).max()) < CHANGED:
         return None
     return replace(knowledge, logs=logs), scaled(anatomy, knowledge.average, logs)

@@ -15,6 +15,7 @@ from services.tracker.linkage import ROOT, hold, move, screws_of
 from services.tracker.model import Ints, Model, model_of, place
 from services.tracker.posed import Posed
 from services.tracker.sizes import BASES, COUNT, LENGTH, OFFSETS, SIZES, SPREADS, TIPS, entries_of, scaled, values_of
+from services.tracker.solving import solve
 
 SPREAD_M, LIMIT_M = 0.01, 0.20  # of a gap, and beyond which a ray belongs to nothing
 EFFECTIVE = 300.0  # rays of a scene count as so many independent ones: the body's shape is wrong in stretches, not points
@@ -89,7 +90,9 @@ def measure(
             )  # fmt: skip
             b[rows[COUNT:]] += held
         a[np.arange(count), np.arange(count)] += 1e-3
-        step: Floats = np.asarray(np.linalg.solve(a, b), dtype=np.float64)
+        if not solve(a, b):
+            break
+        step = b
         step *= min(1.0, LONGEST_STEP / max(1e-9, float(np.abs(step).max())))
         logs += step[:COUNT]
         for k, pose in enumerate(poses):

@@ -10,6 +10,7 @@ from services.tracker.closest import Numbers, Singles, meet, misfit, nearest_par
 from services.tracker.linkage import ROOT, assemble, hold, move, screws_of
 from services.tracker.model import Ints, Model, place
 from services.tracker.room import ALONG, Room, outside, outside_at, place_on
+from services.tracker.solving import solve
 
 STILL = 0.01  # m and rad: a step so short is the last one
 INSIDE = 1.0  # weight of a place of the body outside of a silhouette against that of a ray
@@ -124,33 +125,6 @@ def _add(
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(a: Floats, b: Floats) -> bool:
-    """b becomes a^-1 b by Cholesky in the lower triangle; False when a is not positive definite."""
-    n = b.shape[0]
-    for j in range(n):
-        total = a[j, j]
-        for k in range(j):
-            total -= a[j, k] * a[j, k]
-        if not total > 0.0:
-            return False
-        a[j, j] = np.sqrt(total)
-        for i in range(j + 1, n):
-            value = a[i, j]
-            for k in range(j):
-                value -= a[i, k] * a[j, k]
-            a[i, j] = value / a[j, j]
-    for i in range(n):
-        for k in range(i):
-            b[i] -= a[i, k] * b[k]
-        b[i] /= a[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            b[i] -= a[k, i] * b[k]
-        b[i] /= a[i, i]
-    return True
-
-
-@njit(cache=True, error_model="numpy")
 def refine(
     model: Model,
     rays: Singles,
@@ -185,7 +159,7 @@ def refine(
             model, frames, position, rotation, values,
             target_position, target_rotation, target_values, weights.precision, b,
         )  # fmt: skip
-        if not _solve(a, b):
+        if not solve(a, b):
             return
         move(model, frames, b, position, rotation, values)
         if np.abs(b).max() < STILL:

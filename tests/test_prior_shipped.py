@@ -35,7 +35,7 @@ def test_a_shipped_prior_reconstructs_the_held_person_as_well_as_it_says() -> No
     told = next(row.held for row in prior.training.errors if row.regions >= prior.regions)
     found = reconstruction_error(prior, recording("walking", HELD_PERSON).poses)
     assert found == pytest.approx(told, rel=0.05)
-    assert np.degrees(found) < 2.0
+    assert np.degrees(found) < 3.0
 
 
 def test_a_path_is_taken_as_it_is(tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def accuracy(bench: Bench) -> Section:
         for clip in (*SEVEN, *TWO)
     ]  # fmt: skip
     notes = (
-        f"{bench.seeds} seeds, 40 particles, 400 points, 3 iterations; scored from the first frame of motion as "
+        f"{bench.seeds} seeds, 40 particles, 400 points, 4 iterations; scored from the first frame of motion as "
         "`score_trc.py` does.  Shape: RMSE without each joint's constant offset.  Losses: over all seeds; never: seeds "
         "without any pose.",
         "MediaPipe: all views, every frame, triangulated (14 joints).  The paper: other people and another studio, a body "

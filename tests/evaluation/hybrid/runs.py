@@ -14,6 +14,7 @@ from common.body.anatomy import FOURTEEN_PARTS, Floats
 from common.body.definition import Bdp, Pose
 from common.body.kinematics import joint_centres
 from common.formats.trc import Trajectories
+from common.runtime.tracker_table import ITERATIONS
 from services.takes.evaluate import Selection, accuracy
 from services.tracker import filtering
 from services.tracker.phases import Method, Options, Refinement, Setup
@@ -41,7 +42,7 @@ class Case:
     method: Method = "hybrid"
     particles: int = 40
     points: int = 400
-    iterations: int = 3
+    iterations: int = ITERATIONS["gauss-newton"]
     refinement: Refinement = "gauss-newton"
     share: float | None = None
     empty_from: int | None = None

@@ -55,7 +55,7 @@ def scaling(bench: Bench) -> Section:
         "scaling",
         "Particles, points, iterations, views",
         (
-            f"{bench.seeds} seeds; one thing changes, the rest is 40 particles, 400 points, 3 iterations, 7 views, the "
+            f"{bench.seeds} seeds; one thing changes, the rest is 40 particles, 400 points, 4 iterations, 7 views, the "
             "shipped prior of the kind.  Time: of the processor, one core, median of a frame, silhouettes to pose.",
         ),
         (

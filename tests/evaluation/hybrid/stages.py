@@ -59,7 +59,7 @@ def stages(bench: Bench) -> Section:
         "stages",
         "Time per frame by stage; cold and warm start",
         (
-            f"Median over frames of motion, then over {ROUNDS} runs; 40 particles, 400 points, 3 iterations, shipped "
+            f"Median over frames of motion, then over {ROUNDS} runs; 40 particles, 400 points, 4 iterations, shipped "
             "prior.  "
             f"{os.cpu_count()} cores, shared: the load of the machine (1 minute) stands beside.",
             "Start: a fresh process, from its first line to being ready to follow; cold: nothing compiled is kept.",

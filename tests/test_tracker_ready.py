@@ -25,4 +25,5 @@ def test_cameras_that_do_not_see_the_origin_are_no_error(shift: float) -> None:
         for viewer, camera in setup.cameras.items()
     }
     setup = replace(setup, anatomy=FOURTEEN_PARTS, cameras=moved, options=Options(particles=4, points=150))
-    assert load_compiled(setup)  # whatever it then does, in words
+    words = load_compiled(setup)
+    assert "waiting" in words or "seeing" in words or "stretch" in words or "tracking" in words, words

@@ -32,10 +32,8 @@ SUSPECTS = 2  # at most, whose lags are tested in turns: where more are, it is n
 UNSUPPORTED = 0.10  # share of a view's outline without support from which it may be at fault
 WORSE = 3.0  # times the others' without it
 APART, MARGIN = 1.5, 0.01  # how much worse, at the least, the others must be when another view is left out
-SUSPICIOUS, UNEVEN = (
-    0.05,
-    0.02,
-)  # from this share of a view's outline, and this much between views left out, lags are tested
+SUSPICIOUS = 0.05  # share of a view's outline from which,
+UNEVEN = 0.02  # and difference between views left out from which, lags are tested
 LAG_GAIN = 0.03  # share of all outlines that must gain support at the lag
 EXPLAINED = 0.8  # of what lacks support because of the view
 STAYS = 0.6  # of these is enough for what was said before

@@ -27,7 +27,7 @@ def room_of_disc() -> Room:
 
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 6.0, 7))
-@pytest.mark.parametrize("beyond_m", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("beyond_m", [0.05, 0.1])
 def test_a_place_outside_is_as_far_from_the_silhouette_as_it_looks(turn: float, beyond_m: float) -> None:
     across = np.array([np.cos(turn), np.sin(turn), 0.0])
     place = np.array([0.0, 1.0, 0.0]) + (RADIUS_PX * AWAY / FOCAL + beyond_m) * across

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
-from services.tracker.coordinates import coordinates_of, euler
+from services.tracker.coordinates import coordinates_of
 from services.tracker.stature import average_body
 from tests.tracker_scenes import turn
 
@@ -66,17 +66,3 @@ def test_an_arm_that_swings_past_the_front_moves_its_coordinates_smoothly(side: 
     steps = np.abs(np.diff(found, axis=0)).max(axis=1)
     assert steps.max() < 0.02
     assert steps.max() > 0.005
-
-
-@given(st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3)), st.sampled_from(["yxz", "zxy", "xyz", "zyx"]))
-def test_euler_angles_near_what_was_before_are_found(angles: tuple[float, float, float], axes: str) -> None:
-    """They stand the same, and no other solution is nearer."""
-    rotation = np.eye(3)
-    for axis, angle in zip(axes, angles, strict=True):
-        rotation = rotation @ turn(angle * np.eye(3)["xyz".index(axis)])
-    found = euler(axes, rotation, np.array(angles))
-    again = np.eye(3)
-    for axis, angle in zip(axes, found, strict=True):
-        again = again @ turn(angle * np.eye(3)["xyz".index(axis)])
-    assert again == pytest.approx(rotation, abs=1e-7)
-    assert np.linalg.norm(found - np.array(angles)) < 1e-6 or abs(np.cos(angles[1])) < 1e-6

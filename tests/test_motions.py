@@ -1,11 +1,9 @@
-"""Motion to learn from: of files, takes and the actor, in coordinates without jumps; and its mirror image."""
+"""Motion to learn from: of files, takes and the actor, in coordinates without jumps."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
 from common.body.definition import Pose
@@ -15,7 +13,7 @@ from common.formats.bvh import write_bvh
 from common.formats.poses import read_poses
 from common.formats.trc import FormatError, Trajectories, write_trc
 from services.tracker.coordinates import coordinates_of
-from services.tracker.motions import actor_motion, mirrored, motion_of, read_motion, unwound
+from services.tracker.motions import actor_motion, motion_of, read_motion, unwound
 from tests.pose_tracks import moving
 from tests.test_from_centres import body, random_pose
 
@@ -30,18 +28,6 @@ def centres(anatomy: Anatomy, coordinates: Floats, root: Floats) -> dict[str, Fl
     pose = Pose(np.zeros(3), coordinates_of(anatomy).angles(coordinates, root))
     points = joint_centres(anatomy, body(anatomy), pose)
     return {marker.name: point for marker, point in zip(anatomy.markers, points, strict=True)}
-
-
-@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
-@given(seed=st.integers(0, 10_000))
-@settings(deadline=None, max_examples=40)
-def test_in_a_mirror_every_joint_centre_is_on_the_other_side(anatomy: Anatomy, seed: int) -> None:
-    values = coordinates_of(anatomy).of_pose(random_pose(anatomy, seed))
-    ours, theirs = (centres(anatomy, row, np.eye(3)) for row in (values, mirrored(values[None], anatomy)[0]))
-    for name, point in ours.items():
-        other = {"R": "L", "L": "R"}.get(name[0], name[0]) + name[1:] if name[0] in "RL" else name
-        np.testing.assert_allclose(theirs[other], point * [-1, 1, 1], atol=1e-9, err_msg=name)
-    np.testing.assert_allclose(mirrored(mirrored(values, anatomy), anatomy), values, atol=1e-12)
 
 
 def test_a_rotation_past_half_a_turn_goes_on() -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from common.body.anatomy import Anatomy, Floats, Joint
 from common.body.definition import Pose
+from common.body.euler import angles_near
 from common.body.kinematics import rotate
 from common.body.rotation_vectors import rotation_of, vector_of
 
@@ -53,17 +54,22 @@ class Coordinates:
     def angles(self, values: Floats, root: Floats) -> Floats:
         """The anatomy's angles, of coordinates (dimension,) and the root's orientation (3, 3), part to world."""
         angles = np.zeros(len(self.anatomy.angles))
-        rotation = np.empty((3, 3))
+        turns: dict[str, list[tuple[int, Floats, Floats]]] = {}  # by axes: first angle, rotation, near which
         for k, joint in enumerate(self.anatomy.joints):
             start, at = int(self.first[k]), int(self.anatomy.tree[k, 1])
             if k == 0:
-                angles[at : at + 3] = euler(joint.axes, root, angles[at : at + 3])
+                turns.setdefault(joint.axes, []).append((at, root, np.zeros(3)))
             elif start >= 0 and len(joint.axes) == HINGE:
                 angles[at] = values[start]
             elif start >= 0:
+                rotation = np.empty((3, 3))
                 rotation_of(values[start : start + 3], rotation)
                 middle = np.array([0.5 * (low + high) for low, high in joint.limits])
-                angles[at : at + 3] = euler(joint.axes, self.reference[k] @ rotation, middle)
+                turns.setdefault(joint.axes, []).append((at, self.reference[k] @ rotation, middle))
+        for axes, each in turns.items():
+            starts, rotations, near = zip(*each, strict=True)
+            for at, three in zip(starts, angles_near(axes, np.array(rotations), np.array(near)), strict=True):
+                angles[at : at + 3] = three
         return angles
 
 
@@ -83,23 +89,6 @@ def coordinates_of(anatomy: Anatomy) -> Coordinates:
             names += [f"{joint.name}.{n}" for n in (1, 2, 3)]
             reference[k] = _middle(joint)
     return Coordinates(anatomy, tuple(names), first, reference)
-
-
-def euler(axes: str, rotation: Floats, near: Floats) -> Floats:
-    """Angles (3,) about three different axes, first outermost, of a rotation (3, 3); of the two solutions and all whole
-    turns the one nearest to `near` (3,)."""
-    i, j, k = ("xyz".index(axis) for axis in axes)
-    sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    middle = np.arcsin(np.clip(sign * rotation[i, k], -1.0, 1.0))
-    outer = np.arctan2(-sign * rotation[j, k], rotation[k, k])
-    inner = np.arctan2(-sign * rotation[i, j], rotation[i, i])
-    found = []
-    for solution in ((outer, middle, inner), (outer + np.pi, np.pi - middle, inner + np.pi)):
-        angles = np.array(solution)
-        angles -= 2 * np.pi * np.round((angles - near) / (2 * np.pi))
-        found.append(angles)
-    best: Floats = min(found, key=lambda angles: float(np.sum((angles - near) ** 2)))
-    return best
 
 
 def _local(anatomy: Anatomy, joint: int, angles: Floats) -> Floats:

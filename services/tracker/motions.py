@@ -74,19 +74,6 @@ def actor_motion(kind: str, person_seed: int, seed: int, anatomy: Anatomy, rate:
     return motion_of(f"actor-{kind}-{person_seed}-{seed}", rate, anatomy, poses_from_centres(anatomy, centres))
 
 
-def mirrored(coordinates: Floats, anatomy: Anatomy) -> Floats:
-    """(n, d) with left and right exchanged: what is seen in a mirror."""
-    table = coordinates_of(anatomy)
-    index = {name: k for k, name in enumerate(table.names)}
-    result = np.empty_like(coordinates)
-    for name, k in index.items():
-        sided = name.replace("right_", "\n").replace("left_", "right_").replace("\n", "left_")
-        # A mirror across X turns a rotation about (x, y, z) into one about (x, -y, -z); hinges are about X.
-        sign = -1.0 if name.endswith((".2", ".3")) else 1.0
-        result[..., index[sided]] = sign * coordinates[..., k]
-    return result
-
-
 def unwound(anatomy: Anatomy, coordinates: Floats) -> Floats:
     """The same rotations (n, d), every rotation vector as near as can be to that of the row before.
 

@@ -83,7 +83,7 @@ def _distances(crop: Mask) -> NDArray[np.float32]:
         small = (max(1, round(across / factor)), max(1, round(down / factor)))
         crop = np.asarray(cv2.resize(crop, small, interpolation=cv2.INTER_NEAREST), dtype=np.uint8)
     free = cv2.copyMakeBorder((crop == 0).astype(np.uint8), MARGIN, MARGIN, MARGIN, MARGIN, cv2.BORDER_CONSTANT, value=1)
-    return np.asarray(cv2.distanceTransform(free, cv2.DIST_L2, 3), dtype=np.float32)
+    return np.asarray(cv2.distanceTransform(free, cv2.DIST_L2, 5), dtype=np.float32)
 
 
 @njit(cache=True, error_model="numpy")
@@ -120,13 +120,15 @@ def outside_at(room: Room, k: int, x: float, y: float, z: float, found: Floats) 
     far = (1 - fb) * ((1 - fa) * m00 + fa * m01) + fb * ((1 - fa) * m10 + fa * m11)
     if far <= 0.0:
         return False
-    gu = (1 - fb) * (m01 - m00) + fb * (m11 - m10) + (a - ca) * room.scale[k]
-    gv = (1 - fa) * (m10 - m00) + fa * (m11 - m01) + (b - cb) * room.scale[k]
+    gu = (1 - fb) * (m01 - m00) + fb * (m11 - m10)
+    gv = (1 - fa) * (m10 - m00) + fa * (m11 - m01)
     norm = np.sqrt(gu * gu + gv * gv)
     if norm < 1e-9:
         return False
-    gu, gv = gu / norm, gv / norm
-    far += np.sqrt((a - ca) ** 2 + (b - cb) ** 2) * room.scale[k]
+    # Off the map: to the map's edge, and from there on by its distance; the way back is along both together.
+    gu, gv = far * gu / norm + (a - ca) * room.scale[k], far * gv / norm + (b - cb) * room.scale[k]
+    far = np.sqrt(gu * gu + gv * gv)
+    gu, gv = gu / far, gv / far
     found[0] = far * cz / room.lens[k, 0]
     wz = -(gu * px + gv * py)  # along the ray nothing changes
     length = np.sqrt(gu * gu + gv * gv + wz * wz)

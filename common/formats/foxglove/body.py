@@ -11,8 +11,9 @@ import numpy as np
 from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp
 from common.body.limbs import limbs_of
+from common.body.quaternions import quaternions
 from common.formats.foxglove.channels import PERSON, WORLD
-from common.formats.foxglove.frames import quaternion, quaternions, vector
+from common.formats.foxglove.frames import quaternion, vector
 
 # Columns of a part's rotation, and their signs, that make a primitive's.
 _COLUMNS, _SIGNS = [0, 2, 1], np.array([1.0, -1.0, 1.0])

@@ -211,6 +211,12 @@ class Handled(Message, frozen=True, tag="handled"):
     events: Annotated[list[tuple[Count, Nanoseconds]], Meta(max_length=256)]
 
 
+class Request(Message, frozen=True, tag="request"):
+    """What a person asks of the services, as on the page.  Being in the take, what follows from it can be recomputed."""
+
+    what: Literal["measure", "record", "stop_recording"]  # forget the body and measure it anew; begin a take; end it
+
+
 class ClockQuery(Message, frozen=True, tag="clock_query"):
     """A round trip for the clock offset; the reply's `captured_ns` is the integrator's clock."""
 
@@ -235,6 +241,7 @@ AnyMessage = (
     | CameraInfo
     | Health
     | Handled
+    | Request
     | ClockQuery
     | PaceQuery
 )

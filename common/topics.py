@@ -61,6 +61,7 @@ TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Qu
 TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, "every frame")
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, "1 Hz")
 HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, "1 Hz or more")
+REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, "when a person asks")
 
 TOPICS = (
     PARTIAL_BDP,
@@ -76,6 +77,7 @@ TOPICS = (
     TRACKER_POSE,
     HEALTH,
     HANDLED,
+    REQUEST,
 )
 
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
@@ -88,9 +90,9 @@ NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Nam
 
 
 def service_at(key: str) -> tuple[str, str] | None:
-    """Service and id of the one that publishes on `key`; None when it is no key of a topic."""
+    """Service and id of the one that publishes on `key`; None when it is no key of a topic, or anybody may."""
     topic = topic_at(key)
-    if topic is None:
+    if topic is None or topic is REQUEST:
         return None
     names = topic.names(key) or {}
     return key.split("/")[2], names.get("viewer", names.get("id", "main"))

@@ -14,7 +14,8 @@ from common.body.anatomy import TEN_PARTS, Floats
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
 from common.formats.foxglove.channels import FIXED
-from common.formats.foxglove.frames import body_transforms, fixed_transforms, quaternions, timestamp
+from common.body.quaternions import quaternions
+from common.formats.foxglove.frames import body_transforms, fixed_transforms, timestamp
 from common.messages import CameraInfo
 
 UNIT = arrays(np.float64, 4, elements=st.floats(-1, 1)).filter(lambda q: np.linalg.norm(q) > 0.1)

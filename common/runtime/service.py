@@ -49,6 +49,7 @@ class Service(Generic[Setup, State, F]):
     tick_ns: feed a Tick at this period, 0 for never.  keeps_time: this is the integrator, whose clock the others use.
     pending: whether the state has work that a Tick is to start, once everything that has come is handled.
     result: messages whose age since their capture is a stage of the health.
+    derives: it says what it was fed, so that what it said can be recomputed; False for one that only shows.
     max_failures: steps that may fail in a row before the service gives up.
     """
 
@@ -65,6 +66,7 @@ class Service(Generic[Setup, State, F]):
     pending: Callable[[State], bool] = lambda state: False
     result: type[Message] | None = None
     keeps_time: bool = False
+    derives: bool = True
     max_failures: int = 10
 
 
@@ -94,9 +96,10 @@ class Runner(Generic[Setup, State, F]):
     def handle(self, event: Event[F]) -> None:
         """One step and its messages.  Raises GivingUp after `max_failures` failures in a row."""
         kind, source = kind_of(event), in_words(event)
-        if self._trace.full:
-            self.report_handled()
-        self._trace.add(event)
+        if self.service.derives:
+            if self._trace.full:
+                self.report_handled()
+            self._trace.add(event)
         started_ns = self.clock.elapsed_ns()
         try:
             self.state, messages = self.service.step(self.service.setup, self.state, event)
@@ -153,11 +156,15 @@ def run(
     stopped: Callable[[], bool] = lambda: False,
     extra_counts: Callable[[], Mapping[str, int]] = dict,
     greeting: Sequence[Message] = (),
+    asked: Callable[[], Sequence[Message]] = tuple,
+    shown: Callable[[State], None] = lambda _: None,
 ) -> int:
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
     extra_counts: counts of others for this service's health, such as those of its log.
     greeting: messages to publish at the start, once nobody else is found to run this service.
+    asked: messages of other threads to publish; they call `bus.wake()` to have it asked at once.
+    shown: gets the state whenever everything that has come is handled.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -170,7 +177,7 @@ def run(
             runner.publish(message)
         if frames:
             frames.start()
-        _loop(runner, frames, stopped, extra_counts)
+        _loop(runner, frames, stopped, extra_counts, asked, shown)
         runner.report_handled()
     except (BusError, GivingUp) as error:
         logger.error("%s", error)
@@ -189,6 +196,8 @@ def _loop(
     frames: NewestFrame[F] | None,
     stopped: Callable[[], bool],
     extra_counts: Callable[[], Mapping[str, int]],
+    asked: Callable[[], Sequence[Message]],
+    shown: Callable[[State], None],
 ) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips, asked = ClockFilter(), 0
@@ -223,6 +232,9 @@ def _loop(
         frame = frames.take() if frames else None
         if frame is not None:
             runner.handle(frame)
+        for message in asked():
+            runner.publish(message)
+        shown(runner.state)
 
 
 def _receive(bus: Bus, wait_s: float) -> Iterator[Received]:

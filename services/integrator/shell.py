@@ -15,7 +15,7 @@ from common.runtime.service import Event, Service, Subscription, run
 from common.take.log import Log
 from common.take.opening import new_parts
 from common.take.setup import RecordedRig, recorded_rig
-from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, SIGHTING
+from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, REQUEST, SIGHTING
 from services.integrator.states import Setup, State, integrator_setup
 from services.integrator.step import counts, describe, initial_state, step
 
@@ -28,7 +28,7 @@ LOSS = 3  # exit status: all went well, but the log is not complete
 def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
     """The integrator of a rig.  Raises ValueError when its cameras do not suit the method."""
     setup = setup_of(recorded_rig(rig))
-    topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP)
+    topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST)
     return Service(
         "integrator",
         ID,

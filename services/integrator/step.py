@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from common.messages import Health, Message, PartialBap, PartialBdp, Sighting
+from common.messages import Health, Message, PartialBap, PartialBdp, Request, Sighting
 from common.pairing import Instant, Pairs, offer
 from common.runtime.clock import Offset, clock_warning, offset_in, to_integrator_ns
 from services.integrator.arbitrator import View
@@ -45,6 +45,8 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return _each(setup, replace(state, baps=baps), pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, offset_in(message)), []
+        case Request(what="measure"):
+            return measure_again(state), []
         case _:
             return state, []
 
@@ -63,6 +65,11 @@ def counts(state: State) -> Mapping[str, int]:
     """Sightings and partial BAPs that were late, doubled, out of order, unknown or went on alone."""
     kinds = (("sighting", state.sightings.counts), ("bap", state.baps.counts), ("bdp", state.bdps.counts))
     return {f"{name}_{what}": count for name, kind in kinds for what, count in kind.items()}
+
+
+def measure_again(state: State) -> State:
+    """Nobody is known any more; the next assignments tell the viewers so, and they measure the initial posture."""
+    return replace(state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0)
 
 
 def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -> State:

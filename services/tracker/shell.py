@@ -15,7 +15,7 @@ from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
 from common.take.reading import TakeError
 from common.take.setup import PRIOR_FILE, RecordedRig, recorded_rig
-from common.topics import CAMERA, HEALTH, SILHOUETTE
+from common.topics import CAMERA, HEALTH, REQUEST, SILHOUETTE
 from services.tracker.phases import Method, Options, Refinement, Setup
 from services.tracker.prior.file import parse_prior, read_prior
 from services.tracker.prior.model import Prior
@@ -34,7 +34,12 @@ def tracker_service(rig: Rig) -> Service[Setup, State, Never]:
     anatomy = anatomy_in(recorded)
     prior = None if rig.tracker is None or rig.tracker.prior is None else read_prior(rig.tracker.prior, anatomy)
     setup = setup_of(recorded, prior)
-    topics = (Subscription(SILHOUETTE, every=True), Subscription(CAMERA), Subscription(HEALTH, names={"service": "viewer"}))
+    topics = (
+        Subscription(SILHOUETTE, every=True),
+        Subscription(CAMERA),
+        Subscription(HEALTH, names={"service": "viewer"}),
+        Subscription(REQUEST),
+    )
     return Service(
         "tracker",
         ID,

@@ -14,7 +14,7 @@ from common.body.anatomy import Anatomy, Floats
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from common.camera.pinhole import Camera
 from common.conversion import angles_by_name, body_of
-from common.messages import CameraInfo, Health, Message, Silhouette, TrackerBdp, TrackerPose
+from common.messages import CameraInfo, Health, Message, Request, Silhouette, TrackerBdp, TrackerPose
 from common.pairing import Instant, Pairs, offer
 from common.runtime.clock import clock_warning, offset_in, to_integrator_ns
 from common.vision.packing import unpack
@@ -46,6 +46,8 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return _set_clock(setup, state, viewer, health), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare(state, camera, setup.cameras[viewer]), []
+        case Request(what="measure"):
+            return replace(state, track=tracking.initial_state(setup), pose=None, findings=()), []
         case _:
             return state, []
 

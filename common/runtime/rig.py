@@ -1,11 +1,12 @@
 """A rig: an installation of cameras, from one TOML file or from a folder in the Pose2Sim layout."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from common.camera.files import CalibrationError, read_calibration
 from common.camera.pairs import angle_between_deg, most_orthogonal_pair
+from common.runtime.animator_table import AnimatorTable
 from common.runtime.rig_file import METHODS, TRACKER_METHODS, LogTable, RigError, ZenohTable, read_toml, rig_file
 from common.runtime.rig_folder import folder_rig
 from common.runtime.rig_viewers import Viewer, rig_viewers, size_notes
@@ -21,7 +22,7 @@ class Rig:
     digest: of the content of the rig and calibration files, equal on every machine of the rig.
     files: the rig file and the calibration, for the log.
     person_height: metres, of a person who is not asked for the initial posture; None to measure the body.
-    tracker: how it works; None for a method without one.
+    tracker: how it works; None for a method without one.  animator: to whom it sends poses on.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Rig:
     files: tuple[Path, ...]
     person_height: float | None = None
     tracker: TrackerSpec | None = None
+    animator: AnimatorTable = field(default_factory=AnimatorTable)
 
     def viewer(self, id: str) -> Viewer:
         """The viewer of that id.  Raises RigError, which lists the ones there are."""
@@ -96,6 +98,7 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
         files_of_rig,
         content.person_height,
         tracker,
+        content.animator,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from common.runtime.animator_table import WITHIN, AnimatorTable
 from common.runtime.tracker_table import PARTICLES, TrackerTable
 
 TRACKER_METHODS = tuple(PARTICLES)  # hybrid, and the two it is compared with: any number of views, at least two
@@ -72,6 +73,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     tracker: TrackerTable = TrackerTable()
     zenoh: ZenohTable = ZenohTable()
     log: LogTable = LogTable()
+    animator: AnimatorTable = AnimatorTable()
 
 
 def read_toml(path: Path) -> dict[str, object]:
@@ -87,8 +89,12 @@ def read_toml(path: Path) -> dict[str, object]:
 def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     """The checked content of the file at `path`.  Raises RigError."""
     _known(path, "", tables, RigFile)
-    for key, kind in (("tracker", TrackerTable), ("zenoh", ZenohTable), ("log", LogTable)):
+    known = (("tracker", TrackerTable), ("zenoh", ZenohTable), ("log", LogTable), ("animator", AnimatorTable))
+    for key, kind in known:
         _known(path, key, tables.get(key), kind)
+    animator = tables.get("animator")
+    for key, within in WITHIN.items():
+        _known(path, f"animator.{key}", animator.get(key) if isinstance(animator, dict) else None, within)
     viewers = tables.get("viewer")
     if isinstance(viewers, dict):
         raise RigError(f"{path}: [viewer] is one table: allowed: [[viewer]], once per viewer")

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import live, offline, record, replay, takes
+from services.commands import animator, live, offline, record, replay, takes
 from services.commands.prior import prior
 
 app = typer.Typer(
@@ -28,6 +28,7 @@ TABLE = (
     (SERVICES, live.viewer),
     (SERVICES, live.integrator),
     (SERVICES, live.tracker),
+    (SERVICES, animator.animator),
     (SERVICES, live.router),
     (SERVICES, record.record),
     (FILES, offline.track),

@@ -20,6 +20,10 @@ UPPER_ARM_SHARE = 278.4 / (278.4 + 266.6 + 180.0)
 # of body height (Gordon et al. 1989).
 HIP_HALF_BREADTH = 0.36 * 0.151
 
+# The initial posture, in body heights: arms stretched sideways seen from the front, nothing sticking out from the side.
+FRONT_SPAN = (0.70, 1.30)
+SIDE_WIDTH = 0.55
+
 
 def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
     """One body from the lengths of `viewer.body_definition` in metres, all in one scale.

@@ -9,7 +9,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from common.runtime.animator_table import WITHIN, AnimatorTable
+from common.runtime.animator_table import WITHIN, AnimatorTable, open_page_problem
 from common.runtime.tracker_table import PARTICLES, TrackerTable
 
 TRACKER_METHODS = tuple(PARTICLES)  # hybrid, and the two it is compared with: any number of views, at least two
@@ -107,6 +107,9 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     _choice(path, "method", content.method, METHODS)
     _choice(path, "up_axis", content.up_axis, ("y", "z"))
     _choice(path, "zenoh.mode", content.zenoh.mode, MODES)
+    problem = open_page_problem(content.animator.page)
+    if problem:
+        raise RigError(f"{path}: animator.page.host = {content.animator.page.host!r}: {problem}")
     _name(path, "name", content.name)
     seen: dict[str, int] = {}
     for number, table in enumerate(content.viewer):

@@ -200,14 +200,14 @@ def _loop(
     shown: Callable[[State], None],
 ) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
-    trips, asked = ClockFilter(), 0
+    trips, asks = ClockFilter(), 0
     health_ns = ask_ns = tick_ns = clock.elapsed_ns()
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
         if now_ns >= ask_ns and not service.keeps_time:
             bus.ask_clock()
-            asked += 1
-            ask_ns = now_ns + (FAST_TRIP_NS if asked < FAST_TRIPS else HEALTH_NS)
+            asks += 1
+            ask_ns = now_ns + (FAST_TRIP_NS if asks < FAST_TRIPS else HEALTH_NS)
         if now_ns >= health_ns:
             if frames:
                 runner.meter.counts["dropped_frames"] = frames.dropped

@@ -29,8 +29,9 @@ class Capsules:
 class Figure:
     """One pose.
 
-    frames: (parts, 3, 4) part to world.  positions: (parts, 3) near ends of the axes, metres, world.  quaternions: (parts, 4)
-    x, y, z, w of the parts' rotations.  centres: (markers, 3) joint centres, metres, world, ordered by `Anatomy.markers`.
+    frames: (parts, 3, 4) part to world.  positions: (parts, 3) near ends of the axes, metres, world.
+    quaternions: (parts, 4) x, y, z, w of the parts' rotations.
+    centres: (markers, 3) joint centres, metres, world, ordered by `Anatomy.markers`.
     """
 
     frames: Floats

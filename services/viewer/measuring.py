@@ -8,15 +8,12 @@ from numpy.typing import NDArray
 
 from common.body.anatomy import Anatomy, Floats
 from common.body.limbs import limb_directions
-from common.body.proportions import HIP_HEIGHT, body_from_lengths, stretched_angles
+from common.body.proportions import FRONT_SPAN, HIP_HEIGHT, SIDE_WIDTH, body_from_lengths, stretched_angles
 from services.viewer.body_definition import Scale, front_lengths, torso_columns
 from services.viewer.body_fit import BodyFit, body_model
 
 Mask = NDArray[np.uint8]
 
-# The initial posture, in body heights: arms stretched sideways seen from the front, nothing sticking out from the side.
-FRONT_SPAN = (0.70, 1.30)
-SIDE_WIDTH = 0.55
 FINE_STEPS = (0.94, 0.97, 1.0, 1.03, 1.06)
 # Paper: fine-tunes without bounds; Eq. 1 punishes p twice as much as n, so the body would grow. One pass keeps within 6 %.
 FINE_TUNED = ("torso_width", "arm_thickness", "arm_span")

@@ -1,0 +1,191 @@
+"""What the page is told when the state has changed: pieces by name, each as the page reads it.  Pure."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from common import messages as m
+from common.body.anatomy import Floats
+from common.body.definition import neutral_pose
+from common.camera.pinhole import Camera
+from common.vision.packing import unpack
+from services.animator.figure import capsules, figure
+from services.animator.outlines import outlines
+from services.animator.page import wire
+from services.animator.page.hub import Piece
+from services.animator.setting_up import Finding, findings, shape_of
+from services.animator.snapshot import Actor, Row
+from services.animator.states import Body, State
+from services.animator.step import snapshot
+
+MILLIMETRES, FINE, TENTHS = 3, 4, 1  # decimals of metres, of quaternions, of degrees and pixels
+LOSSES = ("dropped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors", "log_lost")
+AGES = ("result_age", "frame_age")  # stages of a health, the first that is there
+MEASURED = "tracking"  # how the state of a service that knows the body begins
+
+
+def news(before: State, after: State) -> Iterator[Piece]:
+    """Pieces of everything that is new."""
+    for source, body in after.bodies.items():
+        if before.bodies.get(source) is not body:
+            yield _piece(f"body/{source}", _body(source, body))
+    for source, actor in after.actors.items():
+        if before.actors.get(source) is not actor:
+            yield _piece(f"pose/{source}", _pose(actor))
+    for viewer, camera in after.cameras.items():
+        if before.cameras.get(viewer) is not camera:
+            yield _piece(f"camera/{viewer}", _camera(camera))
+    for viewer, preview in after.previews.items():
+        if before.previews.get(viewer) is not preview:
+            yield _piece(f"preview/{viewer}", wire.PreviewShape(viewer, preview.jpeg))
+
+
+def views(after: State) -> Iterator[Piece]:
+    """Each viewer's last silhouette, with the model in it."""
+    for viewer, silhouette in after.silhouettes.items():
+        yield _piece(f"view/{viewer}", _view(after, viewer, silhouette))
+
+
+def rows(state: State, pages: int) -> Piece:
+    """The services' health."""
+    said = snapshot(state)
+    logs = [row.health.counts for row in said.rows if row.health is not None and "log_messages" in row.health.counts]
+    recording = None if not logs else any(not counts.get("log_stopped", 0) for counts in logs)
+    written = max((counts["log_messages"] for counts in logs), default=0)
+    return _piece("rows", wire.Rows([_row(row) for row in said.rows], recording, written, pages))
+
+
+def checks(state: State) -> Piece:
+    """What to put right before the body can be measured."""
+    found: dict[str, list[wire.Check]] = {}
+    for (service, id), heard in state.services.items():
+        if service == "viewer":
+            words = heard.health.state if heard.health else "not there yet"
+            found[id] = [wire.Check(*one) for one in (_scene(words), *_seen(state, id))]
+    advice = next(
+        (
+            heard.health.state
+            for (service, _), heard in reversed(list(state.services.items()))
+            if service in ("integrator", "tracker") and heard.health and not heard.health.state.startswith("method")
+        ),
+        "waiting for the integrator",
+    )
+    return _piece("checks", wire.SettingUp(found, advice))
+
+
+def _piece(name: str, shown: wire.Shown) -> Piece:
+    return Piece(name, wire.encode(shown))
+
+
+@lru_cache(maxsize=64)
+def _pinhole(
+    name: str, size: tuple[int, int], matrix: tuple[float, ...], distortions: tuple[float, ...],
+    rotation: tuple[float, ...], translation: tuple[float, ...],
+) -> Camera:  # fmt: skip
+    return Camera(
+        name, size, np.array(matrix).reshape(3, 3), np.array(distortions), np.array(rotation).reshape(3, 3),
+        np.array(translation),
+    )  # fmt: skip
+
+
+def pinhole(info: m.CameraInfo) -> Camera:
+    """The camera that a viewer says it has."""
+    size = (info.size[0], info.size[1])
+    return _pinhole(
+        info.name, size, tuple(info.matrix), tuple(info.distortions), tuple(info.rotation), tuple(info.translation)
+    )
+
+
+def _flat(array: Floats, decimals: int) -> list[float]:
+    values: list[float] = np.round(array, decimals).ravel().tolist()
+    return values
+
+
+def _body(source: str, body: Body) -> wire.BodyShape:
+    shapes = capsules(body.bdp)
+    upright = figure(body.anatomy, body.bdp, neutral_pose(body.anatomy, np.zeros(3)))
+    return wire.BodyShape(
+        source, list(body.anatomy.parts), _flat(shapes.lengths, FINE), _flat(shapes.near, FINE), _flat(shapes.far, FINE),
+        [marker.name for marker in body.anatomy.markers], list(body.anatomy.angles),
+        round(float(np.ptp(upright.centres[:, 1])), MILLIMETRES),
+    )  # fmt: skip
+
+
+def _pose(actor: Actor) -> wire.PoseShape:
+    placed = figure(actor.anatomy, actor.body, actor.pose)
+    return wire.PoseShape(
+        actor.source, actor.frame, actor.captured_ns / 1e6, actor.received_ns / 1e6,
+        _flat(placed.positions, MILLIMETRES), _flat(placed.quaternions, FINE), _flat(placed.centres, MILLIMETRES),
+        _flat(np.degrees(actor.pose.angles), TENTHS), list(actor.lost),
+    )  # fmt: skip
+
+
+def _camera(info: m.CameraInfo) -> wire.CameraShape:
+    camera = pinhole(info)
+    width, height = camera.size
+    corners = np.array([[-0.5, -0.5], [width - 0.5, -0.5], [width - 0.5, height - 0.5], [-0.5, height - 0.5]])
+    local = np.column_stack([corners, np.ones(4)]) @ np.linalg.inv(camera.matrix).T
+    world = local @ camera.rotation + camera.centre
+    return wire.CameraShape(info.viewer, info.name, camera.size, _flat(camera.centre, FINE), _flat(world, FINE))
+
+
+def _view(state: State, viewer: str, silhouette: m.Silhouette) -> wire.ViewShape:
+    info = state.cameras.get(viewer)
+    drawn: dict[str, list[wire.Outline]] = {}
+    if info is not None and info.size == silhouette.size:
+        camera = pinhole(info)
+        for source, actor in state.actors.items():
+            if "person" not in actor.lost:
+                found = outlines(actor.anatomy, actor.body, actor.pose, camera)
+                drawn[source] = [wire.Outline(part, _flat(corners, TENTHS)) for part, corners in found]
+    sighting = state.sightings.get(viewer)
+    assigned = state.assignment.views.get(viewer) if state.assignment else None
+    return wire.ViewShape(
+        viewer, silhouette.size, silhouette.region, silhouette.data, drawn, assigned.view if assigned else "",
+        round(sighting.score, 3) if sighting and sighting.score else None,
+    )  # fmt: skip
+
+
+def _row(row: Row) -> wire.ServiceRow:
+    health = row.health
+    if health is None:
+        return wire.ServiceRow(row.service, row.id, row.condition, row.silent_ns / 1e9, "", 0.0, None, 0, None, 0.0)
+    age = next((health.stages_ms[stage] for stage in AGES if stage in health.stages_ms), None)
+    offset_ms = health.clock_offset_ns / 1e6 if health.clock_error_ns else None
+    return wire.ServiceRow(
+        row.service, row.id, row.condition, round(row.silent_ns / 1e9, 1), health.state, round(health.rate, 1),
+        None if age is None else round(age, 1), sum(health.counts.get(name, 0) for name in LOSSES),
+        None if offset_ms is None else round(offset_ms, 3), round(health.memory_bytes / 1e6, 1),
+    )  # fmt: skip
+
+
+def _scene(words: str) -> Finding:
+    """The background, as far as a viewer's words tell."""
+    if words.startswith("learning the background"):
+        return "background", "wait", f"{words}: keep the scene empty"
+    return "background", "wait" if words == "not there yet" else "good", "learnt" if words != "not there yet" else words
+
+
+def _seen(state: State, viewer: str) -> list[Finding]:
+    silhouette = state.silhouettes.get(viewer)
+    if silhouette is None:
+        return [("person", "wait", "no silhouette yet")]
+    try:
+        mask = unpack(silhouette.size, silhouette.region, silhouette.data)
+    except ValueError as problem:
+        return [("silhouette", "bad", f"damaged: {problem}")]
+    found = findings(shape_of(mask), _side(state, viewer))
+    sighting = state.sightings.get(viewer)
+    if sighting is not None and sighting.present and sighting.score:
+        found.append(("fit", "good" if sighting.score > 0.5 else "bad", f"the model fits by {sighting.score:.2f} of 1"))
+    return found
+
+
+def _side(state: State, viewer: str) -> Literal["front", "side"] | None:
+    """The side of the initial posture that a view is for; None when the body is known, or it is not said."""
+    assignment = state.assignment
+    if assignment is None or assignment.tracking or viewer not in assignment.views:
+        return None
+    return "front" if assignment.views[viewer].view == "facade" else "side"

@@ -1,0 +1,109 @@
+"""Between the animator's one loop and any number of pages: the newest of everything for each page, at its own pace.
+
+Everything shown has a name; a newer piece takes the place of one of the same name that a page has not been sent yet.  So a
+slow page loses frames of its own, and neither memory nor the loop notices it.
+"""
+
+import asyncio
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from services.animator.page.wire import Feed
+
+MOST_PAGES = 64
+
+
+@dataclass(frozen=True)
+class Piece:
+    """name: "pose/two-view" and so on.  data: JSON."""
+
+    name: str
+    data: bytes
+
+
+@dataclass(eq=False)
+class Page:
+    """One open page.  waiting: pieces by name, in the order in which their names first came; sent: how many it got."""
+
+    feed: Feed = "live"
+    waiting: dict[str, bytes] = field(default_factory=dict)
+    news: asyncio.Event = field(default_factory=asyncio.Event)
+    sent: int = 0
+    superseded: int = 0
+
+    def put(self, piece: Piece) -> None:
+        if piece.name in self.waiting:
+            self.superseded += 1
+        self.waiting[piece.name] = piece.data
+        self.news.set()
+
+    async def take(self) -> bytes:
+        """Everything that waits, as one JSON list; waits for something."""
+        await self.news.wait()
+        self.news.clear()
+        pieces, self.waiting = self.waiting, {}
+        self.sent += len(pieces)
+        return b"[" + b",".join(pieces.values()) + b"]"
+
+
+class Hub:
+    """Belongs to one asyncio loop; `publish` and `pages` are for other threads.
+
+    opened: called, in the loop, when the first page opens after there was none: what is shown has to be said anew.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, opened: Callable[[], None]) -> None:
+        self._loop = loop
+        self._opened = opened
+        self._pages: set[Page] = set()
+        self._last: dict[Feed, dict[str, bytes]] = {"live": {}, "take": {}}
+
+    @property
+    def pages(self) -> int:
+        """How many are open."""
+        return len(self._pages)
+
+    def publish(self, feed: Feed | None, pieces: Iterable[Piece]) -> None:
+        """Show these to all pages of a feed, to all for None."""
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self.put, feed, tuple(pieces))
+
+    def forget(self, feed: Feed) -> None:
+        """What was shown of a feed is over."""
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._last[feed].clear)
+
+    def put(self, feed: Feed | None, pieces: tuple[Piece, ...]) -> None:
+        """As `publish`, in the loop."""
+        for one in (feed,) if feed else self._last:
+            self._last[one].update((piece.name, piece.data) for piece in pieces)
+        for page in self._pages:
+            if feed in (None, page.feed):
+                for piece in pieces:
+                    page.put(piece)
+
+    def enter(self, page: Page) -> None:
+        """A page opens; it gets what was last shown.  Raises ValueError when there are MOST_PAGES."""
+        if len(self._pages) >= MOST_PAGES:
+            raise ValueError(f"{MOST_PAGES} pages are open already")
+        self._pages.add(page)
+        self.show_last(page)
+        if len(self._pages) == 1:
+            self._opened()
+
+    def leave(self, page: Page) -> None:
+        self._pages.discard(page)
+
+    def watch(self, page: Page, feed: Feed) -> None:
+        """A page turns to another feed."""
+        page.feed = feed
+        self.show_last(page)
+
+    def show_last(self, page: Page) -> None:
+        for name, data in self._last[page.feed].items():
+            page.put(Piece(name, data))
+
+    @property
+    def last(self) -> Mapping[Feed, Mapping[str, bytes]]:
+        """What a page that opens now gets."""
+        return self._last

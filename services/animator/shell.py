@@ -1,0 +1,143 @@
+"""The animator as a process: rig in, bus open, page served, run."""
+
+import logging
+import queue
+from collections.abc import Callable, Sequence
+from typing import Never
+
+from common.bus.protocol import Bus
+from common.bus.zenoh_bus import ZenohBus
+from common.bus.zenoh_session import ZenohOptions
+from common.messages import Request
+from common.runtime.animator_table import PageTable
+from common.runtime.clock import Clock, RealClock
+from common.runtime.rig import Rig
+from common.runtime.service import Service, Subscription, run
+from common.runtime.versions import versions
+from common.topics import (
+    ASSIGNMENT,
+    CAMERA,
+    HEALTH,
+    PARTIAL_BAP,
+    PREVIEW,
+    SIGHTING,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+)
+from services.animator.display import Shown, show
+from services.animator.page import wire
+from services.animator.page.hub import Page, Piece
+from services.animator.page.server import PageServer
+from services.animator.states import Setup, State
+from services.animator.step import counts, describe, initial_state, step
+
+logger = logging.getLogger(__name__)
+
+ID = "main"
+TOPICS = (
+    SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE,
+    HEALTH,
+)  # fmt: skip
+TICK_NS = 200_000_000
+
+
+def animator_service(rig: Rig, where: Callable[[], str]) -> Service[Setup, State, Never]:
+    """The animator of a rig.  where: says where its page is, for its health."""
+    tracker = (("tracker", "main"),) if rig.tracker is not None else ()
+    setup = Setup((*(("viewer", viewer.id) for viewer in rig.viewers), ("integrator", "main"), *tracker))
+    return Service(
+        "animator",
+        ID,
+        setup,
+        initial_state(setup),
+        step,
+        tuple(Subscription(topic) for topic in TOPICS),
+        lambda state: f"{describe(state)}{where()}",
+        counts,
+        watch_alive=True,
+        tick_ns=TICK_NS,
+        derives=False,
+    )
+
+
+def run_animator(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) -> int:
+    """Run until `stopped`; returns the exit status.  Raises BusError, PageError and ValueError before it runs."""
+    clock = RealClock()
+    with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        desk = Desk(rig, bus, clock)
+        if rig.animator.page.enabled:
+            desk.open(rig.animator.page)
+        try:
+            service = animator_service(rig, desk.where)
+            return run(service, bus, clock, stopped=stopped, asked=desk.asked, shown=desk.show)
+        finally:
+            desk.close()
+
+
+class Desk:
+    """Where the service's loop and the page's thread meet: states go to the pages, and their wishes to the rig."""
+
+    def __init__(self, rig: Rig, bus: Bus, clock: Clock) -> None:
+        self._rig, self._bus, self._clock = rig, bus, clock
+        self._server: PageServer | None = None
+        self._wishes: queue.SimpleQueue[wire.Ask] = queue.SimpleQueue()
+        self._requests = 0
+        self._shown = Shown()
+        self._cold = False
+
+    def open(self, table: PageTable) -> None:
+        """Serve the page.  Raises PageError."""
+        self._server = PageServer(table, self._hear, self._opened)
+        self._server.start()
+        logger.info("the page is at %s", self._server.address)
+        hello = wire.Hello(
+            self._rig.name, self._rig.method, versions()["zenocap"], [viewer.id for viewer in self._rig.viewers], True
+        )
+        self._server.hub.publish(None, [Piece("hello", wire.encode(hello))])
+
+    def close(self) -> None:
+        if self._server is not None:
+            self._server.close()
+
+    def where(self) -> str:
+        """For the health: where the page is, and how many look."""
+        if self._server is None:
+            return ""
+        return f"; page {self._server.address.partition('?')[0]}, {self._server.hub.pages} open"
+
+    def show(self, state: State) -> None:
+        """A new state, in the service's loop; costs nothing while no page is open."""
+        if self._server is None or not self._server.hub.pages:
+            return
+        if self._cold:
+            self._cold, self._shown = False, Shown()
+        self._shown, pieces = show(self._shown, state, self._server.hub.pages)
+        if pieces:
+            self._server.hub.publish("live", pieces)
+
+    def asked(self) -> Sequence[Request]:
+        """What the pages ask of the rig, in the service's loop."""
+        requests: list[Request] = []
+        while not self._wishes.empty():
+            wish = self._wishes.get()
+            requests.append(Request(frame=self._requests, captured_ns=self._clock.now_ns(), what=wish.what))
+            self._requests += 1
+        return requests
+
+    def _opened(self) -> None:
+        self._cold = True
+        self._bus.wake()
+
+    def _hear(self, page: Page, wish: wire.Wish) -> None:
+        """In the page's thread."""
+        match wish:
+            case wire.Ask():
+                self._wishes.put(wish)
+                self._bus.wake()
+            case wire.Watch(feed=feed) if self._server is not None:
+                self._server.hub.watch(page, feed)
+            case _:
+                raise ValueError("takes cannot be played here")

@@ -1,6 +1,6 @@
 """What the page is shown of the animator's state, and how often: poses as they come, the rest at the pace of an eye."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from services.animator.news import checks, news, rows, views
 from services.animator.page.hub import Piece
@@ -15,7 +15,7 @@ CHECKS_NS = 500_000_000
 class Shown:
     """What was shown last, and when, by the state's own time."""
 
-    state: State = State()
+    state: State = field(default_factory=State)
     views_ns: int = 0
     rows_ns: int = 0
     checks_ns: int = 0

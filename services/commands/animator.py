@@ -38,8 +38,8 @@ def animator(
 ) -> None:
     """The virtual actor of a rig, live on a page at http://127.0.0.1:8080, and out to the rig's outputs.
 
-    Open the page in any browser. It shows the actor, the cameras and what they see, how well every service does, and what to
-    put right while setting up. It loads nothing from elsewhere. Other machines may look only at an open --host with a
+    Open the page in any browser. It shows the actor, the cameras and what they see, how well every service does, and what
+    to put right while setting up. It loads nothing from elsewhere. Other machines may look only at an open --host with a
     --token.
 
     Example: `zenocap animator studio.toml`

@@ -27,14 +27,21 @@ FolderOption = Annotated[
     typer.Option("--recordings", metavar="DIR", help="Where the take is written.", show_default=False),
 ]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no take.")]
+NoPageOption = Annotated[bool, typer.Option("--no-page", help="Without the animator and its page.")]
 WithParentOption = Annotated[bool, typer.Option("--with-parent", hidden=True)]
 
 
-def demo(seconds: SecondsOption = None, recordings: FolderOption = None, no_log: NoLogOption = False) -> None:
+def demo(
+    seconds: SecondsOption = None,
+    recordings: FolderOption = None,
+    no_log: NoLogOption = False,
+    no_page: NoPageOption = False,
+) -> None:
     """Everything on this machine with a synthetic actor: no camera, no network needed.
 
     Two viewers film an actor from the front and from the side, the integrator joins what they find, and everything that
-    was said is written to recordings/demo-TIME.mcap. A table shows what each of them does.
+    was said is written to recordings/demo-TIME.mcap. A table shows what each of them does, and the page at
+    http://127.0.0.1:8080 shows the actor.
 
     Example: `zenocap demo --seconds 30`
     """
@@ -42,7 +49,7 @@ def demo(seconds: SecondsOption = None, recordings: FolderOption = None, no_log:
 
     with one_line_errors():
         rig_file = demo_rig_file()
-        _run(rig_file, seconds, recordings or Path("recordings"), no_log, None, None, None, None, True)
+        _run(rig_file, seconds, recordings or Path("recordings"), no_log, no_page, None, None, None, None, True)
 
 
 def up(
@@ -50,6 +57,7 @@ def up(
     seconds: SecondsOption = None,
     recordings: FolderOption = None,
     no_log: NoLogOption = False,
+    no_page: NoPageOption = False,
     mode: ModeOption = None,
     connect: ConnectOption = None,
     listen: ListenOption = None,
@@ -64,7 +72,7 @@ def up(
     Example: `zenocap up studio.toml`
     """
     with one_line_errors():
-        _run(rig, seconds, recordings, no_log, mode, connect, listen, config, no_multicast_scouting)
+        _run(rig, seconds, recordings, no_log, no_page, mode, connect, listen, config, no_multicast_scouting)
 
 
 def _run(
@@ -72,6 +80,7 @@ def _run(
     seconds: float | None,
     recordings: Path | None,
     no_log: bool,
+    no_page: bool,
     mode: ModeOption,
     connect: list[str] | None,
     listen: list[str] | None,
@@ -91,7 +100,7 @@ def _run(
     wanted = rig.log.enabled and not no_log
     take = take_path(rig.name, take_folder(rig, path, recordings), time.time_ns()) if wanted else None
     with stop_signals() as stopped:
-        raise typer.Exit(run_rig(rig, path, options, take, seconds, stopped, Console()))
+        raise typer.Exit(run_rig(rig, path, options, take, seconds, stopped, Console(), page=not no_page))
 
 
 def viewer(

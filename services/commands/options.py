@@ -139,5 +139,6 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from services.viewer.sources.frame import SourceError
 
     return (
-        BusError, CalibrationError, FormatError, MotionError, PageError, PriorError, RecordingError, RigError, TakeError, SourceError,
+        BusError, CalibrationError, FormatError, MotionError, PageError, PriorError, RecordingError, RigError, TakeError,
+        SourceError,
     )  # fmt: skip

@@ -29,6 +29,7 @@ from services.launcher.mesh import Place, free_ports, mesh
 from services.launcher.warming import compile_first
 
 DONE, FAILED, LOSS = 0, 1, 3
+ANIMATOR: Service = ("animator", "main")  # it only shows: without it the rig goes on
 LOOK_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
 
 
@@ -40,10 +41,12 @@ def run_rig(
     seconds: float | None,
     stopped: Callable[[], bool],
     console: Console,
+    page: bool = True,
 ) -> int:
     """Run every service of a rig as a process of its own; returns the exit status.
 
-    take: the log, None for none.  seconds: when to end, counted from the start of the processes.  Raises BusError.
+    take: the log, None for none.  seconds: when to end, counted from the start of the processes.  page: with the animator.
+    Raises BusError.
     """
     if console.is_terminal:
         logging.getLogger().handlers[:] = [RichHandler(console=console, show_path=False)]
@@ -55,7 +58,9 @@ def run_rig(
     if not compile_first(has_actor, rig.tracker is not None, stopped, console):
         return DONE if stopped() else FAILED
     tracker: list[Service] = [("tracker", "main")] if rig.tracker is not None else []
-    services: list[Service] = [("integrator", "main"), *tracker, *(("viewer", viewer.id) for viewer in rig.viewers)]
+    animator: list[Service] = [ANIMATOR] if page else []
+    viewers: list[Service] = [("viewer", viewer.id) for viewer in rig.viewers]
+    services: list[Service] = [("integrator", "main"), *tracker, *viewers, *animator]
     clock = RealClock()
     places = _places(options, len(services) + 1)
     commands = []
@@ -66,7 +71,7 @@ def run_rig(
         commands.append((f"{name} {id}" if name == "viewer" else name, [*arguments, *_zenoh_arguments(place)]))
     children = Children(commands, time.monotonic)
     with ZenohBus.open(places[-1], rig.name, clock, stopped) as bus:
-        shown = [*services[1:], services[0]]
+        shown = [*viewers, *tracker, services[0], *animator]
         watch = Watch(children, bus, shown, take, console)
         try:
             children.start()
@@ -119,7 +124,7 @@ class Watch:
 
     def summary(self) -> int:
         """Say how it ended; the exit status."""
-        failed = self._children.given_up
+        failed = self._needed()
         integrator = next(child for child in self._children.all if child.name == "integrator")
         lost = max(0, sum(health.counts.get("log_lost", 0) for health in self._board.health.values()))
         if self._first_s is not None:
@@ -144,7 +149,11 @@ class Watch:
 
     def _over(self) -> bool:
         viewers = [child for child in self._children.all if child.name.startswith("viewer")]
-        return bool(self._children.given_up) or all(_finished(child) for child in viewers)
+        return bool(self._needed()) or all(_finished(child) for child in viewers)
+
+    def _needed(self) -> list[Child]:
+        """Those that failed for good, and without which the rig cannot go on."""
+        return [child for child in self._children.given_up if child.name != ANIMATOR[0]]
 
     def _listen(self, elapsed_s: float) -> None:
         """Everything that has come, or a short wait for it."""

@@ -45,16 +45,16 @@ class LslOutput:
         self._rig, self._clock = rig, clock
         self._lsl.set_config_content(QUIET + (ON_THIS_MACHINE if table.reach == "machine" else ""))
         self._anatomy: Anatomy | None = None
-        self._outlet: Outlet | None = None
+        self.outlet: Outlet | None = None
         self._counts = Counter[str]()
 
     def hear(self, envelope: Envelope) -> None:
         pass
 
     def send(self, actor: Actor, posture: str | None) -> None:
-        outlet = self._outlet
+        outlet = self.outlet
         if outlet is None or self._anatomy is not actor.anatomy:
-            outlet = self._outlet = self._lsl.StreamOutlet(self._info(actor.anatomy))
+            outlet = self.outlet = self._lsl.StreamOutlet(self._info(actor.anatomy))
             self._anatomy = actor.anatomy
         if "person" in actor.lost:
             sample = np.full(3 * len(actor.anatomy.markers), np.nan)
@@ -69,7 +69,7 @@ class LslOutput:
         return self._counts
 
     def close(self) -> None:
-        self._outlet = None  # LSL closes an outlet that nobody has
+        self.outlet = None  # LSL closes an outlet that nobody has
 
     def _info(self, anatomy: Anatomy) -> object:
         """The stream's description, with LSL's own words for motion capture."""

@@ -118,7 +118,12 @@ def skeleton_of(anatomy: Anatomy, bdp: Bdp) -> Skeleton:
 
 def bone_rotations(skeleton: Skeleton, track: PoseTrack) -> Floats:
     """(n, bones, 3, 3) of every bone against its parent, zero turn being the rest pose; every row must have a pose."""
-    part_to_world = np.stack([part_frames(track.anatomy, track.bdp, track.pose(row)) for row in range(len(track.frames))])
+    rows = [part_frames(track.anatomy, track.bdp, track.pose(row)) for row in range(len(track.frames))]
+    return turned_bones(skeleton, np.stack(rows))
+
+
+def turned_bones(skeleton: Skeleton, part_to_world: Floats) -> Floats:
+    """`bone_rotations` where parts are: part_to_world (n, parts, 3, 4), as `part_frames` gives each row."""
     bone_to_world = (part_to_world[..., :3] @ np.swapaxes(skeleton.part_to_rest, -1, -2))[:, skeleton.parts]
     parents = np.maximum(skeleton.parents, 0)
     rotations: Floats = np.swapaxes(bone_to_world[:, parents], -1, -2) @ bone_to_world

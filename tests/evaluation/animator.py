@@ -3,9 +3,9 @@
     python -m tests.evaluation.animator [--seconds N] [--pages 0 1 4 16] [--minutes M] [--chromium]
 
 This process speaks as the rig: two silhouettes and a universal BAP for every instant.  The animator is a process of its
-own, and so are the pages, which read all they are sent; one more page never reads.  A pose is late by what passes from before
-the BAP is published until the page has it parsed, on one clock.  With --chromium also in a real browser, until its scene is
-updated.
+own, and so are the pages, which read all they are sent; one more page never reads.  A pose is late by what passes from
+before the BAP is published until the page has it parsed, on one clock.  With --chromium also in a real browser, until its
+scene is updated.
 """
 
 import argparse

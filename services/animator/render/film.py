@@ -1,8 +1,9 @@
 """`zenocap animator TAKE --render FILE`: the poses of a take as a film or a picture."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -22,8 +23,10 @@ from services.animator.render.scene import Image, Stage
 from services.animator.render.solids import Surface, joined, posed, solids
 from services.animator.render.trails import trails
 
+Codec = Literal["vp9", "mpeg4"]
+
 FILMS, PICTURES = (".mp4",), (".png", ".jpg")
-CODECS = ("vp09", "mp4v")  # the first that this OpenCV can write: browsers play the former
+CODECS: Mapping[Codec, str] = {"vp9": "vp09", "mpeg4": "mp4v"}
 EXTREMITIES = ("LWrist", "RWrist", "LAnkle", "RAnkle")
 PICTURE_SAMPLES, FILM_SAMPLES = 4, 2
 
@@ -44,6 +47,7 @@ class Wishes:
     poses: int = 1
     trails_s: float = 0.0
     captions: bool = True
+    codec: Codec = "vp9"
 
 
 @dataclass(frozen=True)
@@ -108,7 +112,7 @@ def _film(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch: C
     count = len(even.frames)
     with whole_file(output) as unfinished:
         name = unfinished.with_name(unfinished.name + output.suffix)
-        film = opened_film(name, fps, wishes.size)
+        film = opened_film(name, wishes.codec, fps, wishes.size)
         try:
             for row in range(count):
                 film.write(drawing.drawn(row))
@@ -121,13 +125,13 @@ def _film(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch: C
     return Rendered(count, int(np.count_nonzero(~even.known)), poses.cut)
 
 
-def opened_film(path: Path, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
-    """A film to write to, of the first codec that can be.  Raises FormatError."""
-    for codec in CODECS:
-        film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, size)
-        if film.isOpened():
-            return film
-    raise FormatError(f"{path}: this OpenCV can write none of {', '.join(CODECS)}")
+def opened_film(path: Path, codec: Codec, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
+    """A film to write to.  Raises FormatError."""
+    film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*CODECS[codec]), fps, size)
+    if not film.isOpened():
+        others = ", ".join(other for other in CODECS if other != codec)
+        raise FormatError(f"--codec {codec}: this OpenCV cannot write it: allowed: {others}")
+    return film
 
 
 class Drawing:

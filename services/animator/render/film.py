@@ -11,14 +11,16 @@ import numpy as np
 from common.body.anatomy import Floats
 from common.body.kinematics import joint_centres, part_frames
 from common.body.limbs import limbs_of
+from common.camera.pinhole import Camera
 from common.formats.poses import Poses, read_poses
 from common.formats.resampling import resampled
 from common.formats.track import Bound, PoseTrack, between
 from common.formats.trc import FormatError
 from common.formats.whole import whole_file
+from common.messages import CameraInfo
 from services.animator.render.caption import Caption, write
 from services.animator.render.look import LOOKS
-from services.animator.render.path import Shot, cameras
+from services.animator.render.path import Shot, path_of
 from services.animator.render.scene import Image, Stage
 from services.animator.render.solids import Surface, joined, posed, solids
 from services.animator.render.trails import trails
@@ -90,13 +92,8 @@ def _picture(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch
         first, last = int(chosen[0]), int(chosen[-1])
         write(image, drawing.caption_of_picture(first, last), LOOKS[wishes.look])
     with whole_file(output) as unfinished:
-        name = unfinished.with_name(unfinished.name + output.suffix)  # OpenCV goes by the suffix
-        try:
-            if not cv2.imwrite(str(name), image):
-                raise FormatError(f"{output}: OpenCV cannot write it")
-            name.replace(unfinished)
-        finally:
-            name.unlink(missing_ok=True)
+        if not cv2.imwrite(str(unfinished), image):
+            raise FormatError(f"{output}: cannot be written")
     watch(1, 1)
     return Rendered(1, 0, poses.cut)
 
@@ -111,17 +108,13 @@ def _film(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch: C
     drawing = Drawing(poses, even, wishes, even, FILM_SAMPLES)
     count = len(even.frames)
     with whole_file(output) as unfinished:
-        name = unfinished.with_name(unfinished.name + output.suffix)
-        film = opened_film(name, wishes.codec, fps, wishes.size)
+        film = opened_film(unfinished, wishes.codec, fps, wishes.size)
         try:
             for row in range(count):
                 film.write(drawing.drawn(row))
                 watch(row + 1, count)
-            film.release()
-            name.replace(unfinished)
         finally:
             film.release()
-            name.unlink(missing_ok=True)
     return Rendered(count, int(np.count_nonzero(~even.known)), poses.cut)
 
 
@@ -146,7 +139,11 @@ class Drawing:
         self._names = [marker.name for marker in track.anatomy.markers]
         self._centres = self._all_centres(track)
         self._look = LOOKS[wishes.look]
-        self._cameras = cameras(poses, self._all_centres(seen), seen.times_s, wishes.shot, wishes.size)
+        viewers = {viewer: _camera(info) for viewer, info in poses.cameras.items()}
+        try:
+            self._path = path_of(self._all_centres(seen), seen.times_s, wishes.shot, wishes.size, viewers)
+        except ValueError as error:
+            raise FormatError(f"--{error}") from error
         self._stage: Stage | None = None
 
     def drawn(self, row: int) -> Image:
@@ -160,8 +157,8 @@ class Drawing:
 
     def stage(self, row: int) -> Stage:
         """The floor that the camera of a row sees; the same while it stands still."""
-        if self._stage is None or self._cameras.moving:
-            camera, ground, sun = self._cameras.at(row)
+        if self._stage is None or self._path.moving:
+            camera, ground, sun = self._path.at(row)
             self._stage = Stage(camera, ground, self._look, sun, self._samples)
         return self._stage
 
@@ -202,3 +199,9 @@ class Drawing:
         for row in np.flatnonzero(track.known):
             centres[row] = joint_centres(track.anatomy, track.bdp, track.pose(int(row)))
         return centres
+
+
+def _camera(info: CameraInfo) -> Camera:
+    matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
+    size = (info.size[0], info.size[1])
+    return Camera(info.name, size, matrix, np.array(info.distortions), rotation, np.array(info.translation))

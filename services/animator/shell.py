@@ -3,16 +3,17 @@
 import logging
 import queue
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Never
 
-from common.bus.protocol import Bus
+from common.bus.protocol import Bus, Envelope
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
-from common.messages import Request
+from common.messages import Message, Request
 from common.runtime.animator_table import PageTable
 from common.runtime.clock import Clock, RealClock
 from common.runtime.rig import Rig
-from common.runtime.service import Service, Subscription, run
+from common.runtime.service import Event, Service, Subscription, run
 from common.runtime.versions import versions
 from common.topics import (
     ASSIGNMENT,
@@ -28,9 +29,12 @@ from common.topics import (
     UNIVERSAL_BDP,
 )
 from services.animator.display import Shown, show
+from services.animator.outputs.opening import Outputs, open_outputs
 from services.animator.page import wire
 from services.animator.page.hub import Page, Piece
 from services.animator.page.server import PageServer
+from services.animator.playback import Playback
+from services.animator.snapshot import Actor, Source
 from services.animator.states import Setup, State
 from services.animator.step import counts, describe, initial_state, step
 
@@ -44,16 +48,24 @@ TOPICS = (
 TICK_NS = 200_000_000
 
 
-def animator_service(rig: Rig, where: Callable[[], str]) -> Service[Setup, State, Never]:
-    """The animator of a rig.  where: says where its page is, for its health."""
+def animator_service(
+    rig: Rig, where: Callable[[], str] = lambda: "", hear: Callable[[Envelope], None] = lambda _: None
+) -> Service[Setup, State, Never]:
+    """The animator of a rig.  where: says where its page is, for its health.  hear: gets every message first."""
     tracker = (("tracker", "main"),) if rig.tracker is not None else ()
     setup = Setup((*(("viewer", viewer.id) for viewer in rig.viewers), ("integrator", "main"), *tracker))
+
+    def heard(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
+        if isinstance(event, Envelope):
+            hear(event)
+        return step(setup, state, event)
+
     return Service(
         "animator",
         ID,
         setup,
         initial_state(setup),
-        step,
+        heard,
         tuple(Subscription(topic) for topic in TOPICS),
         lambda state: f"{describe(state)}{where()}",
         counts,
@@ -63,44 +75,61 @@ def animator_service(rig: Rig, where: Callable[[], str]) -> Service[Setup, State
     )
 
 
-def run_animator(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) -> int:
-    """Run until `stopped`; returns the exit status.  Raises BusError, PageError and ValueError before it runs."""
+def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable[[], bool]) -> int:
+    """Run until `stopped`; returns the exit status.  takes: the folder of those that can be played.
+
+    Raises BusError, PageError and ValueError before it runs.
+    """
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
-        desk = Desk(rig, bus, clock)
-        if rig.animator.page.enabled:
-            desk.open(rig.animator.page)
+        desk = Desk(rig, bus, clock, open_outputs(rig.animator, rig.name, clock))
         try:
-            service = animator_service(rig, desk.where)
-            return run(service, bus, clock, stopped=stopped, asked=desk.asked, shown=desk.show)
+            if rig.animator.page.enabled:
+                desk.open(rig.animator.page, takes)
+            service = animator_service(rig, desk.where, desk.outputs.hear)
+            return run(
+                service, bus, clock, stopped=stopped, extra_counts=desk.outputs.counts, asked=desk.asked, shown=desk.show
+            )
         finally:
             desk.close()
 
 
 class Desk:
-    """Where the service's loop and the page's thread meet: states go to the pages, and their wishes to the rig."""
+    """Where the service's loop and the page's thread meet: states go to pages and outputs, and wishes to the rig."""
 
-    def __init__(self, rig: Rig, bus: Bus, clock: Clock) -> None:
-        self._rig, self._bus, self._clock = rig, bus, clock
+    def __init__(self, rig: Rig, bus: Bus, clock: Clock, outputs: Outputs) -> None:
+        self._rig, self._bus, self._clock, self.outputs = rig, bus, clock, outputs
+        self._source: Source = "tracker" if rig.tracker is not None else "two-view"
+        self._sent: Actor | None = None
+        self._playback: Playback | None = None
         self._server: PageServer | None = None
         self._wishes: queue.SimpleQueue[wire.Ask] = queue.SimpleQueue()
         self._requests = 0
         self._shown = Shown()
         self._cold = False
 
-    def open(self, table: PageTable) -> None:
+    def open(self, table: PageTable, takes: Path) -> None:
         """Serve the page.  Raises PageError."""
         self._server = PageServer(table, self._hear, self._opened)
         self._server.start()
+        self._playback = Playback(takes, self._server.hub, self._clock, TOPICS)
         logger.info("the page is at %s", self._server.address)
         hello = wire.Hello(
             self._rig.name, self._rig.method, versions()["zenocap"], [viewer.id for viewer in self._rig.viewers], True
         )
         self._server.hub.publish(None, [Piece("hello", wire.encode(hello))])
 
+    @property
+    def address(self) -> str:
+        """Of the page, token included; empty without one."""
+        return self._server.address if self._server is not None else ""
+
     def close(self) -> None:
+        if self._playback is not None:
+            self._playback.close()
         if self._server is not None:
             self._server.close()
+        self.outputs.close()
 
     def where(self) -> str:
         """For the health: where the page is, and how many look."""
@@ -109,7 +138,11 @@ class Desk:
         return f"; page {self._server.address.partition('?')[0]}, {self._server.hub.pages} open"
 
     def show(self, state: State) -> None:
-        """A new state, in the service's loop; costs nothing while no page is open."""
+        """A new state, in the service's loop; costs next to nothing while no page is open."""
+        actor = state.actors.get(self._source)
+        if actor is not None and actor is not self._sent:
+            self._sent = actor
+            self.outputs.send(actor, None)
         if self._server is None or not self._server.hub.pages:
             return
         if self._cold:
@@ -139,5 +172,7 @@ class Desk:
                 self._bus.wake()
             case wire.Watch(feed=feed) if self._server is not None:
                 self._server.hub.watch(page, feed)
-            case _:
-                raise ValueError("takes cannot be played here")
+            case wire.ListTakes() if self._playback is not None:
+                page.put(Piece("takes", wire.encode(self._playback.takes())))
+            case wire.Play() | wire.Control() if self._playback is not None:
+                self._playback.order(wish)

@@ -14,6 +14,7 @@ from services.commands.options import (
     NoMulticastOption,
     one_line_errors,
     rig_at,
+    take_folder,
     zenoh_options,
 )
 
@@ -34,6 +35,10 @@ def animator(
     ] = None,
     token: Annotated[
         str | None, typer.Option("--token", help="What who opens the page must know; needed with an open --host.")
+    ] = None,
+    recordings: Annotated[
+        Path | None,
+        typer.Option("--recordings", metavar="DIR", help="Where the takes to be played are; default: the rig's."),
     ] = None,
     render: to.RenderOption = None,
     first: to.FromOption = None,
@@ -94,4 +99,4 @@ def animator(
             raise RigError(f"animator.page.host = {page.host!r}: {problem}")
         one = replace(one, animator=msgspec.structs.replace(one.animator, page=page))
         options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting)
-        raise typer.Exit(run_animator(one, options, stopped))
+        raise typer.Exit(run_animator(one, take_folder(one, rig, recordings), options, stopped))

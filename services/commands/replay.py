@@ -100,6 +100,7 @@ def replay(
     as_json: Annotated[
         bool, typer.Option("--json", help="With --verify, for programs: one JSON object.", rich_help_panel=CHECKING)
     ] = False,
+    remote: Annotated[bool, typer.Option("--remote", hidden=True)] = False,
     mode: ModeOption = None,
     connect: ConnectOption = None,
     listen: ListenOption = None,
@@ -144,7 +145,7 @@ def replay(
             raise typer.BadParameter(str(error)) from error
         console = Console()
         logs.configure("replay")
-        wishes = Wishes(selection, renaming, start_offset, duration, rate, loop, pause, now, delay)
+        wishes = Wishes(selection, renaming, start_offset, duration, rate, loop, pause, now, delay, remote)
         options = zenoh_options(None, mode, connect, listen, config, no_multicast_scouting)
         try:
             raise typer.Exit(run_replay(takes, wishes, options, stopped, console))

@@ -66,7 +66,7 @@ def run_rig(
     commands = []
     for (name, id), place in zip(services, places, strict=False):
         arguments = [sys.executable, "-P", "-m", "services.cli", name, str(rig_argument), "--with-parent"]
-        own = {"viewer": ["--id", id], "integrator": _log_arguments(take)}
+        own = {"viewer": ["--id", id], "integrator": _log_arguments(take), "animator": _take_arguments(take)}
         arguments += own.get(name, [])
         commands.append((f"{name} {id}" if name == "viewer" else name, [*arguments, *_zenoh_arguments(place)]))
     children = Children(commands, time.monotonic)
@@ -224,6 +224,10 @@ def _zenoh_arguments(options: ZenohOptions) -> list[str]:
     if options.config_file:
         arguments += ["--config", str(options.config_file)]
     return arguments if options.multicast_scouting else [*arguments, "--no-multicast-scouting"]
+
+
+def _take_arguments(take: Path | None) -> list[str]:
+    return [] if take is None else ["--recordings", str(take.parent)]
 
 
 def _log_arguments(take: Path | None) -> list[str]:

@@ -103,6 +103,7 @@ class PageServer:
             ping_timeout=PATIENCE_S,
             close_timeout=LINGER_S,
             server_header=None,
+            logger=_quiet(),
         ) as server:
             self._port = _port(server)
             self._started.set()
@@ -155,6 +156,13 @@ class PageServer:
         finally:
             self.hub.leave(page)
             sender.cancel()
+
+
+def _quiet() -> logging.Logger:
+    """The library calls every file that is served a rejected connection."""
+    own = logging.getLogger("websockets.page")
+    own.setLevel(logging.ERROR)
+    return own
 
 
 async def _send(connection: ServerConnection, page: Page) -> None:

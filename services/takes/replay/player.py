@@ -2,15 +2,16 @@
 
 import logging
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from common.bus.protocol import Bus
 from common.runtime.clock import Clock
 from common.runtime.logs import OncePerSource
 from services.takes.replay.ahead import Ahead
 from services.takes.replay.consumers import Consumers
-from services.takes.replay.keys import Key, Keyboard
+from services.takes.replay.keys import Key
 from services.takes.replay.laps import Laps, Plan, Ready, Start
 from services.takes.replay.schedule import Playhead, faster, slower
 from services.takes.replay.shifting import Reached, Shift, going_on
@@ -37,6 +38,22 @@ class Status:
     sent: int
 
 
+@dataclass(frozen=True)
+class Order:
+    """What a program asks for; None leaves it as it is.  place_ns: from the beginning of the replayed part."""
+
+    paused: bool | None = None
+    place_ns: int | None = None
+    rate: float | None = None
+
+
+class Orders(Protocol):
+    """Where keys and orders come from."""
+
+    def pressed(self) -> Sequence[Key | Order]:
+        """Those since the last time; never waits."""
+
+
 class Player:
     """Plays a plan once.  show: is told the status several times a second.  now: times are moved to the present."""
 
@@ -47,7 +64,7 @@ class Player:
         waiting: Waiting,
         plan: Plan,
         consumers: Consumers,
-        keyboard: Keyboard,
+        keyboard: Orders,
         show: Callable[[Status], None],
         *,
         rate: float = 1.0,
@@ -137,8 +154,11 @@ class Player:
 
     def _look(self) -> None:
         self._consumers.hear()
-        for key in self._keyboard.pressed():
-            self._press(key)
+        for pressed in self._keyboard.pressed():
+            if isinstance(pressed, Order):
+                self._obey(pressed)
+            else:
+                self._press(pressed)
         self._show(self.status)
         self._look_ns = self._clock.elapsed_ns() + LOOK_NS
 
@@ -161,6 +181,16 @@ class Player:
                 self._seek(self._place_ns + JUMP_NS)
             case Key.QUIT:
                 self._quit = True
+
+    def _obey(self, order: Order) -> None:
+        now_ns = self._clock.elapsed_ns()
+        if order.rate is not None:
+            self._head = self._head.at_rate(order.rate, now_ns)
+        if order.place_ns is not None:
+            self._seek(self._plan.begin_ns + order.place_ns)
+        if order.paused is not None and order.paused != self._head.paused:
+            self._step = None
+            self._head = self._head.toggled(now_ns)
 
     def _seek(self, place_ns: int) -> None:
         """Go on from another place: times and frames go on rising, also backwards."""

@@ -2,7 +2,8 @@
 
 import logging
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic, sleep
@@ -20,7 +21,8 @@ from services.takes.replay.consumers import Consumers, Name
 from services.takes.replay.display import display, words
 from services.takes.replay.keys import keyboard
 from services.takes.replay.laps import Plan
-from services.takes.replay.player import Player
+from services.takes.replay.player import Orders, Player, Status
+from services.takes.replay.remote import Remote, status_lines
 from services.takes.replay.renaming import Renaming, renamed_keys
 from services.takes.replay.selection import Selection
 from services.takes.replay.timeline import Timeline
@@ -35,7 +37,10 @@ FLUSH_S = 0.2  # for the last messages to leave
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is replayed, and how.  start_s, duration_s: of the takes' time line; None to the end.  delay_s: before it."""
+    """What is replayed, and how.  start_s, duration_s: of the takes' time line; None to the end.  delay_s: before it.
+
+    remote: obey the program that started it; see `services.takes.replay.remote`.
+    """
 
     selection: Selection
     renaming: Renaming
@@ -46,6 +51,7 @@ class Wishes:
     paused: bool = False
     now: bool = False
     delay_s: float = 1.0
+    remote: bool = False
 
 
 def run_replay(
@@ -58,7 +64,7 @@ def run_replay(
     rig = rig_of(plan)
     sys.setswitchinterval(SWITCH_S)
     clock = RealClock()
-    with ZenohBus.open(options, rig, clock, stopped) as bus, keyboard() as keys, display(console, keys=bool(keys)) as show:
+    with ZenohBus.open(options, rig, clock, stopped) as bus, _hands(console, wishes.remote) as (keys, show):
         consumers = Consumers(bus, services_of(plan))
         try:
             stand_in(bus, plan, consumers, wishes.delay_s, stopped)
@@ -72,6 +78,8 @@ def run_replay(
             _wait(consumers, FLUSH_S, lambda: False)
         except DuplicateService as error:
             raise BusError(already_running(error)) from error
+    if wishes.remote:
+        return LOSS if plan.timeline.lost or player.bad else DONE
     console.print(words(player.status), markup=False, highlight=False, soft_wrap=True)
     _tell(console, f"rig {rig}: {player.sent} messages in {elapsed_s:.1f} s, none later than {player.late_ns / 1e6:.1f} ms")
     if player.held_up:
@@ -83,10 +91,20 @@ def run_replay(
     return LOSS if lost else DONE
 
 
+@contextmanager
+def _hands(console: Console, remote: bool) -> Iterator[tuple[Orders, Callable[[Status], None]]]:
+    """Whom the replay obeys, and whom it tells where it is."""
+    if remote:
+        yield Remote(), status_lines()
+        return
+    with keyboard() as keys, display(console, keys=bool(keys)) as show:
+        yield keys, show
+
+
 def planned(timeline: Timeline, wishes: Wishes) -> Plan:
     """Which keys, under which names, from where to where.  Raises TakeError when that is nothing, and ValueError."""
     paths = ", ".join(str(part.path) for part in timeline.parts)
-    ours = sorted(key for key in timeline.keys if topic_at(key) is not None)
+    ours = sorted(key for key in timeline.keys if topic_at(key) is not None and not _only_shows(key))
     keys = wishes.selection.of(ours)
     if not keys:
         raise TakeError(f"{paths}: nothing to replay: no key is selected of {', '.join(ours) or 'none at all'}")
@@ -97,6 +115,12 @@ def planned(timeline: Timeline, wishes: Wishes) -> Plan:
     if wishes.duration_s is not None:
         end_ns = min(end_ns, begin_ns + round(wishes.duration_s * 1e9))
     return Plan(timeline, renamed_keys(wishes.renaming, keys), wishes.renaming, begin_ns, end_ns, wishes.loop)
+
+
+def _only_shows(key: str) -> bool:
+    """Whether it is the animator's: that shows a take, and is no part of what it shows."""
+    service = service_at(key)
+    return service is not None and service[0] == "animator"
 
 
 def rig_of(plan: Plan) -> str:

@@ -58,7 +58,7 @@ export class Plots {
     pen.strokeStyle = 'rgba(160,178,205,.16)';
     pen.lineWidth = scale;
     const step = [10, 30, 45, 90, 180].find((s) => (high - low) / s <= 4) || 360;
-    pen.fillStyle = 'rgba(160,178,205,.55)';
+    pen.fillStyle = 'rgba(160,178,205,.45)';
     pen.font = `${9 * scale}px system-ui, sans-serif`;
     for (let mark = Math.ceil(low / step) * step; mark <= high; mark += step) {
       pen.beginPath(); pen.moveTo(0, y(mark)); pen.lineTo(width, y(mark)); pen.stroke();
@@ -80,6 +80,6 @@ export class Plots {
       pen.stroke();
     }
     const last = this.history.at(-1).angles;
-    value.textContent = last ? series.map(({ at }) => `${Math.round(last[at])}°`).join(' · ') : '';
+    value.textContent = last ? series.map(({ at }) => `${Math.round(last[at])}°`).join(' ') : '';
   }
 }

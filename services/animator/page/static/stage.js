@@ -5,9 +5,10 @@ import * as shaders from './shaders.js';
 
 const HEIGHT = (38 * Math.PI) / 180;  // field of view
 const MOST_SHADOWS = 20;
-const SHADOW_PX = 224;
+const SHADOW_PX = 128;
 const SHADOW_M = 2.2;  // half the side of the square in which there are shadows
-const SLOW_MS = 55;  // a picture that takes longer, again and again, is drawn with fewer pixels
+const LONGEST_MS = 2000;
+const SLOW_MS = 45;  // a picture that takes longer, again and again, is drawn with fewer pixels
 const SCALES = [1, 0.75, 0.55, 0.4];
 
 export class Stage {
@@ -15,7 +16,7 @@ export class Stage {
     this.canvas = canvas;
     const gl = (this.gl = canvas.getContext('webgl2', { antialias: true, alpha: false }));
     if (!gl) throw new Error('this browser has no WebGL 2');
-    this.eye = { target: [0, 0.95, 0], yaw: 0.85, pitch: 0.19, distance: 5.2 };
+    this.eye = { target: [0, 0.95, 0], yaw: 0.75, pitch: 0.19, distance: 5.6 };
     this.layers = { floor: true, actor: true, cameras: true, silhouettes: true, trails: true, points: true };
     this.capsules = [];
     this.lines = [];
@@ -41,22 +42,40 @@ export class Stage {
     new ResizeObserver(() => this.changed()).observe(canvas);
   }
 
-  // Draw with the next picture of the screen.
+  // Draw with the next picture of the screen, once the one before is done: a slow machine skips some and stays responsive.
   changed() {
+    this.stale = true;
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame((now) => { this.waiting = false; this.pace(now); this.draw(); });
+    requestAnimationFrame(() => {
+      this.stale = false;
+      this.draw();
+      const gl = this.gl;
+      const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+      gl.flush();
+      this.done(fence, performance.now());
+    });
   }
 
-  // Fewer pixels where pictures come too slowly, as without a graphics card.
-  pace(now) {
-    const took = now - (this.before || 0);
-    this.before = now;
+  done(fence, since) {
+    const gl = this.gl;
+    if (gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED && performance.now() - since < LONGEST_MS) {
+      setTimeout(() => this.done(fence, since), 4);
+      return;
+    }
+    gl.deleteSync(fence);
+    this.waiting = false;
+    this.pace(performance.now() - since);
+    if (this.stale) this.changed();
+  }
+
+  // Fewer pixels where pictures take too long, as without a graphics card.
+  pace(took) {
     this.times.push(took);
-    if (this.times.length < 8) return;
-    const usual = this.times.sort((a, b) => a - b)[3];
+    if (this.times.length < 6) return;
+    const usual = this.times.sort((x, y) => x - y)[2];
     this.times = [];
-    if (usual > SLOW_MS && usual < 1500 && this.busy > 0.5 * usual && this.quality + 1 < SCALES.length) this.quality++;
+    if (usual > SLOW_MS && this.quality + 1 < SCALES.length) this.quality++;
   }
 
   get position() {
@@ -96,7 +115,6 @@ export class Stage {
 
   draw() {
     const gl = this.gl;
-    const started = performance.now();
     const scale = Math.min(window.devicePixelRatio || 1, 2) * SCALES[this.quality];
     if (this.layers.floor) this.drawShadow();
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight].map((px) => Math.max(1, Math.round(px * scale)));
@@ -122,7 +140,6 @@ export class Stage {
     }
     gl.depthMask(true);
     this.drawn++;
-    this.busy = performance.now() - started;
   }
 
   // How much light the actor takes from the floor around it, as a small picture.

@@ -88,9 +88,7 @@ def mask_of(camera: Camera, pose: Pose) -> Floats:
 
 def silhouette(viewer: str, frame: int, now_ns: int, mask: Floats) -> m.Silhouette:
     region, data = pack(mask)
-    return m.Silhouette(
-        frame=frame, captured_ns=now_ns, viewer=viewer, size=mask.shape[::-1], region=region, data=data
-    )
+    return m.Silhouette(frame=frame, captured_ns=now_ns, viewer=viewer, size=mask.shape[::-1], region=region, data=data)
 
 
 def sighting(viewer: str, frame: int, now_ns: int) -> m.Sighting:

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from services.animator.render.raster import between, develop, fill
+from services.animator.render.floor import between
+from services.animator.render.raster import develop, fill
 
 SIZE = 24
 CORNERS = arrays(np.float32, (9, 2), elements=st.floats(-10, SIZE + 10, width=32))

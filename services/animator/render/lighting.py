@@ -5,7 +5,7 @@ from numba import njit
 
 from services.animator.render.raster import Bytes, Ints, Singles
 
-OFF_M = 0.02  # off its surface is where a point looks for the sun, so that it does not hide itself
+OFF_M = 0.035  # off its surface is where a point looks for the sun, so that it does not hide itself
 SMOOTH = 1.01  # the nearest sample of a smooth piece against its farthest
 BENT = 0.98  # squared length of the mean of its normals, at least
 

@@ -33,7 +33,6 @@ from services.animator.step import initial_state, step
 from services.viewer.shell import camera_info
 
 SETUP = Setup((("viewer", "1"), ("viewer", "2"), ("integrator", "main")))
-START_S = 3.0  # into the script: the person walks already
 
 
 def said(message: m.Message, received_ns: int, rig: str = "demo") -> Envelope:
@@ -60,8 +59,8 @@ def body() -> Bdp:
 
 
 def pose_at(time_s: float, motion: str = "walking") -> Pose:
-    """The person's pose, by the ten-part anatomy."""
-    actor_pose = script(motion).pose_at(START_S + time_s)
+    """The person's pose, by the ten-part anatomy; time_s: since the motion began."""
+    actor_pose = script(motion).pose_at(script(motion).motion_from_s + time_s)
     assert actor_pose is not None
     return truth(person(7), actor_pose).ten_part_pose()
 
@@ -143,12 +142,12 @@ class StandIn:
         self.hear(*(camera_info(viewer, now_ns) for viewer in self.rig.viewers), body_message(now_ns))
         self.well()
 
-    def well(self, *, log: int = 100, stopped: int = 0) -> None:
+    def well(self, *, log: int = 100, recording: bool = True) -> None:
         """Everybody says so."""
         now_ns = self.clock.now_ns()
         self.hear(
             health("viewer", "1", now_ns), health("viewer", "2", now_ns),
-            health("integrator", "main", now_ns, log_messages=log, log_stopped=stopped),
+            health("integrator", "main", now_ns, log_messages=log, log_on=int(recording)),
         )  # fmt: skip
 
     def instant(self, time_s: float, viewers: Sequence[str] = ("1", "2"), motion: str = "walking") -> Pose:

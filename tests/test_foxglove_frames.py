@@ -13,8 +13,8 @@ from two_view_scene import ANGLES, BDP
 from common.body.anatomy import TEN_PARTS, Floats
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
-from common.formats.foxglove.channels import FIXED
 from common.body.quaternions import quaternions
+from common.formats.foxglove.channels import FIXED
 from common.formats.foxglove.frames import body_transforms, fixed_transforms, timestamp
 from common.messages import CameraInfo
 

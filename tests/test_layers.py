@@ -20,12 +20,12 @@ STEPS = {
     "integrator": {"step", "states", "measuring", "placing", "posing"},
     "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
     "tracker": {"step", "states"},
-    "animator": {"step", "states", "snapshot", "news", "display", "page/wire"},
+    "animator": {"step", "states", "snapshot"},
 }
 SHELLS = {
-    "integrator": {"shell"},
+    "integrator": {"shell", "switch"},
     "viewer": {"shell", "beginning", "source", "sources"},
-    "animator": {"shell", "playback", "page/hub", "page/server", "outputs", "render"},
+    "animator": {"shell", "playback", "page", "outputs", "render"},
     "tracker": {"shell", "motions", "prior/file", "prior/plot", "prior/ship", "prior/shipped"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")

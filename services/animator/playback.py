@@ -22,8 +22,8 @@ from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.runtime.clock import Clock
 from common.topics import Topic
-from services.animator.display import Shown, show
 from services.animator.page import wire
+from services.animator.page.display import Shown, show
 from services.animator.page.hub import Hub, Piece
 from services.animator.states import Setup
 from services.animator.step import initial_state, step

@@ -28,9 +28,9 @@ from common.topics import (
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
 )
-from services.animator.display import Shown, show
 from services.animator.outputs.opening import Outputs, open_outputs
 from services.animator.page import wire
+from services.animator.page.display import Shown, show
 from services.animator.page.hub import Page, Piece
 from services.animator.page.server import PageServer
 from services.animator.playback import Playback
@@ -123,6 +123,11 @@ class Desk:
     def address(self) -> str:
         """Of the page, token included; empty without one."""
         return self._server.address if self._server is not None else ""
+
+    @property
+    def most_waiting(self) -> int:
+        """Pieces that wait for the slowest page."""
+        return self._server.hub.most_waiting if self._server is not None else 0
 
     def close(self) -> None:
         if self._playback is not None:

@@ -13,11 +13,13 @@ from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.service import Event, Service, Subscription, run
 from common.take.log import Log
+from common.take.naming import take_path
 from common.take.opening import new_parts
 from common.take.setup import RecordedRig, recorded_rig
 from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, REQUEST, SIGHTING
 from services.integrator.states import Setup, State, integrator_setup
 from services.integrator.step import counts, describe, initial_state, step
+from services.integrator.switch import Switch
 
 ID = "main"
 S = TypeVar("S")
@@ -81,13 +83,22 @@ def _run(
     must_log: bool,
 ) -> int:
     clock = RealClock()
+    folder = _folder(rig) if take is None else take.parent
+
+    def log(path: Path, *, must_open: bool) -> Log:
+        return Log(bus.reader(), new_parts(rig, path, clock.now_ns(), must_open=must_open))
+
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
-        if take is None:
-            return run(service, bus, clock, stopped=stopped)
-        log = Log(bus.reader(), new_parts(rig, take, clock.now_ns(), must_open=must_log))
-        log.start()
+        first = None if take is None else log(take, must_open=must_log)
+        switch = Switch(bus.reader(), lambda: log(take_path(rig.name, folder, clock.now_ns()), must_open=True), first)
+        switch.start()
         try:
-            status = run(service, bus, clock, stopped=stopped, extra_counts=log.counts)
+            status = run(service, bus, clock, stopped=stopped, extra_counts=switch.counts)
         finally:
-            end = log.close()
-    return status or (LOSS if end.lost or end.failure else 0)
+            ends = switch.close()
+    return status or (LOSS if any(end.lost or end.failure for end in ends) else 0)
+
+
+def _folder(rig: Rig) -> Path:
+    """Where takes go that are asked for while the rig runs."""
+    return rig.base / rig.log.folder

@@ -46,7 +46,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return _set_clock(setup, state, viewer, health), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare(state, camera, setup.cameras[viewer]), []
-        case Request(what="measure"):
+        case Envelope(message=Request(what="measure")):
             return replace(state, track=tracking.initial_state(setup), pose=None, findings=()), []
         case _:
             return state, []

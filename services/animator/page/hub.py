@@ -63,6 +63,11 @@ class Hub:
         """How many are open."""
         return len(self._pages)
 
+    @property
+    def most_waiting(self) -> int:
+        """Pieces that wait for the slowest page."""
+        return max((len(page.waiting) for page in tuple(self._pages)), default=0)
+
     def publish(self, feed: Feed | None, pieces: Iterable[Piece]) -> None:
         """Show these to all pages of a feed, to all for None."""
         if not self._loop.is_closed():

@@ -51,9 +51,9 @@ def views(after: State) -> Iterator[Piece]:
 def rows(state: State, pages: int) -> Piece:
     """The services' health."""
     said = snapshot(state)
-    logs = [row.health.counts for row in said.rows if row.health is not None and "log_messages" in row.health.counts]
-    recording = None if not logs else any(not counts.get("log_stopped", 0) for counts in logs)
-    written = max((counts["log_messages"] for counts in logs), default=0)
+    logs = [row.health.counts for row in said.rows if row.service == "integrator" and row.health is not None]
+    recording = None if not logs else any(counts.get("log_on") and not counts.get("log_stopped") for counts in logs)
+    written = max((counts.get("log_messages", 0) for counts in logs), default=0)
     return _piece("rows", wire.Rows([_row(row) for row in said.rows], recording, written, pages))
 
 

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from services.animator.news import checks, news, rows, views
 from services.animator.page.hub import Piece
+from services.animator.page.news import checks, news, rows, views
 from services.animator.states import State
 
 VIEWS_NS = 60_000_000  # between two pictures of the silhouettes

@@ -1,0 +1,254 @@
+"""The page in a real browser: it loads, the actor moves as the poses say, buttons act, a silent viewer turns red.
+
+Skipped where there is no Chromium, or no playwright to drive it.
+"""
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from animator_stand_in import StandIn, assignment, bap, body, body_message, health, pose_at, stand_in
+
+from common.body.anatomy import TEN_PARTS, Floats
+from common.body.definition import Pose
+from common.body.kinematics import joint_centres
+from common.body.proportions import stretched_angles
+from common.bus.protocol import Alive
+from common.messages import Request
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SIZE = {"width": 1280, "height": 800}
+PATIENCE_S = 40.0
+FIELD_OF_VIEW = np.radians(38)  # of the page's camera
+MARKERS = [marker.name for marker in TEN_PARTS.markers]
+
+
+class Visit:
+    """A page that is open.  requests: every address that it asked for.  problems: what its console complained of."""
+
+    def __init__(self, browser: "playwright.Browser", animator: StandIn) -> None:
+        self.animator = animator
+        self.page = browser.new_page(viewport=SIZE)
+        self.requests: list[str] = []
+        self.problems: list[str] = []
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.on("websocket", lambda socket: self.requests.append(socket.url))
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("console", lambda line: self.problems.append(line.text) if line.type == "error" else None)
+        self.page.goto(animator.address)
+        self.until(lambda: self.text("#rig").startswith("demo"), "the page says which rig it shows")
+
+    def text(self, where: str) -> str:
+        return str(self.page.inner_text(where))
+
+    def tell(self, script: str) -> object:
+        return self.page.evaluate(script)
+
+    def until(self, what: Callable[[], bool], words: str) -> None:
+        """Poll, for what the page may not evaluate by itself under its policy."""
+        end_s = time.monotonic() + PATIENCE_S
+        while not what():
+            assert time.monotonic() < end_s, f"not within {PATIENCE_S:g} s: {words}; {self.problems}"
+            self.page.wait_for_timeout(30)
+
+    def sees(self, frame: int) -> None:
+        self.until(lambda: self.tell("zenocap.where('Hip')?.frame ?? -1") == frame, f"frame {frame} on the page")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["playwright.Browser"]:
+    with playwright.sync_playwright() as driver:
+        one = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield one
+        one.close()
+
+
+@pytest.fixture
+def visit(browser: "playwright.Browser", tmp_path: Path) -> Iterator[Visit]:
+    (tmp_path / "walk-1.mcap").write_bytes(b"not a take")
+    with stand_in(tmp_path) as animator:
+        animator.begin()
+        one = Visit(browser, animator)
+        animator.instant(0.0)
+        one.sees(1)
+        yield one
+        one.page.close()
+        assert one.problems == []
+
+
+def expected_px(visit: Visit, point: Floats) -> Floats:
+    """Where a point of the world is on the page, by this file's own pinhole: the page says only where its eye is."""
+    eye = visit.tell(
+        "({at: zenocap.stage.position, to: zenocap.stage.eye.target, shift: zenocap.stage.shift, "
+        "width: innerWidth, height: innerHeight})"
+    )
+    assert isinstance(eye, dict)
+    backwards = np.subtract(eye["at"], eye["to"])
+    z = backwards / np.linalg.norm(backwards)
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    local = np.array([x, np.cross(z, x), z]) @ (point - eye["at"])
+    focal = eye["height"] / 2 / np.tan(FIELD_OF_VIEW / 2)
+    middle = np.array([(1 + eye["shift"][0]) * eye["width"] / 2, (1 - eye["shift"][1]) * eye["height"] / 2])
+    return middle + focal * np.array([local[0], -local[1]]) / -local[2]
+
+
+@pytest.mark.parametrize("marker", ["RWrist", "LAnkle", "Head"])
+def test_a_limb_is_on_the_page_where_kinematics_put_it_and_moves_as_the_poses_say(visit: Visit, marker: str) -> None:
+    places = []
+    for k, time_s in enumerate((0.2, 0.5, 0.8)):
+        pose = visit.animator.instant(time_s)
+        visit.sees(2 + k)
+        where = visit.tell(f"zenocap.where('{marker}')")
+        assert isinstance(where, dict)
+        truth = joint_centres(TEN_PARTS, body(), pose)[MARKERS.index(marker)]
+        np.testing.assert_allclose(where["world"], truth, atol=1e-3)
+        np.testing.assert_allclose(where["page"], expected_px(visit, truth), atol=0.6)
+        places.append(where["page"])
+    assert np.ptp(places, axis=0).max() > 2  # it did move
+
+
+def test_the_hand_is_drawn_where_it_is(visit: Visit) -> None:
+    """By the colour of the pixels: the person's left is orange, the right blue."""
+    pose = Pose(np.array([0.0, 0.95, 0.0]), stretched_angles(TEN_PARTS))
+    visit.animator.hear(bap(50, visit.animator.clock.now_ns(), pose))
+    visit.sees(50)
+    centres = dict(zip(MARKERS, joint_centres(TEN_PARTS, body(), pose), strict=True))
+    for name, is_right in (("LElbow", False), ("RElbow", True)):
+        red, green, blue = pixel(visit, expected_px(visit, centres[name]))
+        assert (blue > red + 40) if is_right else (red > blue + 40), (name, red, green, blue)
+
+
+def pixel(visit: Visit, at: Floats) -> tuple[int, int, int]:
+    """The colour that the stage has drawn at a place of the page."""
+    rgb = visit.tell(
+        f"""(() => {{ const {{stage}} = zenocap, {{gl, canvas}} = stage; stage.draw();
+        const scale = canvas.width / canvas.clientWidth, out = new Uint8Array(4);
+        gl.readPixels(Math.round({at[0]} * scale), Math.round(canvas.height - {at[1]} * scale), 1, 1, gl.RGBA,
+          gl.UNSIGNED_BYTE, out); return [...out]; }})()"""
+    )
+    assert isinstance(rgb, list)
+    return rgb[0], rgb[1], rgb[2]
+
+
+def test_no_request_leaves_the_machine(visit: Visit) -> None:
+    visit.page.click("[data-tab=takes]")
+    visit.until(lambda: visit.page.locator("#takes button").count() == 1, "takes are listed")
+    home = visit.animator.address.removeprefix("http://")
+    assert len(visit.requests) > 10
+    away = [url for url in visit.requests if not url.split("://")[1].startswith(home) and not url.startswith("data:")]
+    assert away == []
+
+
+def test_a_viewer_that_falls_silent_turns_red_within_two_seconds_and_back(visit: Visit) -> None:
+    def condition() -> object:
+        return visit.tell("document.querySelector('.view[data-viewer=\"2\"]').dataset.condition")
+
+    visit.animator.play(0.4)
+    visit.until(lambda: condition() == "well", "viewer 2 is well")
+    silent_s = time.monotonic()
+    while condition() != "stale":
+        visit.animator.instant(1.0, viewers=["1"])
+        visit.animator.tick()
+        visit.page.wait_for_timeout(60)
+        assert time.monotonic() - silent_s < 2.0, "not red within 2 s"
+    assert "viewer 2 is silent" in visit.text("#alarm")
+    border = visit.tell("getComputedStyle(document.querySelector('.view[data-viewer=\"2\"]')).borderColor")
+    assert border == "rgb(255, 90, 104)"
+    visit.animator.hear(Alive("viewer", "2", False, visit.animator.clock.now_ns()))
+    visit.animator.play(0.4, viewers=["1"])
+    visit.until(lambda: condition() == "gone", "viewer 2 is gone")
+    visit.animator.play(0.5)
+    visit.until(lambda: condition() == "well", "viewer 2 is back")
+    assert not visit.page.is_visible("#alarm")
+
+
+def test_layers_looks_and_sliders_act(visit: Visit) -> None:
+    visit.animator.play(0.4)
+    for layer in ("actor", "floor", "cameras", "trails"):
+        visit.page.uncheck(f"#layers [name={layer}]")
+        assert visit.tell(f"zenocap.stage.layers.{layer}") is False
+        visit.page.check(f"#layers [name={layer}]")
+        assert visit.tell(f"zenocap.stage.layers.{layer}") is True
+    visit.page.uncheck("#layers [name=plots]")
+    assert not visit.page.is_visible("#plots")
+    visit.page.click("#looks [data-name=front]")
+    assert visit.tell("zenocap.stage.eye.yaw") == 0
+    before = visit.tell("zenocap.stage.lines.length")
+    visit.page.fill("#trail", "0")
+    assert visit.text("#trail-out") == "off"
+    assert int(str(visit.tell("zenocap.stage.lines.length"))) < int(str(before))
+    visit.page.mouse.move(640, 300)
+    visit.page.mouse.down()
+    visit.page.mouse.move(740, 300)
+    visit.page.mouse.up()
+    assert visit.tell("zenocap.stage.eye.yaw") == pytest.approx(-0.6)
+
+
+def test_measure_body_now_counts_down_asks_the_rig_and_says_when_it_is_done(visit: Visit) -> None:
+    visit.page.click("[data-tab=setup]")
+    visit.page.click("#measure")
+    assert visit.page.is_visible("#guide svg")
+    assert visit.text("#count") in "54"
+    asked: list[Request] = []
+    visit.until(lambda: bool(asked.extend(visit.animator.desk.asked()) or asked), "the request")
+    assert [request.what for request in asked] == ["measure"]
+    now_ns = visit.animator.clock.now_ns()
+    visit.animator.hear(assignment(90, now_ns, pose_at(0.0), tracking=False))
+    visit.until(lambda: visit.text("#guide-title") == "Hold still", "it asks to hold still")
+    visit.animator.hear(body_message(now_ns))
+    visit.until(lambda: visit.text("#guide-title") == "Measured", "it is measured")
+
+
+def test_recording_is_asked_for_and_shown(visit: Visit) -> None:
+    visit.page.click("[data-tab=takes]")
+    visit.animator.well(recording=False)
+    visit.animator.play(0.4)
+    visit.animator.well(recording=False)
+    visit.until(lambda: (visit.animator.tick(), visit.text("#record") == "Record")[1], "nothing is recorded")
+    visit.page.click("#record")
+    asked: list[Request] = []
+    visit.until(lambda: bool(asked.extend(visit.animator.desk.asked()) or asked), "the request")
+    visit.animator.well(recording=True, log=321)
+    visit.until(lambda: (visit.animator.tick(), visit.text("#record") == "Stop recording")[1], "it is recording")
+    assert "321 messages" in visit.text("#written")
+    visit.page.click("#record")
+    visit.until(lambda: bool(asked.extend(visit.animator.desk.asked()) or len(asked) == 2), "the second request")
+    assert [request.what for request in asked] == ["record", "stop_recording"]
+
+
+def test_a_file_that_is_no_take_is_said_to_be_none_and_the_page_is_live_again(visit: Visit) -> None:
+    visit.page.click("[data-tab=takes]")
+    visit.page.click("#takes button")
+    visit.until(lambda: visit.page.is_visible("#player-problem"), "the problem is shown")
+    assert "walk-1.mcap" in visit.text("#player-problem")
+    visit.until(lambda: visit.text("#feed") == "live", "live again")
+
+
+def test_the_page_says_when_the_animator_is_gone_and_comes_back_by_itself(
+    browser: "playwright.Browser", tmp_path: Path
+) -> None:
+    with stand_in(tmp_path) as first:
+        visit = Visit(browser, first)
+        port = int(first.address.split(":")[2].strip("/"))
+    visit.until(lambda: visit.page.is_visible("#alarm"), "the alarm")
+    assert "no connection" in visit.text("#alarm")
+    with stand_in(tmp_path, port=port) as second:
+        second.begin()
+        visit.until(lambda: not visit.page.is_visible("#alarm"), "the connection is back")
+        visit.page.close()
+
+
+def test_what_a_network_says_is_text_and_never_markup(visit: Visit) -> None:
+    bad = "<img src=x onerror=alert(1)><script>alert(2)</script>"
+    visit.animator.hear(health("viewer", "1", visit.animator.clock.now_ns(), bad))
+    visit.animator.play(0.3)
+    visit.animator.hear(health("viewer", "1", visit.animator.clock.now_ns(), bad))
+    visit.until(lambda: (visit.animator.tick(), bad in visit.text("#services"))[1], "the words are shown as they are")
+    assert visit.page.locator("#services img").count() == 0

@@ -96,6 +96,17 @@ def test_on_every_path_the_person_is_in_every_picture(shot: Shot) -> None:
             assert np.hypot(*(ground.middle - centres[row, 0, [0, 2]])) < ground.radius
 
 
+def test_a_viewers_id_is_its_camera() -> None:
+    centres, times_s = walk()
+    matrix = np.array([[300.0, 0, 159.5], [0, 300.0, 119.5], [0, 0, 1]])
+    camera = Camera("cam01", (320, 240), matrix, np.zeros(5), np.diag([1.0, -1, -1]), np.array([0, 1.0, 9.0]))
+    shown, _, sun = path_of(centres, times_s, Shot("1"), (640, 360), {"1": camera, "2": camera}).at(0)
+    np.testing.assert_allclose(shown.centre, camera.centre)
+    assert sun[2] > 0  # in front of the person, as the camera is
+    with pytest.raises(ValueError, match="or a viewer: 1, 2$"):
+        path_of(centres, times_s, Shot("3"), (640, 360), {"1": camera, "2": camera})
+
+
 def test_a_camera_that_follows_is_nearer() -> None:
     centres, times_s = walk()
     far, near = (path_of(centres, times_s, Shot("front", follows), (640, 360), {}).at(0)[0] for follows in (False, True))

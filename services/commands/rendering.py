@@ -111,10 +111,10 @@ def parsed_picture_size(text: str) -> tuple[int, int]:
 def _progress() -> Iterator[Callable[[int, int], None]]:
     """A bar on standard error, on a terminal."""
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("drawing", total=None)
-        yield lambda done, of: progress.update(task, completed=done, total=of)
+        task = progress.add_task("drawing (the first run compiles for some 10 s)", total=None)
+        yield lambda done, of: progress.update(task, completed=done, total=of, description="drawing")

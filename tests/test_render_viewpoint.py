@@ -103,7 +103,7 @@ def test_a_viewers_id_is_its_camera() -> None:
     shown, _, sun = path_of(centres, times_s, Shot("1"), (640, 360), {"1": camera, "2": camera}).at(0)
     np.testing.assert_allclose(shown.centre, camera.centre)
     assert sun[2] > 0  # in front of the person, as the camera is
-    with pytest.raises(ValueError, match="or a viewer: 1, 2$"):
+    with pytest.raises(ValueError, match=r"or a viewer: 1, 2$"):
         path_of(centres, times_s, Shot("3"), (640, 360), {"1": camera, "2": camera})
 
 

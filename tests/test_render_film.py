@@ -66,9 +66,11 @@ def test_a_picture_shows_the_first_pose_or_several(take: Path, tmp_path: Path) -
     one = Wishes(size=SMALL, shot=Shot("front"))
     render(take, tmp_path / "one.png", one)
     render(take, tmp_path / "many.png", Wishes(size=SMALL, shot=Shot("front"), poses=4))
-    first, many = (cv2.imread(str(tmp_path / name)) for name in ("one.png", "many.png"))
-    assert first.shape == many.shape == (SMALL[1], SMALL[0], 3)
+    render(take, tmp_path / "trail.png", Wishes(size=SMALL, shot=Shot("front"), poses=4, trails_s=9.0))
+    first, many, trail = (cv2.imread(str(tmp_path / name)) for name in ("one.png", "many.png", "trail.png"))
+    assert first.shape == many.shape == trail.shape == (SMALL[1], SMALL[0], 3)
     assert (first != many).any()
+    assert (many != trail).any()
 
 
 def test_the_same_take_gives_the_same_picture(take: Path, tmp_path: Path) -> None:

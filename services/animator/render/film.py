@@ -86,7 +86,7 @@ def _picture(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch
     known = np.flatnonzero(track.known)
     chosen = known[np.unique(np.round(np.linspace(0, len(known) - 1, wishes.poses)).astype(int))]
     drawing = Drawing(poses, track, wishes, track.rows(chosen), PICTURE_SAMPLES)
-    surfaces = [drawing.body(int(row)) for row in chosen]
+    surfaces = [*(drawing.body(int(row)) for row in chosen), drawing.trail(int(chosen[-1]))]
     image = drawing.stage(0).picture(joined([one for one in surfaces if one is not None]))
     if wishes.captions:
         first, last = int(chosen[0]), int(chosen[-1])
@@ -148,7 +148,7 @@ class Drawing:
 
     def drawn(self, row: int) -> Image:
         """The picture of one row, (h, w, 3)."""
-        body, trail = self.body(row), self._trail(row)
+        body, trail = self.body(row), self.trail(row)
         there = [one for one in (body, trail) if one is not None]
         image = self.stage(row).picture(joined(there) if there else None)
         if self._wishes.captions:
@@ -183,7 +183,8 @@ class Drawing:
         until = f" to {times_s[last]:.2f} s" if last > first else " s"
         return Caption(self._title, f"{times_s[first]:.2f}{until}")
 
-    def _trail(self, row: int) -> Surface | None:
+    def trail(self, row: int) -> Surface | None:
+        """Where hands and feet were before a row; None without trails."""
         if self._wishes.trails_s <= 0:
             return None
         rows = self._rows_since(row, self._wishes.trails_s)

@@ -1,5 +1,6 @@
 """The [animator] table: outputs are off unless they are there, and what is wrong in one is told."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from test_rig import RIG, write_rig
 from common.runtime.animator_table import WITHIN, AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
 from common.runtime.rig import RigError, load_rig
 
+ROOT = Path(__file__).resolve().parents[1]
 TABLES = """
 [animator.vmc]
 host = "192.168.1.20"
@@ -60,6 +62,18 @@ def test_errors_name_file_key_value_and_what_is_allowed(tmp_path: Path, text: st
     with pytest.raises(RigError) as raised:
         load_rig(path)
     assert str(raised.value).startswith(f"{path}: {error.replace('`', '')}")
+
+
+def test_what_the_readme_and_the_example_say_is_a_table(tmp_path: Path) -> None:
+    (block,) = re.findall(r"```toml\n(\[animator\.vmc\].*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    table = load_rig(write_rig(tmp_path, RIG + block)).animator
+    assert table.vmc == VmcTable()
+    assert (table.udp, table.foxglove, table.lsl) == (UdpTable(), FoxgloveTable(), LslTable())
+    example = (ROOT / "deploy" / "rigs" / "studio.toml").read_text()
+    outputs = example[example.index("# [animator.vmc]") :]
+    table = load_rig(write_rig(tmp_path, RIG + re.sub(r"^# ", "", outputs, flags=re.MULTILINE))).animator
+    assert table.vmc == VmcTable()
+    assert table.lsl == LslTable(stream="studio")
 
 
 def test_every_output_has_its_keys_checked() -> None:

@@ -25,7 +25,7 @@ STEPS = {
 SHELLS = {
     "integrator": {"shell", "switch"},
     "viewer": {"shell", "beginning", "source", "sources"},
-    "animator": {"shell", "playback", "page", "outputs", "render"},
+    "animator": {"shell", "playback", "page", "outputs", "render/film"},
     "tracker": {"shell", "motions", "prior/file", "prior/plot", "prior/ship", "prior/shipped"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")

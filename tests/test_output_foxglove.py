@@ -111,7 +111,7 @@ def panel(output: FoxgloveOutput) -> Iterator[Panel]:
 
 
 def connected(output: FoxgloveOutput) -> ClientConnection:
-    return connect(output.title.split()[1], subprotocols=["foxglove.sdk.v1"], max_size=None)
+    return connect(output.title.split()[1], subprotocols=["foxglove.sdk.v1"], max_size=None, close_timeout=0.2)
 
 
 def test_a_client_gets_the_body_where_kinematics_put_it(output: FoxgloveOutput, panel: Panel) -> None:

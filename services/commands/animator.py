@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
+from services.commands import rendering as to
 from services.commands.options import (
     ConfigOption,
     ConnectOption,
     ListenOption,
     ModeOption,
     NoMulticastOption,
-    RigPath,
     one_line_errors,
     rig_at,
     take_folder,
@@ -20,7 +20,12 @@ from services.commands.options import (
 
 
 def animator(
-    rig: RigPath,
+    rig: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RIG|TAKE", help="A rig file or folder; with --render a take, an MCAP file.", show_default=False
+        ),
+    ],
     host: Annotated[
         str | None,
         typer.Option("--host", help="Address of this machine that the page is on; default: the rig's, or 127.0.0.1."),
@@ -35,6 +40,19 @@ def animator(
         Path | None,
         typer.Option("--recordings", metavar="DIR", help="Where the takes to be played are; default: the rig's."),
     ] = None,
+    render: to.RenderOption = None,
+    first: to.FromOption = None,
+    last: to.UntilOption = None,
+    view: to.ViewOption = "quarter",
+    follow: to.FollowOption = False,
+    turn: to.TurnOption = 0.0,
+    size: to.SizeOption = "1280x720",
+    fps: to.FpsOption = None,
+    look: to.LookOption = "light",
+    poses: to.PosesOption = 1,
+    trails: to.TrailsOption = 0.0,
+    no_captions: to.NoCaptionsOption = False,
+    codec: to.CodecOption = "vp9",
     mode: ModeOption = None,
     connect: ConnectOption = None,
     listen: ListenOption = None,
@@ -48,8 +66,16 @@ def animator(
     to put right while setting up. It loads nothing from elsewhere. Other machines may look only at an open --host with a
     --token.
 
-    Example: `zenocap animator studio.toml`
+    With --render it needs no rig, network or screen: it draws the poses of a take into a file.
+
+    Example: `zenocap animator studio.toml`, or `zenocap animator walk.mcap --render walk.mp4 --follow`
     """
+    if render is not None:
+        to.render_take(
+            rig, render, first, last, view, follow, turn, size, fps, look, poses, trails, no_captions, codec
+        )  # fmt: skip
+    if rig.suffix == ".mcap":
+        raise typer.BadParameter(f"{rig} is a take: allowed with --render, or play it: zenocap replay {rig}")
     from dataclasses import replace
 
     import msgspec

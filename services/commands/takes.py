@@ -56,7 +56,7 @@ def export(
 
     Example: `zenocap export walk.mcap --to bvh -o walk.bvh --fps 30 --from 2s`
     """
-    start, end = _bound("--from", first), _bound("--until", last)
+    start, end = bound("--from", first), bound("--until", last)
     with one_line_errors(), _told_when_slow(f"reading {take} ..."):
         from services.takes.export import Wanted
         from services.takes.export import export as run_export
@@ -72,7 +72,7 @@ def export(
     raise typer.Exit(LOSS if written.cut else DONE)
 
 
-def _bound(option: str, text: str | None) -> Bound | None:
+def bound(option: str, text: str | None) -> Bound | None:
     """A frame number, or a time with "s".  Raises typer.BadParameter."""
     from common.formats.track import Bound
 

@@ -1,8 +1,9 @@
 """`zenocap animator TAKE --render FILE`: the poses of a take as a film or a picture."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -10,20 +11,24 @@ import numpy as np
 from common.body.anatomy import Floats
 from common.body.kinematics import joint_centres, part_frames
 from common.body.limbs import limbs_of
+from common.camera.pinhole import Camera
 from common.formats.poses import Poses, read_poses
 from common.formats.resampling import resampled
 from common.formats.track import Bound, PoseTrack, between
 from common.formats.trc import FormatError
 from common.formats.whole import whole_file
+from common.messages import CameraInfo
 from services.animator.render.caption import Caption, write
 from services.animator.render.look import LOOKS
-from services.animator.render.path import Shot, cameras
+from services.animator.render.path import Shot, path_of
 from services.animator.render.scene import Image, Stage
 from services.animator.render.solids import Surface, joined, posed, solids
 from services.animator.render.trails import trails
 
+Codec = Literal["vp9", "mpeg4"]
+
 FILMS, PICTURES = (".mp4",), (".png", ".jpg")
-CODECS = ("vp09", "mp4v")  # the first that this OpenCV can write: browsers play the former
+CODECS: Mapping[Codec, str] = {"vp9": "vp09", "mpeg4": "mp4v"}
 EXTREMITIES = ("LWrist", "RWrist", "LAnkle", "RAnkle")
 PICTURE_SAMPLES, FILM_SAMPLES = 4, 2
 
@@ -44,6 +49,7 @@ class Wishes:
     poses: int = 1
     trails_s: float = 0.0
     captions: bool = True
+    codec: Codec = "vp9"
 
 
 @dataclass(frozen=True)
@@ -80,19 +86,14 @@ def _picture(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch
     known = np.flatnonzero(track.known)
     chosen = known[np.unique(np.round(np.linspace(0, len(known) - 1, wishes.poses)).astype(int))]
     drawing = Drawing(poses, track, wishes, track.rows(chosen), PICTURE_SAMPLES)
-    surfaces = [drawing.body(int(row)) for row in chosen]
+    surfaces = [*(drawing.body(int(row)) for row in chosen), drawing.trail(int(chosen[-1]))]
     image = drawing.stage(0).picture(joined([one for one in surfaces if one is not None]))
     if wishes.captions:
         first, last = int(chosen[0]), int(chosen[-1])
         write(image, drawing.caption_of_picture(first, last), LOOKS[wishes.look])
     with whole_file(output) as unfinished:
-        name = unfinished.with_name(unfinished.name + output.suffix)  # OpenCV goes by the suffix
-        try:
-            if not cv2.imwrite(str(name), image):
-                raise FormatError(f"{output}: OpenCV cannot write it")
-            name.replace(unfinished)
-        finally:
-            name.unlink(missing_ok=True)
+        if not cv2.imwrite(str(unfinished), image):
+            raise FormatError(f"{output}: cannot be written")
     watch(1, 1)
     return Rendered(1, 0, poses.cut)
 
@@ -107,27 +108,23 @@ def _film(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch: C
     drawing = Drawing(poses, even, wishes, even, FILM_SAMPLES)
     count = len(even.frames)
     with whole_file(output) as unfinished:
-        name = unfinished.with_name(unfinished.name + output.suffix)
-        film = opened_film(name, fps, wishes.size)
+        film = opened_film(unfinished, wishes.codec, fps, wishes.size)
         try:
             for row in range(count):
                 film.write(drawing.drawn(row))
                 watch(row + 1, count)
-            film.release()
-            name.replace(unfinished)
         finally:
             film.release()
-            name.unlink(missing_ok=True)
     return Rendered(count, int(np.count_nonzero(~even.known)), poses.cut)
 
 
-def opened_film(path: Path, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
-    """A film to write to, of the first codec that can be.  Raises FormatError."""
-    for codec in CODECS:
-        film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, size)
-        if film.isOpened():
-            return film
-    raise FormatError(f"{path}: this OpenCV can write none of {', '.join(CODECS)}")
+def opened_film(path: Path, codec: Codec, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
+    """A film to write to.  Raises FormatError."""
+    film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*CODECS[codec]), fps, size)
+    if not film.isOpened():
+        others = ", ".join(other for other in CODECS if other != codec)
+        raise FormatError(f"--codec {codec}: this OpenCV cannot write it: allowed: {others}")
+    return film
 
 
 class Drawing:
@@ -142,12 +139,16 @@ class Drawing:
         self._names = [marker.name for marker in track.anatomy.markers]
         self._centres = self._all_centres(track)
         self._look = LOOKS[wishes.look]
-        self._cameras = cameras(poses, self._all_centres(seen), seen.times_s, wishes.shot, wishes.size)
+        viewers = {viewer: _camera(info) for viewer, info in poses.cameras.items()}
+        try:
+            self._path = path_of(self._all_centres(seen), seen.times_s, wishes.shot, wishes.size, viewers)
+        except ValueError as error:
+            raise FormatError(f"--{error}") from error
         self._stage: Stage | None = None
 
     def drawn(self, row: int) -> Image:
         """The picture of one row, (h, w, 3)."""
-        body, trail = self.body(row), self._trail(row)
+        body, trail = self.body(row), self.trail(row)
         there = [one for one in (body, trail) if one is not None]
         image = self.stage(row).picture(joined(there) if there else None)
         if self._wishes.captions:
@@ -156,8 +157,8 @@ class Drawing:
 
     def stage(self, row: int) -> Stage:
         """The floor that the camera of a row sees; the same while it stands still."""
-        if self._stage is None or self._cameras.moving:
-            camera, ground, sun = self._cameras.at(row)
+        if self._stage is None or self._path.moving:
+            camera, ground, sun = self._path.at(row)
             self._stage = Stage(camera, ground, self._look, sun, self._samples)
         return self._stage
 
@@ -182,7 +183,8 @@ class Drawing:
         until = f" to {times_s[last]:.2f} s" if last > first else " s"
         return Caption(self._title, f"{times_s[first]:.2f}{until}")
 
-    def _trail(self, row: int) -> Surface | None:
+    def trail(self, row: int) -> Surface | None:
+        """Where hands and feet were before a row; None without trails."""
         if self._wishes.trails_s <= 0:
             return None
         rows = self._rows_since(row, self._wishes.trails_s)
@@ -198,3 +200,9 @@ class Drawing:
         for row in np.flatnonzero(track.known):
             centres[row] = joint_centres(track.anatomy, track.bdp, track.pose(int(row)))
         return centres
+
+
+def _camera(info: CameraInfo) -> Camera:
+    matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
+    size = (info.size[0], info.size[1])
+    return Camera(info.name, size, matrix, np.array(info.distortions), rotation, np.array(info.translation))

@@ -1,5 +1,6 @@
 """The camera's path over a film: standing, going with the person, or going round."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,9 +8,6 @@ from scipy.ndimage import gaussian_filter1d
 
 from common.body.anatomy import Floats
 from common.camera.pinhole import Camera
-from common.formats.poses import Poses
-from common.formats.trc import FormatError
-from common.messages import CameraInfo
 from services.animator.render.scene import Ground, sun_of
 from services.animator.render.viewpoint import VIEWS, focused, looking, moved, orbited
 
@@ -21,7 +19,7 @@ LEAST_LIT_M = 3.2
 
 @dataclass(frozen=True)
 class Shot:
-    """view: one of VIEWS, or the id of a viewer of the take.  follows: goes with the person.
+    """view: one of VIEWS, or the id of a viewer.  follows: goes with the person.
 
     turning: radians per second round the scene, counter-clockwise as seen from above; 0 stands still.
     """
@@ -54,10 +52,11 @@ class Path:
         return camera, ground, self.sun
 
 
-def cameras(poses: Poses, centres: Floats, times_s: Floats, shot: Shot, size: tuple[int, int]) -> Path:
-    """The path over n rows; centres: (n, markers, 3) metres, NaN while the person is lost.
+def path_of(centres: Floats, times_s: Floats, shot: Shot, size: tuple[int, int], viewers: Mapping[str, Camera]) -> Path:
+    """The path over n rows.  Raises ValueError for a view that there is not.
 
-    Raises FormatError for a view that there is not.
+    centres: (n, markers, 3) metres, NaN while the person is lost, not everywhere.  times_s: (n,).  viewers: the cameras of
+    the rig, by id.
     """
     way = _way(centres, times_s)
     moves = way - way[0] if shot.follows else np.zeros_like(way)
@@ -72,13 +71,13 @@ def cameras(poses: Poses, centres: Floats, times_s: Floats, shot: Shot, size: tu
     if shot.view in VIEWS:
         azimuth, elevation = np.radians(VIEWS[shot.view])
         camera = looking(float(azimuth), float(elevation), points, size, turned=bool(shot.turning))
-    elif shot.view in poses.cameras:
-        camera = focused(_camera(poses.cameras[shot.view]), size)
+    elif shot.view in viewers:
+        camera = focused(viewers[shot.view], size)
         away = camera.centre - middle
         azimuth = np.arctan2(away[0], away[2])
     else:
-        viewers = f", or a viewer: {', '.join(sorted(poses.cameras))}" if poses.cameras else ""
-        raise FormatError(f"--view {shot.view!r}: allowed: {', '.join(VIEWS)}{viewers}")
+        others = f", or a viewer: {', '.join(sorted(viewers))}" if viewers else ""
+        raise ValueError(f"view {shot.view!r}: allowed: {', '.join(VIEWS)}{others}")
     return Path(camera, ground, sun_of(float(azimuth)), middle, moves, turns)
 
 
@@ -93,8 +92,3 @@ def _way(centres: Floats, times_s: Floats) -> Floats:
     if step_s > 0:
         way = gaussian_filter1d(way, SMOOTH_S / step_s, axis=0, mode="nearest")
     return way
-
-
-def _camera(info: CameraInfo) -> Camera:
-    matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
-    return Camera(info.name, info.size, matrix, np.array(info.distortions), rotation, np.array(info.translation))

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from common.body.anatomy import Floats
 from common.camera.pinhole import Camera
+from services.animator.render.floor import darken_floor, draw_floor
+from services.animator.render.lighting import light_body
 from services.animator.render.look import GAMMA, Look, linear
-from services.animator.render.raster import NEAR_M, Ints, Singles, darken_floor, develop, draw_floor, fill, light_body
+from services.animator.render.raster import NEAR_M, Ints, Singles, develop, fill
 from services.animator.render.solids import Surface
 
 Image = NDArray[np.uint8]

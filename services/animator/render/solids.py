@@ -113,7 +113,7 @@ def capsule(near: Floats, far: Floats, start: float, end: float, near_cap: float
     """Rows of a `tube`: a wall from `start` to `end` with radii near and far (2,), and round caps so long beyond them."""
     away = np.linspace(0.5 * np.pi, 0.0, CAP_RINGS, endpoint=False)[1:]
     below = [(start - near_cap * np.sin(a), *(near * np.cos(a))) for a in (*_ends(), *away)]
-    share = np.linspace(0.0, 1.0, WALL_RINGS)
+    share = np.linspace(0.0, 1.0, WALL_RINGS if end > start else 1)
     wall = [(start + s * (end - start), *(near + s * (far - near))) for s in share]
     above = [(end + far_cap * np.sin(a), *(far * np.cos(a))) for a in (*away[::-1], *_ends())]
     return np.array([*below, *wall, *above])

@@ -14,7 +14,7 @@ def trails(paths: dict[str, Floats]) -> Surface | None:
     """paths: by joint centre such as "LWrist", (n, 3) metres, oldest first, NaN where there is none; None for no trail."""
     surfaces = []
     for name, path in paths.items():
-        points = _thinned(path[np.isfinite(path).all(axis=1)])
+        points = _rounded(_thinned(path[np.isfinite(path).all(axis=1)]))
         if len(points) > 1:
             surfaces.append(_tube(points, LEFT if name.startswith("L") else RIGHT))
     return joined(surfaces) if surfaces else None
@@ -26,6 +26,14 @@ def _thinned(path: Floats) -> Floats:
         if not kept or float(np.linalg.norm(point - kept[-1])) >= APART_M:
             kept.append(point)
     return np.array(kept[::-1]).reshape(-1, 3)
+
+
+def _rounded(path: Floats) -> Floats:
+    """Corners cut twice at quarters of their sides (Chaikin), ends kept: nothing is smoothed away, only round."""
+    for _ in range(2 if len(path) > 2 else 0):
+        quarters = [0.75 * path[:-1] + 0.25 * path[1:], 0.25 * path[:-1] + 0.75 * path[1:]]
+        path = np.concatenate([path[:1], np.stack(quarters, axis=1).reshape(-1, 3), path[-1:]])
+    return path
 
 
 def _tube(path: Floats, shade: int) -> Surface:

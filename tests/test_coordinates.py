@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
-from services.tracker.coordinates import coordinates_of
 from services.tracker.stature import average_body
 from tests.tracker_scenes import turn
 

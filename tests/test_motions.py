@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Pose
 from common.body.kinematics import joint_centres
 from common.body.rotation_vectors import rotation_of
 from common.formats.bvh import write_bvh
 from common.formats.poses import read_poses
 from common.formats.trc import FormatError, Trajectories, write_trc
-from services.tracker.coordinates import coordinates_of
 from services.tracker.motions import actor_motion, motion_of, read_motion, unwound
 from tests.pose_tracks import moving
 from tests.test_from_centres import body, random_pose

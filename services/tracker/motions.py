@@ -12,13 +12,13 @@ from common.actor.person import person
 from common.actor.repertoire import performance
 from common.actor.truth import landmarks
 from common.body.anatomy import Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Pose
 from common.body.from_centres import NEEDED, poses_from_centres
 from common.formats.bvh_roles import read_bvh_centres
 from common.formats.poses import read_poses
 from common.formats.track import PoseTrack, every_frame
 from common.formats.trc import FormatError, Trajectories, read_trc
-from services.tracker.coordinates import coordinates_of
 
 FORMATS = (".bvh", ".trc", ".mcap")
 MAX_GAP_S = 0.25  # nothing is made up across a longer gap

@@ -8,18 +8,19 @@ from common.body.anatomy import Floats
 MAX_GAP_S = 0.25  # nothing is made up across a longer gap
 
 
-def bridged(features: Floats, rate: float, max_gap_s: float = MAX_GAP_S) -> Floats:
+def bridged(features: Floats, rate: float, start_s: float = 0.0) -> Floats:
     """Feature vectors (T, d) with rows that are not finite replaced by straight lines, at the ends held.
 
-    rate: rows per second.  Raises ValueError that names the rows of a gap of more than max_gap_s seconds.
+    rate: rows per second.  start_s: time of the first row, for errors.  Raises ValueError that says from when to when a
+    gap of more than MAX_GAP_S seconds is.
     """
     known = np.asarray(np.isfinite(features).all(axis=1))
     if known.all():
         return features
     for start, end in gaps_of(known):
-        if end - start > max_gap_s * rate:
-            allowed = f"gaps of at most {max_gap_s:g} s"
-            raise ValueError(f"no angles from {start / rate:.2f} s to {end / rate:.2f} s: allowed: {allowed}")
+        if end - start > MAX_GAP_S * rate:
+            gap = f"no angles from {start_s + start / rate:.2f} s to {start_s + end / rate:.2f} s"
+            raise ValueError(f"{gap}: allowed: gaps of at most {MAX_GAP_S:g} s")
     rows, there = np.arange(len(features)), np.flatnonzero(known)
     return np.stack([np.interp(rows, there, features[there, k]) for k in range(features.shape[1])], axis=1)
 

@@ -21,7 +21,7 @@ class Setup:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """lost: whether the person was, at the last pose.  last: the newest posture that was said.  counts: see `step.counts`."""
+    """lost: whether the person was, at the last pose.  last: the newest posture that was said."""
 
     stream: Stream
     lost: bool = False

@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from common.body.anatomy import Floats
-from services.recognizer.features import Kind, kind_of
+from services.recognizer.features import KINDS, Kind
 from services.recognizer.model import Judgement, PostureModel, judge, symbols_of, whiten
 from services.recognizer.moving import SHARE, Moving, Stretch, moved
 from services.recognizer.spotting import (
+    LEAST_SCORE,
     Hypotheses,
     Spotting,
     Window,
@@ -77,10 +78,14 @@ class Answer:
     judgement: Judgement
 
 
-def plan_of(model: PostureModel) -> Plan:
-    spotting = spotting_of(model)
+def plan_of(model: PostureModel, least_score: float = LEAST_SCORE) -> Plan:
+    """least_score: see `spotting`.  Raises ValueError for features that this version does not know."""
+    kind = next((kind for kind in KINDS if kind == model.features), None)
+    if kind is None:
+        raise ValueError(f"features = {model.features!r}: allowed: {', '.join(KINDS)}")
+    spotting = spotting_of(model, least_score)
     lag = max(1, round(LAG_S * model.rate))
-    return Plan(model, kind_of(model.features), spotting, 1e9 / model.rate, lag, 2 * spotting.window + lag)
+    return Plan(model, kind, spotting, 1e9 / model.rate, lag, 2 * spotting.window + lag)
 
 
 def beginning(plan: Plan) -> Stream:
@@ -123,9 +128,10 @@ def _row(plan: Plan, stream: Stream, features: Floats) -> Stream:
     """With one row (d,) more, and what is found then."""
     model = plan.model
     rows = np.concatenate([stream.rows[-(plan.kept - 1) :], features[None]])
-    hypotheses = carried_on(plan.spotting, stream.hypotheses, int(symbols_of(model, features[None])[0]))
+    place = whiten(model, features)
+    hypotheses = carried_on(plan.spotting, stream.hypotheses, int(symbols_of(model, features[None])[0]), place)
     hypotheses, window = settled(hypotheses, plan.lag)
-    moving, stretch = moved(model, stream.moving, whiten(model, features), hypotheses.rows - 1, 2 * plan.spotting.window)
+    moving, stretch = moved(model, stream.moving, place, hypotheses.rows - 1, 2 * plan.spotting.window)
     movements = (*stream.movements, stretch) if stretch is not None else stream.movements
     stream = replace(stream, rows=rows, hypotheses=hypotheses, moving=moving, movements=movements)
     if window is not None:

@@ -14,7 +14,6 @@ from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.messages import Message, Posture
 from common.runtime.clock import RealClock
-from common.runtime.recognizer_table import Source
 from common.runtime.rig import Rig, RigError
 from common.runtime.service import Event, Service, Subscription, run
 from common.take.reading import TakeError
@@ -23,7 +22,7 @@ from common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
 from services.recognizer.file import PostureModelError, parse_model, read_model
 from services.recognizer.model import PostureModel
 from services.recognizer.ready import load_compiled
-from services.recognizer.states import Setup, State
+from services.recognizer.states import Setup, Source, State
 from services.recognizer.step import counts, describe, initial_state, step
 from services.recognizer.stream import plan_of
 
@@ -47,7 +46,7 @@ def setup_of(rig: RecordedRig, model: PostureModel) -> Setup:
     if rig.recognizer is None:
         raise ValueError(f"rig {rig.name} has no recognizer")
     source = rig.recognizer.source
-    return Setup(plan_of(model, rig.recognizer.least_score), source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
+    return Setup(plan_of(model, rig.recognizer.strictness), source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
 
 
 def model_of(rig: Rig) -> PostureModel:

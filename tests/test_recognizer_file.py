@@ -28,6 +28,7 @@ from services.recognizer.file import (
 )
 from services.recognizer.model import PostureModel
 from tests.posture_cases import quick_model
+from tests.test_layers import ROOT, imported
 
 AT = Path("some.postures")
 MODEL = quick_model()
@@ -124,6 +125,24 @@ def test_a_model_is_found_by_path_and_what_is_none_is_named(tmp_path: Path) -> N
     assert find_model("mine.postures", tmp_path) == tmp_path / "mine.postures"
     with pytest.raises(PostureModelError, match="'nowhere': no file"):
         find_model("nowhere", tmp_path)
+
+
+def test_what_reads_and_uses_a_model_needs_nothing_that_only_learning_needs() -> None:
+    """scikit-learn, hmmlearn and matplotlib are slow to import and not there on every machine of a rig."""
+    seen: set[str] = set()
+    waiting = ["services.recognizer.file", "services.recognizer.model", "services.recognizer.features"]
+    while waiting:
+        module = waiting.pop()
+        path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
+        if module in seen or not path.is_file():
+            continue
+        seen.add(module)
+        names = list(imported(path))
+        assert [
+            name for name in names if name.split(".")[0] in ("sklearn", "hmmlearn", "matplotlib", "threadpoolctl")
+        ] == []
+        waiting += [name for name in names if name.split(".")[0] in ("common", "services")]
+    assert "services.recognizer.likelihood" in seen
 
 
 @pytest.mark.parametrize("path", sorted(SHIPPED.glob(f"*{SUFFIX}")), ids=lambda path: path.stem)

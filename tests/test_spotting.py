@@ -1,6 +1,7 @@
 """Spotting weighs every window exactly, and takes the ones that are worth most together."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -79,7 +80,7 @@ def test_windows_never_overlap_and_are_told_no_earlier_than_the_lag(seed: int) -
     features, _ = hidden(["kick", "left arm", "unknown", "kick"], [0.3, 0.1, 0.4, 0.0], seed)
     windows = found(open_spotting(small_model()), features, 5)
     assert len(windows) > 2
-    for (one, _), (other, _) in zip(windows, windows[1:], strict=False):
+    for (one, _), (other, _) in pairwise(windows):
         assert one.end <= other.begin
     assert all(told - window.end >= 5 for window, told in windows)
 

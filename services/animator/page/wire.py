@@ -127,8 +127,11 @@ class SettingUp(msgspec.Struct, frozen=True, tag="checks", tag_field="is"):
 
 
 class PostureShape(msgspec.Struct, frozen=True, tag="posture", tag_field="is"):
+    """label: empty when no model explains it.  likeliest: the best models and their log-likelihoods, best first."""
+
     label: str
     margin: float
+    likeliest: list[tuple[str, float]]
 
 
 class Takes(msgspec.Struct, frozen=True, tag="takes", tag_field="is"):

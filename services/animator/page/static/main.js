@@ -190,9 +190,10 @@ function rows(piece) {
   lines();
 }
 
-function posture({ label, margin }) {
-  el('posture').textContent = label ? label.replaceAll('_', ' ') : '–';
-  el('posture').title = `margin ${margin.toFixed(2)}`;
+function posture({ label, margin, likeliest }) {
+  el('posture').textContent = label ? label.replaceAll('_', ' ').replaceAll('-', ' ') : '–';
+  el('posture').title = [`margin ${margin.toFixed(2)}`, ...likeliest.map(([name, value]) => `${name} ${value.toFixed(1)}`)].join('
+');
 }
 
 function numbers() {

@@ -108,6 +108,13 @@ def test_what_fits_no_body_known_here_is_counted_and_changes_nothing(anatomy: st
     assert replace(worse, unusable=0, services=state.services, now_ns=state.now_ns) == state
 
 
+def test_a_person_who_is_measured_anew_is_shown_as_lost_until_there_is_a_pose() -> None:
+    state = after(body_message(NOW), bap(1, NOW, pose_at(0.0)), assignment(2, NOW, pose_at(0.0), tracking=False))
+    assert snapshot(state).actors["two-view"].lost == ("person",)
+    state = after(bap(3, NOW, pose_at(0.0)), state=state)
+    assert snapshot(state).actors["two-view"].lost == ()
+
+
 def test_services_beyond_the_expected_are_shown_too() -> None:
     state, _ = step(Setup(), initial_state(Setup()), said(health("recorder", "here", NOW), NOW))
     assert [(row.service, row.id, row.condition) for row in snapshot(state).rows] == [("recorder", "here", "well")]

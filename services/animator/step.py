@@ -134,12 +134,20 @@ def _hear(state: State, message: m.Message, received_ns: int) -> State:
             return replace(state, previews=_with(state.previews, viewer, message))
         case m.CameraInfo(viewer=viewer):
             return replace(state, cameras=_with(state.cameras, viewer, message))
-        case m.Assignment():
-            return replace(state, assignment=message)
+        case m.Assignment(tracking=tracking):
+            return replace(state if tracking else _measured_anew(state), assignment=message)
         case m.Posture():
             return replace(state, posture=message)
         case _:
             return state
+
+
+def _measured_anew(state: State) -> State:
+    """The integrator knows no body any more: what is shown is the person of before."""
+    actor = state.actors.get("two-view")
+    if actor is None or "person" in actor.lost:
+        return state
+    return replace(state, actors=_with(state.actors, "two-view", replace(actor, lost=("person",))))
 
 
 def _body(state: State, source: Source, said: m.Body) -> State:

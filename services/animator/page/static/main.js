@@ -47,7 +47,7 @@ const transport = new Transport((what) => connection.wish(what), turnTo);
 const chooseTab = panels.tabs();
 const setSources = panels.choice(el('sources'), (name) => { choose(name); });
 panels.choice(el('looks'), (name) => look.look(name))(Object.keys(LOOKS), 'corner');
-panels.switches(el('layers'), ['actor', 'floor', 'cameras', 'silhouettes', 'outlines', 'trails', 'points', 'plots'], () => true, (name, on) => {
+panels.switches(el('layers'), ['actor', 'floor', 'cameras', 'silhouettes', 'outlines', 'trails', 'plots'], () => true, (name, on) => {
   if (name in wanted) { wanted[name] = on; views.again(state.source, wanted); }
   if (name === 'plots') el('plots').hidden = !on;
   else stage.layers[name] = name === 'silhouettes' ? true : on;
@@ -192,8 +192,7 @@ function rows(piece) {
 
 function posture({ label, margin, likeliest }) {
   el('posture').textContent = label ? label.replaceAll('_', ' ').replaceAll('-', ' ') : '–';
-  el('posture').title = [`margin ${margin.toFixed(2)}`, ...likeliest.map(([name, value]) => `${name} ${value.toFixed(1)}`)].join('
-');
+  el('posture').title = [`margin ${margin.toFixed(2)}`, ...likeliest.map(([name, value]) => `${name} ${value.toFixed(1)}`)].join('\n');
 }
 
 function numbers() {

@@ -1,7 +1,7 @@
 // Looking around with mouse, touch and keys; and the ready-made looks.
 
 export const LOOKS = {
-  corner: { yaw: 0.75, pitch: 0.19 }, front: { yaw: 0, pitch: 0.08 }, side: { yaw: -Math.PI / 2, pitch: 0.08 },
+  corner: { yaw: 1.0, pitch: 0.21 }, front: { yaw: 0, pitch: 0.08 }, side: { yaw: -Math.PI / 2, pitch: 0.08 },
   back: { yaw: Math.PI, pitch: 0.12 }, above: { yaw: 0, pitch: 1.45 },
 };
 const NEAREST = 1.2;

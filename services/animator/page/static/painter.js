@@ -101,7 +101,7 @@ export class Painter {
     for (let k = 0; k <= CAP_ROWS; k++) rows.push([0, (k / CAP_ROWS - 1) * (Math.PI / 2)]);
     for (let k = 0; k <= CAP_ROWS; k++) rows.push([1, (k / CAP_ROWS) * (Math.PI / 2)]);
     const data = rows.flatMap(([end, angle]) => [...Array(AROUND + 1).keys()].flatMap((n) => {
-      const turn = (2 * Math.PI * n) / AROUND;
+      const turn = (2 * Math.PI * (n % AROUND)) / AROUND;  // the last ring's corner is the first one's to the last bit
       return [Math.cos(turn), Math.sin(turn), end, Math.cos(angle), Math.sin(angle)];
     }));
     const mesh = this.mesh(new Float32Array(data), [2, 3]);

@@ -54,7 +54,7 @@ export function services(rows) {
     first.append(name);
     const well = row.condition === 'well';
     line.append(
-      first, cell(well ? `${number(row.rate, 1)}/s` : '', 'number'),
+      first, cell(well && row.rate ? `${number(row.rate, 1)}/s` : '', 'number'),
       cell(well && row.latency_ms !== null ? `${number(row.latency_ms, 1)} ms` : '', 'number'),
       cell(row.dropped ? `${row.dropped} lost` : '', 'number lost'),
     );

@@ -9,7 +9,7 @@ const PALE = '#dfe5ee';
 const both = (joint, axis) => [[`right_${joint}.${axis}`, BLUE], [`left_${joint}.${axis}`, ORANGE]];
 
 export const PLOTS = [
-  ['elbows', both('elbow', 'x')], ['shoulders', both('shoulder', 'z')], ['knees', both('knee', 'x')],
+  ['elbows', both('elbow', 'x')], ['arms', both('shoulder', 'z')], ['knees', both('knee', 'x')],
   ['hips', both('hip', 'x')], ['turn', [['navel.y', PALE]]], ['lean', [['navel.x', PALE]]],
 ];
 

@@ -132,11 +132,3 @@ void main() { at = spot; gl_Position = camera * vec4(place, 1.0); }`;
 export const PICTURE_FRAGMENT = `#version 300 es
 precision highp float; in vec2 at; uniform sampler2D picture; uniform float strength; out vec4 pixel;
 void main() { pixel = texture(picture, at) * strength; }`;
-
-export const POINT_VERTEX = `#version 300 es
-layout(location=0) in vec3 place; uniform mat4 camera; uniform float size;
-void main() { gl_Position = camera * vec4(place, 1.0); gl_PointSize = clamp(size / gl_Position.w, 1.5, 8.0); }`;
-
-export const POINT_FRAGMENT = `#version 300 es
-precision highp float; out vec4 pixel;
-void main() { float a = 1.0 - smoothstep(0.3, 0.5, length(gl_PointCoord - 0.5)); pixel = vec4(0.45, 0.95, 0.85, 1.0) * a * 0.85; }`;

@@ -1,4 +1,4 @@
-// The stage: floor, actor, cameras, trails and points, drawn with WebGL 2 whenever something has changed.
+// The stage: floor, actor, cameras and trails, drawn with WebGL 2 whenever something has changed.
 import { lookAt, minus, multiply, perspective, project } from './algebra.js';
 import { Painter } from './painter.js';
 import * as shaders from './shaders.js';
@@ -16,12 +16,11 @@ export class Stage {
     this.canvas = canvas;
     const gl = (this.gl = canvas.getContext('webgl2', { antialias: true, alpha: false }));
     if (!gl) throw new Error('this browser has no WebGL 2');
-    this.eye = { target: [0, 0.95, 0], yaw: 0.75, pitch: 0.19, distance: 5.6 };
-    this.layers = { floor: true, actor: true, cameras: true, silhouettes: true, trails: true, points: true };
+    this.eye = { target: [0, 0.95, 0], yaw: 1.0, pitch: 0.21, distance: 6 };
+    this.layers = { floor: true, actor: true, cameras: true, silhouettes: true, trails: true };
     this.capsules = [];
     this.lines = [];
     this.pictures = new Map();
-    this.points = new Float32Array(0);
     this.drawn = 0;
     this.waiting = false;
     this.shift = [0, 0];  // of the middle of the picture, in halves of the page, to what the panels leave free
@@ -31,13 +30,11 @@ export class Stage {
       capsule: [shaders.CAPSULE_VERTEX, shaders.CAPSULE_FRAGMENT], floor: [shaders.FLOOR_VERTEX, shaders.FLOOR_FRAGMENT],
       shadow: [shaders.SHADOW_VERTEX, shaders.SHADOW_FRAGMENT], back: [shaders.BACK_VERTEX, shaders.BACK_FRAGMENT],
       line: [shaders.LINE_VERTEX, shaders.LINE_FRAGMENT], picture: [shaders.PICTURE_VERTEX, shaders.PICTURE_FRAGMENT],
-      point: [shaders.POINT_VERTEX, shaders.POINT_FRAGMENT],
     });
     this.capsule = this.painter.capsuleMesh();
     this.square = this.painter.mesh(new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), [2]);
     this.ribbon = this.painter.mesh(new Float32Array(0), [3, 3, 2, 4]);
     this.sheet = this.painter.mesh(new Float32Array(0), [3, 2]);
-    this.cloud = this.painter.mesh(new Float32Array(0), [3]);
     this.shadow = this.painter.target(SHADOW_PX);
     new ResizeObserver(() => this.changed()).observe(canvas);
   }
@@ -133,11 +130,6 @@ export class Stage {
     gl.depthMask(false);
     if (this.layers.silhouettes) this.drawPictures(camera);
     this.drawLines(camera, width / scale, height / scale);
-    if (this.layers.points && this.points.length) {
-      this.painter.use('point', { camera, size: 22 * scale });
-      this.painter.fill(this.cloud, this.points);
-      this.painter.fan(this.cloud, gl.POINTS, this.points.length / 3);
-    }
     gl.depthMask(true);
     this.drawn++;
   }

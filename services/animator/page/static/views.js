@@ -75,7 +75,7 @@ class View {
       pen.stroke();
     }
     this.draw();
-    this.caption.querySelector('.role').textContent = piece.role;
+    if (!this.ill) this.caption.querySelector('.role').textContent = piece.role;
     this.caption.querySelector('.score').textContent = piece.score === null ? '' : piece.score.toFixed(2);
     return true;
   }
@@ -125,10 +125,11 @@ export class Views {
 
   // condition: of a viewer, as in the table of services.
   condition(viewer, condition, silent) {
-    const { card, caption } = this.view(viewer);
-    card.dataset.condition = condition;
-    if (condition === 'stale' || condition === 'gone')
-      caption.querySelector('.role').textContent = condition === 'gone' ? 'gone' : `silent for ${silent.toFixed(0)} s`;
+    const view = this.view(viewer);
+    view.card.dataset.condition = condition;
+    view.ill = condition === 'stale' || condition === 'gone';
+    if (view.ill)
+      view.caption.querySelector('.role').textContent = condition === 'gone' ? 'gone' : `silent for ${silent.toFixed(0)} s`;
   }
 
   clear() {

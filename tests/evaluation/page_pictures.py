@@ -1,0 +1,79 @@
+"""The README's pictures of the page, of a real demo in a real browser.
+
+    python -m tests.evaluation.page_pictures [--folder docs] [--seconds 20]
+
+Needs Chromium and playwright, and a machine that has little else to do: without a graphics card the browser is slow.
+"""
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+from playwright.sync_api import Page, sync_playwright
+
+from services.launcher.mesh import free_ports
+from tests.evaluation.animator import FLAGS
+from tests.test_animator_system import rig_file
+
+SIZE = {"width": 1440, "height": 900}
+PATIENCE_S = 90.0
+
+
+def main(folder: Path, seconds: float) -> None:
+    with tempfile.TemporaryDirectory() as place, sync_playwright() as driver:
+        (port,) = free_ports(1)
+        command = [sys.executable, "-P", "-m", "services.cli", "up", str(rig_file(Path(place), port))]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            address = f"http://127.0.0.1:{port}/"
+            served(address)
+            browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+            page = browser.new_page(viewport=SIZE)
+            page.goto(address)
+            page.click("[data-tab=setup]")
+            page.wait_for_timeout(2000)
+            page.click("#measure")
+            page.wait_for_timeout(2500)
+            page.screenshot(path=folder / "page-measure.png")
+            page.click("#guide-cancel")
+            page.click("[data-tab=show]")
+            tracked(page)
+            page.wait_for_timeout(1000 * seconds)
+            page.screenshot(path=folder / "page.png")
+            browser.close()
+        finally:
+            process.terminate()
+            process.wait(30)
+
+
+def served(address: str) -> None:
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        try:
+            urllib.request.urlopen(address, timeout=5).close()
+            return
+        except (urllib.error.URLError, OSError):
+            time.sleep(0.2)
+    raise TimeoutError(f"{address} was not served within {PATIENCE_S:g} s")
+
+
+def tracked(page: Page) -> None:
+    end_s = time.monotonic() + PATIENCE_S
+    while not page.evaluate("zenocap.state.count"):
+        if time.monotonic() > end_s:
+            raise TimeoutError(f"no pose within {PATIENCE_S:g} s")
+        page.wait_for_timeout(100)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path, default=Path("docs"))
+    parser.add_argument("--seconds", type=float, default=20.0, help="of tracking before the picture")
+    given = parser.parse_args()
+    main(given.folder, given.seconds)

@@ -25,7 +25,7 @@ from common.body.kinematics import joint_centres
 from common.bus.protocol import Tick
 from common.runtime.rig import demo_rig
 from common.vision.packing import unpack
-from services.animator.page.display import CHECKS_NS, ROWS_NS, VIEWS_NS, Shown, show
+from services.animator.page.display import CHECKS_NS, POSED_NS, ROWS_NS, VIEWS_NS, Shown, show
 from services.animator.page.hub import Piece
 from services.animator.page.news import checks, news, pinhole, rows, views
 from services.animator.page.wire import Ask, Control, ListTakes, Play, Watch, Wish, wish_of
@@ -136,6 +136,27 @@ def test_a_damaged_silhouette_is_said_to_be() -> None:
     broken = m.Silhouette(frame=1, captured_ns=NOW, viewer="1", size=(160, 120), region=(0, 0, 8, 8), data=b"no")
     told = json.loads(checks(after(broken)).data)
     assert [check["verdict"] for check in told["viewers"]["1"]][-1] == "bad"
+
+
+def test_silhouettes_wait_for_the_pose_that_fits_them() -> None:
+    camera = demo_rig().viewers[0].camera
+    shown, first = show(Shown(), full(), 1)
+    assert "view/1" in [piece.name for piece in first]
+    later_ns = NOW + 2 * VIEWS_NS
+    mask = silhouette("1", 2, later_ns, mask_of(camera, pose_at(0.1)))
+    state = after(mask, state=shown.state, now_ns=later_ns)
+    shown, pieces = show(shown, state, 1)
+    assert "view/1" not in [piece.name for piece in pieces]
+    shown, pieces = show(shown, after(bap(2, later_ns, pose_at(0.1)), state=state, now_ns=later_ns), 1)
+    assert {"view/1", "pose/two-view"} <= {piece.name for piece in pieces}
+
+
+def test_silhouettes_are_shown_where_no_poses_come() -> None:
+    shown, _ = show(Shown(), full(), 1)
+    late_ns = NOW + 2 * POSED_NS
+    mask = silhouette("1", 2, late_ns, mask_of(demo_rig().viewers[0].camera, pose_at(0.1)))
+    _, pieces = show(shown, after(mask, state=shown.state, now_ns=late_ns), 1)
+    assert "view/1" in [piece.name for piece in pieces]
 
 
 def test_poses_are_shown_as_they_come_and_the_rest_at_its_own_pace() -> None:

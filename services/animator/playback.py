@@ -32,6 +32,7 @@ logger = logging.getLogger(__name__)
 
 RIG = "take"  # under which a take is replayed
 MOST_TAKES = 200
+MOST_ORDERS = 64  # that wait
 TICK_NS, WAIT_S = 200_000_000, 0.02
 PATIENCE_S = 3.0
 DELAY_S = 0.3  # for the replay to find this bus
@@ -66,8 +67,9 @@ class Playback:
         return wire.Takes([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[:MOST_TAKES]])
 
     def order(self, order: Order) -> None:
-        """From any thread; never waits."""
-        self._orders.put(order)
+        """From any thread; never waits.  Beyond MOST_ORDERS they are dropped: nobody presses so fast."""
+        if self._orders.qsize() < MOST_ORDERS:
+            self._orders.put(order)
 
     def close(self) -> None:
         self._orders.put(Stop(for_good=True))
@@ -126,7 +128,8 @@ class Playback:
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
                 if replay.status is not None and replay.status != last:
                     last = replay.status
-                    self._tell(wire.Player(take, last.place_s, last.duration_s, last.rate, last.paused))
+                    problem = f"{last.bad} messages cannot be read by this version" if last.bad else ""
+                    self._tell(wire.Player(take, last.place_s, last.duration_s, last.rate, last.paused, problem))
             shown, pieces = show(shown, state, self._hub.pages)
             if pieces:
                 self._hub.publish("take", pieces)
@@ -145,6 +148,7 @@ class Place(msgspec.Struct, frozen=True):
     duration_s: float
     rate: float
     paused: bool
+    bad: int = 0
 
 
 class _Replay:

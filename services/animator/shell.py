@@ -47,6 +47,7 @@ TOPICS = (
     HEALTH, POSTURE,
 )  # fmt: skip
 TICK_NS = 200_000_000
+MOST_WISHES = 16  # that wait for the service's loop; more are dropped
 
 
 def animator_service(
@@ -174,7 +175,7 @@ class Desk:
     def _hear(self, page: Page, wish: wire.Wish) -> None:
         """In the page's thread."""
         match wish:
-            case wire.Ask():
+            case wire.Ask() if self._wishes.qsize() < MOST_WISHES:
                 self._wishes.put(wish)
                 self._bus.wake()
             case wire.Watch(feed=feed) if self._server is not None:

@@ -27,7 +27,10 @@ JUMP_NS = 5_000_000_000
 
 @dataclass(frozen=True)
 class Status:
-    """place_ns: in the takes; the replayed part is begin_ns to end_ns.  rate: 0 for as fast as consumers keep up."""
+    """place_ns: in the takes; the replayed part is begin_ns to end_ns.  rate: 0 for as fast as consumers keep up.
+
+    bad: messages that are not valid, as those of another version, and were left out.
+    """
 
     place_ns: int
     begin_ns: int
@@ -36,6 +39,7 @@ class Status:
     paused: bool
     lap: int
     sent: int
+    bad: int = 0
 
 
 @dataclass(frozen=True)
@@ -109,7 +113,8 @@ class Player:
     def status(self) -> Status:
         plan = self._plan
         head = self._head
-        return Status(self._place_ns, plan.begin_ns, plan.end_ns, head.rate, head.paused, self._lap, self.sent)
+        bad = self.bad.total()
+        return Status(self._place_ns, plan.begin_ns, plan.end_ns, head.rate, head.paused, self._lap, self.sent, bad)
 
     def _play(self, ready: Ready) -> None:
         """Send the next message if its time has come, else let some time pass."""

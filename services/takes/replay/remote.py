@@ -30,6 +30,7 @@ class StatusLine(msgspec.Struct, frozen=True, kw_only=True):
     rate: float
     paused: bool
     lap: int
+    bad: int = 0
 
 
 class Remote:
@@ -73,6 +74,7 @@ def status_lines(stream: TextIO = sys.stdout) -> Callable[[Status], None]:
                 rate=status.rate,
                 paused=status.paused,
                 lap=status.lap,
+                bad=status.bad,
             )
             stream.write(msgspec.json.encode(line).decode() + "\n")
             stream.flush()

@@ -59,6 +59,7 @@ ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assign
 UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, "every frame")
 TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.KEPT, "on change")
 TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, "every frame")
+POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queueing.ALL, "every posture")
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, "1 Hz")
 HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, "1 Hz or more")
 REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, "when a person asks")
@@ -75,6 +76,7 @@ TOPICS = (
     UNIVERSAL_BAP,
     TRACKER_BDP,
     TRACKER_POSE,
+    POSTURE,
     HEALTH,
     HANDLED,
     REQUEST,

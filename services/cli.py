@@ -5,7 +5,8 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import animator, live, offline, record, replay, takes
+from services.commands import animator, live, offline, recognizer, record, replay, takes
+from services.commands.posture import posture
 from services.commands.prior import prior
 
 app = typer.Typer(
@@ -28,6 +29,7 @@ TABLE = (
     (SERVICES, live.viewer),
     (SERVICES, live.integrator),
     (SERVICES, live.tracker),
+    (SERVICES, recognizer.recognizer),
     (SERVICES, animator.animator),
     (SERVICES, live.router),
     (SERVICES, record.record),
@@ -43,6 +45,7 @@ for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(command)
 app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
 app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
+app.add_typer(posture, name="posture", rich_help_panel=BEFORE)
 
 
 def _print_version(wanted: bool) -> None:

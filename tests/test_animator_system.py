@@ -36,6 +36,7 @@ async def seen(connection: ClientConnection, pieces: Pieces, what: Callable[[Pie
         while not what(pieces):
             for piece in json.loads(await connection.recv()):
                 pieces[str(piece["is"])] = piece
+            await connection.send('{"is":"got"}')
 
     try:
         await asyncio.wait_for(read(), PATIENCE_S)

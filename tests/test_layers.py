@@ -21,12 +21,14 @@ STEPS = {
     "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
     "tracker": {"step", "states"},
     "animator": {"step", "states", "snapshot"},
+    "recognizer": {"step", "states"},
 }
 SHELLS = {
     "integrator": {"shell", "switch"},
     "viewer": {"shell", "beginning", "source", "sources"},
     "animator": {"shell", "playback", "page", "outputs", "render/film"},
     "tracker": {"shell", "motions", "prior/file", "prior/plot", "prior/ship", "prior/shipped"},
+    "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
 ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_session")

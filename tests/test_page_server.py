@@ -16,7 +16,7 @@ from websockets.exceptions import InvalidStatus
 
 from common.messages import Preview, Request
 from common.runtime.animator_table import PageTable
-from services.animator.page.hub import MOST_PAGES
+from services.animator.page.hub import MOST_PAGES, UNDER_WAY
 from services.animator.page.server import PageError, PageServer
 
 TOKEN = "a-token-of-sixteen-letters"
@@ -50,8 +50,15 @@ async def pieces_until(connection: ClientConnection, kind: str) -> list[dict[str
     """All pieces up to the first of a kind."""
     found: list[dict[str, object]] = []
     while not any(piece["is"] == kind for piece in found):
-        found += json.loads(await connection.recv())
+        found += await pieces_of(connection)
     return found
+
+
+async def pieces_of(connection: ClientConnection) -> list[dict[str, object]]:
+    """The next list, which the page says to have got."""
+    pieces: list[dict[str, object]] = json.loads(await asyncio.wait_for(connection.recv(), 30))
+    await connection.send('{"is":"got"}')
+    return pieces
 
 
 def test_the_page_and_its_files_come_with_a_policy_that_keeps_it_at_home(tmp_path: Path) -> None:
@@ -157,7 +164,7 @@ def test_a_page_that_never_reads_loses_frames_of_its_own_and_costs_no_memory(tmp
             for k in range(120):
                 large = Preview(frame=k, captured_ns=0, viewer="1", jpeg=bytes(200_000))
                 animator.hear(large, bap(k, animator.clock.now_ns(), pose_at(k / 60)))
-                seen += sum(piece["is"] == "pose" for piece in json.loads(await asyncio.wait_for(eager.recv(), 30)))
+                seen += sum(piece["is"] == "pose" for piece in await pieces_of(eager))
             return seen, animator.desk.most_waiting
 
     with stand_in(tmp_path) as animator:
@@ -165,6 +172,26 @@ def test_a_page_that_never_reads_loses_frames_of_its_own_and_costs_no_memory(tmp
         seen, waiting = talk(animator.address, starve)
     assert seen > 60
     assert 0 < waiting < 20  # pieces, one of each name
+
+
+def test_a_page_that_is_behind_gets_the_newest_next_and_nothing_in_between(tmp_path: Path) -> None:
+    async def dawdle(connection: ClientConnection) -> list[int]:
+        await pieces_until(connection, "hello")
+        frames: list[int] = []
+        for k in range(50):
+            animator.hear(bap(k, animator.clock.now_ns(), pose_at(0.0)))
+            await asyncio.sleep(0.002)
+        for _ in range(UNDER_WAY):  # what was sent before it stopped to say so
+            frames += [int(str(p["frame"])) for p in json.loads(await connection.recv()) if p["is"] == "pose"]
+        await connection.send('{"is":"got"}')
+        frames += [int(str(p["frame"])) for p in await pieces_of(connection) if p["is"] == "pose"]
+        return frames
+
+    with stand_in(tmp_path) as animator:
+        animator.begin()
+        frames = talk(animator.address, dawdle)
+    assert frames[-1] == 49
+    assert len(frames) <= UNDER_WAY + 1
 
 
 def test_there_are_not_more_pages_than_can_be_served(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from common.topics import (
     CAMERA,
     HEALTH,
     PARTIAL_BAP,
+    POSTURE,
     PREVIEW,
     SIGHTING,
     SILHOUETTE,
@@ -43,7 +44,7 @@ logger = logging.getLogger(__name__)
 ID = "main"
 TOPICS = (
     SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE,
-    HEALTH,
+    HEALTH, POSTURE,
 )  # fmt: skip
 TICK_NS = 200_000_000
 
@@ -52,8 +53,9 @@ def animator_service(
     rig: Rig, where: Callable[[], str] = lambda: "", hear: Callable[[Envelope], None] = lambda _: None
 ) -> Service[Setup, State, Never]:
     """The animator of a rig.  where: says where its page is, for its health.  hear: gets every message first."""
-    tracker = (("tracker", "main"),) if rig.tracker is not None else ()
-    setup = Setup((*(("viewer", viewer.id) for viewer in rig.viewers), ("integrator", "main"), *tracker))
+    optional = {"tracker": rig.tracker, "recognizer": rig.recognizer}
+    beside = ((name, "main") for name, spec in optional.items() if spec is not None)
+    setup = Setup((*(("viewer", viewer.id) for viewer in rig.viewers), ("integrator", "main"), *beside))
 
     def heard(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
         if isinstance(event, Envelope):
@@ -147,7 +149,7 @@ class Desk:
         actor = state.actors.get(self._source)
         if actor is not None and actor is not self._sent:
             self._sent = actor
-            self.outputs.send(actor, None)
+            self.outputs.send(actor, state.posture.label if state.posture is not None else None)
         if self._server is None or not self._server.hub.pages:
             return
         if self._cold:

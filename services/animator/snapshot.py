@@ -53,3 +53,4 @@ class Snapshot:
     previews: Mapping[str, m.Preview]
     cameras: Mapping[str, m.CameraInfo]
     assignment: m.Assignment | None
+    posture: m.Posture | None = None

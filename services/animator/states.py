@@ -46,7 +46,7 @@ class Body:
 
 @dataclass(frozen=True)
 class State:
-    """The last of everything.  bodies, actors: by who found them.  posture: in words, "" for none.
+    """The last of everything.  bodies, actors: by who found them.
 
     unusable: messages that are valid but fit no body known here.
     """
@@ -60,4 +60,5 @@ class State:
     previews: Mapping[str, m.Preview] = field(default_factory=dict)
     cameras: Mapping[str, m.CameraInfo] = field(default_factory=dict)
     assignment: m.Assignment | None = None
+    posture: m.Posture | None = None
     unusable: int = 0

@@ -46,7 +46,7 @@ def snapshot(state: State) -> Snapshot:
     ]
     return Snapshot(
         state.now_ns, state.actors, rows, state.silhouettes, state.sightings, state.previews, state.cameras,
-        state.assignment,
+        state.assignment, state.posture,
     )  # fmt: skip
 
 
@@ -110,6 +110,8 @@ def _sender(message: m.Message) -> tuple[Service | None, bool]:
             return ("integrator", "main"), True
         case m.TrackerPose():
             return ("tracker", "main"), True
+        case m.Posture():
+            return ("recognizer", "main"), False
         case _:  # the last value of a KEPT topic may come from a cache, long after it was said
             return None, False
 
@@ -134,6 +136,8 @@ def _hear(state: State, message: m.Message, received_ns: int) -> State:
             return replace(state, cameras=_with(state.cameras, viewer, message))
         case m.Assignment():
             return replace(state, assignment=message)
+        case m.Posture():
+            return replace(state, posture=message)
         case _:
             return state
 

@@ -21,7 +21,7 @@ from common.runtime import logs
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.specs import Actor
-from common.topics import HEALTH, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from services.launcher.board import Board, Service
 from services.launcher.children import Child, Children
 from services.launcher.display import dropped, plain_line, table
@@ -55,12 +55,13 @@ def run_rig(
     for note in rig.notes:
         console.print(f"note: {note}", markup=False, highlight=False)
     has_actor = any(isinstance(viewer.source, Actor) for viewer in rig.viewers)
-    if not compile_first(has_actor, rig.tracker is not None, stopped, console):
+    if not compile_first(has_actor, rig.tracker is not None, rig.recognizer is not None, stopped, console):
         return DONE if stopped() else FAILED
-    tracker: list[Service] = [("tracker", "main")] if rig.tracker is not None else []
-    animator: list[Service] = [ANIMATOR] if page else []
+    optional = {"tracker": rig.tracker, "recognizer": rig.recognizer}
+    beside: list[Service] = [(name, "main") for name, spec in optional.items() if spec is not None]
     viewers: list[Service] = [("viewer", viewer.id) for viewer in rig.viewers]
-    services: list[Service] = [("integrator", "main"), *tracker, *viewers, *animator]
+    animator: list[Service] = [ANIMATOR] if page else []
+    services: list[Service] = [("integrator", "main"), *beside, *viewers, *animator]
     clock = RealClock()
     places = _places(options, len(services) + 1)
     commands = []
@@ -71,7 +72,7 @@ def run_rig(
         commands.append((f"{name} {id}" if name == "viewer" else name, [*arguments, *_zenoh_arguments(place)]))
     children = Children(commands, time.monotonic)
     with ZenohBus.open(places[-1], rig.name, clock, stopped) as bus:
-        shown = [*viewers, *tracker, services[0], *animator]
+        shown = [*viewers, *beside, services[0], *animator]
         watch = Watch(children, bus, shown, take, console)
         try:
             children.start()
@@ -92,7 +93,7 @@ class Watch:
         self._take, self._console = take, console
         self._board = Board()
         self._first_s: float | None = None
-        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE):
+        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
             bus.subscribe(topic)
         bus.watch_alive()
 
@@ -134,6 +135,9 @@ class Watch:
             )
         else:
             self._print("no pose: the body is measured when all viewers see the initial posture")
+        if self._board.postures:
+            told = ", ".join(f"{label} {count}" for label, count in self._board.postures.items())
+            self._print(f"postures: {told}")
         if self._take is not None:
             takes = sorted(self._take.parent.glob(f"{self._take.stem}*.mcap"))
             for path in takes:

@@ -1,7 +1,8 @@
 """Between the animator's one loop and any number of pages: the newest of everything for each page, at its own pace.
 
-Everything shown has a name; a newer piece takes the place of one of the same name that a page has not been sent yet.  So a
-slow page loses frames of its own, and neither memory nor the loop notices it.
+Everything shown has a name; a newer piece takes the place of one of the same name that a page has not been sent yet, and a
+page is sent more only when it says that it got what it was sent.  So a slow page loses frames of its own and is never
+behind, and neither memory nor the loop notices it.
 """
 
 import asyncio
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field
 from services.animator.page.wire import Feed
 
 MOST_PAGES = 64
+UNDER_WAY = 3  # lists that a page may be behind: enough for 60 a second 50 ms away
 
 
 @dataclass(frozen=True)
@@ -23,11 +25,15 @@ class Piece:
 
 @dataclass(eq=False)
 class Page:
-    """One open page.  waiting: pieces by name, in the order in which their names first came; sent: how many it got."""
+    """One open page.  waiting: pieces by name, in the order in which their names first came.  sent, superseded: pieces.
+
+    behind: lists that it was sent and has not said to have got.
+    """
 
     feed: Feed = "live"
     waiting: dict[str, bytes] = field(default_factory=dict)
     news: asyncio.Event = field(default_factory=asyncio.Event)
+    behind: int = 0
     sent: int = 0
     superseded: int = 0
 
@@ -35,15 +41,28 @@ class Page:
         if piece.name in self.waiting:
             self.superseded += 1
         self.waiting[piece.name] = piece.data
-        self.news.set()
+        self._look()
 
     async def take(self) -> bytes:
-        """Everything that waits, as one JSON list; waits for something."""
+        """Everything that waits, as one JSON list; waits for something, and for the page."""
         await self.news.wait()
-        self.news.clear()
         pieces, self.waiting = self.waiting, {}
         self.sent += len(pieces)
+        self.behind += 1
+        self._look()
         return b"[" + b",".join(pieces.values()) + b"]"
+
+    def got(self) -> None:
+        """The page says that it got a list."""
+        self.behind = max(0, self.behind - 1)
+        self._look()
+
+    def _look(self) -> None:
+        """Whether there is something to send."""
+        if self.waiting and self.behind < UNDER_WAY:
+            self.news.set()
+        else:
+            self.news.clear()
 
 
 class Hub:

@@ -22,6 +22,7 @@ from services.animator.step import snapshot
 
 MILLIMETRES, FINE, TENTHS = 3, 4, 1  # decimals of metres, of quaternions, of degrees and pixels
 LOSSES = ("dropped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors", "log_lost")
+LIKELIEST = 3  # models of a posture that are shown
 AGES = ("result_age", "frame_age")  # stages of a health, the first that is there
 MEASURED = "tracking"  # how the state of a service that knows the body begins
 
@@ -37,6 +38,9 @@ def news(before: State, after: State) -> Iterator[Piece]:
     for viewer, camera in after.cameras.items():
         if before.cameras.get(viewer) is not camera:
             yield _piece(f"camera/{viewer}", _camera(camera))
+    if after.posture is not None and before.posture is not after.posture:
+        said = after.posture
+        yield _piece("posture", wire.PostureShape(said.label or "", round(said.margin, 2), _likeliest(said)))
     for viewer, preview in after.previews.items():
         if before.previews.get(viewer) is not preview:
             yield _piece(f"preview/{viewer}", wire.PreviewShape(viewer, preview.jpeg))
@@ -146,6 +150,12 @@ def _view(state: State, viewer: str, silhouette: m.Silhouette) -> wire.ViewShape
         viewer, silhouette.size, silhouette.region, silhouette.data, drawn, assigned.view if assigned else "",
         round(sighting.score, 3) if sighting and sighting.score else None,
     )  # fmt: skip
+
+
+def _likeliest(posture: m.Posture) -> list[tuple[str, float]]:
+    """The best models and their log-likelihoods, best first."""
+    best = sorted(posture.log_likelihoods.items(), key=lambda pair: -pair[1])[:LIKELIEST]
+    return [(label, round(value, 1)) for label, value in best]
 
 
 def _row(row: Row) -> wire.ServiceRow:

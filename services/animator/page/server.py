@@ -21,7 +21,7 @@ from websockets.http11 import Request, Response
 
 from common.runtime.animator_table import PageTable, is_loopback
 from services.animator.page.hub import Hub, Page
-from services.animator.page.wire import Notice, Wish, encode, wish_of
+from services.animator.page.wire import Got, Notice, Wish, encode, wish_of
 
 logger = logging.getLogger(__name__)
 
@@ -148,7 +148,11 @@ class PageServer:
         try:
             async for text in connection:
                 try:
-                    self._heard(page, wish_of(text))
+                    wish = wish_of(text)
+                    if isinstance(wish, Got):
+                        page.got()
+                    else:
+                        self._heard(page, wish)
                 except ValueError as problem:
                     await connection.send(b"[" + encode(Notice(str(problem))) + b"]", text=True)
         except ConnectionClosed:

@@ -127,8 +127,11 @@ class SettingUp(msgspec.Struct, frozen=True, tag="checks", tag_field="is"):
 
 
 class PostureShape(msgspec.Struct, frozen=True, tag="posture", tag_field="is"):
+    """label: empty when no model explains it.  likeliest: the best models and their log-likelihoods, best first."""
+
     label: str
     margin: float
+    likeliest: list[tuple[str, float]]
 
 
 class Takes(msgspec.Struct, frozen=True, tag="takes", tag_field="is"):
@@ -168,6 +171,10 @@ class Ask(msgspec.Struct, frozen=True, tag="ask", tag_field="is", forbid_unknown
     what: Literal["measure", "record", "stop_recording"]
 
 
+class Got(msgspec.Struct, frozen=True, tag="got", tag_field="is", forbid_unknown_fields=True):
+    """The page has shown a list of pieces, and may be sent another."""
+
+
 class Watch(msgspec.Struct, frozen=True, tag="watch", tag_field="is", forbid_unknown_fields=True):
     """What this page shows: what happens now, or the take that is being played."""
 
@@ -191,7 +198,7 @@ class Control(msgspec.Struct, frozen=True, tag="control", tag_field="is", forbid
     stop: bool = False
 
 
-Wish: TypeAlias = Ask | Watch | ListTakes | Play | Control
+Wish: TypeAlias = Ask | Got | Watch | ListTakes | Play | Control
 _wishes = msgspec.json.Decoder(Wish)
 encode = msgspec.json.Encoder().encode
 

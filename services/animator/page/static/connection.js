@@ -17,7 +17,11 @@ export class Connection {
     this.socket = new WebSocket(`${scheme}://${location.host}/socket${location.search}`);
     this.socket.onopen = () => { this.pause = FIRST_PAUSE_MS; this.changed(true); };
     this.socket.onmessage = ({ data }) => {
-      for (const piece of JSON.parse(data)) this.handlers[piece.is]?.(piece);
+      try {
+        for (const piece of JSON.parse(data)) this.handlers[piece.is]?.(piece);
+      } finally {
+        this.wish({ is: 'got' });  // only then is more sent, so that a slow page is never behind
+      }
     };
     this.socket.onclose = () => {
       this.changed(false);

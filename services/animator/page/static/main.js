@@ -28,7 +28,7 @@ const views = new Views(el('views'), (viewer, picture) => {
 });
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
-  trail: [], trail_s: 2, arrivals: [], latencies: [], count: 0,
+  trail: [], trail_s: 2, arrivals: [], latencies: [], ages: [], count: 0,  // late since the animator had a pose, and since its capture
 };
 const connection = new Connection({
   hello, body, pose, camera, view, preview: (piece) => views.preview(piece), rows, posture,
@@ -117,8 +117,10 @@ function show(piece) {
   if (look.follows && !piece.lost.includes('person'))
     for (const axis of [0, 2]) stage.eye.target[axis] += FOLLOW * (piece.positions[axis] - stage.eye.target[axis]);
   const now = performance.now();
-  state.latencies.push(performance.timeOrigin + now - piece.received_ms);
-  if (state.latencies.length > KEPT_LATENCIES) state.latencies.shift();
+  for (const [kept, since] of [[state.latencies, piece.received_ms], [state.ages, piece.captured_ms]]) {
+    kept.push(performance.timeOrigin + now - since);
+    if (kept.length > KEPT_LATENCIES) kept.shift();
+  }
   state.arrivals.push(now);
   state.count++;
   const last = state.trail.at(-1);
@@ -188,9 +190,10 @@ function rows(piece) {
   lines();
 }
 
-function posture({ label, margin }) {
-  el('posture').textContent = label ? label.replaceAll('_', ' ') : '–';
-  el('posture').title = `margin ${margin.toFixed(2)}`;
+function posture({ label, margin, likeliest }) {
+  el('posture').textContent = label ? label.replaceAll('_', ' ').replaceAll('-', ' ') : '–';
+  el('posture').title = [`margin ${margin.toFixed(2)}`, ...likeliest.map(([name, value]) => `${name} ${value.toFixed(1)}`)].join('
+');
 }
 
 function numbers() {

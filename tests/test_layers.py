@@ -26,7 +26,7 @@ STEPS = {
 SHELLS = {
     "integrator": {"shell", "switch"},
     "viewer": {"shell", "beginning", "source", "sources"},
-    "animator": {"shell", "playback", "page", "outputs", "render/film"},
+    "animator": {"shell", "playback", "page", "outputs", "render/film", "render/labels"},
     "tracker": {"shell", "motions", "prior/file", "prior/plot", "prior/ship", "prior/shipped"},
     "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
 }

@@ -50,7 +50,6 @@ def write(image: Image, caption: Caption, look: Look) -> None:
 
 def _put(image: Image, words: str, place: tuple[int, int], scale: float, colour: Bgr, right: bool = False) -> None:
     """Words on a line that begins, or with `right` ends, at `place`; what is outside the image is left out."""
-    words = words.encode("ascii", "replace").decode()  # the font has no others
     thick = max(1, round(1.3 * FINER * scale))
     (width, above), below = cv2.getTextSize(words, FONT, scale * FINER, thick)
     if not width:

@@ -19,6 +19,7 @@ from common.formats.trc import FormatError
 from common.formats.whole import whole_file
 from common.messages import CameraInfo
 from services.animator.render.caption import Caption, write
+from services.animator.render.labels import label_at, read_labels
 from services.animator.render.look import LOOKS
 from services.animator.render.path import Shot, path_of
 from services.animator.render.scene import Image, Stage
@@ -133,7 +134,8 @@ class Drawing:
     def __init__(self, poses: Poses, track: PoseTrack, wishes: Wishes, seen: PoseTrack, samples: int) -> None:
         """Raises FormatError for a view that the take does not have."""
         self._track, self._wishes, self._samples = track, wishes, samples
-        self._title = poses.path.stem
+        self._title, self._start_ns = poses.path.stem, poses.start_ns
+        self._labels = read_labels(poses.path) if wishes.captions else ()
         self._solids = solids(track.anatomy, track.bdp)
         self._limbs = {limb.name: {limb.upper, limb.lower} for limb in limbs_of(track.anatomy)}
         self._names = [marker.name for marker in track.anatomy.markers]
@@ -175,13 +177,17 @@ class Drawing:
         times_s = self._track.times_s
         share = float((times_s[row] - times_s[0]) / max(times_s[-1] - times_s[0], 1e-9))
         warning = "" if self._track.known[row] else "person lost"
-        return Caption(self._title, f"{times_s[row]:.2f} s", warning=warning, share=share)
+        return Caption(self._title, f"{times_s[row]:.2f} s", self.label(row), warning, share)
+
+    def label(self, row: int) -> str:
+        """The posture that was recognised then; "" for none."""
+        return label_at(self._labels, self._start_ns + round(float(self._track.times_s[row]) * 1e9))
 
     def caption_of_picture(self, first: int, last: int) -> Caption:
         """Of a picture that shows a row, or several from the first to the last."""
         times_s = self._track.times_s
         until = f" to {times_s[last]:.2f} s" if last > first else " s"
-        return Caption(self._title, f"{times_s[first]:.2f}{until}")
+        return Caption(self._title, f"{times_s[first]:.2f}{until}", "" if last > first else self.label(first))
 
     def trail(self, row: int) -> Surface | None:
         """Where hands and feet were before a row; None without trails."""

@@ -77,7 +77,7 @@ def test_commands_that_do_not_exist_do_not_appear() -> None:
     text = zenocap("--help")[1]
     for name in COMMANDS:
         assert name in text
-    for later in ("recognizer", "animator", "doctor"):
+    for later in ("animator", "doctor"):
         assert later not in text
 
 

@@ -5,23 +5,29 @@ What it refers to is looked up here too: a model is a file beside the rig, or on
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
 
 Source = Literal["integrator", "tracker"]  # whose poses
 POSTURES = Path(__file__).resolve().parents[2] / "deploy" / "postures"
 SUFFIX = ".postures"
+STRICTNESS = 0.24  # chosen on synthetic people tracked from video: see `services.recognizer.spotting`
+Strictness = Annotated[float, Meta(ge=0, le=10)]
 
 
 class RecognizerTable(msgspec.Struct, frozen=True, kw_only=True):
     """model: a file relative to the rig, or the name of one that comes with the project.
 
     source: "integrator" or "tracker"; default: the one that finds the poses by the rig's method.
+    strictness: how much likelier than movements made of parts of postures one must be, as a share of what is usual; more:
+    fewer false postures, and fewer right ones.
     """
 
     model: str = "fifteen"
     source: str | None = None
+    strictness: Strictness = STRICTNESS
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,7 @@ class RecognizerSpec:
 
     model: Path
     source: Source
+    strictness: float = STRICTNESS
 
 
 class RecognizerError(ValueError):
@@ -44,7 +51,7 @@ def recognizer_spec(table: RecognizerTable, method: str, tracks: bool, base: Pat
     source: Source = "tracker" if tracks else "integrator"
     if table.source not in (None, source):
         raise RecognizerError(f"source = {table.source!r}: allowed: {source!r}, which finds the poses by method {method!r}")
-    return RecognizerSpec(find_postures(table.model, base, must_be=files), source)
+    return RecognizerSpec(find_postures(table.model, base, must_be=files), source, table.strictness)
 
 
 def find_postures(text: str, base: Path, *, must_be: bool = True) -> Path:

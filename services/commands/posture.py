@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from services.commands.options import JsonOption, Method, OutputOption, one_line_errors
+from services.commands.posture_label import label
 from services.commands.posture_text import lines_of, model_json, outcome_json, outcome_lines, write_confusion
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -57,6 +58,7 @@ TrackedOption = Annotated[
 MethodOption = Annotated[Method | None, typer.Option(help="How rigs and clip folders are tracked; default: the rig's.")]
 
 posture = typer.Typer(help="Teach postures by examples, and see how well they are told apart.", no_args_is_help=True)
+posture.command()(label)
 
 
 @posture.command()

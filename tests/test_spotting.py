@@ -1,6 +1,7 @@
 """Spotting weighs every window exactly, and takes the ones that are worth most together."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -43,8 +44,8 @@ def ending(model: PostureModel, symbols: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_worth_is_that_of_the_best_windows_by_trying_all(seed: int) -> None:
-    model = small_model()
-    spotting = open_spotting(model)
+    spotting = open_spotting(small_model())
+    model = replace(spotting.model, transition=spotting.transition)
     features, _ = hidden(["right arm", "unknown"], [0.1, 0.0], seed)
     features = features[:60]
     symbols = symbols_of(model, features)
@@ -79,7 +80,7 @@ def test_windows_never_overlap_and_are_told_no_earlier_than_the_lag(seed: int) -
     features, _ = hidden(["kick", "left arm", "unknown", "kick"], [0.3, 0.1, 0.4, 0.0], seed)
     windows = found(open_spotting(small_model()), features, 5)
     assert len(windows) > 2
-    for (one, _), (other, _) in zip(windows, windows[1:], strict=False):
+    for (one, _), (other, _) in pairwise(windows):
         assert one.end <= other.begin
     assert all(told - window.end >= 5 for window, told in windows)
 
@@ -104,3 +105,11 @@ def test_nothing_is_changed_in_place() -> None:
 def test_more_postures_and_shorter_ones_gain_more_by_their_order() -> None:
     model = small_model()
     assert (in_order(replace(model, durations=model.durations / 2)) > in_order(model)).all()
+
+
+def test_standing_on_is_worth_nothing() -> None:
+    """So a window ends with its posture, and is told soon, however few postures a model has."""
+    features, truth = hidden(["squat"], [0.5])
+    ((window, told),) = found(spotting_of(small_model()), np.concatenate([features, np.tile(features[-1], (60, 1))]), 5)
+    assert window.end <= round(truth[0][2] * 15) + 3
+    assert told <= round(truth[0][2] * 15) + 8

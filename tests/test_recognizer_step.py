@@ -4,45 +4,25 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from recognizer_cases import RATE, SECOND
+from recognizer_cases import ACTED as NAMES
+from recognizer_cases import RATE, SECOND, actor_model, angles_of_posture
 
 from common import messages as m
-from common.actor.person import person
-from common.actor.postures import posture
-from common.actor.truth import truth
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from common.bus.protocol import Alive, Envelope, Tick
 from common.conversion import angles_by_name
 from common.topics import topic_of
-from services.recognizer.examples import Example, Plan
-from services.recognizer.features import features_of
 from services.recognizer.model import PostureModel
 from services.recognizer.states import Setup, Source, State
 from services.recognizer.step import counts, describe, initial_state, step
 from services.recognizer.stream import plan_of
-from services.recognizer.training import train
 
-NAMES = ("raise-both-arms", "squat", "kick-right")
 START = 1_700_000_000 * SECOND
-
-
-def angles_of_posture(name: str, someone: int, repetition: int) -> np.ndarray:
-    """(T, angles) of the ten-part anatomy at RATE, after and before half a second of standing."""
-    actor = person(someone)
-    motion = posture(actor, name, repetition)
-    times = np.concatenate([np.zeros(8), np.arange(0.0, motion.duration_s, 1.0 / RATE), np.full(12, motion.duration_s)])
-    return np.array([truth(actor, motion.pose_at(float(time_s))).ten_part_pose().angles for time_s in times])
 
 
 @pytest.fixture(scope="module")
 def model() -> PostureModel:
-    examples = [
-        Example(name, str(someone), str(k), RATE, features_of(TEN_PARTS, angles_of_posture(name, someone, k)[8:-12]))
-        for name in NAMES
-        for someone in range(404, 410)
-        for k in (0, 1)
-    ]
-    return train(examples, Plan())
+    return actor_model()
 
 
 def setup(model: PostureModel, source: Source = "integrator", anatomy: Anatomy = TEN_PARTS) -> Setup:

@@ -20,7 +20,7 @@ from services.recognizer.windows import Integers, carry
 
 Scalar = TypeVar("Scalar", np.float64, np.int64)
 # Chosen on four synthetic people (seeds 300 to 303; the model is of 200 to 207).  Tracked from video by two-view, ten
-# minutes with unknown movements: precision and recall 0.80 and 0.88 at 0.12, 0.86 and 0.85 at 0.16, 0.94 and 0.81 at 0.20.
+# minutes with unknown movements: precision and recall 0.80 and 0.88 at 0.12, 0.92 and 0.85 at 0.18, 0.94 and 0.81 at 0.20.
 # With their true angles 1.00 and 0.95 at all of them.
 STRICTNESS = 0.18  # least score of a window, whatever its threshold, as a share of `in_order`
 PRICE = 0.3  # of a window, so that one that explains as much as two is preferred

@@ -24,6 +24,7 @@ Nanoseconds = Annotated[int, Meta(ge=0, le=2**63 - 1)]  # msgspec refuses bounds
 Number = Annotated[float, Meta(ge=-1e9, le=1e9)]  # finite: a range refuses NaN and infinity, a bare float does not
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+(?!\n)$")]  # "$" alone allows "a\n"
 Text = Annotated[str, Meta(max_length=1000)]
+Label = Annotated[str, Meta(min_length=1, max_length=64)]  # of a posture, in any script
 Point = tuple[Metres, Metres, Metres]
 View = Literal["facade", "flank"]
 Side = Literal["front", "side"]
@@ -157,6 +158,23 @@ class TrackerPose(Message, frozen=True, tag="tracker_pose"):
     views: Annotated[list[Name], Meta(max_length=64)]
 
 
+class Posture(Message, frozen=True, tag="posture"):
+    """What the person did between two moments; times are on the integrator's clock.  [Two-view 5.2]
+
+    label: None when no model explains it.  log_likelihoods: log P(O | model) of the whole segment by label, natural.
+    score: how much better than the background the best label explains a frame of the model's rate, natural logarithm.
+    margin: how much better than the second best, in the same unit; 0 where there is one model.
+    frame, captured_ns: of the pose by which the answer was known, so that captured_ns - end_ns is what it took.
+    """
+
+    label: Label | None
+    start_ns: Nanoseconds
+    end_ns: Nanoseconds
+    log_likelihoods: Annotated[dict[Label, Number], Meta(max_length=256)]
+    score: Number
+    margin: Annotated[float, Meta(ge=0, le=1e9)]
+
+
 class Silhouette(Message, frozen=True, tag="silhouette"):
     """A binary mask, losslessly packed: the region's rows, each as its difference from the one above, 8 pixels a
     byte, zlib, after a byte 1; without that byte the rows as they are.  `common.vision.packing`"""
@@ -222,19 +240,6 @@ class PaceQuery(Message, frozen=True, tag="pace_query"):
 
 
 AnyMessage = (
-    PartialBdp
-    | UniversalBdp
-    | Sighting
-    | Assignment
-    | PartialBap
-    | UniversalBap
-    | TrackerBdp
-    | TrackerPose
-    | Silhouette
-    | Preview
-    | CameraInfo
-    | Health
-    | Handled
-    | ClockQuery
-    | PaceQuery
-)
+    PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | Posture
+    | Silhouette | Preview | CameraInfo | Health | Handled | ClockQuery | PaceQuery
+)  # fmt: skip

@@ -35,8 +35,12 @@ def values(kind: mi.Type) -> st.SearchStrategy[object]:
             return st.sampled_from(allowed)
         case mi.StrType(pattern=str()):
             return NAMES
-        case mi.StrType(max_length=most):
-            return st.text(max_size=min(most or 20, 20))
+        case mi.StrType(min_length=least, max_length=most):
+            return st.text(min_size=least or 0, max_size=min(most or 20, 20))
+        case mi.NoneType():
+            return st.none()
+        case mi.UnionType(types=kinds):
+            return st.one_of([values(one) for one in kinds])
     raise NotImplementedError(kind)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from common.body.anatomy import FOURTEEN_PARTS, Floats
-from services.tracker.coordinates import coordinates_of
+from common.body.coordinates import coordinates_of
 from services.tracker.prior.model import Prior, Reconstruction, Training
 
 COORDINATES = coordinates_of(FOURTEEN_PARTS)

@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of, unwound
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
-from services.tracker.coordinates import coordinates_of
+from common.body.rotation_vectors import rotation_of
 from services.tracker.stature import average_body
 from tests.tracker_scenes import turn
 
@@ -66,3 +67,17 @@ def test_an_arm_that_swings_past_the_front_moves_its_coordinates_smoothly(side: 
     steps = np.abs(np.diff(found, axis=0)).max(axis=1)
     assert steps.max() < 0.02
     assert steps.max() > 0.005
+
+
+def test_a_rotation_past_half_a_turn_goes_on() -> None:
+    at = coordinates_of(FOURTEEN_PARTS).names.index("right_shoulder.1")
+    values = np.zeros((40, coordinates_of(FOURTEEN_PARTS).dimension))
+    turns = np.linspace(2.5, 3.9, 40)
+    values[:, at] = np.where(turns > np.pi, turns - 2 * np.pi, turns)
+    found = unwound(FOURTEEN_PARTS, values)
+    np.testing.assert_allclose(found[:, at], turns, atol=1e-9)
+    one, other = np.empty((3, 3)), np.empty((3, 3))
+    for before, after in zip(values, found, strict=True):
+        rotation_of(before[at : at + 3].copy(), one)
+        rotation_of(after[at : at + 3].copy(), other)
+        np.testing.assert_allclose(one, other, atol=1e-9)

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Pose
 from common.body.kinematics import joint_centres
-from common.body.rotation_vectors import rotation_of
 from common.formats.bvh import write_bvh
 from common.formats.poses import read_poses
 from common.formats.trc import FormatError, Trajectories, write_trc
-from services.tracker.coordinates import coordinates_of
-from services.tracker.motions import actor_motion, motion_of, read_motion, unwound
+from services.tracker.motions import actor_motion, motion_of, read_motion
 from tests.pose_tracks import moving
 from tests.test_from_centres import body, random_pose
 
@@ -28,20 +27,6 @@ def centres(anatomy: Anatomy, coordinates: Floats, root: Floats) -> dict[str, Fl
     pose = Pose(np.zeros(3), coordinates_of(anatomy).angles(coordinates, root))
     points = joint_centres(anatomy, body(anatomy), pose)
     return {marker.name: point for marker, point in zip(anatomy.markers, points, strict=True)}
-
-
-def test_a_rotation_past_half_a_turn_goes_on() -> None:
-    at = coordinates_of(FOURTEEN_PARTS).names.index("right_shoulder.1")
-    values = np.zeros((40, coordinates_of(FOURTEEN_PARTS).dimension))
-    turns = np.linspace(2.5, 3.9, 40)
-    values[:, at] = np.where(turns > np.pi, turns - 2 * np.pi, turns)
-    found = unwound(FOURTEEN_PARTS, values)
-    np.testing.assert_allclose(found[:, at], turns, atol=1e-9)
-    one, other = np.empty((3, 3)), np.empty((3, 3))
-    for before, after in zip(values, found, strict=True):
-        rotation_of(before[at : at + 3].copy(), one)
-        rotation_of(after[at : at + 3].copy(), other)
-        np.testing.assert_allclose(one, other, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["walking", "running", "boxing"])

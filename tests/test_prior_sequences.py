@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Bdp, Pose
 from common.body.kinematics import part_frames
-from services.tracker.coordinates import coordinates_of
 from services.tracker.prior.sequences import held_out, mirrored, resampled, speeds, whole_runs
 
 SEEDS = st.integers(0, 2**32 - 1)

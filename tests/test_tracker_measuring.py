@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Bdp, Pose
 from common.body.proportions import stretched_angles
 from services.tracker.closest import FOUND, Singles, contact, influence, nearest_parts
-from services.tracker.coordinates import coordinates_of
 from services.tracker.linkage import ROOT, move
 from services.tracker.measuring import LIMIT_M, SPREAD_M, Sample, equations, measure
 from services.tracker.model import model_of

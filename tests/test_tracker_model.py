@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from common.body.coordinates import coordinates_of
 from common.body.kinematics import part_frames
-from services.tracker.coordinates import coordinates_of
 from services.tracker.model import WIDEST, local_rotation, model_of
 from services.tracker.stature import average_body
 from tests.tracker_scenes import frames_of, turn, upright

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
+from common.body.coordinates import coordinates_of
 from common.body.definition import Pose
 from common.body.proportions import stretched_angles
-from services.tracker.coordinates import coordinates_of
 from services.tracker.initial import Start, measured_from, stretched_in
 from services.tracker.model import model_of
 from services.tracker.posed import Posed

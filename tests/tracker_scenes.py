@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from common.body.anatomy import FOURTEEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.rotation_vectors import rotation_of
 from services.tracker.closest import REACH, Singles, rays_of
-from services.tracker.coordinates import coordinates_of
 from services.tracker.model import Model, place
 from services.tracker.posed import Posed
 from services.tracker.scene import Scene

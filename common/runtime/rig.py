@@ -6,6 +6,7 @@ from pathlib import Path
 
 from common.camera.files import CalibrationError, read_calibration
 from common.camera.pairs import angle_between_deg, most_orthogonal_pair
+from common.runtime.recognizer_table import RecognizerError, RecognizerSpec, recognizer_spec
 from common.runtime.rig_file import METHODS, TRACKER_METHODS, LogTable, RigError, ZenohTable, read_toml, rig_file
 from common.runtime.rig_folder import folder_rig
 from common.runtime.rig_viewers import Viewer, rig_viewers, size_notes
@@ -21,7 +22,7 @@ class Rig:
     digest: of the content of the rig and calibration files, equal on every machine of the rig.
     files: the rig file and the calibration, for the log.
     person_height: metres, of a person who is not asked for the initial posture; None to measure the body.
-    tracker: how it works; None for a method without one.
+    tracker: how it works; None for a method without one.  recognizer: None for a rig without.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Rig:
     files: tuple[Path, ...]
     person_height: float | None = None
     tracker: TrackerSpec | None = None
+    recognizer: RecognizerSpec | None = None
 
     def viewer(self, id: str) -> Viewer:
         """The viewer of that id.  Raises RigError, which lists the ones there are."""
@@ -80,6 +82,12 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
             tracker = tracker_spec(content.tracker, method, own, base, files=files)
         except TrackerError as error:
             raise RigError(f"{path}: tracker.{error}") from error
+    recognizer = None
+    if content.recognizer is not None:
+        try:
+            recognizer = recognizer_spec(content.recognizer, method, tracker is not None, base, files=files)
+        except RecognizerError as error:
+            raise RigError(f"{path}: recognizer.{error}") from error
     viewers, chosen = _enough(path, method, viewers)
     digest = hashlib.sha256(b"\0".join([content_bytes, calibration.read_bytes(), method.encode()])).hexdigest()[:16]
     all_notes = (*notes, *chosen, *size_notes(content, viewers))
@@ -96,6 +104,7 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
         files_of_rig,
         content.person_height,
         tracker,
+        recognizer,
     )
 
 

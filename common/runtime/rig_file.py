@@ -9,6 +9,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from common.runtime.recognizer_table import RecognizerTable
 from common.runtime.tracker_table import PARTICLES, TrackerTable
 
 TRACKER_METHODS = tuple(PARTICLES)  # hybrid, and the two it is compared with: any number of views, at least two
@@ -63,6 +64,8 @@ class LogTable(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RigFile(msgspec.Struct, frozen=True, kw_only=True):
+    """recognizer: None for a rig that does without."""
+
     name: str
     calibration: str
     viewer: tuple[ViewerTable, ...]
@@ -70,8 +73,14 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     method: str = "two-view"
     person_height: Annotated[float, Meta(ge=0.5, le=2.5)] | None = None  # metres; instead of the initial posture
     tracker: TrackerTable = TrackerTable()
+    recognizer: RecognizerTable | None = None
     zenoh: ZenohTable = ZenohTable()
     log: LogTable = LogTable()
+
+
+TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (
+    ("tracker", TrackerTable), ("recognizer", RecognizerTable), ("zenoh", ZenohTable), ("log", LogTable),
+)  # fmt: skip
 
 
 def read_toml(path: Path) -> dict[str, object]:
@@ -87,7 +96,7 @@ def read_toml(path: Path) -> dict[str, object]:
 def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     """The checked content of the file at `path`.  Raises RigError."""
     _known(path, "", tables, RigFile)
-    for key, kind in (("tracker", TrackerTable), ("zenoh", ZenohTable), ("log", LogTable)):
+    for key, kind in TABLES:
         _known(path, key, tables.get(key), kind)
     viewers = tables.get("viewer")
     if isinstance(viewers, dict):

@@ -10,7 +10,7 @@ from common.runtime.versions import versions
 from common.take.naming import take_path
 from common.take.parts import PartLimits, Parts
 from common.take.recording import Attachment, Recording, nothing_beside
-from common.take.setup import PRIOR_FILE, SETUP_FILE, prior_of, recorded_rig, write_setup
+from common.take.setup import POSTURES_FILE, PRIOR_FILE, SETUP_FILE, postures_of, prior_of, recorded_rig, write_setup
 
 
 def new_parts(rig: Rig, path: Path, start_ns: int, *, must_open: bool = True, limits: PartLimits | None = None) -> Parts:
@@ -59,6 +59,6 @@ def new_recording(
 def attachments(rig: Rig) -> tuple[Attachment, ...]:
     """The files of a rig, and what its steps are set up with."""
     setup = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(rig)))
-    prior = prior_of(rig)
-    priors = () if prior is None else (Attachment(PRIOR_FILE, "application/octet-stream", prior),)
-    return (*(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files), setup, *priors)
+    learnt = ((PRIOR_FILE, prior_of(rig)), (POSTURES_FILE, postures_of(rig)))
+    models = (Attachment(name, "application/octet-stream", content) for name, content in learnt if content is not None)
+    return (*(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files), setup, *models)

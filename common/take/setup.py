@@ -11,13 +11,16 @@ from msgspec import Meta
 
 from common.camera.pinhole import Camera
 from common.messages import Name, Number, Size
+from common.runtime.recognizer_table import Source
 from common.runtime.rig import Rig, RigError
 from common.runtime.specs import learning_frames
 from common.runtime.tracker_table import Iterations, Particles, Points, Seed
 from common.take.reading import TakeError
 
 SETUP_FILE = "setup.json"
-PRIOR_FILE = "tracker.prior"  # the attachment
+PRIOR_FILE = "tracker.prior"  # attachments
+POSTURES_FILE = "recognizer.postures"
+Digest = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$")]  # SHA-256
 
 
 class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -45,7 +48,7 @@ class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 class RecordedTracker(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """As in `common.runtime.tracker_table`.  prior_sha256: of the prior's file, None without one."""
 
-    prior_sha256: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$")] | None
+    prior_sha256: Digest | None
     particles: Particles
     points: Points
     iterations: Iterations
@@ -54,14 +57,22 @@ class RecordedTracker(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     refinement: Name
 
 
+class RecordedRecognizer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """As in `common.runtime.recognizer_table`.  model_sha256: of the model's file, None where it is not at hand."""
+
+    model_sha256: Digest | None
+    source: Source
+
+
 class RecordedRig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """person_height: metres, of a person who was not measured.  tracker: None for a method without one."""
+    """person_height: metres, of a person who was not measured.  tracker, recognizer: None for a rig without one."""
 
     name: Name
     method: Name
     person_height: Size | None
     viewers: Annotated[list[RecordedViewer], Meta(max_length=64)]
     tracker: RecordedTracker | None = None
+    recognizer: RecordedRecognizer | None = None
 
     def cameras(self) -> dict[str, Camera]:
         """By viewer, in the rig's order."""
@@ -90,13 +101,26 @@ def recorded_rig(rig: Rig) -> RecordedRig:
         for viewer in rig.viewers
     ]
     return RecordedRig(
-        name=rig.name, method=rig.method, person_height=rig.person_height, viewers=viewers, tracker=_tracker(rig)
+        name=rig.name,
+        method=rig.method,
+        person_height=rig.person_height,
+        viewers=viewers,
+        tracker=_tracker(rig),
+        recognizer=_recognizer(rig),
     )
 
 
 def prior_of(rig: Rig) -> bytes | None:
     """The content of the prior's file; None without one, or where it lies on another machine.  Raises RigError."""
-    path = rig.tracker.prior if rig.tracker else None
+    return _content(rig.tracker.prior if rig.tracker else None)
+
+
+def postures_of(rig: Rig) -> bytes | None:
+    """The content of the recogniser's model; None without one, or where it lies elsewhere.  Raises RigError."""
+    return _content(rig.recognizer.model if rig.recognizer else None)
+
+
+def _content(path: Path | None) -> bytes | None:
     if path is None or not path.is_file():
         return None
     try:
@@ -108,9 +132,8 @@ def prior_of(rig: Rig) -> bytes | None:
 def _tracker(rig: Rig) -> RecordedTracker | None:
     if rig.tracker is None:
         return None
-    prior = prior_of(rig)
     return RecordedTracker(
-        prior_sha256=None if prior is None else hashlib.sha256(prior).hexdigest(),
+        prior_sha256=_digest(prior_of(rig)),
         particles=rig.tracker.particles,
         points=rig.tracker.points,
         iterations=rig.tracker.iterations,
@@ -118,6 +141,16 @@ def _tracker(rig: Rig) -> RecordedTracker | None:
         anatomy=rig.tracker.anatomy,
         refinement=rig.tracker.refinement,
     )
+
+
+def _recognizer(rig: Rig) -> RecordedRecognizer | None:
+    if rig.recognizer is None:
+        return None
+    return RecordedRecognizer(model_sha256=_digest(postures_of(rig)), source=rig.recognizer.source)
+
+
+def _digest(content: bytes | None) -> str | None:
+    return None if content is None else hashlib.sha256(content).hexdigest()
 
 
 def write_setup(rig: RecordedRig) -> bytes:

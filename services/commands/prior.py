@@ -64,7 +64,7 @@ def train(
     wanted = None if frames is None else parsed_frames(frames)
     with one_line_errors():
         from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
-        from services.tracker.coordinates import coordinates_of
+        from common.body.coordinates import coordinates_of
         from services.tracker.prior.file import PriorError, write_prior
         from services.tracker.prior.training import Plan
         from services.tracker.prior.training import train as run_train

@@ -7,10 +7,10 @@ from functools import lru_cache
 import numpy as np
 
 from common.body.anatomy import Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Bdp
 from common.body.rotation_vectors import rotation_of
 from services.tracker.closest import Singles
-from services.tracker.coordinates import coordinates_of
 from services.tracker.finding import explained
 from services.tracker.knowledge import improved, is_new, learnt
 from services.tracker.model import Model, model_of

@@ -6,10 +6,10 @@ from functools import lru_cache
 import numpy as np
 
 from common.body.anatomy import Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Pose
 from common.body.proportions import HIP_HEIGHT, stretched_angles
 from services.tracker.closest import Singles
-from services.tracker.coordinates import coordinates_of
 from services.tracker.model import Model
 from services.tracker.places import BELOW_M, column_in
 from services.tracker.posed import Posed

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from common.body.anatomy import Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Bdp, Pose
 from common.body.proportions import HIP_HEIGHT, stretched_angles
 from services.tracker.closest import Singles, points_of
-from services.tracker.coordinates import coordinates_of
 from services.tracker.measuring import EFFECTIVE, LIMIT_M, Measured, Sample, measure
 from services.tracker.model import model_of
 from services.tracker.places import BELOW_M, Column, column_in, reliability, within

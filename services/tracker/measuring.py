@@ -8,9 +8,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from common.body.anatomy import Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Bdp
 from services.tracker.closest import FOUND, Singles, contact, influence, nearest_parts
-from services.tracker.coordinates import coordinates_of
 from services.tracker.linkage import ROOT, hold, move, screws_of
 from services.tracker.model import Ints, Model, model_of, place
 from services.tracker.posed import Posed

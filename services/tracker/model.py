@@ -7,9 +7,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from common.body.anatomy import Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Bdp
 from common.body.rotation_vectors import rotation_of
-from services.tracker.coordinates import coordinates_of
 
 Ints = NDArray[np.int64]
 WIDEST = 2.0  # rad: no coordinate of a ball joint turns further from the middle of its range

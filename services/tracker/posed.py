@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from common.body.anatomy import Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.body.definition import Pose
 from common.body.rotation_vectors import vector_of
-from services.tracker.coordinates import coordinates_of
 
 
 @dataclass(frozen=True, eq=False)

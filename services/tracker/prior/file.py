@@ -16,8 +16,8 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
+from common.body.coordinates import coordinates_of
 from common.camera.durable import write_durably
-from services.tracker.coordinates import coordinates_of
 from services.tracker.prior.model import Prior, Reconstruction, Training
 
 MAGIC = b"zenocap prior\n"

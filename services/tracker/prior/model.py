@@ -1,6 +1,6 @@
 """The motion prior as arrays: Voronoi regions of poses, a subspace for each, transitions between them.  [Hybrid IV]
 
-d is the number of coordinates of a pose (`services.tracker.coordinates`), m that of a subspace, M that of the regions.
+d is the number of coordinates of a pose (`common.body.coordinates`), m that of a subspace, M that of the regions.
 """
 
 from dataclasses import dataclass, replace

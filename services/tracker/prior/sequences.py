@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from common.body.anatomy import Floats
-from services.tracker.coordinates import BALL, HINGE, Coordinates
+from common.body.coordinates import BALL, HINGE, Coordinates
 
 HELD_EVERY = 5  # stretches, of which one is held out
 STRETCH_S = 1.0

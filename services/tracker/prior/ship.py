@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from common.body.anatomy import FOURTEEN_PARTS
-from services.tracker.coordinates import coordinates_of
+from common.body.coordinates import coordinates_of
 from services.tracker.motions import actor_motion
 from services.tracker.prior.file import write_prior
 from services.tracker.prior.model import Prior

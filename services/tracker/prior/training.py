@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from common.body.anatomy import Floats
-from services.tracker.coordinates import Coordinates
+from common.body.coordinates import Coordinates
 from services.tracker.prior.learning import Learnt, error_of, learn
 from services.tracker.prior.model import Prior, Reconstruction, Training, encoded
 from services.tracker.prior.sequences import held_out, mirrored, resampled, speeds, whole_runs

@@ -5,7 +5,7 @@ import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from services.tracker.coordinates import coordinates_of
+from common.body.coordinates import coordinates_of
 from services.tracker.motions import Motion, read_motion
 from services.tracker.prior.file import write_prior
 from services.tracker.prior.ship import PEOPLE, recording
@@ -14,7 +14,7 @@ from services.tracker.prior.training import Plan, Recording, train
 from tests.evaluation.hybrid.runs import ANATOMY
 from tests.evaluation.hybrid.silhouettes import ROOT
 
-TRAINING_CODE = ("services/tracker/prior", "services/tracker/motions.py", "services/tracker/coordinates.py", "common/body")
+TRAINING_CODE = ("services/tracker/prior", "services/tracker/motions.py", "common/body")
 TAKE_FRAMES = 100  # of the same take's truth, as the paper has it
 WALKS = ("cmu_02_02", "cmu_07_01", "cmu_07_02", "cmu_07_03", "cmu_07_04", "cmu_07_05", "cmu_07_06")
 KICKS = ("cmu_10_01",)

@@ -91,6 +91,28 @@ def coordinates_of(anatomy: Anatomy) -> Coordinates:
     return Coordinates(anatomy, tuple(names), first, reference)
 
 
+def unwound(anatomy: Anatomy, coordinates: Floats) -> Floats:
+    """The same rotations (n, d), every rotation vector as near as can be to that of the row before.
+
+    A rotation by more than half a turn about one axis is one by less about the opposite axis; a motion that comes there
+    goes on instead of jumping.
+    """
+    table, result = coordinates_of(anatomy), coordinates.copy()
+    for first, joint in zip(table.first, anatomy.joints, strict=True):
+        if first < 0 or len(joint.axes) != 3:
+            continue
+        near = np.zeros(3)
+        for row in result[:, first : first + 3]:
+            angle = float(np.linalg.norm(row))
+            if not np.isfinite(angle):
+                continue
+            if angle > 1e-9:
+                axis = row / angle
+                row += 2.0 * np.pi * np.round((float(axis @ near) - angle) / (2.0 * np.pi)) * axis
+            near = row
+    return result
+
+
 def _local(anatomy: Anatomy, joint: int, angles: Floats) -> Floats:
     """(3, 3) part to parent."""
     rotation = np.eye(3)

@@ -1,0 +1,243 @@
+"""Posture models as files: data only, every field checked, with a sum over all of it.
+
+A header (magic, version, CRC-32 and length of what follows), then one MessagePack map; arrays are their shape and
+little-endian float64.  The same model gives the same bytes.
+"""
+
+import struct
+import zlib
+from dataclasses import asdict
+from math import prod
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+
+from common.body.anatomy import Floats
+from common.camera.durable import write_durably
+from services.recognizer.features import KINDS, NAMES
+from services.recognizer.model import LabelFigures, PostureModel, Training
+
+MAGIC = b"zenocap postures\n"
+VERSION = 1
+HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")
+MAX_BYTES = 64 << 20
+ROUNDING = 1e-6
+SHIPPED = Path(__file__).resolve().parents[2] / "deploy" / "postures"
+SUFFIX = ".postures"
+ARRAYS = ("mean", "whitening", "codebook", "start", "transition", "emission", "durations", "edges", "reach", "thresholds")
+
+
+class PostureModelError(ValueError):
+    """A file that is no posture model, or of another version; the text names file, field, value and what is allowed."""
+
+
+Count = Annotated[int, Meta(ge=0, le=1 << 40)]
+Text = Annotated[str, Meta(max_length=4096)]
+Label = Annotated[str, Meta(min_length=1, max_length=64)]
+Names = Annotated[list[Text], Meta(max_length=100_000)]
+
+
+class _Array(Struct, forbid_unknown_fields=True):
+    shape: Annotated[list[Annotated[int, Meta(ge=0, le=10_000)]], Meta(max_length=3)]
+    data: bytes
+
+
+class _Figures(Struct, forbid_unknown_fields=True):
+    examples: Count
+    people: Count
+    held: Count
+    recognised: Count
+    accepted: Count
+    strangers: Count
+    refused: Count
+
+
+class _Training(Struct, forbid_unknown_fields=True):
+    people: Names
+    sources: Names
+    frames: Count
+    settings: Annotated[dict[Text, Text], Meta(max_length=100)]
+    figures: Annotated[list[_Figures], Meta(max_length=10_000)]
+
+
+class _Contents(Struct, forbid_unknown_fields=True):
+    features: Text
+    names: Annotated[list[Text], Meta(max_length=100)]
+    rate: Annotated[float, Meta(ge=1, le=1000)]
+    labels: Annotated[list[Label], Meta(min_length=1, max_length=1000)]
+    farthest: Annotated[float, Meta(gt=0, le=1e9)]
+    calm: Annotated[float, Meta(ge=0, le=1e9)]
+    slow: Annotated[float, Meta(ge=0, le=1e9)]
+    mean: _Array
+    whitening: _Array
+    codebook: _Array
+    start: _Array
+    transition: _Array
+    emission: _Array
+    durations: _Array
+    edges: _Array
+    reach: _Array
+    thresholds: _Array
+    training: _Training
+
+
+def find_model(text: str, base: Path | None = None) -> Path:
+    """The model that comes with the project under that name, or else the file in the folder `base`.
+
+    base: of a rig file; None for where the command runs.  Raises PostureModelError.  A file that has the name of such a
+    model is meant by ./NAME.
+    """
+    shipped, own = SHIPPED / f"{text}{SUFFIX}", (base or Path()) / text
+    if "/" not in text and shipped.is_file():
+        return shipped
+    if not own.is_file():
+        names = ", ".join(sorted(path.stem for path in SHIPPED.glob(f"*{SUFFIX}"))) or "none come with this version"
+        raise PostureModelError(f"postures = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
+    return own
+
+
+def write_model(path: Path, model: PostureModel) -> None:
+    """The file appears whole or not at all.  Raises OSError, and PostureModelError for a model that cannot be read back."""
+    data = packed(path, model)
+    write_durably(path, data)
+
+
+def packed(path: Path, model: PostureModel) -> bytes:
+    """The bytes of the file that `write_model` would write to `path`.  Raises PostureModelError."""
+    content: dict[str, object] = {name: _packed(getattr(model, name)) for name in ARRAYS}
+    content |= {
+        "features": model.features,
+        "names": list(NAMES),
+        "rate": model.rate,
+        "labels": list(model.labels),
+        "farthest": model.farthest,
+        "calm": model.calm,
+        "slow": model.slow,
+        "training": asdict(model.training),
+    }
+    try:
+        body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
+    except msgspec.ValidationError as error:
+        raise PostureModelError(f"{path}: {error}") from None
+    data = HEADER.pack(MAGIC, VERSION, zlib.crc32(body), len(body)) + body
+    parse_model(path, data)
+    return data
+
+
+def read_model(path: Path) -> PostureModel:
+    """The model in a file.  Raises PostureModelError, and OSError."""
+    size = path.stat().st_size
+    if size > MAX_BYTES:
+        raise PostureModelError(f"{path}: {size} bytes: allowed: at most {MAX_BYTES} of a posture model")
+    return parse_model(path, path.read_bytes())
+
+
+def parse_model(path: Path, data: bytes) -> PostureModel:
+    """The model in the bytes of a file that errors call `path`.  Raises PostureModelError."""
+    if data[: len(MAGIC)] != MAGIC[: len(data)] or not data:
+        begins = data[: len(MAGIC)]
+        raise PostureModelError(f"{path}: begins with {begins!r}: allowed: {MAGIC!r}, a file of `zenocap posture train`")
+    if len(data) < HEADER.size:
+        raise PostureModelError(f"{path}: cut: {len(data)} bytes: allowed: {HEADER.size} or more")
+    _, version, checksum, length = HEADER.unpack_from(data)
+    body = data[HEADER.size :]
+    if version != VERSION:
+        raise PostureModelError(f"{path}: version = {version}: allowed: {VERSION}; train it again with this zenocap")
+    if len(body) != length:
+        how = "cut" if len(body) < length else "something follows the model"
+        raise PostureModelError(f"{path}: {how}: {len(body)} bytes behind the header: allowed: {length}")
+    if zlib.crc32(body) != checksum:
+        raise PostureModelError(f"{path}: damaged: checksum = {zlib.crc32(body):08x}: allowed: {checksum:08x}")
+    try:
+        contents = msgspec.msgpack.decode(body, type=_Contents)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise PostureModelError(f"{path}: {error}") from None
+    _check_words(path, contents)
+    model = _unpacked(path, contents)
+    _check_values(path, model)
+    return model
+
+
+def _packed(array: Floats) -> dict[str, object]:
+    return {"shape": list(array.shape), "data": np.ascontiguousarray(array, dtype="<f8").tobytes()}
+
+
+def _unpacked(path: Path, contents: _Contents) -> PostureModel:
+    """With every array of the shape that the labels, the names, the codebook and the states ask for."""
+    n, d = len(contents.labels), len(contents.names)
+    k = contents.codebook.shape[0] if contents.codebook.shape else 0
+    s = contents.start.shape[-1] if contents.start.shape else 0
+    if not (k >= 1 and s >= 1):
+        _fail(path, "codebook, start", f"{k} symbols, {s} states", "1 or more of both")
+    shapes: dict[str, tuple[int, ...]] = {
+        "mean": (d,),
+        "whitening": (d, d),
+        "codebook": (k, d),
+        "start": (n, s),
+        "transition": (n, s, s),
+        "emission": (n, s, k),
+        "durations": (n, 3),
+        "edges": (n, 2, d),
+        "reach": (n,),
+        "thresholds": (n,),
+    }
+    arrays = {name: _array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
+    told = contents.training
+    figures = tuple(LabelFigures(**msgspec.structs.asdict(row)) for row in told.figures)
+    training = Training(tuple(told.people), tuple(told.sources), told.frames, dict(told.settings), figures)
+    return PostureModel(
+        contents.features,
+        contents.rate,
+        tuple(contents.labels),
+        **arrays,
+        farthest=contents.farthest,
+        calm=contents.calm,
+        slow=contents.slow,
+        training=training,
+    )
+
+
+def _array(path: Path, name: str, packed: _Array, shape: tuple[int, ...]) -> Floats:
+    if tuple(packed.shape) != shape:
+        _fail(path, f"{name}.shape", packed.shape, list(shape))
+    if len(packed.data) != 8 * prod(shape):
+        _fail(path, f"{name}.data", f"{len(packed.data)} bytes", f"{8 * prod(shape)} bytes")
+    array = np.frombuffer(packed.data, dtype="<f8").reshape(shape).astype(np.float64)
+    if not np.all(np.isfinite(array)):
+        _fail(path, name, array[~np.isfinite(array)][0], "finite numbers")
+    return array
+
+
+def _check_words(path: Path, contents: _Contents) -> None:
+    if contents.features not in KINDS:
+        _fail(path, "features", repr(contents.features), ", ".join(KINDS))
+    if contents.names != list(NAMES):
+        _fail(path, "names", contents.names, f"{list(NAMES)}")
+    if len(set(contents.labels)) != len(contents.labels):
+        _fail(path, "labels", contents.labels, "different ones")
+    if len(contents.training.figures) != len(contents.labels):
+        _fail(path, "training.figures", len(contents.training.figures), f"{len(contents.labels)}, one a label")
+
+
+def _check_values(path: Path, model: PostureModel) -> None:
+    for name in ("mean", "whitening", "codebook", "edges", "reach", "thresholds"):
+        worst = float(np.abs(getattr(model, name)).max())
+        if worst > 1e9:
+            _fail(path, name, worst, "values up to 1e9")
+    for name in ("start", "transition", "emission"):
+        rows: Floats = getattr(model, name)
+        if rows.min() < 0.0:
+            _fail(path, name, rows.min(), "probabilities, 0 to 1")
+        off = float(np.abs(rows.sum(axis=-1) - 1.0).max())
+        if off > ROUNDING:
+            _fail(path, name, f"a sum {off:.3g} off from 1", f"{ROUNDING:g}")
+    rising = np.diff(model.durations, axis=1, prepend=0.0)
+    if rising.min() < 0.0 or model.durations.max() > 1e6:
+        _fail(path, "durations", model.durations[np.argmin(rising.min(axis=1))].tolist(), "seconds, rising, 0 to 1e6")
+
+
+def _fail(path: Path, field: str, value: object, allowed: object) -> None:
+    raise PostureModelError(f"{path}: {field} = {value}: allowed: {allowed}")

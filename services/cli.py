@@ -6,6 +6,7 @@ import typer
 
 from services.calibrate import calibrate
 from services.commands import live, offline, record, replay, takes
+from services.commands.posture import posture
 from services.commands.prior import prior
 
 app = typer.Typer(
@@ -42,6 +43,7 @@ for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(command)
 app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
 app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
+app.add_typer(posture, name="posture", rich_help_panel=BEFORE)
 
 
 def _print_version(wanted: bool) -> None:

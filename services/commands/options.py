@@ -133,10 +133,14 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from common.runtime.rig import RigError
     from common.take.reading import TakeError
     from common.take.recording import RecordingError
+    from services.recognizer.examples import ExampleError
+    from services.recognizer.file import PostureModelError
+    from services.recognizer.manifest import ManifestError
     from services.tracker.prior.file import PriorError
     from services.tracker.prior.training import MotionError
     from services.viewer.sources.frame import SourceError
 
     return (
-        BusError, CalibrationError, FormatError, MotionError, PriorError, RecordingError, RigError, TakeError, SourceError,
+        BusError, CalibrationError, ExampleError, FormatError, ManifestError, MotionError, PostureModelError, PriorError,
+        RecordingError, RigError, TakeError, SourceError,
     )  # fmt: skip

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +9,8 @@ from sklearn.cluster import KMeans
 from threadpoolctl import threadpool_limits
 
 from common.body.anatomy import Floats
+from services.recognizer.examples import Scale
 
-Scale = Literal["full", "diagonal", "none"]
-SCALES: tuple[Scale, ...] = get_args(Scale)
 LEAST = 1e-3  # of the largest variance: a direction with less counts as if it had this
 TRIES = 4
 

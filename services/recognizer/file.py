@@ -17,16 +17,17 @@ from msgspec import Meta, Struct
 
 from common.body.anatomy import Floats
 from common.camera.durable import write_durably
+from common.runtime import recognizer_table
 from services.recognizer.features import KINDS, NAMES
-from services.recognizer.model import LabelFigures, PostureModel, Training
+from services.recognizer.model import MOST_LABELS, LabelFigures, PostureModel, Training
 
 MAGIC = b"zenocap postures\n"
 VERSION = 1
 HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")
 MAX_BYTES = 64 << 20
 ROUNDING = 1e-6
-SHIPPED = Path(__file__).resolve().parents[2] / "deploy" / "postures"
-SUFFIX = ".postures"
+SHIPPED = recognizer_table.POSTURES
+SUFFIX = recognizer_table.SUFFIX
 ARRAYS = ("mean", "whitening", "codebook", "start", "transition", "emission", "durations", "edges", "reach", "thresholds")
 
 
@@ -67,7 +68,7 @@ class _Contents(Struct, forbid_unknown_fields=True):
     features: Text
     names: Annotated[list[Text], Meta(max_length=100)]
     rate: Annotated[float, Meta(ge=1, le=1000)]
-    labels: Annotated[list[Label], Meta(min_length=1, max_length=1000)]
+    labels: Annotated[list[Label], Meta(min_length=1, max_length=MOST_LABELS)]
     farthest: Annotated[float, Meta(gt=0, le=1e9)]
     calm: Annotated[float, Meta(ge=0, le=1e9)]
     slow: Annotated[float, Meta(ge=0, le=1e9)]
@@ -85,18 +86,14 @@ class _Contents(Struct, forbid_unknown_fields=True):
 
 
 def find_model(text: str, base: Path | None = None) -> Path:
-    """The model that comes with the project under that name, or else the file in the folder `base`.
+    """The file that `text` names: a shipped model's name, or a path from `base`.
 
-    base: of a rig file; None for where the command runs.  Raises PostureModelError.  A file that has the name of such a
-    model is meant by ./NAME.
+    base: a folder, None for the one where the command runs.  Raises PostureModelError.
     """
-    shipped, own = SHIPPED / f"{text}{SUFFIX}", (base or Path()) / text
-    if "/" not in text and shipped.is_file():
-        return shipped
-    if not own.is_file():
-        names = ", ".join(sorted(path.stem for path in SHIPPED.glob(f"*{SUFFIX}"))) or "none come with this version"
-        raise PostureModelError(f"postures = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
-    return own
+    try:
+        return recognizer_table.find_postures(text, base or Path())
+    except recognizer_table.RecognizerError as error:
+        raise PostureModelError(str(error)) from None
 
 
 def write_model(path: Path, model: PostureModel) -> None:

@@ -2,16 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 from hmmlearn.hmm import CategoricalHMM
 from numpy.typing import NDArray
 
 from common.body.anatomy import Floats
+from services.recognizer.examples import Topology
 
-Topology = Literal["left-right", "ergodic"]
-TOPOLOGIES: tuple[Topology, ...] = get_args(Topology)
 Symbols = NDArray[np.int64]
 ITERATIONS, TOLERANCE = 30, 1e-2
 LEAST = 1e-6  # a probability that is allowed is never less: hmmlearn could not bring it back

@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 
 from common.formats.whole import whole_file
-from services.recognizer.training import LONGEST_LABEL
+from services.recognizer.examples import LONGEST_LABEL
 
 COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
 SOURCE_NAMES = ("source", "take", "clip", "file")  # of the first column, in manifests of others

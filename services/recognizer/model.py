@@ -14,6 +14,7 @@ from common.body.anatomy import Floats
 from services.recognizer.likelihood import filler_log_likelihood, forward_log_likelihoods
 
 Symbols = NDArray[np.int64]
+MOST_LABELS = 256  # as a message has room for
 EDGE = 2  # frames at either end of an example
 LEAST_SCORE, FARTHEST = -1e3, 1e6  # of models without thresholds: everything is known to them
 

@@ -11,8 +11,9 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from services.recognizer.examples import Example, ExampleError, Plan, Prepared, prepared
+from services.recognizer.fitting import Report, fitted
 from services.recognizer.model import PostureModel, judge
-from services.recognizer.training import Example, ExampleError, Plan, Prepared, Report, fitted, prepared
 
 Protocol = Literal["paper", "subjects"]
 PROTOCOLS: tuple[Protocol, ...] = get_args(Protocol)
@@ -64,6 +65,14 @@ class Outcome:
         """(n,) correct recognitions by posture, the paper's Table 2."""
         return np.asarray(np.diagonal(self.confusion)).copy()
 
+    @property
+    def confusions(self) -> list[tuple[str, str, int]]:
+        """(true posture, answer, how often), the most frequent first."""
+        wrong = self.confusion
+        np.fill_diagonal(wrong, 0)
+        pairs = sorted(zip(*np.nonzero(wrong), strict=True), key=lambda pair: (-wrong[pair], pair))
+        return [(self.labels[true], self.labels[given], int(wrong[true, given])) for true, given in pairs]
+
 
 def evaluated(
     examples: Sequence[Example], plan: Plan, protocol: Protocol, report: Report = lambda done, of, words: None
@@ -112,14 +121,6 @@ def by_repetition(ready: Prepared) -> list[list[int]]:
         halves[turn[key] % HALVES].append(k)
         turn[key] += 1
     return halves
-
-
-def likeliest_first(outcome: Outcome) -> list[tuple[str, str, int]]:
-    """(true, given, how often) of all confusions, the most frequent first."""
-    confusion = outcome.confusion.copy()
-    np.fill_diagonal(confusion, 0)
-    pairs = sorted(zip(*np.nonzero(confusion), strict=True), key=lambda pair: (-confusion[pair], pair))
-    return [(outcome.labels[true], outcome.labels[given], int(confusion[true, given])) for true, given in pairs]
 
 
 def _answer(ready: Prepared, k: int, model: PostureModel) -> Answer:

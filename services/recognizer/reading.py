@@ -13,10 +13,10 @@ from common.formats.poses import read_poses
 from common.formats.track import every_frame
 from common.formats.trc import FormatError
 from common.take.reading import TakeError
+from services.recognizer.examples import LEAST_ROWS, Example
 from services.recognizer.features import Kind, features_of
 from services.recognizer.manifest import ManifestError, Row
 from services.recognizer.sequences import bridged
-from services.recognizer.training import LEAST_ROWS, Example
 
 EXACT_S = 1e-6
 KEPT = 4  # sources at a time: the rows of a manifest mostly stand together

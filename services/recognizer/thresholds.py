@@ -12,6 +12,8 @@ import numpy as np
 from scipy.stats import norm
 
 from common.body.anatomy import Floats
+from services.recognizer.examples import Plan, Prepared
+from services.recognizer.fitting import Report, fitted
 from services.recognizer.model import (
     FARTHEST,
     LEAST_SCORE,
@@ -22,7 +24,6 @@ from services.recognizer.model import (
     log_likelihoods,
     symbols_of,
 )
-from services.recognizer.training import Plan, Prepared, Report, fitted
 
 MISSED = 2.0  # a posture that is not heard counts as much as so many strangers taken for one
 NEAREST, FURTHEST = 1.0, 3.0  # standard deviations below the right ones' mean, between which a threshold lies

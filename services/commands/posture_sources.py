@@ -1,0 +1,67 @@
+"""Rigs and clip folders that a manifest names, tracked into takes before anything is learnt from them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from services.commands.options import Method, rig_at
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from services.recognizer.manifest import Row
+
+Report = Callable[[int, int, str], None]
+
+
+def with_takes(manifest: Path, rows: Sequence[Row], folder: Path, method: Method | None, report: Report) -> list[Row]:
+    """The rows, with the take in `folder` instead of every rig; a take that is there already is not made again.
+
+    Raises ManifestError with all rigs that cannot be tracked.
+    """
+    from common.runtime.rig import RigError
+    from common.take.recording import RecordingError
+    from services.recognizer.manifest import ManifestError
+    from services.viewer.sources.frame import SourceError
+
+    first = {row.source: row.line for row in reversed(rows) if row.is_rig}
+    takes: dict[Path, Path] = {}
+    wrong: list[str] = []
+    if first:
+        folder.mkdir(parents=True, exist_ok=True)
+    for done, (source, line) in enumerate(first.items()):
+        report(done, len(first), f"tracking {source.name}")
+        try:
+            takes[source] = _take(manifest, source, folder, method)
+        except (RigError, RecordingError, SourceError) as error:
+            wrong.append(f"{manifest}: line {line}: {error}")
+    if wrong:
+        raise ManifestError("\n".join(wrong))
+    return [replace(row, source=takes.get(row.source, row.source)) for row in rows]
+
+
+def take_name(manifest: Path, source: Path, method: str) -> str:
+    """Of the take of a rig: its way from the manifest's folder, and the method."""
+    base, own = manifest.parent.resolve(), source.resolve()
+    way = own.relative_to(base) if own.is_relative_to(base) else Path(own.parent.name) / own.name
+    plain = re.sub(r"[^A-Za-z0-9_.\-]+", "-", "-".join(way.with_suffix("").parts if own.is_file() else way.parts))
+    return f"{plain}-{method}.mcap"
+
+
+def _take(manifest: Path, source: Path, folder: Path, method: Method | None) -> Path:
+    from services.takes.track import track
+    from services.viewer.sources.frame import SourceError
+
+    rig = rig_at(source, files=True, method=method)
+    path = folder / take_name(manifest, source, rig.method)
+    if path.exists():
+        return path
+    unfinished = path.with_suffix(".unfinished.mcap")
+    tracked = track(rig, unfinished)
+    if not tracked.poses:
+        unfinished.unlink()
+        states = "; ".join(f"{service}: {state}" for service, state in tracked.states.items())
+        raise SourceError(f"{source}: no pose: allowed: a rig whose viewers all see the initial posture ({states})")
+    return unfinished.replace(path)

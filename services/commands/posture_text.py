@@ -1,0 +1,113 @@
+"""What the posture commands say: for people, for programs, for spreadsheets."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from services.recognizer.model import PostureModel
+    from services.recognizer.protocols import Outcome
+
+NAMES_SHOWN, CONFUSIONS_SHOWN = 8, 12
+
+
+def lines_of(path: Path, model: PostureModel) -> Iterator[str]:
+    """What a posture model is, for people."""
+    told = model.training
+    size = f"{path.stat().st_size / 1000:.0f} kB" if path.is_file() else ""
+    yield f"model       {path}: {size}"
+    yield f"learnt      {sum(row.examples for row in told.figures)} examples, {told.frames} frames at {model.rate:g}/s"
+    yield f"people      {_names(told.people)}"
+    yield f"features    {model.features}; {model.symbols} symbols, {model.states} states each"
+    yield f"settings    {', '.join(f'{name} {value}' for name, value in told.settings.items())}"
+    yield ""
+    yield "held out: recognised without that person's examples; known: of these, above the threshold;"
+    yield "refused: examples of other postures that would be taken for it, had they no model of their own"
+    width = max(len("posture"), *map(len, model.labels))
+    yield f"{'posture':{width}} {'examples':>8} {'people':>6} {'held out':>9} {'known':>9} {'refused':>9} {'seconds':>9}"
+    for k, (label, row) in enumerate(zip(model.labels, told.figures, strict=True)):
+        shortest, _, longest = model.durations[k]
+        counts = (f"{row.recognised}/{row.held}", f"{row.accepted}/{row.held}", f"{row.refused}/{row.strangers}")
+        cells = " ".join(f"{cell:>9}" for cell in (*counts, f"{shortest:.1f}-{longest:.1f}"))
+        yield f"{label:{width}} {row.examples:8d} {row.people:6d} {cells}"
+
+
+def model_json(path: Path, model: PostureModel) -> dict[str, object]:
+    """The same for programs; durations in seconds."""
+    return {
+        "file": str(path),
+        "features": model.features,
+        "rate": model.rate,
+        "symbols": model.symbols,
+        "states": model.states,
+        "labels": list(model.labels),
+        "durations": model.durations.tolist(),
+        "thresholds": model.thresholds.tolist(),
+        "training": asdict(model.training),
+    }
+
+
+def outcome_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """Correct recognitions by posture as [Two-view Table 2], and what was taken for what."""
+    labels = outcomes[0].labels
+    width = max(len("posture"), *map(len, labels))
+    yield f"{'posture':{width}} " + " ".join(f"{outcome.protocol:>9}" for outcome in outcomes)
+    for k, label in enumerate(labels):
+        cells = (f"{outcome.correct[k]}/{outcome.tested[k]}" if outcome.tested[k] else "-" for outcome in outcomes)
+        yield f"{label:{width}} " + " ".join(f"{cell:>9}" for cell in cells)
+    yield f"{'all':{width}} " + " ".join(f"{f'{outcome.right}/{outcome.total}':>9}" for outcome in outcomes)
+    yield f"{'':{width}} " + " ".join(f"{100 * outcome.right / outcome.total:8.1f}%" for outcome in outcomes)
+    for outcome in outcomes:
+        wrong = outcome.confusions
+        if wrong:
+            shown = ", ".join(f"{true} as {given} {count}" for true, given, count in wrong[:CONFUSIONS_SHOWN])
+            more = len(wrong) - CONFUSIONS_SHOWN
+            yield f"{outcome.protocol}: {shown}" + (f" and {more} more kinds" if more > 0 else "")
+        untested = [label for label, count in zip(labels, outcome.tested, strict=True) if not count]
+        if untested:
+            yield f"{outcome.protocol}: not tested, because nobody else shows it: {', '.join(untested)}"
+
+
+def outcome_json(outcome: Outcome, names: Sequence[str]) -> dict[str, object]:
+    """names: of the examples, for those that were not recognised."""
+    return {
+        "protocol": outcome.protocol,
+        "people": outcome.people,
+        "right": outcome.right,
+        "total": outcome.total,
+        "labels": list(outcome.labels),
+        "correct": outcome.correct.tolist(),
+        "tested": outcome.tested.tolist(),
+        "confusion": outcome.confusion.tolist(),
+        "wrong": [
+            {
+                "example": names[answer.example],
+                "posture": outcome.labels[answer.true],
+                "answer": outcome.labels[answer.given],
+                "margin": round(answer.margin, 6) if np.isfinite(answer.margin) else None,
+            }
+            for answer in outcome.answers
+            if answer.true != answer.given
+        ],
+    }
+
+
+def write_confusion(path: Path, outcomes: Sequence[Outcome]) -> None:
+    """CSV: a row for each protocol and posture, a column for each answer.  Raises OSError."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["protocol", "posture", *outcomes[0].labels])
+        for outcome in outcomes:
+            for label, row in zip(outcome.labels, outcome.confusion, strict=True):
+                writer.writerow([outcome.protocol, label, *row.tolist()])
+
+
+def _names(names: Sequence[str]) -> str:
+    more = len(names) - NAMES_SHOWN
+    return f"{len(names)}: {', '.join(names[:NAMES_SHOWN])}" + (f" and {more} more" if more > 0 else "")

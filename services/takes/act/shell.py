@@ -1,6 +1,5 @@
 """`zenocap posture act`: the takes of a cast, several at a time, and the manifest that says what is in them."""
 
-import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,11 +10,11 @@ import cv2
 import numba
 
 from common.runtime.rig import Rig
+from services.recognizer.manifest import Row, write_manifest
 from services.takes.act.cast import Act
 from services.takes.act.stage import Method, act, stage
 
 MANIFEST = "manifest.csv"
-COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
 
 Report = Callable[[int, int, str], None]
 
@@ -32,11 +31,12 @@ class Filmed:
 def perform(folder: Path, method: Method, acts: Sequence[Act], jobs: int, report: Report) -> list[Filmed]:
     """Write the takes that are not there yet, and the manifest of all.  jobs: processes.
 
-    report: takes done, takes in all, the one just done.  Returns what became of the takes written now.  Raises OSError,
-    RigError and RecordingError.
+    report: takes done, takes in all, the one just done.  Returns what became of the takes written now; one without
+    any pose is not in the manifest.  Raises OSError, RigError and RecordingError.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    missing = [one for one in acts if not take_of(folder, method, one).is_file()]
+    takes = {one: take_of(folder, method, one) for one in acts}
+    missing = [one for one, take in takes.items() if not take.is_file() and not _without(take).is_file()]
     done = len(acts) - len(missing)
     report(done, len(acts), "")
     found = []
@@ -50,7 +50,7 @@ def perform(folder: Path, method: Method, acts: Sequence[Act], jobs: int, report
             for one in pool.imap_unordered(_perform, tasks):
                 found.append(one)
                 report(done + len(found), len(acts), one.act.name)
-    write_manifest(folder, method, acts)
+    listed(folder, method, acts)
     return found
 
 
@@ -58,26 +58,30 @@ def take_of(folder: Path, method: Method, act: Act) -> Path:
     return folder / f"{method}-{act.name}.mcap"
 
 
-def write_manifest(folder: Path, method: Method, acts: Sequence[Act]) -> Path:
-    """One row a take; start and end of the posture in seconds from the start of its take, as the script has them."""
-    path = folder / MANIFEST
-    with path.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(COLUMNS)
-        for one in acts:
-            script = one.script()
-            times = (f"{script.motion_from_s:.3f}", f"{script.duration_s:.3f}")
-            rows.writerow([take_of(folder, method, one).name, *times, one.posture, one.person, one.repetition])
-    return path
+def listed(folder: Path, method: Method, acts: Sequence[Act]) -> Path:
+    """The manifest of the takes that have poses: start and end of the posture as the script has them."""
+    rows = []
+    for one in acts:
+        take, script = take_of(folder, method, one), one.script()
+        if take.is_file():
+            person, number = str(one.person), str(one.repetition)
+            rows.append(Row(0, take, script.motion_from_s, script.duration_s, one.posture, person, number))
+    write_manifest(folder / MANIFEST, rows)
+    return folder / MANIFEST
 
 
 def _perform(task: tuple[Path, Method, Act]) -> Filmed:
     folder, method, one = task
-    path = take_of(folder, method, one)
-    part = path.with_suffix(".part")  # renamed when whole: what is there, is done
+    take = take_of(folder, method, one)
+    part = take.with_suffix(".part")
     tracked = act(_stage(method), method, one.script(), one.room, part)
-    part.replace(path)
+    part.replace(take if tracked.poses else _without(take))  # renamed when whole: what is there, is done
     return Filmed(one, tracked.poses, tracked.problems)
+
+
+def _without(take: Path) -> Path:
+    """What a take is called in which nobody was found."""
+    return take.with_suffix(".nobody.mcap")
 
 
 @lru_cache

@@ -26,7 +26,10 @@ def with_takes(manifest: Path, rows: Sequence[Row], folder: Path, method: Method
     from services.recognizer.manifest import ManifestError
     from services.viewer.sources.frame import SourceError
 
-    first = {row.source: row.line for row in reversed(rows) if row.is_rig}
+    first: dict[Path, int] = {}
+    for row in rows:
+        if row.is_rig:
+            first.setdefault(row.source, row.line)
     takes: dict[Path, Path] = {}
     wrong: list[str] = []
     if first:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from services.recognizer.model import PostureModel
@@ -90,7 +89,7 @@ def outcome_json(outcome: Outcome, names: Sequence[str]) -> dict[str, object]:
                 "example": names[answer.example],
                 "posture": outcome.labels[answer.true],
                 "answer": outcome.labels[answer.given],
-                "margin": round(answer.margin, 6) if np.isfinite(answer.margin) else None,
+                "margin": round(answer.margin, 6) if isfinite(answer.margin) else None,
             }
             for answer in outcome.answers
             if answer.true != answer.given

@@ -28,7 +28,19 @@ MAX_BYTES = 64 << 20
 ROUNDING = 1e-6
 SHIPPED = recognizer_table.POSTURES
 SUFFIX = recognizer_table.SUFFIX
-ARRAYS = ("mean", "whitening", "codebook", "start", "transition", "emission", "durations", "edges", "reach", "thresholds")
+ARRAYS = (
+    "mean",
+    "whitening",
+    "codebook",
+    "occurring",
+    "start",
+    "transition",
+    "emission",
+    "durations",
+    "edges",
+    "reach",
+    "thresholds",
+)
 
 
 class PostureModelError(ValueError):
@@ -75,6 +87,7 @@ class _Contents(Struct, forbid_unknown_fields=True):
     mean: _Array
     whitening: _Array
     codebook: _Array
+    occurring: _Array
     start: _Array
     transition: _Array
     emission: _Array
@@ -173,6 +186,7 @@ def _unpacked(path: Path, contents: _Contents) -> PostureModel:
         "mean": (d,),
         "whitening": (d, d),
         "codebook": (k, d),
+        "occurring": (k,),
         "start": (n, s),
         "transition": (n, s, s),
         "emission": (n, s, k),
@@ -224,7 +238,7 @@ def _check_values(path: Path, model: PostureModel) -> None:
         worst = float(np.abs(getattr(model, name)).max())
         if worst > 1e9:
             _fail(path, name, worst, "values up to 1e9")
-    for name in ("start", "transition", "emission"):
+    for name in ("occurring", "start", "transition", "emission"):
         rows: Floats = getattr(model, name)
         if rows.min() < 0.0:
             _fail(path, name, rows.min(), "probabilities, 0 to 1")

@@ -53,6 +53,7 @@ def _model(
         codebook.mean,
         codebook.whitening,
         codebook.codewords,
+        occurring,
         np.stack([hmm.start for hmm in hmms]),
         np.stack([hmm.transition for hmm in hmms]),
         smoothed(emission, spread_of(codebook.codewords, plan.spread), plan.floor, occurring),

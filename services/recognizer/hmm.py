@@ -12,7 +12,7 @@ from services.recognizer.examples import Topology
 
 Symbols = NDArray[np.int64]
 ITERATIONS, TOLERANCE = 30, 1e-2
-LEAST = 1e-6  # a probability that is allowed is never less: hmmlearn could not bring it back
+COUNTED = 1e-6  # frames that are counted on top everywhere: a state that nobody comes to has probabilities too
 
 
 class _Given(CategoricalHMM):  # type: ignore[misc]  # hmmlearn has no types
@@ -47,14 +47,15 @@ def learnt(examples: Sequence[Symbols], symbols: int, states: int, topology: Top
         start, transition = _chain(states, topology, float(np.mean(lengths)))
         hmm = _Given(
             states, n_features=symbols, params="te" if topology == "left-right" else "ste", init_params="",
-            n_iter=ITERATIONS, tol=TOLERANCE, implementation="scaling",
+            n_iter=ITERATIONS, tol=TOLERANCE, implementation="scaling", startprob_prior=1.0 + COUNTED,
+            transmat_prior=1.0 + COUNTED * (transition > 0.0), emissionprob_prior=1.0 + COUNTED,
         )  # fmt: skip
         hmm.startprob_, hmm.transmat_ = start, transition
         hmm.emissionprob_ = _cut(examples, symbols, states, None if restart == 0 else rng)
         hmm.fit(column, lengths)
         fit = float(hmm.score(column, lengths))
         if best is None or fit > best.fit:
-            best = Hmm(_rows(hmm.startprob_), _rows(hmm.transmat_), _rows(hmm.emissionprob_), fit)
+            best = Hmm(hmm.startprob_, hmm.transmat_, hmm.emissionprob_, fit)
     assert best is not None, "restarts is one or more"
     return best
 
@@ -105,10 +106,3 @@ def _cut(examples: Sequence[Symbols], symbols: int, states: int, rng: np.random.
     if rng is not None:
         counts *= rng.uniform(0.5, 1.5, counts.shape)
     return np.asarray(counts / counts.sum(axis=1, keepdims=True))
-
-
-def _rows(probabilities: Floats) -> Floats:
-    """Where an example leaves a row empty (a state nobody comes to) it is even; all rows sum to 1 exactly enough."""
-    rows = np.where(np.isfinite(probabilities), probabilities, 0.0)
-    sums = rows.sum(axis=-1, keepdims=True)
-    return np.ascontiguousarray(np.where(sums > LEAST, rows / np.maximum(sums, LEAST), 1.0 / rows.shape[-1]))

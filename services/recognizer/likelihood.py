@@ -6,6 +6,8 @@ from numpy.typing import NDArray
 
 from common.body.anatomy import Floats
 
+ANYTHING_STAYS = 0.9
+
 
 @njit(cache=True, error_model="numpy")
 def forward_log_likelihoods(start: Floats, transition: Floats, emission: Floats, symbols: NDArray[np.int64]) -> Floats:
@@ -40,25 +42,31 @@ def forward_log_likelihoods(start: Floats, transition: Floats, emission: Floats,
 
 
 @njit(cache=True, error_model="numpy")
-def filler_log_likelihood(staying: Floats, emission: Floats, symbols: NDArray[np.int64], without: int) -> float:
+def filler_log_likelihood(
+    staying: Floats, emission: Floats, anything: Floats, symbols: NDArray[np.int64], without: int
+) -> float:
     """log P(O | filler): staying (n, s), emission (n, s, k), symbols (T,); without: a posture left out, -1 for none.
 
-    From each of the N states one stays with its probability, and goes to each of the others with an equal share of the
-    rest; all begin alike.  So a step costs N and not N squared.
+    anything: (k,) emission of one more state, which stays with ANYTHING_STAYS.  From each of the N states one stays with
+    its probability, and goes to each of the others with an equal share of the rest; all begin alike.  So a step costs N
+    and not N squared.
     """
     n, s = staying.shape
-    count = s * (n - 1 if 0 <= without < n else n)
-    if count == 0:
-        return -np.inf
-    alpha, total = np.full((n, s), 1.0 / count), 0.0
+    count = s * (n - 1 if 0 <= without < n else n) + 1
+    alpha, other, total = np.full((n, s), 1.0 / count), 1.0 / count, 0.0
     share = 1.0 / max(count - 1, 1)
     for t in range(len(symbols)):
         symbol, scale, leaving = symbols[t], 0.0, 0.0
         if t > 0:
+            leaving = other * (1.0 - ANYTHING_STAYS) * share
             for model in range(n):
                 for j in range(s):
                     if model != without:
                         leaving += alpha[model, j] * (1.0 - staying[model, j]) * share
+        if t > 0:
+            other = other * ANYTHING_STAYS + leaving - other * (1.0 - ANYTHING_STAYS) * share
+        other *= anything[symbol]
+        scale += other
         for model in range(n):
             for j in range(s):
                 if model == without:
@@ -72,6 +80,7 @@ def filler_log_likelihood(staying: Floats, emission: Floats, symbols: NDArray[np
         if scale <= 0.0:
             return -np.inf
         total += np.log(scale)
+        other /= scale
         for model in range(n):
             for j in range(s):
                 alpha[model, j] /= scale

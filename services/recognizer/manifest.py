@@ -60,8 +60,9 @@ def read_manifest(path: Path) -> list[Row]:
     if not lines or not lines[0].strip():
         raise ManifestError(f"{path}: line 1: empty: allowed: the columns {','.join(COLUMNS)}")
     delimiter = max(DELIMITERS, key=lines[0].count)
-    reader = csv.reader(StringIO(text), delimiter=delimiter)
-    columns = _columns(path, next(reader))
+    reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True)
+    columns = _columns(path, [name.strip('" ') for name in lines[0].split(delimiter)])
+    next(reader)
     wrong: list[str] = []
     rows: list[Row] = []
     counts: dict[tuple[str, str], int] = {}

@@ -58,7 +58,7 @@ class PostureModel:
 
     features: a kind of `services.recognizer.features`.  rate: frames per second.  labels: (n,).
     mean: (d,), whitening: (d, d): a feature vector f is compared as (f - mean) @ whitening.
-    codebook: (k, d) in those coordinates.
+    codebook: (k, d) in those coordinates.  occurring: (k,) how often each symbol is seen in all examples, sums to 1.
     start: (n, s), transition: (n, s, s), emission: (n, s, k): probabilities, rows sum to 1.
     durations: (n, 3) seconds: the shortest, the median and the longest example.
     edges: (n, 2, d) mean of the examples' first and last EDGE frames, in the codebook's coordinates.
@@ -74,6 +74,7 @@ class PostureModel:
     mean: Floats
     whitening: Floats
     codebook: Floats
+    occurring: Floats
     start: Floats
     transition: Floats
     emission: Floats
@@ -113,11 +114,10 @@ class PostureModel:
 class Judgement:
     """What a model says of one window.
 
-    log_likelihoods: (n,) log P(O | λ).  filler: that of the filler model, whose states are all states of all postures, each
-    reachable from each.  scores: (n,) (log_likelihoods - filler) / frames.  best: index of the likeliest posture.
-    distance: mean distance of the frames to their codewords.
-    known: the best one's score reaches its threshold, and the distance is at most the model's `farthest`.  margin: the best
-    log-likelihood minus the second, 0 of a single posture.
+    log_likelihoods: (n,) log P(O | λ).  filler: see `filler_likelihood`.  scores: (n,) (log_likelihoods - filler) / frames.
+    best: index of the likeliest posture.  distance: mean distance of the frames to their codewords.
+    known: the best one's score reaches its threshold, and the distance is at most the model's `farthest`.
+    margin: the best log-likelihood minus the second, 0 of a single posture.
     """
 
     log_likelihoods: Floats
@@ -153,12 +153,13 @@ def log_likelihoods(model: PostureModel, symbols: Symbols) -> Floats:
 
 
 def filler_likelihood(model: PostureModel, symbols: Symbols, without: int = -1) -> float:
-    """log P(O | filler) of symbols (T,): of a model made of all postures' states, each left for any other alike.
+    """log P(O | filler) of symbols (T,): of all postures' states and one more, each left for any other alike.
 
     without: index of a posture that is left out.  After Lee and Kim, An HMM-based threshold model approach for gesture
-    recognition (1999): what is no posture but made of parts of postures has the filler as its likeliest.
+    recognition (1999): what is made of parts of postures in another order has the filler as its likeliest; so has, by the
+    one more state, what has symbols that no posture comes to in that way.
     """
-    return float(filler_log_likelihood(model.staying, model.emission, symbols, without))
+    return float(filler_log_likelihood(model.staying, model.emission, model.occurring, symbols, without))
 
 
 def scores_of(model: PostureModel, symbols: Symbols) -> Floats:

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import live, offline, record, replay, takes
+from services.commands import live, offline, recognizer, record, replay, takes
 from services.commands.posture import posture
 from services.commands.prior import prior
 
@@ -29,6 +29,7 @@ TABLE = (
     (SERVICES, live.viewer),
     (SERVICES, live.integrator),
     (SERVICES, live.tracker),
+    (SERVICES, recognizer.recognizer),
     (SERVICES, live.router),
     (SERVICES, record.record),
     (FILES, offline.track),

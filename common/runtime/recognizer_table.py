@@ -5,23 +5,29 @@ What it refers to is looked up here too: a model is a file beside the rig, or on
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
 
 Source = Literal["integrator", "tracker"]  # whose poses
 POSTURES = Path(__file__).resolve().parents[2] / "deploy" / "postures"
 SUFFIX = ".postures"
+LEAST_SCORE = 0.1  # chosen on synthetic people tracked from video: see `services.recognizer.spotting`
+Score = Annotated[float, Meta(ge=-100, le=100)]
 
 
 class RecognizerTable(msgspec.Struct, frozen=True, kw_only=True):
     """model: a file relative to the rig, or the name of one that comes with the project.
 
     source: "integrator" or "tracker"; default: the one that finds the poses by the rig's method.
+    least_score: how much likelier a frame, natural logarithm, a posture must be than movements made of parts of postures;
+    more: fewer false postures, and fewer right ones.
     """
 
     model: str = "fifteen"
     source: str | None = None
+    least_score: Score = LEAST_SCORE
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,7 @@ class RecognizerSpec:
 
     model: Path
     source: Source
+    least_score: float = LEAST_SCORE
 
 
 class RecognizerError(ValueError):
@@ -44,7 +51,7 @@ def recognizer_spec(table: RecognizerTable, method: str, tracks: bool, base: Pat
     source: Source = "tracker" if tracks else "integrator"
     if table.source not in (None, source):
         raise RecognizerError(f"source = {table.source!r}: allowed: {source!r}, which finds the poses by method {method!r}")
-    return RecognizerSpec(find_postures(table.model, base, must_be=files), source)
+    return RecognizerSpec(find_postures(table.model, base, must_be=files), source, table.least_score)
 
 
 def find_postures(text: str, base: Path, *, must_be: bool = True) -> Path:

@@ -11,7 +11,7 @@ from common.actor.truth import truth
 from common.body.anatomy import TEN_PARTS
 from common.formats.poses import read_poses
 from services.takes.act.cast import Act
-from services.takes.act.stage import FPS, SIZE, Method, act, stage
+from services.takes.act.stage import FPS, SIZES, Method, act, stage
 
 ACT = Act(5, "raise-right-arm", 0)
 
@@ -27,7 +27,8 @@ def script(until_s: float = 10.0) -> Script:
 def test_a_stage_films_small_and_slowly_as_the_paper_does(method: Method, viewers: int) -> None:
     rig = stage(method)
     assert len(rig.viewers) == viewers
-    assert {viewer.camera.size for viewer in rig.viewers} == {SIZE}
+    assert SIZES["two-view"] == (160, 120)
+    assert {viewer.camera.size for viewer in rig.viewers} == {SIZES[method]}
     assert {viewer.fps for viewer in rig.viewers} == {FPS}
     assert rig.method == method
 

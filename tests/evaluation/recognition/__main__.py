@@ -16,6 +16,7 @@ from tests.evaluation.recognition.accuracy import accuracy_of
 from tests.evaluation.recognition.bench import Bench
 from tests.evaluation.recognition.real import real
 from tests.evaluation.recognition.settings import settings
+from tests.evaluation.recognition.streaming import streaming
 from tests.evaluation.sections import Section, markdown, report, write
 
 PARTS: dict[str, Callable[[Bench], Section]] = {
@@ -23,9 +24,10 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "two-view": partial(accuracy_of, method="two-view"),
     "hybrid": partial(accuracy_of, method="hybrid"),
     "real": real,
+    "stream": streaming,
     "settings": settings,
 }
-SHORT = ("truth", "two-view", "hybrid", "real")
+SHORT = ("truth", "two-view", "hybrid", "real", "stream")
 
 
 def main() -> None:

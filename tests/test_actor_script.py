@@ -125,7 +125,7 @@ def test_a_session_has_its_movements_in_order_and_always_begins_them_in_the_midd
     script = session(person(5), movements, [0.5, 0.0, 0.7], 2)
     names = [segment.name for segment in script.segments]
     assert names == [
-        EMPTY, STRETCHED, LOWERING, STANDING, "turn-and-walk", RETURNING, "bend", STANDING, "squat", STANDING
+        EMPTY, STRETCHED, LOWERING, STANDING, "turn-and-walk", STANDING, RETURNING, "bend", STANDING, "squat", STANDING
     ]  # fmt: skip
     assert top_speed(script, 1.0, script.duration_s) < FASTEST_M_S
     for segment in script.segments:

@@ -33,6 +33,7 @@ from common.actor.walking import circle_way, turn_way, walk, way_home
 EMPTY, STRETCHED, LOWERING, RAISING = "empty", "stretched", "lowering", "raising"
 STANDING, RETURNING = "standing", "returning"
 RUNNING_S, BOXING_S = 12.0, 20.0
+BEFORE_RETURN_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def session(person: Person, movements: Sequence[tuple[str, int]], pauses_s: Sequ
     """Empty scene 1 s, initial posture 1.5 s, arms down 0.6 s, then movements, each after its pause of standing.
 
     movements: a posture or everyday movement, and its repetition.  pauses_s: as many, 0 for none.  Whoever ends elsewhere
-    walks back at once.  Raises ValueError for another name.
+    walks back after a second.  Raises ValueError for another name.
     """
     standing = _held(neutral(person))
     parts = _short_opening(person)
@@ -116,7 +117,8 @@ def session(person: Person, movements: Sequence[tuple[str, int]], pauses_s: Sequ
             parts.append((STANDING, pause_s, standing))
         parts.append((name, *_timed(motion)))
         if np.hypot(motion.end.x, motion.end.z) > 0.1:
-            parts.append((RETURNING, *_timed(walk(person, way_home(motion.end, 0.27 * person.height), 0.5))))
+            back = walk(person, way_home(motion.end, 0.27 * person.height), 0.5)
+            parts += [(STANDING, BEFORE_RETURN_S, standing), (RETURNING, *_timed(back))]
     return _script(person, seed, [*parts, (STANDING, 1.0, standing)])
 
 

@@ -27,6 +27,9 @@ from common.runtime.specs import FirstFrames, VideoFile
 from common.runtime.tracker_table import TrackerTable, tracker_spec
 from common.vision.background import learn, update
 from common.vision.silhouette import SilhouetteOptions, extract
+from services.recognizer.ready import load_compiled as load_compiled_recognizer
+from services.recognizer.ready import stand_in
+from services.recognizer.stream import plan_of
 from services.takes.offline import Offline
 from services.takes.track import EPOCH_NS
 from services.tracker.ready import load_compiled as load_compiled_tracker
@@ -36,7 +39,7 @@ from services.viewer.sources.frame import Frame, Image
 from services.viewer.states import viewer_setup
 
 # The first is as long as the next two together, and best goes beside them; a two-view rig does without the tracker.
-PARTS = ("tracking", "silhouettes", "actor", "tracker")
+PARTS = ("tracking", "silhouettes", "actor", "tracker", "recognizer")
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the initial posture, lowering the arms, a jump
 FPS = 15.0
 SIZE = (160, 120)
@@ -45,7 +48,10 @@ SIZE = (160, 120)
 def warm_up(part: str, report: Callable[[str], None] = lambda _: None) -> None:
     """Compile one of PARTS.  report: is told what goes on."""
     report(f"compiling: {part}")
-    {"tracking": _tracking, "silhouettes": _silhouettes, "actor": _actor, "tracker": _tracker}[part](report)
+    parts = {
+        "tracking": _tracking, "silhouettes": _silhouettes, "actor": _actor, "tracker": _tracker, "recognizer": _recognizer,
+    }  # fmt: skip
+    parts[part](report)
 
 
 def _actor(_: Callable[[str], None]) -> None:
@@ -75,6 +81,11 @@ def _tracker(report: Callable[[str], None]) -> None:
     rig = replace(_rig(), method="hybrid", tracker=spec)
     load_compiled_tracker(tracker_service(rig).setup)
     _steps(rig, report)
+
+
+def _recognizer(_: Callable[[str], None]) -> None:
+    """One posture that is nothing in particular."""
+    load_compiled_recognizer(plan_of(stand_in()), TEN_PARTS)
 
 
 def _rig() -> Rig:

@@ -16,7 +16,7 @@ from tests.test_rig import CALIBRATION
 
 runner = CliRunner()
 COMMANDS = [command.__name__ for _, command in TABLE]
-NETWORKED = ("up", "viewer", "integrator", "tracker", "router", "record", "replay")
+NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay")
 SIZE = (160, 120)
 
 
@@ -77,7 +77,7 @@ def test_commands_that_do_not_exist_do_not_appear() -> None:
     text = zenocap("--help")[1]
     for name in COMMANDS:
         assert name in text
-    for later in ("recognizer", "animator", "doctor"):
+    for later in ("animator", "doctor"):
         assert later not in text
 
 

@@ -20,11 +20,13 @@ STEPS = {
     "integrator": {"step", "states", "measuring", "placing", "posing"},
     "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
     "tracker": {"step", "states"},
+    "recognizer": {"step", "states"},
 }
 SHELLS = {
     "integrator": {"shell"},
     "viewer": {"shell", "beginning", "source", "sources"},
     "tracker": {"shell", "motions", "prior/file", "prior/plot", "prior/ship", "prior/shipped"},
+    "recognizer": {"shell", "file", "manifest", "plot", "reading"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
 ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_session")

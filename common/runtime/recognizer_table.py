@@ -13,21 +13,21 @@ from msgspec import Meta
 Source = Literal["integrator", "tracker"]  # whose poses
 POSTURES = Path(__file__).resolve().parents[2] / "deploy" / "postures"
 SUFFIX = ".postures"
-LEAST_SCORE = 0.1  # chosen on synthetic people tracked from video: see `services.recognizer.spotting`
-Score = Annotated[float, Meta(ge=-100, le=100)]
+STRICTNESS = 0.18  # chosen on synthetic people tracked from video: see `services.recognizer.spotting`
+Strictness = Annotated[float, Meta(ge=0, le=10)]
 
 
 class RecognizerTable(msgspec.Struct, frozen=True, kw_only=True):
     """model: a file relative to the rig, or the name of one that comes with the project.
 
     source: "integrator" or "tracker"; default: the one that finds the poses by the rig's method.
-    least_score: how much likelier a frame, natural logarithm, a posture must be than movements made of parts of postures;
-    more: fewer false postures, and fewer right ones.
+    strictness: how much likelier than movements made of parts of postures one must be, as a share of what is usual; more:
+    fewer false postures, and fewer right ones.
     """
 
     model: str = "fifteen"
     source: str | None = None
-    least_score: Score = LEAST_SCORE
+    strictness: Strictness = STRICTNESS
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class RecognizerSpec:
 
     model: Path
     source: Source
-    least_score: float = LEAST_SCORE
+    strictness: float = STRICTNESS
 
 
 class RecognizerError(ValueError):
@@ -51,7 +51,7 @@ def recognizer_spec(table: RecognizerTable, method: str, tracks: bool, base: Pat
     source: Source = "tracker" if tracks else "integrator"
     if table.source not in (None, source):
         raise RecognizerError(f"source = {table.source!r}: allowed: {source!r}, which finds the poses by method {method!r}")
-    return RecognizerSpec(find_postures(table.model, base, must_be=files), source, table.least_score)
+    return RecognizerSpec(find_postures(table.model, base, must_be=files), source, table.strictness)
 
 
 def find_postures(text: str, base: Path, *, must_be: bool = True) -> Path:

@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from common.camera.pinhole import Camera
 from common.messages import Name, Number, Size
-from common.runtime.recognizer_table import Score, Source
+from common.runtime.recognizer_table import Source, Strictness
 from common.runtime.rig import Rig, RigError
 from common.runtime.specs import learning_frames
 from common.runtime.tracker_table import Iterations, Particles, Points, Seed
@@ -62,7 +62,7 @@ class RecordedRecognizer(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
     model_sha256: Digest | None
     source: Source
-    least_score: Score
+    strictness: Strictness
 
 
 class RecordedRig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -148,7 +148,7 @@ def _recognizer(rig: Rig) -> RecordedRecognizer | None:
     if rig.recognizer is None:
         return None
     return RecordedRecognizer(
-        model_sha256=_digest(postures_of(rig)), source=rig.recognizer.source, least_score=rig.recognizer.least_score
+        model_sha256=_digest(postures_of(rig)), source=rig.recognizer.source, strictness=rig.recognizer.strictness
     )
 
 

@@ -23,7 +23,8 @@ SHOWN_ANGLES = (
 @dataclass(frozen=True)
 class Board:
     """health: the last of each service.  alive: who is there.  pose, bodies: the last universal BAP or pose of the tracker;
-    bodies seen.  whole: of the poses, those in which every viewer has its part."""
+    bodies seen.  whole: of the poses, those in which every viewer has its part.  posture, postures: the last one; how often
+    each was said."""
 
     health: Mapping[Service, m.Health] = field(default_factory=lambda: MappingProxyType({}))
     alive: frozenset[Service] = frozenset()
@@ -31,6 +32,8 @@ class Board:
     poses: int = 0
     whole: int = 0
     bodies: int = 0
+    posture: m.Posture | None = None
+    postures: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
 
     def heard(self, event: Envelope | Alive) -> "Board":
         """The board after one event."""
@@ -48,6 +51,10 @@ class Board:
                 return replace(self, pose=pose, poses=self.poses + 1, whole=self.whole + (viewers <= {*pose.views}))
             case Envelope(message=m.UniversalBdp() | m.TrackerBdp()):
                 return replace(self, bodies=self.bodies + 1)
+            case Envelope(message=m.Posture() as posture):
+                words = posture_words(posture)
+                said = {**self.postures, words: self.postures.get(words, 0) + 1}
+                return replace(self, posture=posture, postures=MappingProxyType(said))
             case _:
                 return self
 
@@ -73,6 +80,10 @@ def view_of(pose: m.UniversalBap | m.TrackerPose | None, viewer: str) -> tuple[s
             return "used" if viewer in used else "left out", None
         case _:
             return "", None
+
+
+def posture_words(posture: m.Posture) -> str:
+    return posture.label or "none of its postures"
 
 
 def lost_words(pose: m.UniversalBap | m.TrackerPose) -> str:

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from common import messages as m
-from services.launcher.board import Board, Service, lost_words, title, view_of
+from services.launcher.board import Board, Service, lost_words, posture_words, title, view_of
 
 # Counts that a person should know of; the rest stands in the take.
 LOSSES = (
@@ -29,7 +29,7 @@ def table(board: Board, services: Sequence[Service], elapsed_s: float, take: str
         rows.add_column(heading, justify="right" if heading in ("frames/s", "dropped", "score") else "left")
     for service in services:
         rows.add_row(*_row(board, service))
-    return Group(rows, _pose_line(board), Text(f"take: {take}    Ctrl-C ends", style="dim"))
+    return Group(rows, _pose_line(board), *_posture_line(board), Text(f"take: {take}    Ctrl-C ends", style="dim"))
 
 
 def plain_line(board: Board, services: Sequence[Service], elapsed_s: float) -> str:
@@ -44,6 +44,8 @@ def plain_line(board: Board, services: Sequence[Service], elapsed_s: float) -> s
         seen = f" {view} {score}".rstrip()
         parts.append(f"{title(service)}: {health.rate:.1f}/s{seen} {health.state}")
     angles = ", ".join(f"{name} {value}°" for name, value in board.angles().items())
+    if board.posture is not None:
+        parts.append(f"posture: {posture_words(board.posture)}")
     if board.pose is not None:
         trouble = lost_words(board.pose)
         parts.append(f"frame {board.pose.frame}: {angles}" + (f" ({trouble})" if trouble else ""))
@@ -83,6 +85,13 @@ def _view(board: Board, service: Service) -> tuple[str, str]:
     name, id = service
     view, score = view_of(board.pose, id) if name == "viewer" else ("", None)
     return view, "" if score is None else f"{score:.2f}"
+
+
+def _posture_line(board: Board) -> list[Text]:
+    if board.posture is None:
+        return []
+    lasted_s = (board.posture.end_ns - board.posture.start_ns) / 1e9
+    return [Text(f"posture: {posture_words(board.posture)}, {lasted_s:.1f} s, margin {board.posture.margin:.2f}")]
 
 
 def _pose_line(board: Board) -> Text:

@@ -21,7 +21,7 @@ from common.runtime import logs
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.specs import Actor
-from common.topics import HEALTH, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from services.launcher.board import Board, Service
 from services.launcher.children import Child, Children
 from services.launcher.display import dropped, plain_line, table
@@ -52,10 +52,11 @@ def run_rig(
     for note in rig.notes:
         console.print(f"note: {note}", markup=False, highlight=False)
     has_actor = any(isinstance(viewer.source, Actor) for viewer in rig.viewers)
-    if not compile_first(has_actor, rig.tracker is not None, stopped, console):
+    if not compile_first(has_actor, rig.tracker is not None, rig.recognizer is not None, stopped, console):
         return DONE if stopped() else FAILED
-    tracker: list[Service] = [("tracker", "main")] if rig.tracker is not None else []
-    services: list[Service] = [("integrator", "main"), *tracker, *(("viewer", viewer.id) for viewer in rig.viewers)]
+    optional = {"tracker": rig.tracker, "recognizer": rig.recognizer}
+    beside: list[Service] = [(name, "main") for name, spec in optional.items() if spec is not None]
+    services: list[Service] = [("integrator", "main"), *beside, *(("viewer", viewer.id) for viewer in rig.viewers)]
     clock = RealClock()
     places = _places(options, len(services) + 1)
     commands = []
@@ -87,7 +88,7 @@ class Watch:
         self._take, self._console = take, console
         self._board = Board()
         self._first_s: float | None = None
-        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE):
+        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
             bus.subscribe(topic)
         bus.watch_alive()
 
@@ -129,6 +130,9 @@ class Watch:
             )
         else:
             self._print("no pose: the body is measured when all viewers see the initial posture")
+        if self._board.postures:
+            told = ", ".join(f"{label} {count}" for label, count in self._board.postures.items())
+            self._print(f"postures: {told}")
         if self._take is not None:
             takes = sorted(self._take.parent.glob(f"{self._take.stem}*.mcap"))
             for path in takes:

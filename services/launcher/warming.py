@@ -14,9 +14,12 @@ QUICK_S = 6.0  # loading what is compiled already takes less: nothing to say
 LOOK_S = 0.05
 
 
-def compile_first(has_actor: bool, has_tracker: bool, stopped: Callable[[], bool], console: Console) -> bool:
+def compile_first(
+    has_actor: bool, has_tracker: bool, has_recognizer: bool, stopped: Callable[[], bool], console: Console
+) -> bool:
     """Compile what a rig needs, saying so if it takes a while; False when stopped or failed, which is printed."""
-    unused = {"tracking" if has_tracker else "tracker"} | (set() if has_actor else {"actor"})
+    needed = {"actor": has_actor, "tracker": has_tracker, "tracking": not has_tracker, "recognizer": has_recognizer}
+    unused = {part for part, wanted in needed.items() if not wanted}
     longest, *others = sorted((part for part in PARTS if part not in unused), key=lambda part: not part.startswith("track"))
     running = [
         subprocess.Popen(

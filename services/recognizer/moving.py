@@ -62,7 +62,7 @@ def moved(model: PostureModel, moving: Moving, row: Floats, number: int, longest
     moving = replace(moving, extent=max(moving.extent, float(np.linalg.norm(now - moving.origin))))
     if moves:
         moving = replace(moving, last=number)
-    if number - moving.last < STILL_S * model.rate and number - moving.begin < longest:
+    if number - moving.last < STILL_S * model.rate and number + 1 - moving.begin < longest:
         return moving, None
     over = Stretch(moving.begin, moving.last + 1)
     enough = over.end - over.begin >= OF_SHORTEST * float(model.durations[:, 0].min()) * model.rate

@@ -26,7 +26,7 @@ def stand_in() -> PostureModel:
     d = len(NAMES)
     return PostureModel(
         features=DEFAULT, rate=15.0, labels=("any",), mean=np.zeros(d), whitening=np.eye(d),
-        codebook=np.stack([np.zeros(d), np.ones(d)]), start=np.array([[1.0, 0.0]]),
+        codebook=np.stack([np.zeros(d), np.ones(d)]), occurring=np.full(2, 0.5), start=np.array([[1.0, 0.0]]),
         transition=np.array([[[0.9, 0.1], [0.0, 1.0]]]), emission=np.full((1, 2, 2), 0.5),
         durations=np.ones((1, 3)), edges=np.zeros((1, 2, d)), reach=np.ones(1), thresholds=np.zeros(1),
         farthest=1.0, calm=1.0, slow=1.0, training=Training((), (), 0, {}, (LabelFigures(0, 0),)),

@@ -14,7 +14,6 @@ from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.messages import Message, Posture
 from common.runtime.clock import RealClock
-from common.runtime.recognizer_table import Source
 from common.runtime.rig import Rig, RigError
 from common.runtime.service import Event, Service, Subscription, run
 from common.take.reading import TakeError
@@ -23,7 +22,7 @@ from common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
 from services.recognizer.file import PostureModelError, parse_model, read_model
 from services.recognizer.model import PostureModel
 from services.recognizer.ready import load_compiled
-from services.recognizer.states import Setup, State
+from services.recognizer.states import Setup, Source, State
 from services.recognizer.step import counts, describe, initial_state, step
 from services.recognizer.stream import plan_of
 
@@ -47,7 +46,7 @@ def setup_of(rig: RecordedRig, model: PostureModel) -> Setup:
     if rig.recognizer is None:
         raise ValueError(f"rig {rig.name} has no recognizer")
     source = rig.recognizer.source
-    return Setup(plan_of(model, rig.recognizer.least_score), source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
+    return Setup(plan_of(model, rig.recognizer.strictness), source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
 
 
 def model_of(rig: Rig) -> PostureModel:
@@ -112,9 +111,11 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
         try:
             statuses[place] = _run(rig, options, services[place], stopped)
         except BusError as error:
-            logger.error("rig %s: %s%s", rig.name, error, "; the others go on" if len(rigs) > 1 else "")
+            logger.error("rig %s: %s", rig.name, error)
         except Exception:  # of one rig; the others have nothing to do with it
-            logger.exception("rig %s failed%s", rig.name, "; the others go on" if len(rigs) > 1 else "")
+            logger.exception("rig %s failed", rig.name)
+        if statuses[place] and len(rigs) > 1:
+            logger.error("rig %s: its recogniser has ended; the others go on", rig.name)
 
     threads = [threading.Thread(target=run_one, args=(place,), name=name) for place, name in enumerate(names)]
     for thread in threads:
@@ -127,10 +128,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
 def _run(rig: Rig, options: ZenohOptions, service: Service[Setup, State, Never], stopped: Callable[[], bool]) -> int:
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
-        status = run(_telling(rig.name, service), bus, clock, stopped=stopped)
-    if status:
-        logger.error("rig %s: its recogniser has ended", rig.name)
-    return status
+        return run(_telling(rig.name, service), bus, clock, stopped=stopped)
 
 
 def _telling(name: str, service: Service[Setup, State, Never]) -> Service[Setup, State, Never]:

@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Literal
 
 from common.body.anatomy import Anatomy
 from common.messages import Posture
-from common.runtime.recognizer_table import Source
 from services.recognizer.stream import Plan, Stream
+
+Source = Literal["integrator", "tracker"]
 
 
 @dataclass(frozen=True, eq=False)

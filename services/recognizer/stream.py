@@ -14,7 +14,7 @@ from services.recognizer.features import KINDS, Kind
 from services.recognizer.model import Judgement, PostureModel, judge, symbols_of, whiten
 from services.recognizer.moving import SHARE, Moving, Stretch, moved
 from services.recognizer.spotting import (
-    LEAST_SCORE,
+    STRICTNESS,
     Hypotheses,
     Spotting,
     Window,
@@ -78,12 +78,12 @@ class Answer:
     judgement: Judgement
 
 
-def plan_of(model: PostureModel, least_score: float = LEAST_SCORE) -> Plan:
-    """least_score: see `spotting`.  Raises ValueError for features that this version does not know."""
+def plan_of(model: PostureModel, strictness: float = STRICTNESS) -> Plan:
+    """strictness: see `spotting`.  Raises ValueError for features that this version does not know."""
     kind = next((kind for kind in KINDS if kind == model.features), None)
     if kind is None:
         raise ValueError(f"features = {model.features!r}: allowed: {', '.join(KINDS)}")
-    spotting = spotting_of(model, least_score)
+    spotting = spotting_of(model, strictness)
     lag = max(1, round(LAG_S * model.rate))
     return Plan(model, kind, spotting, 1e9 / model.rate, lag, 2 * spotting.window + lag)
 

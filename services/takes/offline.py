@@ -12,6 +12,7 @@ from common.runtime.rig import Rig
 from common.runtime.service import Runner, Service
 from common.topics import CAMERA
 from services.integrator.shell import integrator_service
+from services.recognizer.shell import model_of, recognizer_service
 from services.tracker.shell import tracker_service
 from services.viewer.shell import camera_info, silhouette_service, viewer_service
 from services.viewer.sources.frame import Frame
@@ -86,10 +87,10 @@ class Seeing(Running[Setup, State, Frame]):
 
 
 class Offline:
-    """The viewers, and what makes poses of what they say: the integrator, or the tracker."""
+    """The viewers, what makes poses of what they say (integrator or tracker), and the recogniser if the rig has one."""
 
     def __init__(self, rig: Rig, network: LocalNetwork) -> None:
-        """Raises as `viewer_service`, `integrator_service` and `tracker_service` do."""
+        """Raises as `viewer_service`, `integrator_service`, `tracker_service` and `model_of` do."""
         self._rig, self._network = rig, network
         self._viewers: dict[str, Camera] = {}
         self._poser: Member
@@ -102,6 +103,9 @@ class Offline:
             self._poser = Running(integrator_service(rig), network)
         else:
             self._poser = Running(tracker_service(rig), network)
+        self._others: list[Member] = []
+        if rig.recognizer is not None:
+            self._others.append(Running(recognizer_service(rig, model_of(rig)), network))
 
     def greet(self, epoch_ns: int) -> None:
         """Every viewer says which camera it has.  epoch_ns: capture time of frame 0."""
@@ -120,7 +124,7 @@ class Offline:
 
     def report_handled(self) -> None:
         """Let every service say what it was fed."""
-        for member in (*self._viewers.values(), self._poser):
+        for member in (*self._viewers.values(), self._poser, *self._others):
             member.report_handled()
 
     def state(self) -> str:
@@ -129,7 +133,7 @@ class Offline:
 
     def states(self) -> dict[str, str]:
         """What each service is doing, in words."""
-        return {member.title: member.describe() for member in (*self._viewers.values(), self._poser)}
+        return {member.title: member.describe() for member in (*self._viewers.values(), self._poser, *self._others)}
 
     def failures(self) -> dict[str, int]:
         """Steps that raised, messages that may not be sent, and instants that failed, in words."""
@@ -137,4 +141,4 @@ class Offline:
         return {words: sum(count.get(name, 0) for count in counts) for words, name in FAILURES.items()}
 
     def _answering(self) -> list[Member]:
-        return [self._poser, *self._viewers.values()]
+        return [self._poser, *self._viewers.values(), *self._others]

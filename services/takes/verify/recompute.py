@@ -5,7 +5,7 @@ for byte, what the take has.  A service can be followed from its start on, as lo
 """
 
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from common.bus.protocol import Alive, Envelope, Tick
 from common.messages import Handled, Message, Sighting, Silhouette
 from common.runtime.handled import ALIVE, FRAME, GONE, TICK
 from common.take.reading import Take, TakeError
-from common.take.setup import PRIOR_FILE, SETUP_FILE, RecordedRig
+from common.take.setup import SETUP_FILE, RecordedRig
 from common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
 from common.vision.packing import unpack
 from services.takes.verify.difference import Difference, difference
@@ -72,7 +72,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
         take = Take(path)
         for received in ours(take):
             if check is None:
-                check = _Check(path, setup_in(path, take), take.attachments.get(PRIOR_FILE), tolerance)
+                check = _Check(path, setup_in(path, take), take.attachments, tolerance)
                 check.found.versions = take.metadata.get("versions", {})
             check.see(received)
             count += 1
@@ -92,11 +92,11 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
 class _Check:
     """One pass over a take, bounded in memory."""
 
-    def __init__(self, path: Path, rig: RecordedRig, prior: bytes | None, tolerance: float) -> None:
+    def __init__(self, path: Path, rig: RecordedRig, attached: Mapping[str, bytes], tolerance: float) -> None:
         self.found = Verified()
         self._rig, self._tolerance = rig, tolerance
         try:
-            self._services = {name: _Followed(service) for name, service in services_of(rig, path, prior).items()}
+            self._services = {name: _Followed(service) for name, service in services_of(rig, path, attached).items()}
         except ValueError as error:
             raise TakeError(f"{path}: attachment {SETUP_FILE}: {error}") from error
         self._silent = {viewer.id for viewer in rig.viewers if not viewer.silhouette}
@@ -136,6 +136,8 @@ class _Check:
         self._heard.add(name)
         followed = self._services.get(name)
         if followed is None:
+            if name[0] == "recognizer" and not self._told(name):
+                self._tell(name, "the take does not have the model that it was made with")
             return
         if message.first == 0:
             followed.service.begin()

@@ -26,7 +26,7 @@ SHELLS = {
     "integrator": {"shell"},
     "viewer": {"shell", "beginning", "source", "sources"},
     "tracker": {"shell", "motions", "prior/file", "prior/plot", "prior/ship", "prior/shipped"},
-    "recognizer": {"shell", "file", "manifest", "plot", "reading"},
+    "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
 ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_session")

@@ -16,14 +16,13 @@ def test_it_gets_as_far_as_tracking() -> None:
     assert load_compiled(setup) == "tracking"
 
 
-@pytest.mark.parametrize("shift", [20.0, -6.0])
-def test_cameras_that_do_not_see_the_origin_are_no_error(shift: float) -> None:
-    """Far away, or with the person behind them."""
+@pytest.mark.parametrize(("shift", "words"), [(20.0, "tracking"), (-6.0, "waiting for a person")])
+def test_cameras_that_do_not_see_the_origin_well_are_no_error(shift: float, words: str) -> None:
+    """Far away, or with the person behind them: then somebody at the origin cannot be followed."""
     setup = tracker_setup(3)
     moved = {
         viewer: replace(camera, translation=camera.translation + np.array([0.0, 0.0, shift]))
         for viewer, camera in setup.cameras.items()
     }
     setup = replace(setup, anatomy=FOURTEEN_PARTS, cameras=moved, options=Options(particles=4, points=150))
-    words = load_compiled(setup)
-    assert "waiting" in words or "seeing" in words or "stretch" in words or "tracking" in words, words
+    assert load_compiled(setup) == words

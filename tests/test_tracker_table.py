@@ -8,7 +8,7 @@ from test_rig import RIG, write_folder, write_rig
 
 from common.runtime import tracker_table
 from common.runtime.rig import RigError, load_rig
-from common.runtime.tracker_table import ITERATIONS, PARTICLES, TrackerError, TrackerSpec, chosen, find_prior
+from common.runtime.tracker_table import ITERATIONS, PARTICLES, TrackerError, TrackerSpec, Wanted, chosen, find_prior
 from services.tracker.phases import Refinement
 from services.tracker.refinements import REFINEMENTS
 
@@ -147,12 +147,17 @@ def test_the_command_line_goes_before_the_rig(tmp_path: Path, monkeypatch: pytes
     spec = spec_of(write_rig(tmp_path, HYBRID))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.prior").write_bytes(b"")
-    changed = chosen(spec, "hybrid", prior="mine.prior", particles=5, points=100, iterations=2, seed=3)
+    changed = chosen(spec, "hybrid", Wanted("mine.prior", particles=5, points=100, iterations=2, seed=3))
     assert (changed.particles, changed.points, changed.iterations, changed.seed) == (5, 100, 2, 3)
     assert changed.prior is not None
     assert changed.prior.resolve() == tmp_path / "mine.prior"
-    assert chosen(spec, "hybrid") == spec
+    assert chosen(spec, "hybrid", Wanted()) == spec
+    forced = chosen(spec, "hybrid", Wanted(refinement="force-printed"))
+    assert (forced.refinement, forced.iterations) == ("force-printed", ITERATIONS["force-printed"])
+    assert chosen(spec, "hybrid", Wanted(iterations=7, refinement="force")).iterations == 7
     with pytest.raises(TrackerError, match=r"prior = 'none.prior': no file"):
-        chosen(spec, "hybrid", prior="none.prior")
+        chosen(spec, "hybrid", Wanted("none.prior"))
     with pytest.raises(TrackerError, match="particles = 5: allowed: 1"):
-        chosen(spec, "image-force", particles=5)
+        chosen(spec, "image-force", Wanted(particles=5))
+    with pytest.raises(TrackerError, match=r"refinement = 'none': allowed: gauss-newton"):
+        chosen(spec, "hybrid", Wanted(refinement="none"))

@@ -14,7 +14,7 @@ from common.body.kinematics import joint_centres
 from common.formats.poses import read_poses
 from common.runtime.rig import Rig, RigError, demo_rig
 from common.runtime.specs import Actor
-from common.runtime.tracker_table import TrackerSpec
+from common.runtime.tracker_table import TrackerSpec, Wanted
 from common.take.reading import Take, TakeError, envelope
 from common.take.recording import Attachment, Recording
 from common.take.setup import PRIOR_FILE, SETUP_FILE
@@ -130,11 +130,11 @@ def test_a_take_without_its_prior_cannot_be_recomputed(take: Path, tmp_path: Pat
 
 
 def test_options_of_the_tracker_need_one() -> None:
-    assert with_tracker(demo_rig()).tracker is None
-    changed = with_tracker(hybrid(), particles=7, seed=3).tracker
+    assert with_tracker(demo_rig(), Wanted()).tracker is None
+    changed = with_tracker(hybrid(), Wanted(particles=7, seed=3)).tracker
     assert changed is not None
     assert (changed.particles, changed.seed, changed.points) == (7, 3, 400)
     with pytest.raises(RigError, match=r"method = 'two-view' has no tracker: allowed with .*: hybrid, image-force"):
-        with_tracker(demo_rig(), seed=3)
+        with_tracker(demo_rig(), Wanted(seed=3))
     with pytest.raises(RigError, match=r"--particles = 7: allowed: 1 for method 'image-force'"):
-        with_tracker(hybrid("image-force"), particles=7)
+        with_tracker(hybrid("image-force"), Wanted(particles=7))

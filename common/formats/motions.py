@@ -60,6 +60,21 @@ def read_poses_for(path: Path, anatomy: Anatomy, frames: range | None = None) ->
     raise FormatError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")
 
 
+def read_centres(path: Path) -> Trajectories:
+    """The joint centres (HALPE names) in a .bvh, a .trc or a take (.mcap), by the same clock as `read_poses_for`.
+
+    Raises FormatError, and TakeError for a .mcap that is no take.
+    """
+    match path.suffix.lower():
+        case ".bvh":
+            return read_bvh_centres(path)
+        case ".trc":
+            return read_trc(path)
+        case ".mcap":
+            return every_frame(read_poses(path).track(), 0).trajectories()
+    raise FormatError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")
+
+
 def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range | None) -> Motion:
     rows = _rows(path, data.frames, frames)
     centres = {name: data.points[rows, k] for k, name in enumerate(data.names)}

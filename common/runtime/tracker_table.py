@@ -55,6 +55,18 @@ class TrackerSpec:
     refinement: str
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """What the command line says instead of a rig's tracker table; None leaves it.  prior: relative to where it runs."""
+
+    prior: str | None = None
+    particles: int | None = None
+    points: int | None = None
+    iterations: int | None = None
+    refinement: str | None = None
+    seed: int | None = None
+
+
 class TrackerError(ValueError):
     """The text is the key with its value, and what is allowed."""
 
@@ -66,9 +78,7 @@ def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, fil
     """
     if table.anatomy not in ANATOMIES:
         raise TrackerError(f"anatomy = {table.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
-    refinement = REFINEMENTS[method] if table.refinement is None else table.refinement
-    if refinement not in ITERATIONS:
-        raise TrackerError(f"refinement = {refinement!r}: allowed: {', '.join(ITERATIONS)}")
+    refinement = _known(REFINEMENTS[method] if table.refinement is None else table.refinement)
     iterations = ITERATIONS[refinement] if table.iterations is None else table.iterations
     prior = None if table.prior is None else find_prior(table.prior, base, must_be=files)
     particles = table.particles if own and table.particles is not None else PARTICLES[method]
@@ -90,29 +100,19 @@ def find_prior(text: str, base: Path, *, must_be: bool = True) -> Path:
     return own
 
 
-def chosen(
-    spec: TrackerSpec,
-    method: str,
-    *,
-    prior: str | None = None,
-    particles: int | None = None,
-    points: int | None = None,
-    iterations: int | None = None,
-    seed: int | None = None,
-) -> TrackerSpec:
-    """The spec with what the command line says instead.  prior: relative to where the command runs.
+def chosen(spec: TrackerSpec, method: str, wanted: Wanted) -> TrackerSpec:
+    """The spec with what is wanted instead.  Another refinement has its own default of iterations.  Raises TrackerError."""
+    if wanted.refinement is not None:
+        spec = replace(spec, iterations=ITERATIONS[_known(wanted.refinement)])
+    prior = None if wanted.prior is None else find_prior(wanted.prior, Path())
+    given = {name: value for name, value in vars(wanted).items() if value is not None and name != "prior"}
+    return _checked(replace(spec, prior=prior or spec.prior, **given), method)
 
-    Raises TrackerError.
-    """
-    spec = replace(
-        spec,
-        prior=spec.prior if prior is None else find_prior(prior, Path()),
-        particles=spec.particles if particles is None else particles,
-        points=spec.points if points is None else points,
-        iterations=spec.iterations if iterations is None else iterations,
-        seed=spec.seed if seed is None else seed,
-    )
-    return _checked(spec, method)
+
+def _known(refinement: str) -> str:
+    if refinement not in ITERATIONS:
+        raise TrackerError(f"refinement = {refinement!r}: allowed: {', '.join(ITERATIONS)}")
+    return refinement
 
 
 def _checked(spec: TrackerSpec, method: str) -> TrackerSpec:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from services.takes.overlay import Overlay
     from services.takes.track import Instant
 
+Refinement = Literal["gauss-newton", "force", "force-printed"]
 PICTURES = 20  # of an overlay, about
 TRACKER = "Tracker (of the methods hybrid, image-force, particle-filter)"
 
@@ -74,6 +75,13 @@ def track(
         int | None,
         typer.Option(min=0, max=100, help="Of the refinement; default: 4, of forces 40.", rich_help_panel=TRACKER),
     ] = None,
+    refinement: Annotated[
+        Refinement | None,
+        typer.Option(
+            help="Least squares, or the paper's forces and moments, corrected or as printed; default: by method.",
+            rich_help_panel=TRACKER,
+        ),
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Of what is drawn; default: 0.", rich_help_panel=TRACKER)] = None,
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write pictures of the model drawn on the person, and a video.")
@@ -93,12 +101,13 @@ def track(
     wanted = None if size is None else parsed_size(size)
     with one_line_errors():
         from common.runtime import logs
+        from common.runtime.tracker_table import Wanted
         from services.takes.track import at_working_size, of_height, with_tracker
         from services.takes.track import track as run_track
 
         logs.configure("track")
         one = at_working_size(rig_at(rig, files=True, method=method), wanted, fps)
-        one = with_tracker(one, prior=prior, particles=particles, points=points, iterations=iterations, seed=seed)
+        one = with_tracker(one, Wanted(prior, particles, points, iterations, refinement, seed))
         if height is not None:
             one = of_height(one, height)
         for note in one.notes:

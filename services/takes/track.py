@@ -17,7 +17,7 @@ from common.runtime.rig import Rig, RigError, Viewer
 from common.runtime.rig_file import TRACKER_METHODS
 from common.runtime.service import HEALTH_NS
 from common.runtime.specs import Actor, Images, VideoFile
-from common.runtime.tracker_table import TrackerError, chosen
+from common.runtime.tracker_table import TrackerError, Wanted, chosen
 from common.take.opening import new_recording
 from common.take.recording import Recording
 from common.topics import TOPICS, Topic
@@ -146,28 +146,17 @@ def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -
     return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
 
 
-def with_tracker(
-    rig: Rig,
-    *,
-    prior: str | None = None,
-    particles: int | None = None,
-    points: int | None = None,
-    iterations: int | None = None,
-    seed: int | None = None,
-) -> Rig:
-    """The rig with what is given instead of its own tracker's; see `TrackerSpec`.  Raises RigError."""
-    given = [value for value in (prior, particles, points, iterations, seed) if value is not None]
+def with_tracker(rig: Rig, wanted: Wanted) -> Rig:
+    """The rig with what is wanted instead of its own tracker's.  Raises RigError."""
     if rig.tracker is None:
-        if given:
+        if wanted != Wanted():
             raise RigError(
-                f"rig {rig.name}: method = {rig.method!r} has no tracker: allowed with --prior, --particles, --points, "
-                f"--iterations and --seed: {', '.join(TRACKER_METHODS)}"
+                f"rig {rig.name}: method = {rig.method!r} has no tracker: allowed with "
+                f"{', '.join(f'--{name}' for name in vars(wanted))}: {', '.join(TRACKER_METHODS)}"
             )
         return rig
     try:
-        spec = chosen(
-            rig.tracker, rig.method, prior=prior, particles=particles, points=points, iterations=iterations, seed=seed
-        )
+        spec = chosen(rig.tracker, rig.method, wanted)
     except TrackerError as error:
         raise RigError(f"--{error}") from error
     return replace(rig, tracker=spec)

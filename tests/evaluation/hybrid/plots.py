@@ -108,7 +108,7 @@ def bars(
     axes.set_title(title, fontsize=11)
     axes.set_ylim(0, top)
     axes.grid(axis="y", alpha=0.3)
-    axes.legend(fontsize=8)
+    figure.legend(loc="outside lower center", ncols=min(len(series), 6), fontsize=8)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=DPI)
 

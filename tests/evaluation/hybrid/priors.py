@@ -15,7 +15,7 @@ from tests.evaluation.hybrid.runs import ANATOMY
 from tests.evaluation.hybrid.silhouettes import ROOT
 
 TRAINING_CODE = ("services/tracker/prior", "services/tracker/motions.py", "common/body")
-TAKE_FRAMES = 100  # of the same take's truth, as the paper has it
+TAKE_FRAMES = 100  # of the same take's truth, as the paper has it; half of a shorter one
 WALKS = ("cmu_02_02", "cmu_07_01", "cmu_07_02", "cmu_07_03", "cmu_07_04", "cmu_07_05", "cmu_07_06")
 KICKS = ("cmu_10_01",)
 KINDS = {
@@ -33,7 +33,7 @@ class Priors:
     """clips, motions: folders that are read.  kept: gets what is learnt.
 
     A prior is named `walking` (one that comes with the project), `motion:cmu_02_02+cmu_07_01` (learnt from those),
-    `take:walk7` (from the first frames of motion of that clip's truth) or `actor:walking` (from the synthetic actor, as
+    `take:walk7/100` (from the first frames of motion of that clip's truth) or `actor:walking` (from the synthetic actor, as
     those that come with the project); with `@M` for so many regions.
     """
 
@@ -75,12 +75,18 @@ class Priors:
             case "motion":
                 motions = [read_motion(self.motions / f"{name}.bvh", ANATOMY) for name in names.split("+")]
             case _:
-                raise ValueError(f"prior {kind}:{names}: allowed: actor:KIND, motion:NAME+NAME, take:CLIP")
+                raise ValueError(f"prior {kind}:{names}: allowed: actor:KIND, motion:NAME+NAME, take:CLIP/FRAMES")
         return [Recording(motion.name, motion.rate, motion.coordinates) for motion in motions]
 
-    def _take(self, clip: str) -> Motion:
+    def _take(self, name: str) -> Motion:
+        clip, _, frames = name.partition("/")
         first = int(tomllib.loads((self.clips / clip / "clip.toml").read_text())["motion_from_frame"])
-        return read_motion(self.clips / clip / "truth.trc", ANATOMY, range(first, first + TAKE_FRAMES))
+        return read_motion(self.clips / clip / "truth.trc", ANATOMY, range(first, first + int(frames)))
+
+
+def taken_frames(motion_frames: int) -> int:
+    """How many frames of a take are learnt from, so that there are others to score."""
+    return min(TAKE_FRAMES, motion_frames // 2)
 
 
 def another_take(clip: str, motion: str) -> str | None:

@@ -4,7 +4,7 @@ from tests.evaluation.hybrid.accuracy import SEVEN, TWO, VIEWS
 from tests.evaluation.hybrid.bench import Bench
 from tests.evaluation.hybrid.figures import COLUMNS, Summary, summary
 from tests.evaluation.hybrid.plots import bars
-from tests.evaluation.hybrid.priors import KINDS, TAKE_FRAMES, another_take
+from tests.evaluation.hybrid.priors import KINDS, TAKE_FRAMES, another_take, taken_frames
 from tests.evaluation.hybrid.runs import Case
 from tests.evaluation.sections import Section, Table
 
@@ -15,9 +15,10 @@ NONE, SHIPPED, ANOTHER, SAME = "none", "shipped", "another take", "same take"
 def protocols(bench: Bench) -> Section:
     wanted: dict[tuple[str, str, str], Case] = {}
     for clip in SEVEN:
+        skipped = taken_frames(_motion_frames(bench, clip))
         for number in NUMBERS:
             for protocol, prior in _priors(bench, clip).items():
-                wanted[clip, number, protocol] = Case(clip, views=VIEWS[number], prior=prior, skipped=TAKE_FRAMES)
+                wanted[clip, number, protocol] = Case(clip, views=VIEWS[number], prior=prior, skipped=skipped)
     for clip in TWO:
         for protocol, prior in _priors(bench, clip).items():
             if protocol != SAME:  # they have fewer frames of motion than are to be learnt from
@@ -44,7 +45,8 @@ def protocols(bench: Bench) -> Section:
         "What the prior was learnt from",
         (
             f"{bench.seeds} seeds.  The same take: the first {TAKE_FRAMES} frames of motion of the clip's truth, as in the "
-            f"paper; all protocols of `walk7`, `jog7` and `box7` are scored on the frames after those.  Another take: "
+            f"paper, or half of a shorter one; all protocols of `walk7`, `jog7` and `box7` are scored on the frames after "
+            "those.  Another take: "
             "motion capture of the same kind that did not drive the clip (walks 02_02 and 07_01 to 07_06; kick 10_01).  Of "
             "running, boxing and bending there is no other take, so there is no such row: what is shipped stands for it.",
             "Shipped: learnt from the synthetic actor alone.",
@@ -57,4 +59,11 @@ def protocols(bench: Bench) -> Section:
 def _priors(bench: Bench, clip: str) -> dict[str, str]:
     found = {NONE: "", SHIPPED: KINDS[clip]}
     another = another_take(clip, bench.clip(clip).motion)
-    return found | ({ANOTHER: another} if another else {}) | {SAME: f"take:{clip}"}
+    return (
+        found | ({ANOTHER: another} if another else {}) | {SAME: f"take:{clip}/{taken_frames(_motion_frames(bench, clip))}"}
+    )
+
+
+def _motion_frames(bench: Bench, name: str) -> int:
+    clip = bench.clip(name)
+    return int((clip.truth.frames >= clip.motion_from).sum())

@@ -20,7 +20,7 @@ from common.runtime.specs import Actor, FirstFrames, Images, VideoFile
 from common.runtime.tracker_table import TrackerError, Wanted, chosen
 from common.take.opening import new_recording
 from common.take.recording import Recording
-from common.topics import TOPICS
+from common.topics import TOPICS, Topic
 from services.takes.offline import Offline
 from services.viewer.source import open_source
 from services.viewer.sources.frame import Frame, Playback, SourceError
@@ -63,13 +63,28 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
         if not isinstance(viewer.source, VideoFile | Images | Actor):
             raise RigError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     clock = ManualClock(EPOCH_NS)
+    frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
+    return track_frames(rig, frames, clock, take, watch)
+
+
+def track_frames(
+    rig: Rig,
+    frames: dict[str, Iterator[Frame]],
+    clock: ManualClock,
+    take: Path,
+    watch: Callable[[Instant], None] = lambda _: None,
+    logged: Sequence[Topic] = TOPICS,
+) -> Tracked:
+    """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
+
+    logged: the topics that the take has.  Raises SourceError before the first frame, RecordingError and ValueError.
+    """
     network = LocalNetwork(rig.name, clock)
     offline = Offline(rig, network)
     problems: list[str] = []
     recorder = network.bus()
-    for topic in TOPICS:
+    for topic in logged:
         recorder.subscribe(topic, every=True)
-    frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
     instants_of = instants(frames, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems)
     first = next(instants_of, None)
     if first is None or problems:

@@ -30,9 +30,8 @@ def rig_file(folder: Path, name: str) -> Path:
     """The demo's rig under another name, with a recogniser of three postures."""
     text = demo_rig_file().read_text().replace('name = "demo"', f'name = "{name}"')
     text = text.replace("demo-calibration.toml", str(demo_rig_file().with_name("demo-calibration.toml")))
-    head = text.partition("[recognizer]")[0]
     write_model(folder / "three.postures", actor_model())
-    (folder / f"{name}.toml").write_text(head + '\n[recognizer]\nmodel = "three.postures"\n')
+    (folder / f"{name}.toml").write_text(text.replace('model = "fifteen"', 'model = "three.postures"'))
     return folder / f"{name}.toml"
 
 

@@ -88,7 +88,7 @@ def test_a_take_has_every_frame_of_every_viewer(take: Path) -> None:
 def test_a_take_carries_rig_calibration_and_versions(take: Path) -> None:
     read = Take(take)
     assert sum(1 for _ in read.messages()) > 100
-    assert set(read.attachments) == {"demo.toml", "demo-calibration.toml", "setup.json"}
+    assert set(read.attachments) == {"demo.toml", "demo-calibration.toml", "setup.json", "recognizer.postures"}
     assert read.metadata["rig"]["name"] == "demo"
     assert "numpy" in read.metadata["versions"]
 

@@ -3,9 +3,9 @@ PYTHON ?= python3
 VENV := .venv
 STAMP := $(VENV)/.installed
 
-EVALUATIONS := bodies postures clips matchings scorer stages hull latency logging damage kills replay_timing hybrid animator
+EVALUATIONS := bodies postures clips matchings scorer stages hull latency logging damage kills replay_timing hybrid recognition animator
 
-.PHONY: demo test check benchmark evaluate priors clean
+.PHONY: demo test check benchmark evaluate priors postures clean
 
 demo: $(STAMP)
 	$(VENV)/bin/zenocap demo $(ARGS)
@@ -26,6 +26,9 @@ evaluate: $(STAMP)
 
 priors: $(STAMP)
 	$(VENV)/bin/python -m services.tracker.prior.ship $(ARGS)
+
+postures: $(STAMP)
+	$(VENV)/bin/python -m services.takes.act.ship $(ARGS)
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "zenocap needs Python 3.11 or newer; set PYTHON=..." >&2; exit 2; }

@@ -7,6 +7,7 @@ import typer
 from services.calibrate import calibrate
 from services.commands import animator, live, offline, recognizer, record, replay, takes
 from services.commands.posture import posture
+from services.commands.posture_act import act
 from services.commands.prior import prior
 
 app = typer.Typer(
@@ -45,6 +46,7 @@ for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(command)
 app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
 app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
+posture.command()(act)
 app.add_typer(posture, name="posture", rich_help_panel=BEFORE)
 
 

@@ -5,6 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from common.actor.person import person
+from common.actor.postures import posture
+from common.actor.truth import truth
 from common.body.anatomy import TEN_PARTS, Floats
 from services.recognizer.examples import Example, Plan
 from services.recognizer.features import NAMES, features_of
@@ -12,6 +15,7 @@ from services.recognizer.model import PostureModel
 from services.recognizer.training import train
 
 RATE = 15.0
+ACTED = ("raise-both-arms", "squat", "kick-right")
 SECOND = 1_000_000_000
 STANDING = features_of(TEN_PARTS, TEN_PARTS.neutral)
 # Which features a posture moves, and how far, radians.
@@ -42,13 +46,13 @@ def still(seconds: float, rng: np.random.Generator, noise: float = 0.03) -> Floa
 def small_model() -> PostureModel:
     """Four postures by six people, twice each."""
     examples = []
-    for person in range(6):
-        rng = np.random.default_rng([1, person])
+    for someone in range(6):
+        rng = np.random.default_rng([1, someone])
         for label, moves in MOVES.items():
             for repetition in range(2):
                 scaled = {name: value * float(rng.uniform(0.9, 1.1)) for name, value in moves.items()}
                 features = course(scaled, float(rng.uniform(1.8, 2.2)), rng)
-                examples.append(Example(label, str(person), str(repetition), RATE, features))
+                examples.append(Example(label, str(someone), str(repetition), RATE, features))
     return train(examples, Plan(symbols=32))
 
 
@@ -65,3 +69,23 @@ def hidden(names: Sequence[str], pauses_s: Sequence[float], seed: int = 0) -> tu
         parts.append(course(MOVES.get(name, UNKNOWN), 2.0, rng))
         truth.append((name, begin_s, sum(map(len, parts)) / RATE))
     return np.concatenate([*parts, still(2.0, rng)]), truth
+
+
+def angles_of_posture(name: str, someone: int, repetition: int) -> Floats:
+    """(T, angles) of the ten-part anatomy at RATE; before it 8 rows of standing, after it 12."""
+    actor = person(someone)
+    motion = posture(actor, name, repetition)
+    times = np.concatenate([np.zeros(8), np.arange(0.0, motion.duration_s, 1.0 / RATE), np.full(12, motion.duration_s)])
+    return np.array([truth(actor, motion.pose_at(float(time_s))).ten_part_pose().angles for time_s in times])
+
+
+@lru_cache
+def actor_model() -> PostureModel:
+    """Three postures of the synthetic actor, true angles."""
+    examples = [
+        Example(name, str(someone), str(k), RATE, features_of(TEN_PARTS, angles_of_posture(name, someone, k)[8:-12]))
+        for name in ACTED
+        for someone in range(404, 410)
+        for k in (0, 1)
+    ]
+    return train(examples, Plan())

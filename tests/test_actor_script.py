@@ -5,7 +5,18 @@ import pytest
 
 from common.actor.person import person
 from common.actor.postures import POSTURES
-from common.actor.script import Script, demo_script, motion_script, posture_take
+from common.actor.script import (
+    EMPTY,
+    LOWERING,
+    RETURNING,
+    STANDING,
+    STRETCHED,
+    Script,
+    demo_script,
+    motion_script,
+    posture_take,
+    session,
+)
 from common.actor.truth import truth
 
 FASTEST_M_S = 7.5  # a foot in a kick
@@ -107,6 +118,24 @@ def test_a_finished_take_stands_and_sways() -> None:
     assert second is not None
     moved = truth(script.person, first).joints["Head"] - truth(script.person, second).joints["Head"]
     assert 1e-5 < np.linalg.norm(moved) < 0.05
+
+
+def test_a_session_has_its_movements_in_order_and_always_begins_them_in_the_middle() -> None:
+    movements = [("turn-and-walk", 0), ("bend", 3), ("squat", 1)]
+    script = session(person(5), movements, [0.5, 0.0, 0.7], 2)
+    names = [segment.name for segment in script.segments]
+    assert names == [
+        EMPTY, STRETCHED, LOWERING, STANDING, "turn-and-walk", STANDING, RETURNING, "bend", STANDING, "squat", STANDING
+    ]  # fmt: skip
+    assert top_speed(script, 1.0, script.duration_s) < FASTEST_M_S
+    for segment in script.segments:
+        if segment.name in dict(movements):
+            assert np.hypot(segment.start.x, segment.start.z) < 0.25
+
+
+def test_a_session_refuses_a_movement_that_nobody_knows() -> None:
+    with pytest.raises(ValueError, match="movement 'handstand' is not one of march, "):
+        session(person(5), [("handstand", 0)], [0.0], 0)
 
 
 @pytest.mark.parametrize("time_s", [-0.1, float("nan")])

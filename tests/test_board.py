@@ -115,3 +115,16 @@ def test_poses_of_the_tracker_are_whole_when_every_viewer_there_is_used() -> Non
     viewers = (("viewer", "1"), ("viewer", "2"))
     board = heard(tracker_pose(), tracker_pose(views=["1"]), tracker_pose(views=["1", "2", "3"]), alive=viewers)
     assert (board.poses, board.whole) == (3, 2)
+
+
+def test_the_last_posture_is_shown_and_all_are_counted() -> None:
+    def posture(label: str | None) -> m.Posture:
+        return m.Posture(
+            frame=9, captured_ns=3 * 10**9, label=label, start_ns=0, end_ns=25 * 10**8, log_likelihoods={"kick": -90.0},
+            score=0.2, margin=0.5,
+        )  # fmt: skip
+
+    board = heard(posture(None), posture("kick"), posture("kick"))
+    assert board.postures == {"none of its postures": 1, "kick": 2}
+    assert "posture: kick, 2.5 s, margin 0.50" in shown(board)
+    assert "posture: kick" in plain_line(board, SERVICES, 3.0)

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from common import messages as m
-from common.formats.foxglove.plots import health_json, pose_json, sighting_json, tracker_json
+from common.formats.foxglove.plots import health_json, pose_json, posture_json, sighting_json, tracker_json
 
 
 def bap(lost: list[str]) -> m.UniversalBap:
@@ -70,3 +70,15 @@ def test_the_trackers_pose_with_its_spread(lost: bool) -> None:
     if not lost:
         expected |= {"position": {"x": 0.5, "y": 1.0, "z": -0.25}, "angles_deg": {"left_elbow": {"x": 57.296}}}
     assert json.loads(tracker_json(pose)) == expected
+
+
+def test_a_posture_has_its_times_in_seconds_and_a_word_for_none() -> None:
+    posture = m.Posture(
+        frame=9, captured_ns=3_300_000_000, label=None, start_ns=500_000_000, end_ns=3_000_000_000,
+        log_likelihoods={"kick": -90.0, "squat": -95.0}, score=-0.2, margin=0.125,
+    )  # fmt: skip
+    plain = json.loads(posture_json(posture))
+    assert (plain["label"], plain["known"]) == ("none of its postures", False)
+    assert (plain["start_s"], plain["end_s"], plain["lasted_s"]) == (0.5, 3.0, 2.5)
+    assert round(plain["late_s"], 9) == 0.3
+    assert plain["log_likelihoods"] == [{"label": "kick", "value": -90.0}, {"label": "squat", "value": -95.0}]

@@ -16,10 +16,11 @@ from services.takes.evaluate import Selection, accuracy
 from services.tracker import filtering
 from services.tracker.stature import body_of_height
 from tests.evaluation.hybrid.accuracy import cases, mediapipe
-from tests.evaluation.hybrid.figures import Section, Summary, Table, figure, markdown, report, summary, write
+from tests.evaluation.hybrid.figures import Summary, figure, summary
 from tests.evaluation.hybrid.priors import WALKS, another_take
 from tests.evaluation.hybrid.recovery import frames_until
 from tests.evaluation.hybrid.runs import ANATOMY, NAMES, Followed, Run, frame_errors, held_share, scored, trajectories
+from tests.evaluation.sections import Section, Table, markdown, report, write
 
 NAN = float("nan")
 RUN = Run(30.0, 34.0, 12.0, 28.0, 0.0, {"Hip": 20.0}, 0, 63, 9.0, 8.0, 0.5, 100, (30.0, 31.0))
@@ -64,7 +65,7 @@ def test_a_section_is_written_whole_and_the_report_keeps_the_others(tmp_path: Pa
     table = Table("Error", ("clip", "mean mm"), (("walk7", 24.96), ("jog7", NAN)))
     write(Section("second", "Second", ("How.",), (table,), ("plot.png",)), tmp_path)
     write(Section("first", "First", (), ()), tmp_path)
-    page = report(tmp_path, ["first", "second", "third"]).read_text()
+    page = report(tmp_path, ["first", "second", "third"], "What it reaches").read_text()
     assert page.index("## First") < page.index("## Second") < page.index("![plot.png](plot.png)")
     assert json.loads((tmp_path / "second.json").read_text())["tables"][0]["rows"] == [["walk7", 24.96], ["jog7", None]]
     assert (tmp_path / "second-1.csv").read_text().splitlines() == ["clip,mean mm", "walk7,24.96", "jog7,nan"]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from common.formats.trc import FormatError
 from services.commands import posture_sources
 from services.commands.posture_sources import take_name, with_takes
 from services.recognizer import reading
@@ -104,6 +105,30 @@ def test_one_person_is_evaluated_by_what_one_person_allows(manifest: Path) -> No
     status, _, errors = zenocap("posture", "evaluate", manifest, "--protocol", "subjects")
     assert status == 1
     assert "error: subjects: " in errors
+
+
+def test_rows_without_angles_stop_an_evaluation_or_are_left_out_and_said(manifest: Path) -> None:
+    lost = manifest.parent / "lost.mcap"
+    lost.touch()
+
+    read = reading.features_in
+
+    def read_or_lose(path: Path, kind: Kind) -> Features:
+        if path == lost:
+            raise FormatError(f"{path}: no universal BDP")
+        return read(path, kind)
+
+    with pytest.MonkeyPatch.context() as patch, manifest.open("a") as file:
+        patch.setattr(reading, "features_in", read_or_lose)
+        file.write("lost.mcap,wave,1\n")
+        file.flush()
+        status, _, errors = zenocap("posture", "evaluate", manifest, "--symbols", 24)
+        assert (status, "line 20: " in errors) == (1, True)
+        status, text, errors = zenocap("posture", "evaluate", manifest, "--skip-missing", "--json", "--symbols", 24)
+    assert status == 0
+    assert errors.startswith("missing: ")
+    assert len(json.loads(text)["missing"]) == 1
+    assert json.loads(text)["protocols"][0]["total"] == 18
 
 
 def test_one_example_of_a_posture_is_little_and_said_so(manifest: Path, tmp_path: Path) -> None:

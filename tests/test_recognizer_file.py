@@ -31,6 +31,7 @@ from tests.posture_cases import quick_model
 from tests.test_layers import ROOT, imported
 
 AT = Path("some.postures")
+LEARNING = {"sklearn", "hmmlearn", "matplotlib", "threadpoolctl"}
 MODEL = quick_model()
 DATA = packed(AT, MODEL)
 

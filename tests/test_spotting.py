@@ -44,8 +44,8 @@ def ending(model: PostureModel, symbols: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_worth_is_that_of_the_best_windows_by_trying_all(seed: int) -> None:
-    model = small_model()
-    spotting = open_spotting(model)
+    spotting = open_spotting(small_model())
+    model = replace(spotting.model, transition=spotting.transition)
     features, _ = hidden(["right arm", "unknown"], [0.1, 0.0], seed)
     features = features[:60]
     symbols = symbols_of(model, features)
@@ -105,3 +105,11 @@ def test_nothing_is_changed_in_place() -> None:
 def test_more_postures_and_shorter_ones_gain_more_by_their_order() -> None:
     model = small_model()
     assert (in_order(replace(model, durations=model.durations / 2)) > in_order(model)).all()
+
+
+def test_standing_on_is_worth_nothing() -> None:
+    """So a window ends with its posture, and is told soon, however few postures a model has."""
+    features, truth = hidden(["squat"], [0.5])
+    ((window, told),) = found(spotting_of(small_model()), np.concatenate([features, np.tile(features[-1], (60, 1))]), 5)
+    assert window.end <= round(truth[0][2] * 15) + 3
+    assert told <= round(truth[0][2] * 15) + 8

@@ -37,7 +37,7 @@ def hybrid(method: str = "hybrid") -> Rig:
     first = replace(rig.viewers[0], source=Actor("raise-both-arms", 3), preview=False)
     viewers = tuple(replace(first, id=id, camera=camera) for id, camera in cameras(3).items())
     spec = TrackerSpec(None, 40, 400, 4, 0, "ten-parts", "gauss-newton")
-    return replace(rig, method=method, viewers=viewers, tracker=spec)
+    return replace(rig, method=method, viewers=viewers, tracker=spec, recognizer=None)
 
 
 @pytest.fixture(scope="module")

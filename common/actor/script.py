@@ -1,10 +1,12 @@
 """Time lines of the actor: which motion runs when, from the empty scene to the last pose."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from common.actor.boxing import box
+from common.actor.everyday import EVERYDAY, everyday
 from common.actor.person import Person
 from common.actor.pose import (
     ABDUCTION,
@@ -25,11 +27,13 @@ from common.actor.pose import (
 )
 from common.actor.postures import posture
 from common.actor.running import run
+from common.actor.style import POSTURES
 from common.actor.walking import circle_way, turn_way, walk, way_home
 
 EMPTY, STRETCHED, LOWERING, RAISING = "empty", "stretched", "lowering", "raising"
 STANDING, RETURNING = "standing", "returning"
 RUNNING_S, BOXING_S = 12.0, 20.0
+BEFORE_RETURN_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -94,13 +98,28 @@ def posture_take(person: Person, posture_name: str, seed: int) -> Script:
     seed: 0 or more, the repetition.  Raises ValueError for a name not in POSTURES.
     """
     motion = posture(person, posture_name, seed)
-    parts: list[Part] = [
-        (EMPTY, 1.0, None),
-        (STRETCHED, 1.5, _held(stretched(person))),
-        (LOWERING, 0.6, _blended(stretched(person), neutral(person), 0.6)),
-        (posture_name, motion.duration_s, motion),
-    ]
-    return _script(person, seed, parts)
+    return _script(person, seed, [*_short_opening(person), (posture_name, *_timed(motion))])
+
+
+def session(person: Person, movements: Sequence[tuple[str, int]], pauses_s: Sequence[float], seed: int) -> Script:
+    """Empty scene 1 s, initial posture 1.5 s, arms down 0.6 s, then movements, each after its pause of standing.
+
+    movements: a posture or everyday movement, and its repetition.  pauses_s: as many, 0 for none.  Whoever ends elsewhere
+    walks back after a second.  Raises ValueError for another name.
+    """
+    standing = _held(neutral(person))
+    parts = _short_opening(person)
+    for (name, number), pause_s in zip(movements, pauses_s, strict=True):
+        if name not in (*POSTURES, *EVERYDAY):
+            raise ValueError(f"movement {name!r} is not one of {', '.join((*POSTURES, *EVERYDAY))}")
+        motion = posture(person, name, number) if name in POSTURES else everyday(person, name, number)
+        if pause_s > 0.0:
+            parts.append((STANDING, pause_s, standing))
+        parts.append((name, *_timed(motion)))
+        if np.hypot(motion.end.x, motion.end.z) > 0.1:
+            back = walk(person, way_home(motion.end, 0.27 * person.height), 0.5)
+            parts += [(STANDING, BEFORE_RETURN_S, standing), (RETURNING, *_timed(back))]
+    return _script(person, seed, [*parts, (STANDING, 1.0, standing)])
 
 
 def demo_script(person: Person, seed: int) -> Script:
@@ -143,6 +162,11 @@ def motion_script(person: Person, name: str, seed: int) -> Script:
         parts.append((RETURNING, *_timed(walk(person, way_home(motion.end, 0.27 * person.height), 0.5))))
     parts.append((STANDING, 0.4, _held(neutral(person))))
     return _script(person, seed, parts, period_from=name)
+
+
+def _short_opening(person: Person) -> list[Part]:
+    lowering = _blended(stretched(person), neutral(person), 0.6)
+    return [(EMPTY, 1.0, None), (STRETCHED, 1.5, _held(stretched(person))), (LOWERING, 0.6, lowering)]
 
 
 def _opening(person: Person) -> list[Part]:

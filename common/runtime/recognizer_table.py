@@ -13,7 +13,7 @@ from msgspec import Meta
 Source = Literal["integrator", "tracker"]  # whose poses
 POSTURES = Path(__file__).resolve().parents[2] / "deploy" / "postures"
 SUFFIX = ".postures"
-STRICTNESS = 0.24  # chosen on synthetic people tracked from video: see `services.recognizer.spotting`
+STRICTNESS = 0.18  # chosen on synthetic people tracked from video: see `services.recognizer.spotting`
 Strictness = Annotated[float, Meta(ge=0, le=10)]
 
 

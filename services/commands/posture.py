@@ -13,6 +13,7 @@ import typer
 
 from services.commands.options import JsonOption, Method, OutputOption, one_line_errors
 from services.commands.posture_label import label
+from services.commands.posture_sources import read_examples
 from services.commands.posture_text import lines_of, model_json, outcome_json, outcome_lines, write_confusion
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -22,7 +23,6 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 
 Report = Callable[[int, int, str], None]
 HOW = "How to learn"
-TRACKED = "tracked"  # folder beside a manifest
 PICTURES = (".png", ".svg", ".pdf")
 
 ManifestPath = Annotated[
@@ -91,7 +91,7 @@ def train(
         _check_folder(output)
         plan = _plan(features, symbols, states, topology, scale, rate, seed)
         with _progress() as report:
-            examples = _examples(manifest, plan.features, tracked, method, report)
+            examples = read_examples(manifest, plan.features, tracked, method, report)
             model = run_train(examples, plan, report)
         write_model(output, model)
         for label, row in zip(model.labels, model.training.figures, strict=True):
@@ -122,6 +122,7 @@ def evaluate(
     method: MethodOption = None,
     confusion: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write what was taken for what.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FIG", help="Draw the same (.png, .svg, .pdf).")] = None,
+    skip_missing: Annotated[bool, typer.Option("--skip-missing", help="Go on without rows that have no angles.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """How many examples of a manifest are recognised by models that were learnt from the others.
@@ -131,24 +132,30 @@ def evaluate(
 
     Example: `zenocap posture evaluate examples.csv --confusion confusion.csv --plot confusion.png`
     """
+    missing: list[str] = []
     with one_line_errors():
         for path in (confusion, plot):
             _check_folder(path)
         draw = None if plot is None else _drawing(plot)
         plan = _plan(features, symbols, states, topology, scale, rate, seed)
         with _progress() as report:
-            examples = _examples(manifest, plan.features, tracked, method, report)
+            examples = read_examples(manifest, plan.features, tracked, method, report, missing if skip_missing else None)
             outcomes = _outcomes(examples, plan, protocol, report)
         if confusion is not None:
             write_confusion(confusion, outcomes)
         if draw is not None:
             draw(outcomes)
+    for words in missing:
+        typer.echo(f"missing: {words}", err=True)
     if as_json:
         names = [str(example) for example in examples]
-        typer.echo(json.dumps({"protocols": [outcome_json(outcome, names) for outcome in outcomes]}, ensure_ascii=False))
+        content = {"missing": missing, "protocols": [outcome_json(outcome, names) for outcome in outcomes]}
+        typer.echo(json.dumps(content, ensure_ascii=False))
         return
     for line in outcome_lines(outcomes):
         typer.echo(line)
+    if missing:
+        typer.echo(f"not tested: {len(missing)} rows without angles")
 
 
 @posture.command()
@@ -176,17 +183,6 @@ def _plan(
 
     plan = Plan(features=features, symbols=symbols, states=states, rate=rate, seed=seed)
     return replace(plan, topology=topology or plan.topology, scale=scale or plan.scale)
-
-
-def _examples(manifest: Path, kind: Kind, folder: Path | None, method: Method | None, report: Report) -> list[Example]:
-    """Raises ManifestError."""
-    from services.commands.posture_sources import with_takes
-    from services.recognizer.manifest import read_manifest
-    from services.recognizer.reading import examples_of
-
-    rows = read_manifest(manifest)
-    rows = with_takes(manifest, rows, folder or manifest.parent / TRACKED, method, report)
-    return examples_of(manifest, rows, kind, report)
 
 
 def _outcomes(examples: list[Example], plan: Plan, protocol: str, report: Report) -> list[Outcome]:

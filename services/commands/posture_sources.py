@@ -11,9 +11,32 @@ from typing import TYPE_CHECKING
 from services.commands.options import Method, rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from services.recognizer.examples import Example
+    from services.recognizer.features import Kind
     from services.recognizer.manifest import Row
 
 Report = Callable[[int, int, str], None]
+TRACKED = "tracked"  # folder beside a manifest
+
+
+def read_examples(
+    manifest: Path,
+    kind: Kind,
+    folder: Path | None,
+    method: Method | None,
+    report: Report,
+    missing: list[str] | None = None,
+) -> list[Example]:
+    """The examples of a manifest, its rigs tracked first.  missing: takes a line for each row that has no angles.
+
+    Raises ManifestError.
+    """
+    from services.recognizer.manifest import read_manifest
+    from services.recognizer.reading import examples_of
+
+    rows = read_manifest(manifest)
+    rows = with_takes(manifest, rows, folder or manifest.parent / TRACKED, method, report)
+    return examples_of(manifest, rows, kind, report, missing)
 
 
 def with_takes(manifest: Path, rows: Sequence[Row], folder: Path, method: Method | None, report: Report) -> list[Row]:

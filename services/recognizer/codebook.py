@@ -13,6 +13,7 @@ from services.recognizer.examples import Scale
 
 LEAST = 1e-3  # of the largest variance: a direction with less counts as if it had this
 TRIES = 4
+DIGITS = 6  # of vectors that count as different
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ def codebook_of(sequences: Sequence[Floats], symbols: int, scale: Scale, seed: i
     vectors = np.concatenate(sequences)
     mean, whitening = standardisation(vectors, scale)
     points = (vectors - mean) @ whitening
-    count = min(symbols, len(np.unique(points, axis=0)))
+    count = min(symbols, len(np.unique(points.round(DIGITS), axis=0)))
     with threadpool_limits(limits=1):
         found = KMeans(n_clusters=count, n_init=TRIES, random_state=seed, algorithm="lloyd").fit(points)
     return Codebook(mean, whitening, np.ascontiguousarray(found.cluster_centers_, dtype=np.float64))

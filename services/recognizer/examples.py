@@ -56,9 +56,9 @@ class Plan:
     symbols: int = 64
     states: int = 5
     topology: Topology = "left-right"
-    scale: Scale = "diagonal"
-    floor: float = 0.01
-    spread: float = 1.0
+    scale: Scale = "none"
+    floor: float = 0.03
+    spread: float = 0.25
     restarts: int = 1
     folds: int = 4
     seed: int = 0

@@ -29,18 +29,9 @@ ROUNDING = 1e-6
 SHIPPED = recognizer_table.POSTURES
 SUFFIX = recognizer_table.SUFFIX
 ARRAYS = (
-    "mean",
-    "whitening",
-    "codebook",
-    "occurring",
-    "start",
-    "transition",
-    "emission",
-    "durations",
-    "edges",
-    "reach",
+    "mean", "whitening", "codebook", "occurring", "start", "transition", "emission", "durations", "edges", "reach",
     "thresholds",
-)
+)  # fmt: skip
 
 
 class PostureModelError(ValueError):

@@ -35,15 +35,25 @@ class Features:
 
 
 def examples_of(
-    manifest: Path, rows: Sequence[Row], kind: Kind, report: Callable[[int, int, str], None] = lambda done, of, words: None
+    manifest: Path,
+    rows: Sequence[Row],
+    kind: Kind,
+    report: Callable[[int, int, str], None] = lambda done, of, words: None,
+    missing: list[str] | None = None,
 ) -> list[Example]:
-    """The examples of a manifest's rows, in order.  Raises ManifestError with all that cannot be used, a line each."""
-    examples, wrong = [], []
+    """The examples of a manifest's rows, in order.  Raises ManifestError with all that cannot be used, a line each.
+
+    missing: takes these lines instead; one for each row.
+    """
+    examples: list[Example] = []
+    wrong: list[str] = []
     read = lru_cache(KEPT)(features_in)
     failed: dict[Path, str] = {}
     for done, row in enumerate(rows):
         report(done, len(rows), row.source.name)
         if row.source in failed:
+            if missing is not None:
+                wrong.append(f"{manifest}: line {row.line}: {failed[row.source]}")
             continue
         try:
             motion = read(row.source, kind)
@@ -59,7 +69,9 @@ def examples_of(
         name = f"{manifest}: {row}"
         examples.append(Example(row.posture, row.person, row.repetition, motion.rate, features, name))
     report(len(rows), len(rows), "done")
-    if wrong:
+    if missing is not None:
+        missing += wrong
+    elif wrong:
         raise ManifestError("\n".join(wrong))
     return examples
 

@@ -111,9 +111,11 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
         try:
             statuses[place] = _run(rig, options, services[place], stopped)
         except BusError as error:
-            logger.error("rig %s: %s%s", rig.name, error, "; the others go on" if len(rigs) > 1 else "")
+            logger.error("rig %s: %s", rig.name, error)
         except Exception:  # of one rig; the others have nothing to do with it
-            logger.exception("rig %s failed%s", rig.name, "; the others go on" if len(rigs) > 1 else "")
+            logger.exception("rig %s failed", rig.name)
+        if statuses[place] and len(rigs) > 1:
+            logger.error("rig %s: its recogniser has ended; the others go on", rig.name)
 
     threads = [threading.Thread(target=run_one, args=(place,), name=name) for place, name in enumerate(names)]
     for thread in threads:
@@ -126,10 +128,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
 def _run(rig: Rig, options: ZenohOptions, service: Service[Setup, State, Never], stopped: Callable[[], bool]) -> int:
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
-        status = run(_telling(rig.name, service), bus, clock, stopped=stopped)
-    if status:
-        logger.error("rig %s: its recogniser has ended", rig.name)
-    return status
+        return run(_telling(rig.name, service), bus, clock, stopped=stopped)
 
 
 def _telling(name: str, service: Service[Setup, State, Never]) -> Service[Setup, State, Never]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from common import messages as m
 from common.codec import BadMessage
 from common.take.reading import Recorded, Take, envelope
-from common.topics import ASSIGNMENT, HEALTH, SIGHTING, SILHOUETTE, TRACKER_POSE, topic_at
+from common.topics import ASSIGNMENT, HEALTH, POSTURE, SIGHTING, SILHOUETTE, TRACKER_POSE, topic_at
 from services.takes.chunks import chunk_counts
 from services.takes.tallies import (
     Channel,
@@ -16,6 +16,7 @@ from services.takes.tallies import (
     FrameTally,
     HealthTally,
     Pairs,
+    Recognised,
     ServiceHealth,
     Tracked,
 )
@@ -48,6 +49,7 @@ class Info:
     frames: tuple[Frames, ...]
     pairs: Pairs | None
     tracked: Tracked | None
+    recognised: Recognised | None
     health: tuple[ServiceHealth, ...]
     metadata: dict[str, dict[str, str]]
     attachments: dict[str, int]
@@ -90,6 +92,7 @@ def info(path: Path) -> Info:
         frames=tuple(one.frames(viewer, topic) for (viewer, topic), one in sorted(tally.frames.items())),
         pairs=tally.pairs if tally.pairs.instants else None,
         tracked=tally.tracked if tally.tracked.poses else None,
+        recognised=tally.recognised if tally.recognised.answers else None,
         health=tuple(one.health(service, id) for (service, id), one in sorted(tally.health.items())),
         metadata=take.metadata,
         attachments={name: len(data) for name, data in take.attachments.items()},
@@ -111,6 +114,7 @@ class _Tally:
         self.health: dict[tuple[str, str], HealthTally] = {}
         self.pairs = Pairs()
         self.tracked = Tracked()
+        self.recognised = Recognised()
         self.unreadable = 0
         self.rig = ""
 
@@ -124,7 +128,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # their number stands beside them, so that masks need not be unpacked
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).see(recorded.sequence)
-        elif topic in (ASSIGNMENT, TRACKER_POSE, HEALTH):
+        elif topic in (ASSIGNMENT, TRACKER_POSE, POSTURE, HEALTH):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -138,5 +142,7 @@ class _Tally:
                 self.pairs.see(assignment)
             case m.TrackerPose() as pose:
                 self.tracked.see(pose)
+            case m.Posture() as posture:
+                self.recognised.see(posture)
             case m.Health() as health:
                 self.health.setdefault((health.service, health.id), HealthTally()).see(health)

@@ -41,6 +41,12 @@ def lines_of(info: Info) -> Iterator[str]:
         by_views = [f"{count} of {views} views" for views, count in sorted(tracked.views.items(), reverse=True)]
         yield ""
         yield from _wrapped("tracker", [f"{tracked.poses} poses", f"{tracked.lost} without the person", *by_views])
+    if info.recognised:
+        said = info.recognised
+        by_label = [f"{label} {count}" for label, count in sorted(said.labels.items())]
+        unknown = [f"{said.unknown} movements that were none of its postures"] if said.unknown else []
+        yield ""
+        yield from _wrapped("postures", [f"{said.answers - said.unknown} postures", *by_label, *unknown])
     for health in info.health:
         yield ""
         yield from _health(health)

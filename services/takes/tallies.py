@@ -143,6 +143,22 @@ class Tracked:
         self.views[len(pose.views)] = self.views.get(len(pose.views), 0) + 1
 
 
+@dataclass
+class Recognised:
+    """Answers of the recogniser.  labels: how often each posture was said.  unknown: movements that were none of them."""
+
+    answers: int = 0
+    unknown: int = 0
+    labels: dict[str, int] = field(default_factory=dict)
+
+    def see(self, posture: m.Posture) -> None:
+        self.answers += 1
+        if posture.label is None:
+            self.unknown += 1
+        else:
+            self.labels[posture.label] = self.labels.get(posture.label, 0) + 1
+
+
 @dataclass(frozen=True)
 class ServiceHealth:
     """reports: of health.  state: the last.  clock_offset_ms: the furthest off.  counts: over restarts, zeros left out."""

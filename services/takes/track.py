@@ -16,11 +16,11 @@ from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, RigError, Viewer
 from common.runtime.rig_file import TRACKER_METHODS
 from common.runtime.service import HEALTH_NS
-from common.runtime.specs import Actor, Images, VideoFile
+from common.runtime.specs import Actor, FirstFrames, Images, VideoFile
 from common.runtime.tracker_table import TrackerError, Wanted, chosen
 from common.take.opening import new_recording
 from common.take.recording import Recording
-from common.topics import TOPICS
+from common.topics import TOPICS, Topic
 from services.takes.offline import Offline
 from services.viewer.source import open_source
 from services.viewer.sources.frame import Frame, Playback, SourceError
@@ -63,13 +63,28 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
         if not isinstance(viewer.source, VideoFile | Images | Actor):
             raise RigError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     clock = ManualClock(EPOCH_NS)
+    frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
+    return track_frames(rig, frames, clock, take, watch)
+
+
+def track_frames(
+    rig: Rig,
+    frames: dict[str, Iterator[Frame]],
+    clock: ManualClock,
+    take: Path,
+    watch: Callable[[Instant], None] = lambda _: None,
+    logged: Sequence[Topic] = TOPICS,
+) -> Tracked:
+    """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
+
+    logged: the topics that the take has.  Raises SourceError before the first frame, RecordingError and ValueError.
+    """
     network = LocalNetwork(rig.name, clock)
     offline = Offline(rig, network)
     problems: list[str] = []
     recorder = network.bus()
-    for topic in TOPICS:
+    for topic in logged:
         recorder.subscribe(topic, every=True)
-    frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
     instants_of = instants(frames, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems)
     first = next(instants_of, None)
     if first is None or problems:
@@ -127,7 +142,10 @@ def instants(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: l
 
 
 def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -> Rig:
-    """The rig with every viewer's working size and rate replaced where given.  Raises RigError."""
+    """The rig with every viewer's working size and rate replaced where given.  Raises RigError.
+
+    The empty scene at the beginning takes as many seconds as before.
+    """
     return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
 
 
@@ -165,7 +183,12 @@ def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float 
                 f"{width}x{height} px, such as {size[0]}x{round(size[0] * height / width)}"
             )
         viewer = replace(viewer, camera=viewer.camera.resized(size))
-    return viewer if fps is None else replace(viewer, fps=fps)
+    if fps is None:
+        return viewer
+    background = viewer.background
+    if isinstance(background, FirstFrames) and fps < viewer.fps:  # as long as before, in fewer frames
+        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
+    return replace(viewer, fps=fps, background=background)
 
 
 def _record(bus: LocalBus, recording: Recording) -> Sequence[Message]:

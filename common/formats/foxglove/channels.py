@@ -94,6 +94,16 @@ SIGHTING = _json(
         "height": _NUMBER, "width": _NUMBER, "tilt_deg": _NUMBER,
     }),
 )  # fmt: skip
+POSTURE = _json(
+    "foxglove/{rig}/posture",
+    "zenocap.plot.Posture",
+    _object({
+        "frame": _COUNT, "label": _TEXT, "known": _FLAG, "start_s": _NUMBER, "end_s": _NUMBER, "lasted_s": _NUMBER,
+        "late_s": _NUMBER, "score": _NUMBER, "margin": _NUMBER,
+        "log_likelihoods": _array(_object({"label": _TEXT, "value": _NUMBER})),
+    }),
+)  # fmt: skip
+EVENTS = _protobuf("foxglove/{rig}/events", fox.Log)
 HEALTH = _json(
     "foxglove/{rig}/{service}/{id}/health",
     "zenocap.plot.Health",

@@ -22,7 +22,7 @@ from common.formats.foxglove.body import Figure, gone
 from common.formats.foxglove.calibration import calibration
 from common.formats.foxglove.channels import Beside
 from common.formats.foxglove.frames import body_transforms, fixed_transforms, timestamp
-from common.formats.foxglove.plots import health_json, pose_json, sighting_json, tracker_json
+from common.formats.foxglove.plots import health_json, pose_json, posture_json, posture_words, sighting_json, tracker_json
 
 
 class Foxglove:
@@ -64,6 +64,8 @@ class Foxglove:
             case m.TrackerPose(lost=gone):
                 plot = Beside(self._pose_row.channel(rig=self._rig), tracker_json(message))
                 yield from self._pose(message, plot, gone, [])
+            case m.Posture():
+                yield from self._posture(message)
             case m.Silhouette():
                 yield self._silhouette(message)
             case m.Sighting(viewer=viewer):
@@ -104,6 +106,18 @@ class Foxglove:
         yield Beside(to.BODY.channel(rig=self._rig), fox.FrameTransforms(transforms=transforms).encode())
         yield Beside(to.SCENE.channel(rig=self._rig), figure.shown(part_to_world, searched, stamp).encode())
         self._shown = True
+
+    def _posture(self, posture: m.Posture) -> Iterator[Beside]:
+        """As numbers, and as a line of the log."""
+        yield Beside(to.POSTURE.channel(rig=self._rig), posture_json(posture))
+        lasted_s = (posture.end_ns - posture.start_ns) / 1e9
+        line = fox.Log(
+            timestamp=timestamp(posture.captured_ns),
+            level=fox.LogLevel.Info,
+            message=f"{posture_words(posture)}, {lasted_s:.1f} s",
+            name="recognizer",
+        )
+        yield Beside(to.EVENTS.channel(rig=self._rig), line.encode())
 
     def _silhouette(self, silhouette: m.Silhouette) -> Beside:
         viewer = silhouette.viewer

@@ -47,6 +47,21 @@ def tracker_json(pose: m.TrackerPose) -> bytes:
     return _encode(content)
 
 
+def posture_json(posture: m.Posture) -> bytes:
+    """Of `POSTURE`.  start_s, end_s: since the Unix epoch.  late_s: the answer came so long after the end."""
+    return _encode({
+        "frame": posture.frame, "label": posture_words(posture), "known": posture.label is not None,
+        "start_s": posture.start_ns / 1e9, "end_s": posture.end_ns / 1e9,
+        "lasted_s": (posture.end_ns - posture.start_ns) / 1e9, "late_s": (posture.captured_ns - posture.end_ns) / 1e9,
+        "score": posture.score, "margin": posture.margin,
+        "log_likelihoods": [{"label": label, "value": value} for label, value in posture.log_likelihoods.items()],
+    })  # fmt: skip
+
+
+def posture_words(posture: m.Posture) -> str:
+    return posture.label or "none of its postures"
+
+
 def sighting_json(sighting: m.Sighting) -> bytes:
     """Of `SIGHTING`."""
     return _encode({

@@ -34,8 +34,7 @@ def actor_frames(source: Actor, fps: float, camera: Camera, playback: Playback, 
     script = performance(source)
     film = ActorCamera(camera, script.person, source.seed)
     if not playback.live:
-        for index in range(int(script.duration_s * fps)):
-            yield Frame(index, playback.time_of(index, fps), film.render(script.pose_at(index / fps), index))
+        yield from filmed(script, film, fps, playback)
         return
     film.render(script.pose_at(script.motion_from_s), 0)  # what is compiled on first use must not delay the first frames
     index, seen = 0, 0
@@ -46,3 +45,9 @@ def actor_frames(source: Actor, fps: float, camera: Camera, playback: Playback, 
         pose = script.pose_at(index / fps) if seen >= preroll else None
         yield Frame(index, playback.time_of(index, fps), film.render(pose, index))
         index, seen = index + 1, seen + 1
+
+
+def filmed(script: Script, film: ActorCamera, fps: float, playback: Playback) -> Iterator[Frame]:
+    """Every frame of the script, once."""
+    for index in range(int(script.duration_s * fps)):
+        yield Frame(index, playback.time_of(index, fps), film.render(script.pose_at(index / fps), index))

@@ -15,7 +15,6 @@ from tests.evaluation.hybrid.accuracy import accuracy
 from tests.evaluation.hybrid.baselines import baselines
 from tests.evaluation.hybrid.beam import beam
 from tests.evaluation.hybrid.bench import Bench, Places
-from tests.evaluation.hybrid.figures import Section, markdown, report, write
 from tests.evaluation.hybrid.protocols import protocols
 from tests.evaluation.hybrid.recovery import recovery
 from tests.evaluation.hybrid.regions import regions
@@ -23,6 +22,7 @@ from tests.evaluation.hybrid.repeat import repeat
 from tests.evaluation.hybrid.scaling import scaling
 from tests.evaluation.hybrid.stages import stages
 from tests.evaluation.hybrid.unfamiliar import unfamiliar
+from tests.evaluation.sections import Section, markdown, report, write
 
 PARTS: dict[str, Callable[[Bench], Section]] = {
     "accuracy": accuracy,
@@ -61,7 +61,7 @@ def main() -> None:
         section = PARTS[name](bench)
         write(section, options.out)
         print("\n".join(map(markdown, section.tables)), flush=True)
-    print(report(options.out, list(PARTS)))
+    print(report(options.out, list(PARTS), "Hybrid tracker: what it reaches"))
 
 
 if __name__ == "__main__":

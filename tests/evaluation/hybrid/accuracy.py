@@ -4,10 +4,11 @@ import re
 from pathlib import Path
 
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import COLUMNS, Row, Section, Table, figure, summary
+from tests.evaluation.hybrid.figures import COLUMNS, figure, summary
 from tests.evaluation.hybrid.plots import Panel, Series, bars, panels
 from tests.evaluation.hybrid.priors import KINDS
 from tests.evaluation.hybrid.runs import NAMES, Case, Run
+from tests.evaluation.sections import Row, Section, Table
 
 SEVEN = ("walk7", "jog7", "box7")
 TWO = ("walk2", "bend2", "kick2")

@@ -4,10 +4,11 @@ from common.runtime.tracker_table import ITERATIONS, PARTICLES
 from services.tracker.phases import Method, Refinement
 from tests.evaluation.hybrid.accuracy import SEVEN, VIEWS
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import Section, Summary, Table, summary
+from tests.evaluation.hybrid.figures import Summary, summary
 from tests.evaluation.hybrid.plots import bars
 from tests.evaluation.hybrid.priors import KINDS
 from tests.evaluation.hybrid.runs import Case
+from tests.evaluation.sections import Section, Table
 
 NUMBERS = ("7", "3")
 KINDS_OF: tuple[tuple[Method, Refinement], ...] = (

@@ -17,9 +17,10 @@ from services.viewer.source import open_source
 from services.viewer.sources.frame import Image, Playback
 from tests.evaluation.hybrid.accuracy import mediapipe
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import Row, Section, Table, figure, summary
+from tests.evaluation.hybrid.figures import figure, summary
 from tests.evaluation.hybrid.runs import ANATOMY, NAMES, Case, Followed, followed
 from tests.evaluation.hybrid.silhouettes import Clip
+from tests.evaluation.sections import Row, Section, Table
 
 CLIP = "real_beam4"
 PRIORS = ("", "walking", "general")

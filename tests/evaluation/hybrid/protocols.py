@@ -2,10 +2,11 @@
 
 from tests.evaluation.hybrid.accuracy import SEVEN, TWO, VIEWS
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import COLUMNS, Section, Summary, Table, summary
+from tests.evaluation.hybrid.figures import COLUMNS, Summary, summary
 from tests.evaluation.hybrid.plots import bars
 from tests.evaluation.hybrid.priors import KINDS, TAKE_FRAMES, another_take, taken_frames
 from tests.evaluation.hybrid.runs import Case
+from tests.evaluation.sections import Section, Table
 
 NUMBERS = ("7", "3")
 NONE, SHIPPED, ANOTHER, SAME = "none", "shipped", "another take", "same take"

@@ -7,10 +7,10 @@ import numpy as np
 from common.body.anatomy import Floats
 from tests.evaluation.hybrid.accuracy import SEVEN, VIEWS
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import Section, Table
 from tests.evaluation.hybrid.plots import Panel, Series, panels
 from tests.evaluation.hybrid.priors import KINDS
 from tests.evaluation.hybrid.runs import Case, Run
+from tests.evaluation.sections import Section, Table
 
 EMPTY = 10
 PLACES = 5

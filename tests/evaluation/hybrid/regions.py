@@ -2,10 +2,11 @@
 
 from tests.evaluation.hybrid.accuracy import SEVEN, VIEWS
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import Section, Table, summary
+from tests.evaluation.hybrid.figures import summary
 from tests.evaluation.hybrid.plots import Panel, Series, panels
 from tests.evaluation.hybrid.priors import KINDS, another_take
 from tests.evaluation.hybrid.runs import Case
+from tests.evaluation.sections import Section, Table
 
 COUNTS = (5, 10, 20, 40, 80)
 WAYS: dict[str, tuple[str, float | None]] = {

@@ -7,9 +7,9 @@ import numpy as np
 
 from services.tracker.prior.file import read_prior
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import Section, Table
 from tests.evaluation.hybrid.priors import KINDS
 from tests.evaluation.hybrid.runs import ANATOMY, Case, Followed, followed
+from tests.evaluation.sections import Section, Table
 
 CLIPS = ("walk2", "kick2", "box7")
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 from tests.evaluation.hybrid.accuracy import SEVEN
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import Section, Summary, Table, summary
+from tests.evaluation.hybrid.figures import Summary, summary
 from tests.evaluation.hybrid.plots import Panel, Series, panels
 from tests.evaluation.hybrid.priors import KINDS
 from tests.evaluation.hybrid.runs import Case
+from tests.evaluation.sections import Section, Table
 
 RINGS = {
     2: (1, 3), 3: (1, 3, 5), 4: (1, 3, 5, 7), 5: (1, 2, 4, 5, 7), 6: (1, 2, 3, 4, 5, 6), 7: (1, 2, 3, 4, 5, 6, 7)

@@ -11,8 +11,8 @@ import numpy as np
 
 from tests.evaluation.hybrid.accuracy import VIEWS
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import Section, Table
 from tests.evaluation.hybrid.plots import stacked
+from tests.evaluation.sections import Section, Table
 
 CLIPS = ("walk7", "box7")
 NUMBERS = ("7", "4")

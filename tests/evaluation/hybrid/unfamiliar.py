@@ -2,9 +2,10 @@
 
 from tests.evaluation.hybrid.accuracy import VIEWS
 from tests.evaluation.hybrid.bench import Bench
-from tests.evaluation.hybrid.figures import COLUMNS, Section, Table, summary
+from tests.evaluation.hybrid.figures import COLUMNS, summary
 from tests.evaluation.hybrid.plots import bars
 from tests.evaluation.hybrid.runs import Case
+from tests.evaluation.sections import Section, Table
 
 CLIP = "box7"
 PRIORS = ("", "boxing", "general", "walking")

@@ -1,0 +1,1 @@
+"""Takes of the synthetic actor, to learn postures from and to test their recognition with."""

@@ -1,0 +1,1 @@
+"""How well postures are recognised: from rendered video, from real motion, and in streams."""

@@ -13,7 +13,7 @@ from common.formats.csv import write_csv
 from common.formats.poses import read_poses
 from common.formats.trc import FormatError
 from common.runtime.rig import Rig, RigError, demo_rig
-from common.runtime.specs import Actor, Device
+from common.runtime.specs import Actor, Device, FirstFrames
 from common.take.reading import Take, envelope
 from services import warmup
 from services.takes.overlay import Overlay
@@ -144,6 +144,15 @@ def test_live_cameras_and_other_shapes_are_refused(short_rig: Rig, tmp_path: Pat
         track(live, tmp_path / "a.mcap")
     with pytest.raises(RigError, match=r"size 160x160: allowed: .* such as 160x120"):
         at_working_size(short_rig, (160, 160), None)
+
+
+@pytest.mark.parametrize(("fps", "frames"), [(15.0, 40), (7.5, 20), (30.0, 40), (0.1, 1)])
+def test_the_empty_scene_is_as_long_at_another_rate(short_rig: Rig, fps: float, frames: int) -> None:
+    """Faster than the rig is no more frames: a video has no more."""
+    viewers = tuple(replace(viewer, fps=15.0, background=FirstFrames(40)) for viewer in short_rig.viewers)
+    at_rate = at_working_size(replace(short_rig, viewers=viewers), None, fps)
+    assert [viewer.background for viewer in at_rate.viewers] == [FirstFrames(frames)] * 2
+    assert [viewer.fps for viewer in at_rate.viewers] == [fps] * 2
 
 
 def test_a_source_that_cannot_begin_is_an_error_and_leaves_no_take(short_rig: Rig, tmp_path: Path) -> None:

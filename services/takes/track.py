@@ -16,7 +16,7 @@ from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, RigError, Viewer
 from common.runtime.rig_file import TRACKER_METHODS
 from common.runtime.service import HEALTH_NS
-from common.runtime.specs import Actor, Images, VideoFile
+from common.runtime.specs import Actor, FirstFrames, Images, VideoFile
 from common.runtime.tracker_table import TrackerError, Wanted, chosen
 from common.take.opening import new_recording
 from common.take.recording import Recording
@@ -142,7 +142,10 @@ def instants(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: l
 
 
 def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -> Rig:
-    """The rig with every viewer's working size and rate replaced where given.  Raises RigError."""
+    """The rig with every viewer's working size and rate replaced where given.  Raises RigError.
+
+    The empty scene at the beginning takes as many seconds as before.
+    """
     return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
 
 
@@ -180,7 +183,12 @@ def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float 
                 f"{width}x{height} px, such as {size[0]}x{round(size[0] * height / width)}"
             )
         viewer = replace(viewer, camera=viewer.camera.resized(size))
-    return viewer if fps is None else replace(viewer, fps=fps)
+    if fps is None:
+        return viewer
+    background = viewer.background
+    if isinstance(background, FirstFrames) and fps < viewer.fps:  # as long as before, in fewer frames
+        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
+    return replace(viewer, fps=fps, background=background)
 
 
 def _record(bus: LocalBus, recording: Recording) -> Sequence[Message]:

@@ -40,8 +40,8 @@ def streaming(bench: Bench) -> Section:
         mistakes += _mistakes(method, each)
     notes = (
         f"{MINUTES:g} minutes of {SESSIONS} people (persons {people(STREAM_SEED)[0]} and after, in no other part): "
-        "postures, pauses and movements that are none of them (bend, lean, twist, reach, sit, lunge, gesture), some "
-        "without a pause between.",
+        "postures, pauses and movements that are none of them (bend, lean, twist, reach, sit, lunge, gesture, walking "
+        "back), some without a pause between.",
         f"The model {MODEL!r} as it ships, learnt from other people. An answer is right when it names the posture and "
         "shares half of the shorter of both; delay: from the end in the script until the instant that gave the answer.",
     )

@@ -42,9 +42,10 @@ def stage(method: Method, size: tuple[int, int] | None = None, fps: float = FPS)
 
     Raises RigError.
     """
-    rig = at_working_size(load_rig(demo_rig_file().with_name(RIGS[method])), size or SIZES[method], fps)
+    rig = at_working_size(load_rig(demo_rig_file().with_name(RIGS[method]), files=False), size or SIZES[method], fps)
     viewers = tuple(replace(viewer, preview=False, silhouette=method == "hybrid") for viewer in rig.viewers)
-    return replace(rig, viewers=viewers, log=msgspec.structs.replace(rig.log, foxglove=False))
+    # Without a recogniser: models are learnt from these takes.
+    return replace(rig, viewers=viewers, recognizer=None, log=msgspec.structs.replace(rig.log, foxglove=False))
 
 
 def act(rig: Rig, method: Method, script: Script, room: int, take: Path) -> Tracked:

@@ -1,5 +1,6 @@
 """Ten minutes of random postures with pauses and unknown movements, recognised as a stream."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -64,7 +65,7 @@ def sessions(bench: Bench, method: Method) -> dict[int, Path]:
     for done, seed in enumerate(people(STREAM_SEED, SESSIONS)):
         take = folder / f"{seed}.mcap"
         if not take.is_file():
-            part = take.with_suffix(".part")
+            part = take.with_suffix(f".{os.getpid()}.part")
             act(rig, method, session_of(seed, MINUTES / SESSIONS), seed, part)
             part.replace(take)
         found[seed] = take

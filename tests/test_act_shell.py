@@ -14,7 +14,7 @@ from services.recognizer.manifest import read_manifest
 from services.recognizer.reading import examples_of
 from services.takes.act.cast import Act, acts
 from services.takes.act.shell import MANIFEST, perform, take_of
-from services.takes.act.stage import Method
+from services.takes.act.stage import Method, act
 from services.takes.track import Tracked
 
 ACTS = acts([7], ("squat", "kick-left"), 1)
@@ -77,3 +77,22 @@ def test_two_processes_write_the_bytes_of_one(tmp_path: Path) -> None:
 
 def test_an_act_names_its_take() -> None:
     assert take_of(Path("acted"), "hybrid", Act(3, "squat", 1)) == Path("acted/hybrid-3-squat-1.mcap")
+
+
+def test_two_commands_on_one_folder_do_not_take_each_others_unfinished_takes(tmp_path: Path) -> None:
+    parts: list[Path] = []
+
+    def filming(rig: Rig, method: Method, script: Script, room: int, take: Path) -> Tracked:
+        parts.append(take)
+        return act(rig, method, script, room, take)
+
+    for process in (1, 2):
+        with (
+            patch("services.takes.act.shell.act", filming),
+            patch("services.takes.act.shell.os.getpid", return_value=process),
+        ):
+            perform(tmp_path, "truth", ACTS[process - 1 : process], 1, quiet)
+            take_of(tmp_path, "truth", ACTS[process - 1]).unlink()
+            perform(tmp_path, "truth", ACTS[:1], 1, quiet)
+            take_of(tmp_path, "truth", ACTS[0]).unlink()
+    assert len({part for part in parts if ACTS[0].name in part.name}) == 2

@@ -120,7 +120,7 @@ def test_parts_and_a_kill_cost_at_most_a_second(tmp_path: Path, endpoint: str) -
     assert [take.cut is None for path, take in takes.items() if path != last] == [True] * (len(takes) - 1)
     assert takes[last].cut is not None
     assert killed_ns - said[last][-1].log_ns < 1_500_000_000
-    assert takes[last].attachments.keys() == {"rig.toml", "demo-calibration.toml", "setup.json"}
+    assert takes[last].attachments.keys() == {"rig.toml", "demo-calibration.toml", "setup.json", "recognizer.postures"}
     found = recover(last, tmp_path / "recovered.mcap")
     assert found.lost
     assert list(Take(tmp_path / "recovered.mcap").messages()) == said[last]

@@ -184,7 +184,8 @@ def test_a_rig_says_when_its_takes_go_on_in_a_new_file(tmp_path: Path) -> None:
     recording.close()
     found = read(tmp_path)
     assert [take.metadata["part"]["number"] for take, _ in found.values()] == ["1", "2", "3"]
-    assert all(take.attachments.keys() == {"rig.toml", "demo-calibration.toml", "setup.json"} for take, _ in found.values())
+    files = {"rig.toml", "demo-calibration.toml", "setup.json", "recognizer.postures"}
+    assert all(take.attachments.keys() == files for take, _ in found.values())
     assert PartLimits.of(0.5, 1) == PartLimits(500_000, 60 * S)
     path.write_text(f"{text}[log]\npart_minutes = -1\n")
     with pytest.raises(RigError, match=r"log\.part_minutes = -1: allowed: float >= 0"):

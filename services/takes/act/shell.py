@@ -1,5 +1,6 @@
 """`zenocap posture act`: the takes of a cast, several at a time, and the manifest that says what is in them."""
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -73,7 +74,7 @@ def listed(folder: Path, method: Method, acts: Sequence[Act]) -> Path:
 def _perform(task: tuple[Path, Method, Act]) -> Filmed:
     folder, method, one = task
     take = take_of(folder, method, one)
-    part = take.with_suffix(".part")
+    part = take.with_suffix(f".{os.getpid()}.part")
     tracked = act(_stage(method), method, one.script(), one.room, part)
     part.replace(take if tracked.poses else _without(take))  # renamed when whole: what is there, is done
     return Filmed(one, tracked.poses, tracked.problems)

@@ -1,6 +1,7 @@
 """Priors to track with: those that come with the project, and those learnt here from motion, never from the clip's own."""
 
 import hashlib
+import re
 import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -50,7 +51,7 @@ class Priors:
             path = ROOT / place
             for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
                 told.update(file.read_bytes())
-        path = self.kept / f"{name.replace(':', '-').replace('+', '-')[:60]}-{told.hexdigest()[:12]}.prior"
+        path = self.kept / f"{re.sub('[:+/]', '-', name)[:60]}-{told.hexdigest()[:12]}.prior"
         if not path.is_file():
             self.kept.mkdir(parents=True, exist_ok=True)
             print(f"  learning {name}", flush=True)

@@ -14,6 +14,7 @@ from pathlib import Path
 from tests.evaluation.clips import SHARED
 from tests.evaluation.recognition.accuracy import accuracy_of
 from tests.evaluation.recognition.bench import Bench
+from tests.evaluation.recognition.costs import costs
 from tests.evaluation.recognition.real import real
 from tests.evaluation.recognition.settings import settings
 from tests.evaluation.recognition.streaming import streaming
@@ -25,9 +26,10 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "hybrid": partial(accuracy_of, method="hybrid"),
     "real": real,
     "stream": streaming,
+    "costs": costs,
     "settings": settings,
 }
-SHORT = ("truth", "two-view", "hybrid", "real", "stream")
+SHORT = ("truth", "two-view", "hybrid", "real", "stream", "costs")
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from common.actor.everyday import EVERYDAY
 from common.actor.person import person
-from common.actor.script import Script, session
+from common.actor.script import RETURNING, Script, session
 from common.actor.style import POSTURES
 
 MINUTE_S = 60.0
@@ -70,7 +70,7 @@ def events_of(script: Script) -> list[Event]:
     """What happens in a session after the initial posture; a posture has its name as its label."""
     found = []
     for segment in script.segments:
-        if segment.name in (*POSTURES, *EVERYDAY):
+        if segment.name in (*POSTURES, *EVERYDAY, RETURNING):
             label = segment.name if segment.name in POSTURES else None
             found.append(Event(label, segment.start_s, segment.end_s, name=segment.name))
     return found

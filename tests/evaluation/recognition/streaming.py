@@ -1,5 +1,6 @@
 """Ten minutes of random postures with pauses and unknown movements, recognised as a stream."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,8 +41,8 @@ def streaming(bench: Bench) -> Section:
         mistakes += _mistakes(method, each)
     notes = (
         f"{MINUTES:g} minutes of {SESSIONS} people (persons {people(STREAM_SEED)[0]} and after, in no other part): "
-        "postures, pauses and movements that are none of them (bend, lean, twist, reach, sit, lunge, gesture), some "
-        "without a pause between.",
+        "postures, pauses and movements that are none of them (bend, lean, twist, reach, sit, lunge, gesture, walking "
+        "back), some without a pause between.",
         f"The model {MODEL!r} as it ships, learnt from other people. An answer is right when it names the posture and "
         "shares half of the shorter of both; delay: from the end in the script until the instant that gave the answer.",
     )
@@ -64,7 +65,7 @@ def sessions(bench: Bench, method: Method) -> dict[int, Path]:
     for done, seed in enumerate(people(STREAM_SEED, SESSIONS)):
         take = folder / f"{seed}.mcap"
         if not take.is_file():
-            part = take.with_suffix(".part")
+            part = take.with_suffix(f".{os.getpid()}.part")
             act(rig, method, session_of(seed, MINUTES / SESSIONS), seed, part)
             part.replace(take)
         found[seed] = take

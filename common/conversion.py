@@ -6,7 +6,9 @@ import numpy as np
 
 from common.body.anatomy import ANATOMIES, Anatomy, Floats
 from common.body.definition import Bdp
-from common.messages import Body
+from common.messages import MOST_POINTS, Body, ScenePoints
+
+FARTHEST_MM = 32767  # 16 bits
 
 
 def body_of(anatomy: Anatomy, bdp: Bdp) -> Body:
@@ -55,6 +57,21 @@ def angles_of(anatomy: Anatomy, named: Mapping[str, float], others: Floats) -> F
             raise ValueError(f"joint angle {name!r} is not one of anatomy {anatomy.name!r}")
         angles[anatomy.index[name]] = value
     return angles
+
+
+def packed_points(points: Floats) -> bytes:
+    """(n, 3) metres, for a `ScenePoints`: to the millimetre.  At most MOST_POINTS; those beyond 32 m are left out."""
+    millimetres = np.round(1000.0 * points)
+    near = millimetres[(np.abs(millimetres) <= FARTHEST_MM).all(axis=1)][:MOST_POINTS]
+    return near.astype("<i2").tobytes()
+
+
+def points_of(message: ScenePoints) -> Floats:
+    """(n, 3) metres.  Raises ValueError for bytes that are no whole points."""
+    if len(message.points) % 6:
+        raise ValueError(f"points: {len(message.points)} bytes; allowed: a multiple of 6")
+    points: Floats = np.frombuffer(message.points, dtype="<i2").reshape(-1, 3) / 1000.0
+    return points
 
 
 def _pair(row: Floats) -> tuple[float, float]:

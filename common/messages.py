@@ -32,6 +32,7 @@ SpreadTriple = tuple[Spread, Spread, Spread]
 SizeTriple = tuple[Size, Size, Size]
 
 SCHEMA_VERSION = 1
+MOST_POINTS = 16384  # of one `ScenePoints`
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -157,6 +158,15 @@ class TrackerPose(Message, frozen=True, tag="tracker_pose"):
     views: Annotated[list[Name], Meta(max_length=64)]
 
 
+class ScenePoints(Message, frozen=True, tag="scene_points"):
+    """Where the tracker found the person's surface: the points of the visual hull of one instant.  [Hybrid III]
+
+    points: x, y, z of each, little-endian 16-bit integers, millimetres in the world.  frame, captured_ns: as of the pose.
+    """
+
+    points: Annotated[bytes, Meta(max_length=6 * MOST_POINTS)]
+
+
 class Posture(Message, frozen=True, tag="posture"):
     """What the person did between two moments; times are on the integrator's clock.  [Two-view 5.2]
 
@@ -245,6 +255,6 @@ class PaceQuery(Message, frozen=True, tag="pace_query"):
 
 
 AnyMessage = (
-    PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | Posture
-    | Silhouette | Preview | CameraInfo | Health | Handled | Request | ClockQuery | PaceQuery
+    PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | ScenePoints
+    | Posture | Silhouette | Preview | CameraInfo | Health | Handled | Request | ClockQuery | PaceQuery
 )  # fmt: skip

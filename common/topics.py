@@ -59,6 +59,7 @@ ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assign
 UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, "every frame")
 TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.KEPT, "on change")
 TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, "every frame")
+SCENE_POINTS = Topic("scene_points", "zenocap/{rig}/tracker/points", m.ScenePoints, Queueing.LATEST, "at most 10 Hz")
 POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queueing.ALL, "every posture")
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, "1 Hz")
 HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, "1 Hz or more")
@@ -76,6 +77,7 @@ TOPICS = (
     UNIVERSAL_BAP,
     TRACKER_BDP,
     TRACKER_POSE,
+    SCENE_POINTS,
     POSTURE,
     HEALTH,
     HANDLED,

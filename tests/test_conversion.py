@@ -1,13 +1,15 @@
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from two_view_scene import ANGLES, BDP
 
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
 from common.body.definition import Bdp
 from common.codec import decode, encode
-from common.conversion import anatomy_of, angles_by_name, angles_of, bdp_of, body_of
-from common.messages import TrackerBdp, UniversalBdp
+from common.conversion import anatomy_of, angles_by_name, angles_of, bdp_of, body_of, packed_points, points_of
+from common.messages import MOST_POINTS, ScenePoints, TrackerBdp, UniversalBdp
 
 
 def test_a_body_travels_and_comes_back() -> None:
@@ -93,3 +95,24 @@ def test_an_anatomy_that_nobody_knows_is_refused_with_those_there_are() -> None:
     body = body_of(Anatomy("eleven-parts", TEN_PARTS.joints, TEN_PARTS.markers, TEN_PARTS.circular), BDP)
     with pytest.raises(ValueError, match="anatomy 'eleven-parts': allowed: ten-parts, fourteen-parts"):
         anatomy_of(body)
+
+
+def scene_points(points: Floats) -> ScenePoints:
+    message = ScenePoints(frame=1, captured_ns=2, points=packed_points(points))
+    return decode(encode(message), ScenePoints)
+
+
+@given(arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(-32.7, 32.7)))
+def test_scene_points_travel_to_the_millimetre(points: Floats) -> None:
+    np.testing.assert_allclose(points_of(scene_points(points)), points, atol=0.00051)
+
+
+def test_scene_points_beyond_16_bits_and_beyond_the_most_are_left_out() -> None:
+    far = np.array([[0.0, 1.0, 40.0], [1.0, 2.0, 3.0], [0.0, -32.768, 0.0]])
+    np.testing.assert_allclose(points_of(scene_points(far)), [[1.0, 2.0, 3.0]])
+    assert len(points_of(scene_points(np.zeros((MOST_POINTS + 1, 3))))) == MOST_POINTS
+
+
+def test_bytes_that_are_no_whole_points_are_refused() -> None:
+    with pytest.raises(ValueError, match="points: 7 bytes; allowed: a multiple of 6"):
+        points_of(ScenePoints(frame=0, captured_ns=0, points=b"1234567"))

@@ -13,7 +13,7 @@ from common import messages as m
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from common.body.definition import Pose
 from common.body.kinematics import part_frames
-from common.conversion import angles_by_name, body_of
+from common.conversion import angles_by_name, body_of, packed_points
 from common.formats.foxglove.channels import Beside
 from common.formats.foxglove.converter import Foxglove
 from common.vision.packing import pack
@@ -170,3 +170,14 @@ def test_a_person_that_the_tracker_lost_is_gone() -> None:
     *_, said = said_of(*shown, lost[1])
     assert topics(said) == ["pose", "scene"]
     assert by_topic(said)["scene"].deletions[0].id == "person"
+
+
+def test_scene_points_are_a_point_cloud_in_the_world() -> None:
+    points = np.array([[0.125, 1.5, -2.0], [3.0, 0.0, 0.25]])
+    (said,) = said_of(m.ScenePoints(frame=1, captured_ns=2_000_000_001, points=packed_points(points)))
+    assert topics(said) == ["fixed", "points"]
+    cloud = by_topic(said)["points"]
+    assert cloud.frame_id == "world"
+    assert [(field.name, field.offset) for field in cloud.fields] == [("x", 0), ("y", 4), ("z", 8)]
+    np.testing.assert_allclose(np.frombuffer(cloud.data, "<f4").reshape(-1, 3), points)
+    assert cloud.point_stride == 12

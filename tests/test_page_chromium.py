@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 from animator_stand_in import StandIn, assignment, bap, body, body_message, health, pose_at, stand_in
 
+from common import messages as m
 from common.body.anatomy import TEN_PARTS, Floats
 from common.body.definition import Pose
 from common.body.kinematics import joint_centres
 from common.body.proportions import stretched_angles
 from common.bus.protocol import Alive
+from common.conversion import packed_points
 from common.messages import Request
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -171,7 +173,7 @@ def test_a_viewer_that_falls_silent_turns_red_within_two_seconds_and_back(visit:
 
 def test_layers_looks_and_sliders_act(visit: Visit) -> None:
     visit.animator.play(0.4)
-    for layer in ("actor", "floor", "cameras", "trails"):
+    for layer in ("actor", "floor", "cameras", "trails", "points"):
         visit.page.uncheck(f"#layers [name={layer}]")
         assert visit.tell(f"zenocap.stage.layers.{layer}") is False
         visit.page.check(f"#layers [name={layer}]")
@@ -189,6 +191,21 @@ def test_layers_looks_and_sliders_act(visit: Visit) -> None:
     visit.page.mouse.move(740, 300)
     visit.page.mouse.up()
     assert visit.tell("zenocap.stage.eye.yaw") == pytest.approx(-0.6)
+
+
+def test_scene_points_are_drawn_where_they_are(visit: Visit) -> None:
+    point = np.array([0.8, 1.2, 0.4])  # beside the person
+    place = expected_px(visit, point)
+    assert pixel(visit, place)[1] < 150
+    visit.animator.hear(m.ScenePoints(frame=1, captured_ns=1, points=packed_points(point[None])))
+    visit.until(lambda: visit.tell("zenocap.stage.points") == 1, "one point")
+    red, green, _ = pixel(visit, place)
+    assert green > 180
+    assert green > red + 60
+    visit.page.uncheck("#layers [name=points]")
+    assert pixel(visit, place)[1] < 150
+    visit.page.check("#layers [name=points]")
+    visit.until(lambda: visit.tell("zenocap.stage.points") == 0, "old points are gone")
 
 
 def test_measure_body_now_counts_down_asks_the_rig_and_says_when_it_is_done(visit: Visit) -> None:

@@ -1,6 +1,7 @@
 """What the page is told is what the state says, in the numbers that the kinematics give."""
 
 import json
+from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from common import messages as m
 from common.body.anatomy import TEN_PARTS
 from common.body.kinematics import joint_centres
 from common.bus.protocol import Tick
+from common.conversion import packed_points
 from common.runtime.rig import demo_rig
 from common.vision.packing import unpack
 from services.animator.page.display import CHECKS_NS, POSED_NS, ROWS_NS, VIEWS_NS, Shown, show
@@ -207,3 +209,12 @@ def test_the_pages_files_are_part_of_the_package() -> None:
     assert {"index.html", "main.js", "style.css"} <= {path.name for path in folder.iterdir()}
     project = (Path(__file__).resolve().parents[1] / "pyproject.toml").read_text()
     assert '"services.animator.page" = ["static/*"]' in project
+
+
+def test_scene_points_go_to_the_page_as_they_are_and_damaged_ones_do_not() -> None:
+    def said_points(data: bytes) -> dict[str, dict[str, object]]:
+        return decoded(list(news(State(), after(m.ScenePoints(frame=1, captured_ns=NOW, points=data)))))
+
+    told = said_points(packed_points(np.array([[1.0, -2.0, 0.5]])))
+    assert np.frombuffer(b64decode(str(told["points"]["data"])), "<i2").tolist() == [1000, -2000, 500]
+    assert "points" not in said_points(b"12345")

@@ -1,19 +1,20 @@
 """The tracker's step around a stand-in core: which instants reach it, and what is said of them."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tracker_stand_in import BDP, FRAME_NS, POSE, SIZE, SPREAD, Followed, stand_in, tracker_setup
+from tracker_stand_in import BDP, FRAME_NS, POINTS, POSE, SIZE, SPREAD, Followed, stand_in, tracker_setup
 from two_view_run import envelope
 
 from common import messages as m
 from common.body.anatomy import TEN_PARTS
 from common.bus.protocol import Alive, Tick
 from common.codec import decode, encode
-from common.conversion import angles_of, bdp_of
+from common.conversion import angles_of, bdp_of, points_of
 from common.pairing import GONE_AFTER
 from common.vision.packing import pack
 from services.tracker import step as tracker
@@ -80,7 +81,11 @@ def shown(state: State) -> list[tuple[str, ...]]:
 
 def test_the_body_comes_once_and_a_pose_with_every_instant() -> None:
     state, said = play([message for k in range(4) for message in instant(k)])
-    assert [type(message) for message in said] == [m.TrackerBdp, *[m.TrackerPose] * 4]
+    kinds = [type(message) for message in said if not isinstance(message, m.ScenePoints)]
+    assert kinds == [
+        m.TrackerBdp,
+        *[m.TrackerPose] * 4,
+    ]
     body = decode(encode(said[0]), m.TrackerBdp).body
     np.testing.assert_array_equal(bdp_of(TEN_PARTS, body).sizes, BDP.sizes)
     assert frames(said) == [0, 1, 2, 3]
@@ -259,3 +264,11 @@ def test_a_tracker_that_keeps_up_drops_nothing_whatever_comes(events: list[tuple
     messages: list[m.Message] = [silhouette(viewer, frame) for viewer, frame in events if viewer != "tick"]
     state, _ = play(messages)
     assert "dropped_instants" not in tracker.counts(state)
+
+
+def test_scene_points_are_said_with_the_instant_but_no_more_than_ten_times_a_second() -> None:
+    _, said = play([message for frame in range(7) for message in instant(frame)])
+    clouds = [message for message in said if isinstance(message, m.ScenePoints)]
+    assert [cloud.frame for cloud in clouds] == [0, 2, 4, 6]  # of 15 frames a second
+    assert all(later.captured_ns - one.captured_ns >= tracker.POINTS_NS for one, later in pairwise(clouds))
+    np.testing.assert_allclose(points_of(clouds[0]), POINTS, atol=0.0005)

@@ -19,6 +19,7 @@ SIZE = (160, 120)
 FRAME_NS = 1_000_000_000 // 15
 BDP = true_bdp(person(3))
 POSE = neutral_pose(TEN_PARTS, np.array([0.1, 0.95, -0.2]), yaw=0.3)
+POINTS = np.array([[0.1, 1.2, -0.3], [0.0, 0.4, 0.25]])
 SPREAD = np.linspace(0.01, 0.02, len(TEN_PARTS.angles) + 3)
 
 
@@ -54,7 +55,7 @@ def follow(setup: Setup, state: Followed, captured_ns: int, masks: Mapping[str, 
     findings = tuple(f"view {viewer} is empty" for viewer in masks if viewer not in views) if views else ()
     outcome = Outcome(
         body=BDP if first else None, pose=POSE if views else None, spread=SPREAD, likelihood=-0.5, effective=20.0,
-        lost=not views, views=views, findings=findings,
+        lost=not views, views=views, findings=findings, points=POINTS,
     )  # fmt: skip
     return replace(state, seen=(*state.seen, (captured_ns, views))), outcome
 

@@ -22,6 +22,7 @@ from common.topics import (
     PARTIAL_BAP,
     POSTURE,
     PREVIEW,
+    SCENE_POINTS,
     SIGHTING,
     SILHOUETTE,
     TRACKER_BDP,
@@ -44,7 +45,7 @@ logger = logging.getLogger(__name__)
 ID = "main"
 TOPICS = (
     SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE,
-    HEALTH, POSTURE,
+    SCENE_POINTS, HEALTH, POSTURE,
 )  # fmt: skip
 TICK_NS = 200_000_000
 MOST_WISHES = 16  # that wait for the service's loop; more are dropped

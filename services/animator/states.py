@@ -61,4 +61,5 @@ class State:
     cameras: Mapping[str, m.CameraInfo] = field(default_factory=dict)
     assignment: m.Assignment | None = None
     posture: m.Posture | None = None
+    points: m.ScenePoints | None = None
     unusable: int = 0

@@ -108,7 +108,7 @@ def _sender(message: m.Message) -> tuple[Service | None, bool]:
             return ("viewer", viewer), False
         case m.Assignment() | m.UniversalBap():
             return ("integrator", "main"), True
-        case m.TrackerPose():
+        case m.TrackerPose() | m.ScenePoints():
             return ("tracker", "main"), True
         case m.Posture():
             return ("recognizer", "main"), False
@@ -138,6 +138,8 @@ def _hear(state: State, message: m.Message, received_ns: int) -> State:
             return replace(state if tracking else _measured_anew(state), assignment=message)
         case m.Posture():
             return replace(state, posture=message)
+        case m.ScenePoints():
+            return replace(state, points=message)
         case _:
             return state
 

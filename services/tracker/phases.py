@@ -1,7 +1,7 @@
 """The tracker's setup, and what it knows of the person from one instant to the next."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -122,6 +122,7 @@ class Outcome:
     """body: when it was newly measured.  pose: None while there is none.  views: those that were used.
 
     spread: (angles + 3,) standard deviations over the particles, radians, then the position's, metres.
+    points: (n, 3) of the visual hull, metres.
     """
 
     body: Bdp | None
@@ -132,3 +133,4 @@ class Outcome:
     lost: bool
     views: tuple[str, ...]
     findings: tuple[str, ...] = ()
+    points: Floats = field(default_factory=lambda: np.zeros((0, 3)))

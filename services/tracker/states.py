@@ -18,7 +18,7 @@ class State:
 
     pose: the last one said.  offsets: each viewer's clock against the integrator's.  warnings: by viewer, what the person
     should know of its clock; calibrations: of its camera.  findings: views that disagreed with the others, in words.
-    used: views of the last instant.  counts: what was lost, by reason.
+    used: views of the last instant.  points_ns: the last one whose points were said.  counts: what was lost, by reason.
     """
 
     track: TrackState
@@ -30,4 +30,5 @@ class State:
     calibrations: Mapping[str, str] = field(default_factory=dict)
     findings: tuple[str, ...] = ()
     used: tuple[str, ...] = ()
+    points_ns: int = 0
     counts: Mapping[str, int] = field(default_factory=dict)

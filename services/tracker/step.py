@@ -13,8 +13,8 @@ import numpy as np
 from common.body.anatomy import Anatomy, Floats
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from common.camera.pinhole import Camera
-from common.conversion import angles_by_name, body_of
-from common.messages import CameraInfo, Health, Message, Request, Silhouette, TrackerBdp, TrackerPose
+from common.conversion import angles_by_name, body_of, packed_points
+from common.messages import CameraInfo, Health, Message, Request, ScenePoints, Silhouette, TrackerBdp, TrackerPose
 from common.pairing import Instant, Pairs, offer
 from common.runtime.clock import clock_warning, offset_in, to_integrator_ns
 from common.vision.packing import unpack
@@ -28,6 +28,7 @@ Event = FrameLike | Envelope | Alive | Tick  # the loop's; the tracker has no fr
 Result: TypeAlias = tuple[State, list[Message]]
 
 MOST_SPREAD = 100.0  # what the message allows
+POINTS_NS = 100_000_000  # between two instants whose points are said: for people to look at
 SAME_CAMERA = 1e-6  # relative
 
 
@@ -110,6 +111,10 @@ def _track(setup: Setup, state: State, instant: Instant[Silhouette]) -> Result:
     pose = _pose_message(setup.anatomy, state.pose, outcome, frame, instant.captured_ns)
     if pose is not None:
         messages.append(pose)
+    if abs(instant.captured_ns - state.points_ns) >= POINTS_NS:
+        state = replace(state, points_ns=instant.captured_ns)
+        points = packed_points(outcome.points)
+        messages.append(ScenePoints(frame=frame, captured_ns=instant.captured_ns, points=points))
     return replace(state, pose=pose or state.pose), messages
 
 

@@ -53,11 +53,12 @@ def follow(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str
     views, findings = watch(state.agreement, contours, seen)
     doubted = untrusted(findings)
     contours, seen = without(contours, seen, doubted)
-    rays, room = rays_of(scene_of(contours, seen)), room_of(seen)
+    scene = scene_of(contours, seen)
+    rays, room = rays_of(scene), room_of(seen)
     phase, outcome = _act(setup, state.phase, captured_ns, rays, room, state.count)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in doubted)
     said = tuple(finding.text for finding in findings)
-    return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=said)
+    return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=said, points=scene.points)
 
 
 def describe(state: TrackState) -> str:

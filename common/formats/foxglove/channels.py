@@ -82,6 +82,7 @@ _TEXT: JsonSchema = {"type": "string"}
 SCENE = _protobuf("foxglove/{rig}/scene", fox.SceneUpdate)
 BODY = _protobuf("foxglove/{rig}/body", fox.FrameTransforms)
 FIXED = _protobuf("foxglove/{rig}/fixed", fox.FrameTransforms)
+POINTS = _protobuf("foxglove/{rig}/points", fox.PointCloud)
 JOINTS = _protobuf("foxglove/{rig}/joints", fox.JointStates)
 CALIBRATION = _protobuf("foxglove/{rig}/viewer/{viewer}/calibration", fox.CameraCalibration)
 SILHOUETTE = _protobuf("foxglove/{rig}/viewer/{viewer}/silhouette", fox.CompressedImage)

@@ -15,7 +15,7 @@ from common.body.anatomy import Anatomy
 from common.body.definition import Bdp, Pose
 from common.body.kinematics import part_frames
 from common.bus.protocol import Envelope
-from common.conversion import anatomy_of, angles_of, bdp_of
+from common.conversion import anatomy_of, angles_of, bdp_of, points_of
 from common.formats.foxglove import channels as to
 from common.formats.foxglove.bilevel import bilevel_png
 from common.formats.foxglove.body import Figure, gone
@@ -23,6 +23,8 @@ from common.formats.foxglove.calibration import calibration
 from common.formats.foxglove.channels import Beside
 from common.formats.foxglove.frames import body_transforms, fixed_transforms, timestamp
 from common.formats.foxglove.plots import health_json, pose_json, posture_json, posture_words, sighting_json, tracker_json
+
+AT_ORIGIN = fox.Pose(position=fox.Vector3(x=0.0, y=0.0, z=0.0), orientation=fox.Quaternion(x=0.0, y=0.0, z=0.0, w=1.0))
 
 
 class Foxglove:
@@ -64,6 +66,8 @@ class Foxglove:
             case m.TrackerPose(lost=gone):
                 plot = Beside(self._pose_row.channel(rig=self._rig), tracker_json(message))
                 yield from self._pose(message, plot, gone, [])
+            case m.ScenePoints():
+                yield Beside(to.POINTS.channel(rig=self._rig), _cloud(message))
             case m.Posture():
                 yield from self._posture(message)
             case m.Silhouette():
@@ -139,6 +143,15 @@ class Foxglove:
         transforms = fixed_transforms(list(self._cameras.values()), timestamp(captured_ns))
         self._fixed_known = True
         return Beside(to.FIXED.channel(rig=self._rig), fox.FrameTransforms(transforms=transforms).encode())
+
+
+def _cloud(message: m.ScenePoints) -> bytes:
+    kind = fox.PackedElementFieldNumericType.Float32
+    fields = [fox.PackedElementField(name=axis, offset=4 * k, type=kind) for k, axis in enumerate("xyz")]
+    return fox.PointCloud(
+        timestamp=timestamp(message.captured_ns), frame_id=to.WORLD, pose=AT_ORIGIN, point_stride=12, fields=fields,
+        data=points_of(message).astype("<f4").tobytes(),
+    ).encode()  # fmt: skip
 
 
 def _image(captured_ns: int, viewer: str, data: bytes, format: str) -> bytes:

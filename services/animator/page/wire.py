@@ -50,6 +50,12 @@ class PoseShape(msgspec.Struct, frozen=True, tag="pose", tag_field="is"):
     lost: list[str]
 
 
+class PointsShape(msgspec.Struct, frozen=True, tag="points", tag_field="is"):
+    """The scene points as the bus has them (`common.messages.ScenePoints`), base64."""
+
+    data: bytes
+
+
 class CameraShape(msgspec.Struct, frozen=True, tag="camera", tag_field="is"):
     """centre, and corners of its picture one metre away (left top, right top, right bottom, left bottom)."""
 
@@ -158,8 +164,8 @@ class Notice(msgspec.Struct, frozen=True, tag="notice", tag_field="is"):
 
 
 Shown: TypeAlias = (
-    Hello | BodyShape | PoseShape | CameraShape | ViewShape | PreviewShape | Rows | SettingUp | PostureShape
-    | Takes | Player | Notice
+    Hello | BodyShape | PoseShape | PointsShape | CameraShape | ViewShape | PreviewShape | Rows | SettingUp
+    | PostureShape | Takes | Player | Notice
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]

@@ -9,7 +9,7 @@ from common.topics import Queueing
 
 DERIVED = (
     m.Sighting, m.PartialBdp, m.PartialBap, m.Assignment, m.UniversalBdp, m.UniversalBap, m.TrackerBdp, m.TrackerPose,
-    m.Posture,
+    m.ScenePoints, m.Posture,
 )  # fmt: skip
 FORGET_NS = 60_000_000_000  # what nobody was fed for so long is checked by nobody
 Place = tuple[str, int]  # key and capture time

@@ -13,6 +13,7 @@ import { Views } from './views.js';
 const el = (id) => document.getElementById(id);
 const FRUSTUM = 0.22;  // depth of what is drawn of a camera, in distances from the middle of the room
 const FOLLOW = 0.06;
+const SCENE_MS = 1500;  // points that are older are of no scene any more
 const TRACE_POSES = 400;
 const KEPT_LATENCIES = 4096;
 const CAMERA = [0.56, 0.66, 0.8];
@@ -28,10 +29,10 @@ const views = new Views(el('views'), (viewer, picture) => {
 });
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
-  trail: [], trail_s: 2, arrivals: [], latencies: [], ages: [], count: 0,  // late since the animator had a pose, and since its capture
+  trail: [], trail_s: 2, arrivals: [], latencies: [], ages: [], count: 0, scene_ms: 0,  // late since the animator had a pose, and since its capture
 };
 const connection = new Connection({
-  hello, body, pose, camera, view, preview: (piece) => views.preview(piece), rows, posture,
+  hello, body, pose, points, camera, view, preview: (piece) => views.preview(piece), rows, posture,
   checks: (piece) => { panels.checks(piece); guide.advise(piece.advice); },
   takes: ({ takes }) => panels.takes(takes, (take) => transport.play(take)),
   player: (piece) => transport.show(piece),
@@ -47,7 +48,7 @@ const transport = new Transport((what) => connection.wish(what), turnTo);
 const chooseTab = panels.tabs();
 const setSources = panels.choice(el('sources'), (name) => { choose(name); });
 panels.choice(el('looks'), (name) => look.look(name))(Object.keys(LOOKS), 'corner');
-panels.switches(el('layers'), ['actor', 'floor', 'cameras', 'silhouettes', 'outlines', 'trails', 'plots'], () => true, (name, on) => {
+panels.switches(el('layers'), ['actor', 'floor', 'cameras', 'silhouettes', 'outlines', 'trails', 'points', 'plots'], () => true, (name, on) => {
   if (name in wanted) { wanted[name] = on; views.again(state.source, wanted); }
   if (name === 'plots') el('plots').hidden = !on;
   else stage.layers[name] = name === 'silhouettes' ? true : on;
@@ -81,6 +82,7 @@ function turnTo(feed) {
   for (const kept of [state.bodies, state.poses, state.cameras, state.conditions, stage.pictures]) kept.clear();
   Object.assign(state, { trail: [], arrivals: [], latencies: [], source: null });
   stage.capsules = [];
+  stage.setPoints(new Float32Array(0));
   views.clear();
   plots.clear();
   panels.alarm('services', '');
@@ -129,6 +131,13 @@ function show(piece) {
   if (state.trail.length > TRACE_POSES) state.trail.shift();
   plots.add(shape.angles, piece);
   lines();
+}
+
+// 16-bit millimetres, little-endian as every browser's machine is.
+function points({ data }) {
+  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
+  state.scene_ms = performance.now();
+  stage.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
 }
 
 function camera(piece) {
@@ -196,6 +205,7 @@ function posture({ label, margin, likeliest }) {
 }
 
 function numbers() {
+  if (state.feed === 'live' && performance.now() - state.scene_ms > SCENE_MS) stage.setPoints(new Float32Array(0));
   const since = performance.now() - 2000;
   state.arrivals = state.arrivals.filter((at) => at > since);
   el('rate').textContent = state.arrivals.length ? (state.arrivals.length / 2).toFixed(0) : '–';

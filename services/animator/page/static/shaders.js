@@ -124,6 +124,15 @@ void main() {
 export const LINE_FRAGMENT = `#version 300 es
 precision highp float; in vec4 colour; out vec4 pixel; void main() { pixel = vec4(colour.rgb * colour.a, colour.a); }`;
 
+// Points of one size in the world, as soft discs.
+export const POINT_VERTEX = `#version 300 es
+layout(location=0) in vec3 place; uniform mat4 camera; uniform float size;
+void main() { gl_Position = camera * vec4(place, 1.0); gl_PointSize = clamp(size / gl_Position.w, 1.5, 16.0); }`;
+
+export const POINT_FRAGMENT = `#version 300 es
+precision highp float; uniform vec4 colour; out vec4 pixel;
+void main() { pixel = colour * (1.0 - smoothstep(0.7, 1.0, 2.0 * length(gl_PointCoord - 0.5))); }`;
+
 // A picture on four corners in the world, such as what a camera sees.
 export const PICTURE_VERTEX = `#version 300 es
 layout(location=0) in vec3 place; layout(location=1) in vec2 spot; uniform mat4 camera; out vec2 at;

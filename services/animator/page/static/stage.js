@@ -8,6 +8,8 @@ const MOST_SHADOWS = 20;
 const SHADOW_PX = 128;
 const SHADOW_M = 2.2;  // half the side of the square in which there are shadows
 const LONGEST_MS = 2000;
+const POINT_M = 0.011;
+const POINT = [0.36, 0.92, 0.78, 0.95];
 const SLOW_MS = 45;  // a picture that takes longer, again and again, is drawn with fewer pixels
 const SCALES = [1, 0.75, 0.55, 0.4];
 
@@ -17,7 +19,8 @@ export class Stage {
     const gl = (this.gl = canvas.getContext('webgl2', { antialias: true, alpha: false }));
     if (!gl) throw new Error('this browser has no WebGL 2');
     this.eye = { target: [0, 0.95, 0], yaw: 1.0, pitch: 0.21, distance: 6 };
-    this.layers = { floor: true, actor: true, cameras: true, silhouettes: true, trails: true };
+    this.layers = { floor: true, actor: true, cameras: true, silhouettes: true, trails: true, points: true };
+    this.points = 0;
     this.capsules = [];
     this.lines = [];
     this.pictures = new Map();
@@ -30,10 +33,12 @@ export class Stage {
       capsule: [shaders.CAPSULE_VERTEX, shaders.CAPSULE_FRAGMENT], floor: [shaders.FLOOR_VERTEX, shaders.FLOOR_FRAGMENT],
       shadow: [shaders.SHADOW_VERTEX, shaders.SHADOW_FRAGMENT], back: [shaders.BACK_VERTEX, shaders.BACK_FRAGMENT],
       line: [shaders.LINE_VERTEX, shaders.LINE_FRAGMENT], picture: [shaders.PICTURE_VERTEX, shaders.PICTURE_FRAGMENT],
+      point: [shaders.POINT_VERTEX, shaders.POINT_FRAGMENT],
     });
     this.capsule = this.painter.capsuleMesh();
     this.square = this.painter.mesh(new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), [2]);
     this.ribbon = this.painter.mesh(new Float32Array(0), [3, 3, 2, 4]);
+    this.cloud = this.painter.mesh(new Float32Array(0), [3]);
     this.sheet = this.painter.mesh(new Float32Array(0), [3, 2]);
     this.shadow = this.painter.target(SHADOW_PX);
     new ResizeObserver(() => this.changed()).observe(canvas);
@@ -110,6 +115,14 @@ export class Stage {
     this.painter.smooth();
   }
 
+  // places: x, y, z of each, metres.
+  setPoints(places) {
+    if (!this.points && !places.length) return;
+    this.points = places.length / 3;
+    this.painter.fill(this.cloud, places);
+    this.changed();
+  }
+
   draw() {
     const gl = this.gl;
     const scale = Math.min(window.devicePixelRatio || 1, 2) * SCALES[this.quality];
@@ -129,6 +142,7 @@ export class Stage {
     if (this.layers.actor) this.drawActor(camera);
     gl.depthMask(false);
     if (this.layers.silhouettes) this.drawPictures(camera);
+    if (this.layers.points && this.points) this.drawPoints(camera, height);
     this.drawLines(camera, width / scale, height / scale);
     gl.depthMask(true);
     this.drawn++;
@@ -184,6 +198,11 @@ export class Stage {
       this.painter.fill(this.sheet, new Float32Array([...a, 0, 0, ...b, 1, 0, ...d, 0, 1, ...c, 1, 1]));
       this.painter.fan(this.sheet, gl.TRIANGLE_STRIP, 4);
     }
+  }
+
+  drawPoints(camera, height) {
+    this.painter.use('point', { camera, size: POINT_M * height / Math.tan(HEIGHT / 2), colour: POINT });
+    this.painter.fan(this.cloud, this.gl.POINTS, this.points);
   }
 
   away({ corners }) { return Math.hypot(...minus(corners[0], this.position)); }

@@ -142,13 +142,13 @@ class StandIn:
         self.hear(*(camera_info(viewer, now_ns) for viewer in self.rig.viewers), body_message(now_ns))
         self.well()
 
-    def well(self, *, log: int = 100, recording: bool = True) -> None:
-        """Everybody says so."""
+    def well(self, viewers: Sequence[str] = ("1", "2"), *, log: int = 100, recording: bool = True) -> None:
+        """Everybody says so, or these viewers alone and the integrator."""
         now_ns = self.clock.now_ns()
         self.hear(
-            health("viewer", "1", now_ns), health("viewer", "2", now_ns),
+            *(health("viewer", viewer, now_ns) for viewer in viewers),
             health("integrator", "main", now_ns, log_messages=log, log_on=int(recording)),
-        )  # fmt: skip
+        )
 
     def instant(self, time_s: float, viewers: Sequence[str] = ("1", "2"), motion: str = "walking") -> Pose:
         """What is said of one instant; returns the pose."""
@@ -177,9 +177,9 @@ class StandIn:
 
 
 @contextmanager
-def stand_in(takes: Path, **page: object) -> Iterator[StandIn]:
+def stand_in(takes: Path, clock: Clock | None = None, **page: object) -> Iterator[StandIn]:
     """page: its table, on any free port."""
-    one = StandIn(msgspec.convert({"port": 0} | page, PageTable), takes)
+    one = StandIn(msgspec.convert({"port": 0} | page, PageTable), takes, clock=clock)
     try:
         yield one
     finally:

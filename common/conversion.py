@@ -6,9 +6,12 @@ import numpy as np
 
 from common.body.anatomy import ANATOMIES, Anatomy, Floats
 from common.body.definition import Bdp
-from common.messages import MOST_POINTS, Body, ScenePoints
+from common.camera.pinhole import Camera
+from common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints
 
 FARTHEST_MM = 32767  # 16 bits
+LEAST_FOCAL_PX, NOT_TURNED = 1e-3, 1e-3
+DISTORTIONS = (0, 4, 5, 8, 12, 14)  # how many numbers OpenCV knows
 
 
 def body_of(anatomy: Anatomy, bdp: Bdp) -> Body:
@@ -72,6 +75,22 @@ def points_of(message: ScenePoints) -> Floats:
         raise ValueError(f"points: {len(message.points)} bytes; allowed: a multiple of 6")
     points: Floats = np.frombuffer(message.points, dtype="<i2").reshape(-1, 3) / 1000.0
     return points
+
+
+def camera_of(info: CameraInfo) -> Camera:
+    """The camera that a viewer says it has.  Raises ValueError for numbers that no camera can have."""
+    matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
+    if min(info.size) < 1:
+        raise ValueError(f"camera {info.name}: size: {info.size}; allowed: from 1 px")
+    if min(matrix[0, 0], matrix[1, 1]) < LEAST_FOCAL_PX or matrix[1, 0] or not np.array_equal(matrix[2], [0.0, 0.0, 1.0]):
+        raise ValueError(
+            f"camera {info.name}: matrix: {info.matrix}; allowed: fx, 0, cx, 0, fy, cy, 0, 0, 1, fx and fy positive"
+        )
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=NOT_TURNED) or np.linalg.det(rotation) < 0:
+        raise ValueError(f"camera {info.name}: rotation: {info.rotation}; allowed: a rotation")
+    if len(info.distortions) not in DISTORTIONS:
+        raise ValueError(f"camera {info.name}: {len(info.distortions)} distortions; allowed: {DISTORTIONS}")
+    return Camera(info.name, info.size, matrix, np.array(info.distortions), rotation, np.array(info.translation))
 
 
 def _pair(row: Floats) -> tuple[float, float]:

@@ -27,6 +27,7 @@ from common.runtime.specs import FirstFrames, VideoFile
 from common.runtime.tracker_table import TrackerTable, tracker_spec
 from common.vision.background import learn, update
 from common.vision.silhouette import SilhouetteOptions, extract
+from services.animator.render.ready import load_compiled as load_compiled_pictures
 from services.recognizer.ready import load_compiled as load_compiled_recognizer
 from services.recognizer.ready import stand_in
 from services.recognizer.stream import plan_of
@@ -39,7 +40,8 @@ from services.viewer.sources.frame import Frame, Image
 from services.viewer.states import viewer_setup
 
 # The first is as long as the next two together, and best goes beside them; a two-view rig does without the tracker.
-PARTS = ("tracking", "silhouettes", "actor", "tracker", "recognizer")
+# A rig that runs draws no pictures: those are of `zenocap animator TAKE --render`.
+PARTS = ("tracking", "silhouettes", "actor", "tracker", "recognizer", "pictures")
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the initial posture, lowering the arms, a jump
 FPS = 15.0
 SIZE = (160, 120)
@@ -50,6 +52,7 @@ def warm_up(part: str, report: Callable[[str], None] = lambda _: None) -> None:
     report(f"compiling: {part}")
     parts = {
         "tracking": _tracking, "silhouettes": _silhouettes, "actor": _actor, "tracker": _tracker, "recognizer": _recognizer,
+        "pictures": _pictures,
     }  # fmt: skip
     parts[part](report)
 
@@ -86,6 +89,10 @@ def _tracker(report: Callable[[str], None]) -> None:
 def _recognizer(_: Callable[[str], None]) -> None:
     """One posture that is nothing in particular."""
     load_compiled_recognizer(plan_of(stand_in()), TEN_PARTS)
+
+
+def _pictures(_: Callable[[str], None]) -> None:
+    load_compiled_pictures(true_bdp(person(0)))
 
 
 def _rig() -> Rig:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from animator_stand_in import SETUP, assignment, bap, body, body_message, health, pose_at, said, sighting
@@ -11,9 +12,11 @@ from hypothesis import strategies as st
 from common import messages as m
 from common.body.anatomy import TEN_PARTS
 from common.bus.protocol import Alive, Tick
+from common.runtime.rig import demo_rig
 from services.animator.snapshot import Condition
 from services.animator.states import SILENT_NS, STALE_NS, Setup, State
 from services.animator.step import condition, counts, describe, initial_state, snapshot, step
+from services.viewer.shell import camera_info
 
 NOW = 1_000_000_000_000
 VIEWER = ("viewer", "1")
@@ -125,3 +128,10 @@ def test_the_last_of_everything_is_in_the_snapshot() -> None:
     shown = snapshot(after(sighting("1", 1, NOW), sighting("1", 2, NOW), here))
     assert shown.sightings["1"].frame == 2
     assert shown.assignment == here
+
+
+def test_a_camera_that_cannot_be_is_counted_and_not_shown() -> None:
+    info = camera_info(demo_rig().viewers[0], NOW)
+    state = after(msgspec.structs.replace(info, matrix=[1.0] * 9))
+    assert dict(state.cameras) == {}
+    assert counts(state) == {"unusable": 1}

@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,8 +9,8 @@ from two_view_scene import ANGLES, BDP
 from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
 from common.body.definition import Bdp
 from common.codec import decode, encode
-from common.conversion import anatomy_of, angles_by_name, angles_of, bdp_of, body_of, packed_points, points_of
-from common.messages import MOST_POINTS, ScenePoints, TrackerBdp, UniversalBdp
+from common.conversion import anatomy_of, angles_by_name, angles_of, bdp_of, body_of, camera_of, packed_points, points_of
+from common.messages import MOST_POINTS, CameraInfo, ScenePoints, TrackerBdp, UniversalBdp
 
 
 def test_a_body_travels_and_comes_back() -> None:
@@ -116,3 +117,32 @@ def test_scene_points_beyond_16_bits_and_beyond_the_most_are_left_out() -> None:
 def test_bytes_that_are_no_whole_points_are_refused() -> None:
     with pytest.raises(ValueError, match="points: 7 bytes; allowed: a multiple of 6"):
         points_of(ScenePoints(frame=0, captured_ns=0, points=b"1234567"))
+
+
+def camera(**changes: object) -> CameraInfo:
+    info = CameraInfo(
+        frame=0, captured_ns=0, viewer="1", name="cam01", size=(160, 120), matrix=[150.0, 0, 80, 0, 150, 60, 0, 0, 1],
+        distortions=[], rotation=[1.0, 0, 0, 0, -1, 0, 0, 0, -1], translation=[0.0, 1.0, 5.0],
+    )  # fmt: skip
+    return msgspec.structs.replace(info, **changes)
+
+
+def test_a_camera_of_a_message_projects_as_it_says() -> None:
+    found = camera_of(camera())
+    np.testing.assert_allclose(found.project(np.array([[0.5, 2.0, 0.0]])), [[80 + 15, 60 - 30]])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"matrix": [1.0] * 9},
+        {"matrix": [0.0, 0, 80, 0, 150, 60, 0, 0, 1]},
+        {"rotation": [1.0, 0, 0, 0, 1, 0, 0, 0, -1]},
+        {"rotation": [1.0] * 9},
+        {"distortions": [0.1] * 3},
+        {"size": (0, 120)},
+    ],
+)
+def test_what_no_camera_can_be_is_refused_with_its_name_and_what_is_allowed(changes: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=r"camera cam01: .*; allowed: "):
+        camera_of(camera(**changes))

@@ -24,12 +24,12 @@ from common import messages as m
 from common.body.anatomy import TEN_PARTS
 from common.body.kinematics import joint_centres
 from common.bus.protocol import Tick
-from common.conversion import packed_points
+from common.conversion import camera_of, packed_points
 from common.runtime.rig import demo_rig
 from common.vision.packing import unpack
 from services.animator.page.display import CHECKS_NS, POSED_NS, ROWS_NS, VIEWS_NS, Shown, show
 from services.animator.page.hub import Piece
-from services.animator.page.news import checks, news, pinhole, rows, views
+from services.animator.page.news import checks, news, rows, views
 from services.animator.page.wire import Ask, Control, ListTakes, Play, Watch, Wish, wish_of
 from services.animator.states import State
 from services.animator.step import initial_state, step
@@ -77,7 +77,7 @@ def test_a_cameras_corners_are_what_it_projects_to_the_corners_of_its_picture() 
         corners = np.reshape(told[f"camera/{info.viewer}"]["corners"], (4, 3))
         width, height = info.size
         expected = np.array([[-0.5, -0.5], [width - 0.5, -0.5], [width - 0.5, height - 0.5], [-0.5, height - 0.5]])
-        np.testing.assert_allclose(pinhole(info).project(corners), expected, atol=0.05)
+        np.testing.assert_allclose(camera_of(info).project(corners), expected, atol=0.05)
 
 
 def test_the_models_outline_surrounds_its_own_silhouette() -> None:

@@ -42,8 +42,9 @@ def baps_of(track: PoseTrack) -> list[m.UniversalBap]:
 
 def said_of(track: PoseTrack) -> list[m.Message]:
     camera = m.CameraInfo(
-        frame=0, captured_ns=START_NS, viewer="1", name="cam01", size=(160, 120), matrix=[1.0] * 9, distortions=[],
-        rotation=[1.0] * 9, translation=[0.0] * 3,
+        frame=0, captured_ns=START_NS, viewer="1", name="cam01", size=(160, 120),
+        matrix=[150.0, 0, 80, 0, 150, 60, 0, 0, 1],
+        distortions=[], rotation=[1.0, 0, 0, 0, -1, 0, 0, 0, -1], translation=[0.0, 1.0, 5.0],
     )  # fmt: skip
     body = m.UniversalBdp(frame=0, captured_ns=START_NS, body=body_of(TEN_PARTS, track.bdp), ratio=1.0)
     return [camera, body, *baps_of(track)]

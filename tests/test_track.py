@@ -16,6 +16,9 @@ from common.runtime.rig import Rig, RigError, demo_rig
 from common.runtime.specs import Actor, Device, FirstFrames
 from common.take.reading import Take, envelope
 from services import warmup
+from services.animator.render.floor import darken_floor, draw_floor
+from services.animator.render.lighting import light_body
+from services.animator.render.raster import develop, fill
 from services.takes.overlay import Overlay
 from services.takes.track import EPOCH_NS, Instant, at_working_size, instants, track
 from services.viewer.sources.frame import EndedEarly, Frame, SourceError
@@ -163,13 +166,14 @@ def test_a_source_that_cannot_begin_is_an_error_and_leaves_no_take(short_rig: Ri
 
 
 def test_warming_up_gets_as_far_as_poses() -> None:
-    """What is compiled on first use is compiled by then, a lost limb's search included."""
+    """What is compiled on first use is compiled by then, a lost limb's search and a picture's light included."""
     said: list[str] = []
     for part in warmup.PARTS:
         warmup.warm_up(part, said.append)
     assert any("searching" in text for text in said)
     assert any("integrator: tracking" in text for text in said)
     assert any("tracker: " in text for text in said)
+    assert all(kernel.signatures for kernel in (draw_floor, darken_floor, light_body, fill, develop))
 
 
 def test_envelopes_are_what_a_take_gives(take: Path) -> None:

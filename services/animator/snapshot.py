@@ -7,6 +7,7 @@ from typing import Literal
 from common import messages as m
 from common.body.anatomy import Anatomy
 from common.body.definition import Bdp, Pose
+from common.camera.pinhole import Camera
 
 Source = Literal["two-view", "tracker"]
 Condition = Literal["well", "starting", "stale", "gone"]
@@ -51,6 +52,6 @@ class Snapshot:
     silhouettes: Mapping[str, m.Silhouette]
     sightings: Mapping[str, m.Sighting]
     previews: Mapping[str, m.Preview]
-    cameras: Mapping[str, m.CameraInfo]
+    cameras: Mapping[str, Camera]
     assignment: m.Assignment | None
     posture: m.Posture | None = None

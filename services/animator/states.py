@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from common import messages as m
 from common.body.anatomy import Anatomy
 from common.body.definition import Bdp
+from common.camera.pinhole import Camera
 from services.animator.snapshot import Actor, Source
 
 Service = tuple[str, str]  # its name and id
@@ -48,7 +49,7 @@ class Body:
 class State:
     """The last of everything.  bodies, actors: by who found them.
 
-    unusable: messages that are valid but fit no body known here.
+    unusable: messages that are valid but fit no body known here, or no camera that there can be.
     """
 
     now_ns: int = 0
@@ -58,7 +59,7 @@ class State:
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
     sightings: Mapping[str, m.Sighting] = field(default_factory=dict)
     previews: Mapping[str, m.Preview] = field(default_factory=dict)
-    cameras: Mapping[str, m.CameraInfo] = field(default_factory=dict)
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
     assignment: m.Assignment | None = None
     posture: m.Posture | None = None
     points: m.ScenePoints | None = None

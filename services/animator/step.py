@@ -9,7 +9,7 @@ import numpy as np
 from common import messages as m
 from common.body.definition import Pose
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from common.conversion import anatomy_of, angles_of, bdp_of
+from common.conversion import anatomy_of, angles_of, bdp_of, camera_of
 from services.animator.snapshot import Actor, Condition, Row, Snapshot, Source
 from services.animator.states import SILENT_NS, STALE_NS, Body, Heard, Service, Setup, State
 
@@ -132,8 +132,8 @@ def _hear(state: State, message: m.Message, received_ns: int) -> State:
             return replace(state, sightings=_with(state.sightings, viewer, message))
         case m.Preview(viewer=viewer):
             return replace(state, previews=_with(state.previews, viewer, message))
-        case m.CameraInfo(viewer=viewer):
-            return replace(state, cameras=_with(state.cameras, viewer, message))
+        case m.CameraInfo():
+            return _camera(state, message)
         case m.Assignment(tracking=tracking):
             return replace(state if tracking else _measured_anew(state), assignment=message)
         case m.Posture():
@@ -150,6 +150,13 @@ def _measured_anew(state: State) -> State:
     if actor is None or "person" in actor.lost:
         return state
     return replace(state, actors=_with(state.actors, "two-view", replace(actor, lost=("person",))))
+
+
+def _camera(state: State, said: m.CameraInfo) -> State:
+    try:
+        return replace(state, cameras=_with(state.cameras, said.viewer, camera_of(said)))
+    except ValueError:
+        return replace(state, unusable=state.unusable + 1)
 
 
 def _body(state: State, source: Source, said: m.Body) -> State:

@@ -19,7 +19,7 @@ def compile_first(
 ) -> bool:
     """Compile what a rig needs, saying so if it takes a while; False when stopped or failed, which is printed."""
     needed = {"actor": has_actor, "tracker": has_tracker, "tracking": not has_tracker, "recognizer": has_recognizer}
-    unused = {part for part, wanted in needed.items() if not wanted}
+    unused = {"pictures"} | {part for part, wanted in needed.items() if not wanted}
     longest, *others = sorted((part for part in PARTS if part not in unused), key=lambda part: not part.startswith("track"))
     running = [
         subprocess.Popen(

@@ -1,7 +1,6 @@
 """What the page is told when the state has changed: pieces by name, each as the page reads it.  Pure."""
 
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -40,7 +39,7 @@ def news(before: State, after: State) -> Iterator[Piece]:
         yield _piece("points", wire.PointsShape(after.points.points))
     for viewer, camera in after.cameras.items():
         if before.cameras.get(viewer) is not camera:
-            yield _piece(f"camera/{viewer}", _camera(camera))
+            yield _piece(f"camera/{viewer}", _camera(viewer, camera))
     if after.posture is not None and before.posture is not after.posture:
         said = after.posture
         yield _piece("posture", wire.PostureShape(said.label or "", round(said.margin, 2), _likeliest(said)))
@@ -86,25 +85,6 @@ def _piece(name: str, shown: wire.Shown) -> Piece:
     return Piece(name, wire.encode(shown))
 
 
-@lru_cache(maxsize=64)
-def _pinhole(
-    name: str, size: tuple[int, int], matrix: tuple[float, ...], distortions: tuple[float, ...],
-    rotation: tuple[float, ...], translation: tuple[float, ...],
-) -> Camera:  # fmt: skip
-    return Camera(
-        name, size, np.array(matrix).reshape(3, 3), np.array(distortions), np.array(rotation).reshape(3, 3),
-        np.array(translation),
-    )  # fmt: skip
-
-
-def pinhole(info: m.CameraInfo) -> Camera:
-    """The camera that a viewer says it has."""
-    size = (info.size[0], info.size[1])
-    return _pinhole(
-        info.name, size, tuple(info.matrix), tuple(info.distortions), tuple(info.rotation), tuple(info.translation)
-    )
-
-
 def _flat(array: Floats, decimals: int) -> list[float]:
     values: list[float] = np.round(array, decimals).ravel().tolist()
     return values
@@ -129,20 +109,18 @@ def _pose(actor: Actor) -> wire.PoseShape:
     )  # fmt: skip
 
 
-def _camera(info: m.CameraInfo) -> wire.CameraShape:
-    camera = pinhole(info)
+def _camera(viewer: str, camera: Camera) -> wire.CameraShape:
     width, height = camera.size
     corners = np.array([[-0.5, -0.5], [width - 0.5, -0.5], [width - 0.5, height - 0.5], [-0.5, height - 0.5]])
     local = np.column_stack([corners, np.ones(4)]) @ np.linalg.inv(camera.matrix).T
     world = local @ camera.rotation + camera.centre
-    return wire.CameraShape(info.viewer, info.name, camera.size, _flat(camera.centre, FINE), _flat(world, FINE))
+    return wire.CameraShape(viewer, camera.name, camera.size, _flat(camera.centre, FINE), _flat(world, FINE))
 
 
 def _view(state: State, viewer: str, silhouette: m.Silhouette) -> wire.ViewShape:
-    info = state.cameras.get(viewer)
+    camera = state.cameras.get(viewer)
     drawn: dict[str, list[wire.Outline]] = {}
-    if info is not None and info.size == silhouette.size:
-        camera = pinhole(info)
+    if camera is not None and camera.size == silhouette.size:
         for source, actor in state.actors.items():
             if "person" not in actor.lost:
                 found = outlines(actor.anatomy, actor.body, actor.pose, camera)

@@ -1,6 +1,7 @@
 """`zenocap animator TAKE --render FILE`: the poses of a take as a film or a picture."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -12,6 +13,7 @@ from common.body.anatomy import Floats
 from common.body.kinematics import joint_centres, part_frames
 from common.body.limbs import limbs_of
 from common.camera.pinhole import Camera
+from common.conversion import camera_of
 from common.formats.poses import Poses, read_poses
 from common.formats.resampling import resampled
 from common.formats.track import Bound, PoseTrack, between
@@ -141,7 +143,7 @@ class Drawing:
         self._names = [marker.name for marker in track.anatomy.markers]
         self._centres = self._all_centres(track)
         self._look = LOOKS[wishes.look]
-        viewers = {viewer: _camera(info) for viewer, info in poses.cameras.items()}
+        viewers = _usable(poses.cameras)
         try:
             self._path = path_of(self._all_centres(seen), seen.times_s, wishes.shot, wishes.size, viewers)
         except ValueError as error:
@@ -208,7 +210,10 @@ class Drawing:
         return centres
 
 
-def _camera(info: CameraInfo) -> Camera:
-    matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
-    size = (info.size[0], info.size[1])
-    return Camera(info.name, size, matrix, np.array(info.distortions), rotation, np.array(info.translation))
+def _usable(cameras: Mapping[str, CameraInfo]) -> dict[str, Camera]:
+    """By viewer; from one that says what no camera can be there is no view."""
+    found = {}
+    for viewer, info in cameras.items():
+        with suppress(ValueError):
+            found[viewer] = camera_of(info)
+    return found

@@ -87,6 +87,7 @@ TOPICS = (
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
 CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
+ABOUT = "zenocap/{rig}/about/{service}/{id}"  # queryable: the rig file and the versions of a service
 PACE = "zenocap/{rig}/pace/{service}/{id}"  # queryable: answers when everything before the question is handled
 EVERYTHING = "zenocap/{rig}/**"
 ROOT = "zenocap"  # the first chunk of every key

@@ -14,7 +14,7 @@ from common.body.anatomy import TEN_PARTS
 from common.bus.protocol import Alive, Tick
 from common.runtime.rig import demo_rig
 from services.animator.snapshot import Condition
-from services.animator.states import SILENT_NS, STALE_NS, Setup, State
+from services.animator.states import MOST, SILENT_NS, STALE_NS, Setup, State
 from services.animator.step import condition, counts, describe, initial_state, snapshot, step
 from services.viewer.shell import camera_info
 
@@ -135,3 +135,11 @@ def test_a_camera_that_cannot_be_is_counted_and_not_shown() -> None:
     state = after(msgspec.structs.replace(info, matrix=[1.0] * 9))
     assert dict(state.cameras) == {}
     assert counts(state) == {"unusable": 1}
+
+
+def test_strangers_do_not_fill_its_memory() -> None:
+    many = [event for k in range(2 * MOST) for event in (Alive("viewer", f"s{k}", True, NOW), sighting(f"s{k}", 0, NOW))]
+    state = after(*many)
+    assert len(state.services) <= MOST
+    assert len(state.sightings) <= MOST
+    assert set(SETUP.expected) <= set(state.services)

@@ -31,7 +31,9 @@ SHELLS = {
     "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
-ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_session")
+ZENOH_FILES = tuple(
+    f"common.bus.{name}" for name in ("zenoh_about", "zenoh_bus", "zenoh_clock", "zenoh_pace", "zenoh_session")
+)
 
 
 def module_of(path: Path) -> str:

@@ -15,8 +15,10 @@ import zenoh
 import zenoh.ext
 
 from common import codec
+from common.about import About
 from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
+from common.bus.zenoh_about import ask_everybody, tell
 from common.bus.zenoh_clock import ENCODING, QUERY_TIMEOUT_S, ZenohClock
 from common.bus.zenoh_pace import Readers, Tally, ask_all
 from common.bus.zenoh_session import ZenohOptions, open_session
@@ -183,6 +185,14 @@ class ZenohBus:
         self._declared.append(liveliness.declare_token(ALIVE.format(**names)))
         self._declared.append(liveliness.declare_subscriber(claims, hear_claim, history=True))
         self._declared.append(self._session.declare_queryable(PACE.format(**names), self._readers.answer, complete=True))
+
+    def introduce(self, about: About) -> None:
+        """Tell everybody who asks what this service is."""
+        self._declared.append(tell(self._session, self._rig, about))
+
+    def ask_about(self, timeout_s: float) -> dict[tuple[str, str], About | str]:
+        """What each service of the rig is, by name and id, or why its answer cannot be read; waits `timeout_s` at most."""
+        return ask_everybody(self._session, self._rig, timeout_s)
 
     def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
         sent, self._sent = self._sent, Counter()

@@ -134,6 +134,7 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from common.take.reading import TakeError
     from common.take.recording import RecordingError
     from services.animator.page.server import PageError
+    from services.load.plan import LoadError, PlanError
     from services.recognizer.examples import ExampleError
     from services.recognizer.file import PostureModelError
     from services.recognizer.manifest import ManifestError
@@ -142,6 +143,6 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from services.viewer.sources.frame import SourceError
 
     return (
-        BusError, CalibrationError, ExampleError, FormatError, ManifestError, MotionError, PageError, PostureModelError,
-        PriorError, RecordingError, RigError, TakeError, SourceError,
+        BusError, CalibrationError, ExampleError, FormatError, LoadError, ManifestError, MotionError, PageError, PlanError,
+        PostureModelError, PriorError, RecordingError, RigError, TakeError, SourceError,
     )  # fmt: skip

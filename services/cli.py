@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import animator, live, load, offline, recognizer, record, replay, takes
+from services.commands import animator, live, load, offline, recognizer, record, replay, takes, top
 from services.commands.posture import posture
 from services.commands.posture_act import act
 from services.commands.prior import prior
@@ -35,6 +35,7 @@ TABLE = (
     (SERVICES, animator.animator),
     (SERVICES, live.router),
     (SERVICES, record.record),
+    (NETWORK, top.top),
     (NETWORK, load.load),
     (FILES, offline.track),
     (FILES, takes.export),

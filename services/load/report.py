@@ -27,9 +27,9 @@ LIMITS = (
 )
 COLUMNS = (
     "rigs", "viewers", "stand_ins", "method", "until", "rate", "width", "height", "subscribers", "mesh", "seconds",
-    "offered", "completed", "partial", "lost", "offered_fps", "completed_fps", "p50_ms", "p95_ms", "p99_ms", "p99.9_ms",
-    "max_ms", "view_p50_ms", "view_p99_ms", "skew_p50_ms", "skew_p99_ms", "growth_ms", "held", "cores_own", "cores_others", "cores",
-    "memory_mb", "unheard", "bottleneck",
+    "offered", "completed", "partial", "lost", "offered_fps", "completed_fps", "p50_ms", "p95_ms", "p99_ms",
+    "p99.9_ms", "max_ms", "view_p50_ms", "view_p99_ms", "skew_p50_ms", "skew_p99_ms", "growth_ms", "held",
+    "cores_own", "cores_others", "cores", "memory_mb", "unheard", "bottleneck",
 )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import typer
 
 from services.commands.options import ConfigOption, ConnectOption, JsonOption, one_line_errors
 
+WIDTH = 150  # of tables where there is no terminal
 WHAT, HOW, WHERE = "What is offered", "What is measured", "Where"
 
 
@@ -99,7 +100,10 @@ def load(
     except ModuleNotFoundError as error:
         typer.echo(f"error: {error.name} is missing: pip install 'zenocap[load]'", err=True)
         raise typer.Exit(1) from None
-    progress, out = Console(stderr=True), Console(quiet=json)
+    out = Console(quiet=json)
+    if not out.is_terminal:
+        out = Console(quiet=json, width=WIDTH)
+    progress = Console(stderr=True)
     with one_line_errors(), stop_signals() as stopped:
         with prepared(plan, Network(tuple(connect or ()), config), stopped, progress) as session:
             if part == "integrators":

@@ -87,7 +87,8 @@ def bottleneck(plan: Plan, figures: Figures, every: Sequence[Cost], used: Used) 
     busiest = max(services, key=lambda cost: max(cost.busy, cost.cores), default=None)
     itself = next((cost for cost in every if cost.who == ITSELF), None)
     if used.own + used.others >= FULL * used.cores:
-        return f"the processor: {_machine(used)}; most of it {_most(every)}"
+        most = "others, which are no part of the load" if used.others > used.own else _most(every)
+        return f"the processor: {_machine(used)}; most of it {most}"
     if busiest is not None and max(busiest.busy, busiest.cores) >= NEARLY:
         return f"{busiest.title}: {_busy(busiest)}"
     if itself is not None and itself.cores >= NEARLY:

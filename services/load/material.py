@@ -43,7 +43,6 @@ def rehearse(rig_file: Path, watch: Callable[[int, int], None] = lambda done, of
     rig = load_rig(rig_file)
     if all(said_file(viewer).exists() for viewer in rig.viewers):
         return
-    rig = replace(rig, viewers=tuple(replace(viewer, fps=FILM_FPS) for viewer in rig.viewers))
     for viewer, said in zip(
         rig.viewers, _tracked(rig, watch) if rig.tracker is None else _watched(rig, watch), strict=True
     ):

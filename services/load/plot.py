@@ -23,9 +23,9 @@ def draw_points(path: Path, points: Sequence[Point], label: str, value: Callable
     figure, axes = _figure(4)
     for name, style in (("p50", "o-"), ("p95", "s-"), ("p99", "^-"), ("p99.9", "v:")):
         axes[0].plot(x, [point.figures.latency_ms.get(name, np.nan) for point in ordered], style, label=name)
-    axes[0].plot(x, [1e3 * point.plan.period_s for point in ordered], "k--", label="frame period", linewidth=0.8)
+    axes[0].plot(x, [1e3 * point.plan.period_s for point in ordered], "k_--", label="frame period", linewidth=0.8)
     axes[0].set(title="from when a frame is due to its pose", xlabel=label, ylabel="ms", yscale="log")
-    axes[1].plot(x, [point.figures.offered_fps for point in ordered], "k--", label="offered", linewidth=0.8)
+    axes[1].plot(x, [point.figures.offered_fps for point in ordered], "k_--", label="offered", linewidth=0.8)
     axes[1].plot(x, [point.figures.completed_fps for point in ordered], "o-", label="completed")
     axes[1].set(title="frames of all viewers", xlabel=label, ylabel="frames/s", ylim=(0, None))
     _costs(axes[2], ordered, x, label)
@@ -81,7 +81,7 @@ def _costs(axes: Axes, ordered: Sequence[Point], x: Sequence[float], label: str)
     for kind in kinds:
         together = [sum(cost.cores for cost in point.costs if cost.who[1] == kind) for point in ordered]
         axes.plot(x, together, "o-", label=kind)
-    axes.plot(x, [point.used.own + point.used.others for point in ordered], "k--", linewidth=0.8, label="everybody")
+    axes.plot(x, [point.used.own + point.used.others for point in ordered], "k_--", linewidth=0.8, label="everybody")
     axes.axhline(ordered[0].used.cores, color="grey", linewidth=0.8, label="cores of the machine")
     axes.set(title="cores used", xlabel=label, ylim=(0, None))
 

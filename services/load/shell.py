@@ -19,7 +19,7 @@ from services.load.point import Point, Setting, Tell, measured
 from services.load.ramping import Ramp, in_words, ramp, value_of
 from services.load.report import csv_of_soak, csv_text, report, write
 from services.load.soaking import Soak, soak
-from services.load.stage import film, rig_files
+from services.load.stage import film, rehearsal_file, rig_files
 from services.load.text import costs_table, histogram_lines, points_table, soak_lines, soak_table
 
 DONE, FAILED, LOSS = 0, 1, 3
@@ -50,7 +50,7 @@ class Session:
         film(place, plan, lambda done, of: tell("rendering", done / of))
         rigs = rig_files(place, plan)
         if plan.stand_ins:
-            rehearse(rigs[0], lambda done, of: tell("rehearsing", done / of))
+            rehearse(rehearsal_file(place, plan), lambda done, of: tell("rehearsing", done / of))
         return Setting(rigs, place, self.network.connect, self.network.config)
 
     def measure(self, plan: Plan) -> Point:

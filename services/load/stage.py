@@ -73,19 +73,24 @@ def film(folder: Path, plan: Plan, watch: Callable[[int, int], None] = lambda do
 
 def rig_files(folder: Path, plan: Plan) -> tuple[Path, ...]:
     """Write the plan's rig files beside its films; their paths.  Raises OSError."""
-    written = []
-    for name in plan.rig_names:
-        path = folder / f"{name}-{plan.rate:g}.toml"
-        path.write_text(_rig(name, plan), encoding="utf-8")
-        written.append(path)
-    return tuple(written)
+    # Stand-ins measure no body: the integrator takes one of average proportions.
+    given = person(SEED).height if plan.stand_ins and plan.method == "two-view" else None
+    return tuple(_written(folder / f"{name}.toml", name, plan, plan.rate, given) for name in plan.rig_names)
 
 
-def _rig(name: str, plan: Plan) -> str:
-    tables = [f'name = "{name}"\ncalibration = "calibration.toml"\nmethod = "{plan.method}"\n\n[log]\nfoxglove = false\n']
+def rehearsal_file(folder: Path, plan: Plan) -> Path:
+    """Write the rig file by which the films are tracked beforehand, every picture of them.  Raises OSError."""
+    return _written(folder / "rehearsal.toml", "rehearsal", plan, FILM_FPS, None)
+
+
+def _written(path: Path, name: str, plan: Plan, fps: float, height: float | None) -> Path:
+    tables = [f'name = "{name}"\ncalibration = "calibration.toml"\nmethod = "{plan.method}"\n']
+    tables += [] if height is None else [f"person_height = {height:.3f}\n"]
+    tables += ["[log]\nfoxglove = false\n"]
     tables += [
         f'[[viewer]]\nid = "{id}"\ncamera = "cam{int(id):02d}"\nsource = "rendered:cam{int(id):02d}.npy?fps={FILM_FPS:g}"\n'
-        f'background = "image:cam{int(id):02d}.png"\nsize = [{plan.size[0]}, {plan.size[1]}]\nfps = {plan.rate}\n'
+        f'background = "image:cam{int(id):02d}.png"\nsize = [{plan.size[0]}, {plan.size[1]}]\nfps = {fps}\n'
         for id in plan.views
     ]
-    return "\n".join(tables)
+    path.write_text("\n".join(tables), encoding="utf-8")
+    return path

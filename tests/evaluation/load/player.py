@@ -28,7 +28,8 @@ CONTROL = {"drop": zenoh.CongestionControl.DROP, "block": zenoh.CongestionContro
 class Play(msgspec.Struct, frozen=True):
     """config: keys of Zenoh's configuration and their JSON5 instead of ours.
 
-    burst: messages of each instant, one for each viewer.  size: bytes of each mask.  reading: callback (into the bus's inbox), ring or fifo (Zenoh's own channels).
+    burst: messages of each instant, one for each viewer.  size: bytes of each mask.
+    reading: callback (into the bus's inbox), ring or fifo (Zenoh's own channels).
     handle_ms: how long the reader takes for a message.
     """
 

@@ -185,8 +185,7 @@ class Posture(Message, frozen=True, tag="posture"):
 
 
 class Silhouette(Message, frozen=True, tag="silhouette"):
-    """A binary mask, losslessly packed: the region's rows, each as its difference from the one above, 8 pixels a
-    byte, zlib, after a byte 1; without that byte the rows as they are.  `common.vision.packing`"""
+    """A binary mask: byte 1, then zlib of the region's rows, each as its difference from the one above, 8 pixels a byte."""
 
     viewer: Name
     size: tuple[Annotated[int, Meta(ge=1, le=16384)], Annotated[int, Meta(ge=1, le=16384)]]  # width, height
@@ -221,14 +220,15 @@ class Health(Message, frozen=True, tag="health"):
     clock_offset_ns: Annotated[int, Meta(ge=-(2**62), le=2**62)] = 0  # this clock minus the integrator's
     clock_error_ns: Nanoseconds = 0  # half the shortest round trip
     memory_bytes: Count = 0
+    cores: Annotated[float, Meta(ge=0, le=1e4)] = 0.0  # processor time of this process over the last second, per second
+    busy: Score = 0.0  # share of the last second that the one loop spent on steps and publishing: 1 is its limit
 
 
 class Handled(Message, frozen=True, tag="handled"):
     """What the step of a service was fed, in that order: with it a take can be recomputed.  `frame` counts from 0.
 
-    first: events before these since the service started.  keys: what the events came as: the key of a message, "frame"
-    of the service's own source, "tick", "alive/SERVICE/ID" or "gone/SERVICE/ID".
-    events: index into `keys`, and the capture time of a message or frame, or the time of what has none.
+    first: events before these since its start.  keys: what came: a message's key, "frame" of the own source, "tick",
+    "alive/SERVICE/ID", "gone/SERVICE/ID".  events: index into `keys`, and the capture time, or the time of what has none.
     """
 
     service: Name

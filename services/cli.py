@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import animator, certs, doctor, live, offline, recognizer, record, replay, takes
+from services.commands import animator, certs, doctor, live, load, offline, recognizer, record, replay, takes, top
 from services.commands.posture import posture
 from services.commands.posture_act import act
 from services.commands.prior import prior
@@ -24,6 +24,7 @@ app = typer.Typer(
 )
 
 ON_THIS_MACHINE, SERVICES, FILES, BEFORE = "On this machine", "One service", "Files", "Preparing"
+NETWORK = "The network"
 TABLE = (
     (ON_THIS_MACHINE, live.demo),
     (ON_THIS_MACHINE, live.up),
@@ -34,6 +35,8 @@ TABLE = (
     (SERVICES, animator.animator),
     (SERVICES, live.router),
     (SERVICES, record.record),
+    (NETWORK, top.top),
+    (NETWORK, load.load),
     (FILES, offline.track),
     (FILES, takes.export),
     (FILES, takes.info),

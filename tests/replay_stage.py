@@ -8,9 +8,9 @@ from common import messages as m
 from common.bus.local import LocalBus, LocalNetwork
 from common.bus.protocol import Envelope
 from common.runtime.clock import ManualClock
+from common.runtime.keys import Key, Keyboard
 from common.topics import TOPICS
 from services.takes.replay.consumers import Consumers
-from services.takes.replay.keys import Key, Keyboard
 from services.takes.replay.player import Player, Status
 from services.takes.replay.renaming import Renaming
 from services.takes.replay.selection import Selection

@@ -58,3 +58,20 @@ def test_health_can_always_be_sent() -> None:
 
 def test_memory_is_that_of_this_process() -> None:
     assert 10 << 20 < memory_bytes() < 100 << 30
+
+
+def test_cores_are_processor_time_over_time() -> None:
+    used = iter([0, SECOND // 2, 2 * SECOND])
+    meter = Meter("viewer", "1", lambda: next(used))
+    assert meter.report(0, 0, "", QUIET, None).cores == 0.0
+    assert meter.report(3 * SECOND, 3 * SECOND, "", QUIET, None).cores == 0.5
+
+
+def test_busy_is_the_time_in_steps_and_publishing_alone() -> None:
+    meter = Meter("viewer", "1")
+    meter.report(0, 0, "", QUIET, None)
+    meter.time("step_frame", SECOND)
+    meter.time("publish", SECOND // 2)
+    meter.time("frame_age", 100 * SECOND)
+    assert meter.report(2 * SECOND, 2 * SECOND, "", QUIET, None).busy == 0.75
+    assert meter.report(3 * SECOND, 3 * SECOND, "", QUIET, None).busy == 0.0

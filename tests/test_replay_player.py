@@ -9,9 +9,9 @@ import pytest
 from common import messages as m
 from common.bus.local import LocalNetwork
 from common.bus.protocol import Envelope
+from common.runtime.keys import Key, Keyboard
 from common.topics import ASSIGNMENT, PARTIAL_BDP, SIGHTING
 from services.takes.replay.consumers import Consumers
-from services.takes.replay.keys import Key, Keyboard
 from services.takes.replay.player import Player, Status
 from services.takes.replay.renaming import Renaming, parsed_rename
 from services.takes.replay.selection import Selection

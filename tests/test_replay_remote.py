@@ -8,7 +8,7 @@ from collections.abc import Callable
 import msgspec
 import pytest
 
-from services.takes.replay.keys import Key
+from common.runtime.keys import Key
 from services.takes.replay.player import Order, Status
 from services.takes.replay.remote import Remote, StatusLine, status_lines
 

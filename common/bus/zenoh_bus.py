@@ -220,6 +220,16 @@ class ZenohBus:
     def reader(self) -> "ZenohBus":
         return ZenohBus(self._session, self._rig, self._clock, readers=self._readers, only=self._only)
 
+    def beside(self, rig: str) -> "ZenohBus":
+        """A reader of another rig on the same connection.  Raises ValueError for a bad name."""
+        return ZenohBus(self._session, checked_name("rig", rig), self._clock, readers=self._readers)
+
+    def rigs(self) -> frozenset[str]:
+        """Names of the rigs of which a service is alive now, on the whole network."""
+        everyone = ALIVE.format(rig="*", service="*", id="*")
+        replies = self._session.liveliness().get(everyone, timeout=QUERY_TIMEOUT_S)
+        return frozenset(str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None)
+
     def listener(self, expression: str) -> "ZenohBus":
         """A reader of the topics of all rigs, of those keys alone that lie under a Zenoh key expression.
 

@@ -3,7 +3,9 @@
 import os
 import resource
 import sys
+import time
 from collections import Counter, defaultdict, deque
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 
@@ -12,14 +14,21 @@ from common.messages import Health
 from common.runtime.clock import Offset
 
 RING = 256  # durations kept of each stage
+WORK = ("step_", "publish")  # stages by which the loop is kept busy; the others are ages
 
 
 class Meter:
-    """Durations by stage, counts, and rates since the last report."""
+    """Durations by stage, counts, and rates since the last report.
 
-    def __init__(self, service: str, id: str) -> None:
+    processor_ns: processor time that this process has used so far.
+    """
+
+    def __init__(self, service: str, id: str, processor_ns: Callable[[], int] = time.process_time_ns) -> None:
         self._service = service
         self._id = id
+        self._processor_ns = processor_ns
+        self._used_ns = processor_ns()
+        self._busy_ns = 0
         self._durations_ns: defaultdict[str, deque[int]] = defaultdict(lambda: deque(maxlen=RING))
         self._published: Counter[str] = Counter()
         self._frames = 0
@@ -29,6 +38,8 @@ class Meter:
 
     def time(self, stage: str, duration_ns: int) -> None:
         self._durations_ns[stage].append(max(0, duration_ns))
+        if stage.startswith(WORK):
+            self._busy_ns += max(0, duration_ns)
 
     def frame(self) -> None:
         self._frames += 1
@@ -42,6 +53,7 @@ class Meter:
         """Health since the last report.  Its rate is that of frames, or of the busiest topic if there are none."""
         seconds = (elapsed_ns - self._since_ns) / 1e9 if self._since_ns is not None else 0.0
         most = self._frames or max(self._published.values(), default=0)
+        used_ns = self._processor_ns()
         counts = dict(self.counts) | {"received": bus.received}
         counts |= {f"rejected_{reason}": count for reason, count in bus.rejected.items()}
         counts |= {f"dropped_{reason}": count for reason, count in bus.dropped.items()}
@@ -57,10 +69,13 @@ class Meter:
             clock_offset_ns=offset.offset_ns if offset else 0,
             clock_error_ns=offset.error_ns if offset else 0,
             memory_bytes=memory_bytes(),
+            cores=min((used_ns - self._used_ns) / 1e9 / seconds, 1e4) if seconds > 0 else 0.0,
+            busy=min(self._busy_ns / 1e9 / seconds, 1.0) if seconds > 0 else 0.0,
         )
         self._reports += 1
         self._since_ns = elapsed_ns
-        self._frames = 0
+        self._used_ns = used_ns
+        self._busy_ns = self._frames = 0
         self._published.clear()
         return health
 

@@ -15,6 +15,7 @@ from common.runtime.specs import (
     BackgroundImage,
     Images,
     MedianFrames,
+    Rendered,
     Source,
     SpecError,
     VideoFile,
@@ -116,6 +117,8 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
             for name, file in (("source", source.path), ("initial", source.initial)):
                 if file is not None and not file.is_file():
                     raise RigError(f"{path}: {key}.{name} = {str(getattr(table, name))!r}: no file {file}")
+        case Rendered(path=file) if not file.is_file():
+            raise RigError(f"{path}: {key}.source = {table.source!r}: no file {file}")
         case Images() if not any(source.folder.glob(source.pattern)):
             raise RigError(f"{path}: {key}.source = {table.source!r}: no file matches {source.folder / source.pattern}")
     return source
@@ -128,6 +131,8 @@ def _own_fps(path: Path, key: str, source: Source, files: bool) -> float:
             return ACTOR_FPS
         case Images():
             return IMAGES_FPS
+        case Rendered(fps=fps):
+            return fps
         case VideoFile(path=file) if files or file.is_file():
             capture = cv2.VideoCapture(str(file))
             rate = float(capture.get(cv2.CAP_PROP_FPS)) if capture.isOpened() else 0.0

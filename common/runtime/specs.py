@@ -4,12 +4,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
-SOURCES = "a device number, /dev/videoN, rtsp://, http:// or https://, a video file, images/*.png, actor:NAME[?seed=N]"
+SOURCES = (
+    "a device number, /dev/videoN, rtsp://, http:// or https://, a video file, images/*.png, actor:NAME[?seed=N], "
+    "rendered:FILE.npy[?fps=N]"
+)
 BACKGROUNDS = "first:N, median, image:FILE, mog2"
 STREAMS = ("rtsp", "rtsps", "http", "https")
 MAX_DEVICE = 99
 MAX_SEED = 2**31 - 1
 MAX_FIRST = 10_000
+RENDERED_FPS, MAX_RENDERED_FPS = 30.0, 1000.0
 
 
 class SpecError(ValueError):
@@ -53,6 +57,14 @@ class Actor:
 
 
 @dataclass(frozen=True)
+class Rendered:
+    """A NumPy file of (count, height, width, 3) uint8, blue, green, red: `fps` a second, there and back for ever."""
+
+    path: Path
+    fps: float
+
+
+@dataclass(frozen=True)
 class FirstFrames:
     """The scene is empty in the first `count` frames."""
 
@@ -85,7 +97,7 @@ def learning_frames(background: "Background") -> int:
             return 60
 
 
-Source = Device | Stream | VideoFile | Images | Actor
+Source = Device | Stream | VideoFile | Images | Actor | Rendered
 Background = FirstFrames | MedianFrames | BackgroundImage | Mog2
 
 
@@ -105,6 +117,8 @@ def parse_source(text: str | int, base: Path) -> Source:
         return Stream(text)
     if parts.scheme == "actor":
         return _actor(parts.path, parts.query)
+    if parts.scheme == "rendered":
+        return _rendered(parts.path, parts.query, base)
     if not text.strip() or "://" in text:
         raise SpecError(SOURCES)
     path = base / text
@@ -143,3 +157,14 @@ def _actor(name: str, query: str) -> Actor:
         names = "demo, walking, turning, running, boxing or a posture"
         raise SpecError(f"actor:NAME or actor:NAME?seed=N, NAME {names}, N to {MAX_SEED}")
     return Actor(name, int(seed))
+
+
+def _rendered(name: str, query: str, base: Path) -> Rendered:
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    try:
+        fps = float(options.pop("fps", str(RENDERED_FPS)))
+    except ValueError:
+        fps = 0.0
+    if not name.endswith(".npy") or options or not 0 < fps <= MAX_RENDERED_FPS:  # also for NaN
+        raise SpecError(f"rendered:FILE.npy or rendered:FILE.npy?fps=N, N above 0 to {MAX_RENDERED_FPS:g}")
+    return Rendered(base / name, fps)

@@ -25,6 +25,8 @@ USER_ERRORS = (  # what a user can put right
     ("common.take.recording", "RecordingError"),
     ("services.animator.page.server", "PageError"),
     ("services.certificates.authority", "CertificateError"),
+    ("services.load.plan", "LoadError"),
+    ("services.load.plan", "PlanError"),
     ("services.recognizer.examples", "ExampleError"),
     ("services.recognizer.file", "PostureModelError"),
     ("services.recognizer.manifest", "ManifestError"),

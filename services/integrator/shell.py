@@ -8,7 +8,7 @@ from common.body.anatomy import TEN_PARTS
 from common.body.limbs import limb_angles, limb_directions
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
-from common.messages import Message
+from common.messages import Message, UniversalBap
 from common.runtime.about import about
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
@@ -41,6 +41,7 @@ def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
         (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})),
         describe,
         counts,
+        result=UniversalBap,
         keeps_time=True,
     )
 

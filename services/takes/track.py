@@ -16,7 +16,7 @@ from common.runtime.clock import ManualClock
 from common.runtime.rig import Rig, RigError, Viewer
 from common.runtime.rig_file import TRACKER_METHODS
 from common.runtime.service import HEALTH_NS
-from common.runtime.specs import Actor, FirstFrames, Images, VideoFile
+from common.runtime.specs import Actor, FirstFrames, Images, Rendered, VideoFile
 from common.runtime.tracker_table import TrackerError, Wanted, chosen
 from common.take.opening import new_recording
 from common.take.recording import Recording
@@ -60,7 +60,7 @@ def track(rig: Rig, take: Path, watch: Callable[[Instant], None] = lambda _: Non
     Raises RigError, SourceError before the first frame, RecordingError and ValueError.
     """
     for viewer in rig.viewers:
-        if not isinstance(viewer.source, VideoFile | Images | Actor):
+        if not isinstance(viewer.source, VideoFile | Images | Actor | Rendered):
             raise RigError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     clock = ManualClock(EPOCH_NS)
     frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}

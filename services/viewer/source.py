@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 
 from common.runtime.rig import Viewer
-from common.runtime.specs import Actor, Device, FirstFrames, Images, Stream, VideoFile
+from common.runtime.specs import Actor, Device, FirstFrames, Images, Rendered, Stream, VideoFile
 from services.viewer.sources.device import camera_frames
 from services.viewer.sources.frame import Frame, Playback
 from services.viewer.sources.images import image_frames
+from services.viewer.sources.rendered import rendered_frames
 from services.viewer.sources.video import declared_frames, video_frames
 
 PREROLL = 30  # frames of empty scene from the actor when the background does not say how many it needs
@@ -26,6 +27,8 @@ def open_source(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
             return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll)
         case Images():
             return image_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+        case Rendered():
+            return rendered_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
         case Actor():
             from services.viewer.sources.actor import actor_frames  # compiles the renderer: only where it is used
 

@@ -8,10 +8,11 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from services.takes.replay.keys import HELP
 from services.takes.replay.player import Status
 
 REFRESH_S, LINE_S = 0.2, 5.0
+
+HELP = "space pauses, . one step, ← → 5 s, + - rate, q quits"
 
 
 def words(status: Status) -> str:

@@ -8,10 +8,10 @@ from typing import Protocol
 
 from common.bus.protocol import Bus
 from common.runtime.clock import Clock
+from common.runtime.keys import Key
 from common.runtime.logs import OncePerSource
 from services.takes.replay.ahead import Ahead
 from services.takes.replay.consumers import Consumers
-from services.takes.replay.keys import Key
 from services.takes.replay.laps import Laps, Plan, Ready, Start
 from services.takes.replay.schedule import Playhead, faster, slower
 from services.takes.replay.shifting import Reached, Shift, going_on

@@ -10,7 +10,7 @@ from typing import Annotated, TextIO
 import msgspec
 from msgspec import Meta
 
-from services.takes.replay.keys import Key
+from common.runtime.keys import Key
 from services.takes.replay.player import Order, Status
 
 LINE_S = 0.1

@@ -15,11 +15,11 @@ from common.bus.protocol import Bus, BusError, DuplicateService
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.runtime.clock import RealClock
+from common.runtime.keys import keyboard
 from common.take.reading import TakeError
 from common.topics import service_at, topic_at
 from services.takes.replay.consumers import Consumers, Name
 from services.takes.replay.display import display, words
-from services.takes.replay.keys import keyboard
 from services.takes.replay.laps import Plan
 from services.takes.replay.player import Orders, Player, Status
 from services.takes.replay.remote import Remote, status_lines

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.takes.replay.keys import BY_BYTES, Key, Keyboard, keyboard, keys_in
+from common.runtime.keys import BY_BYTES, Key, Keyboard, keyboard, keys_in
 
 ROOT = Path(__file__).parents[1]
 
@@ -63,7 +63,7 @@ def test_a_terminal_of_others_is_left_alone() -> None:
 
 CHILD = """
 import sys, time
-from services.takes.replay.keys import keyboard
+from common.runtime.keys import keyboard
 from common.runtime.signals import stop_signals
 with stop_signals() as stopped, keyboard() as keys:
     print("ready", bool(keys), flush=True)

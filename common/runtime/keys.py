@@ -23,7 +23,6 @@ class Key(Enum):
     QUIT = "q"
 
 
-HELP = "space pauses, . one step, ← → 5 s, + - rate, q quits"
 BY_BYTES = {
     b" ": Key.PAUSE,
     b".": Key.STEP,

@@ -1,0 +1,1 @@
+"""Load: many viewers, rigs and subscribers at given rates, measured until something gives."""

@@ -1,0 +1,147 @@
+"""A publisher or a subscriber of real messages with any settings of Zenoh: python -m tests.evaluation.load.player ROLE JSON
+
+Prints one JSON object in the end: a publisher how many it sent and its longest put, a subscriber what came and when.
+"""
+
+import logging
+import sys
+import time
+from collections.abc import Callable, Mapping
+
+import msgspec
+import numpy as np
+import zenoh
+
+from common import codec
+from common.bus.inbox import Inbox
+from common.bus.protocol import Envelope
+from common.bus.zenoh_session import ZenohOptions, configuration
+from common.messages import Silhouette
+from common.runtime.signals import stop_signals
+from common.topics import ALIVE, SILHOUETTE
+
+RIG = "settings"
+ALIVE_KEY = ALIVE.format(rig=RIG, service="player", id="1")
+CONTROL = {"drop": zenoh.CongestionControl.DROP, "block": zenoh.CongestionControl.BLOCK}
+
+
+class Play(msgspec.Struct, frozen=True):
+    """config: keys of Zenoh's configuration and their JSON5 instead of ours.
+
+    burst: messages of each instant, one for each viewer.  size: bytes of each mask.
+    reading: callback (into the bus's inbox), ring or fifo (Zenoh's own channels).
+    handle_ms: how long the reader takes for a message.
+    """
+
+    endpoint: str
+    config: Mapping[str, str] = {}
+    seconds: float = 5.0
+    rate: float = 30.0
+    burst: int = 2
+    size: int = 400
+    express: bool = True
+    control: str = "drop"
+    reading: str = "callback"
+    handle_ms: float = 0.0
+
+
+def opened(play: Play) -> zenoh.Session:
+    config = configuration(ZenohOptions("client", (play.endpoint,), multicast_scouting=False))
+    for key, value in play.config.items():
+        config.insert_json5(key, value)
+    return zenoh.open(config)
+
+
+def publish(play: Play, stopped: Callable[[], bool]) -> dict[str, float]:
+    """By a schedule: an instant's time is when it was due."""
+    data = np.random.default_rng(0).bytes(play.size)
+    longest_s, sent = 0.0, 0
+    with opened(play) as session:
+        names = [str(number) for number in range(1, play.burst + 1)]
+        publishers = {
+            name: session.declare_publisher(
+                SILHOUETTE.at(RIG, viewer=name), congestion_control=CONTROL[play.control], express=play.express
+            )
+            for name in names
+        }
+        token = session.liveliness().declare_token(ALIVE_KEY)
+        time.sleep(0.5)
+        start_ns = time.time_ns()
+        for frame in range(int(play.seconds * play.rate)):
+            due_ns = start_ns + round(frame * 1e9 / play.rate)
+            time.sleep(max(0.0, (due_ns - time.time_ns()) / 1e9))
+            if stopped():
+                break
+            for name, publisher in publishers.items():
+                message = Silhouette(
+                    frame=frame, captured_ns=due_ns, viewer=name, size=(640, 480), region=(0, 0, 640, 480), data=data
+                )
+                begun_s = time.perf_counter()
+                publisher.put(codec.encode(message))
+                longest_s, sent = max(longest_s, time.perf_counter() - begun_s), sent + 1
+        time.sleep(0.5)
+        token.undeclare()
+    return {"sent": sent, "longest_put_ms": 1e3 * longest_s}
+
+
+def subscribe(play: Play, stopped: Callable[[], bool]) -> dict[str, float]:
+    """Until stopped: latency from when an instant was due until its message was handled."""
+    latencies: list[float] = []
+    times: list[float] = []
+    gone: list[float] = []
+
+    def take(data: bytes) -> None:
+        message = codec.decode(data, Silhouette)
+        times.append(time.time())
+        latencies.append((time.time_ns() - message.captured_ns) / 1e6)
+        time.sleep(play.handle_ms / 1e3)
+
+    def hear(sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE:
+            gone.append(time.time())
+
+    with opened(play) as session:
+        session.liveliness().declare_subscriber(ALIVE_KEY, hear)
+        expression = SILHOUETTE.on(RIG)
+        print("ready", flush=True)
+        if play.reading == "callback":
+            inbox = Inbox(logging.getLogger(__name__))
+            session.declare_subscriber(
+                expression,
+                lambda s: inbox.put(
+                    str(s.key_expr), SILHOUETTE, s.payload.to_bytes(), time.time_ns(), every=play.handle_ms == 0
+                ),
+            )
+            while not stopped():
+                event = inbox.take(0.1)
+                if isinstance(event, Envelope):
+                    take(event.data)
+        else:
+            channel = zenoh.handlers.RingChannel(1) if play.reading == "ring" else zenoh.handlers.FifoChannel(256)
+            subscriber = session.declare_subscriber(expression, channel)
+            while not stopped():
+                sample = subscriber.try_recv()
+                if sample is None:
+                    time.sleep(0.0005)
+                else:
+                    take(sample.payload.to_bytes())
+    if not latencies:
+        return {"received": 0, "gone": len(gone)}
+    p50, p99, p999 = np.percentile(latencies, (50, 99, 99.9))
+    gap = float(np.max(np.diff(times))) if len(times) > 1 else 0.0
+    return {
+        "received": len(latencies), "p50": float(p50), "p99": float(p99), "p99.9": float(p999), "max": max(latencies),
+        "longest_gap_s": gap, "gone": len(gone), "gone_at_s": gone[-1] if gone else 0.0, "last_s": times[-1],
+        "first_s": times[0],
+    }  # fmt: skip
+
+
+def main(role: str, text: str) -> None:
+    play = msgspec.json.decode(text, type=Play)
+    with stop_signals() as stopped:
+        answer = (publish if role == "pub" else subscribe)(play, stopped)
+    print(msgspec.json.encode(answer).decode(), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2])

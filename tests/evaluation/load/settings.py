@@ -53,13 +53,12 @@ def router(endpoint: str) -> Iterator[subprocess.Popen[str]]:
 
 @contextmanager
 def player(role: str, play: Play) -> Iterator[subprocess.Popen[str]]:
-    """A process; a subscriber is ready to hear."""
+    """A process that is ready to hear, or begins to speak."""
     command = [sys.executable, "-m", "tests.evaluation.load.player", role, msgspec.json.encode(play).decode()]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
-        if role == "sub":
-            assert process.stdout is not None
-            process.stdout.readline()
+        assert process.stdout is not None
+        process.stdout.readline()
         yield process
     finally:
         if process.poll() is None:
@@ -123,37 +122,35 @@ def _queue(seconds: float) -> Table:
 def _control() -> Table:
     """One of two subscribers is frozen for 4 s; what of the other one, and of the publisher?"""
     rows: list[Row] = []
-    for control, name in (("block", "wait for space (BLOCK)"), ("drop", "drop (ours, and Zenoh)")):
-        play = Play(endpoint(), seconds=8.0, rate=60.0, burst=2, size=20_000, control=control)
-        with (
-            router(play.endpoint),
-            player("sub", play) as well,
-            player("sub", play) as frozen,
-            player("pub", play) as saying,
+    for peers in (False, True):
+        for control, config, name in (
+            ("block", {}, "wait for space (BLOCK)"),
+            ("drop", {}, "drop after 1 ms (ours, and Zenoh)"),
+            ("drop", {WAIT: "5000"}, "drop after 5 ms"),
         ):
-            time.sleep(2.5)
-            os.kill(frozen.pid, signal.SIGSTOP)
-            time.sleep(4.0)
-            os.kill(frozen.pid, signal.SIGCONT)
-            sent = answered(saying, stop=False)
-            heard = answered(well)
-            late = answered(frozen)
-        lost = int(sent["sent"] - heard["received"])
-        rows.append(
-            (name, lost, heard["longest_gap_s"], heard["p99"], sent["longest_put_ms"], late.get("max", float("nan")))
-        )
-    return Table(
-        "A subscriber frozen for 4 s; 20 kB, 120 messages/s",
-        (
-            "what",
-            "the other one lost",
-            "its longest gap s",
-            "its p99 ms",
-            "longest put ms",
-            "oldest message the frozen one got, ms",
-        ),
-        tuple(rows),
-    )
+            play = Play(endpoint(), config, seconds=8.0, rate=60.0, burst=2, size=20_000, control=control, peers=peers)
+            rows.append((f"{'peers' if peers else 'router'}: {name}", *_frozen(play)))
+    columns = (
+        "what", "the other one lost", "its longest gap s", "its p99 ms", "longest put ms", "oldest the frozen one got, ms",
+    )  # fmt: skip
+    return Table("A subscriber frozen for 4 s; 20 kB, 120 messages/s", columns, tuple(rows))
+
+
+def _frozen(play: Play) -> tuple[float, ...]:
+    with ExitStack() as stack:
+        if not play.peers:
+            stack.enter_context(router(play.endpoint))
+        well, frozen = (stack.enter_context(player("sub", play)) for _ in range(2))
+        saying = stack.enter_context(player("pub", play))
+        time.sleep(2.0)
+        os.kill(frozen.pid, signal.SIGSTOP)
+        time.sleep(4.0)
+        os.kill(frozen.pid, signal.SIGCONT)
+        sent = answered(saying, stop=False)
+        heard, late = answered(well), answered(frozen)
+    lost = int(sent["sent"] - heard["received"])
+    p99 = heard.get("p99", float("nan"))
+    return lost, heard["longest_gap_s"], p99, sent["longest_put_ms"], late.get("max", float("nan"))
 
 
 def _reading(seconds: float) -> Table:
@@ -185,7 +182,7 @@ def _lease() -> Table:
         play = Play(endpoint(), {LEASE: lease}, seconds=30.0, rate=30.0)
         # The router's own lease is for what it sends; who hears counts by the sender's.
         with router(play.endpoint), player("sub", play) as hearing, player("pub", play) as saying:
-            time.sleep(3.0)
+            time.sleep(1.0)
             os.kill(saying.pid, signal.SIGSTOP)
             frozen_s = time.time()
             time.sleep(int(lease) / 1e3 * 1.4 + 0.5)
@@ -232,7 +229,7 @@ def _back(play: Play) -> float:
         with router(play.endpoint) as first:
             hearing = stack.enter_context(player("sub", play))
             stack.enter_context(player("pub", play))
-            time.sleep(2.5)
+            time.sleep(1.0)
             first.kill()
             first.wait()
             killed_s = time.time()

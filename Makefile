@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 STAMP := $(VENV)/.installed
 
-EVALUATIONS := bodies postures clips matchings scorer stages hull latency logging damage kills replay_timing hybrid recognition animator
+EVALUATIONS := bodies postures clips matchings scorer stages hull latency logging damage kills replay_timing hybrid recognition animator load
 
 .PHONY: demo test check benchmark evaluate priors postures clean
 

@@ -16,7 +16,7 @@ from tests.test_rig import CALIBRATION
 
 runner = CliRunner()
 COMMANDS = [command.__name__ for _, command in TABLE]
-NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay")
+NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top")
 SIZE = (160, 120)
 
 

@@ -308,3 +308,23 @@ def test_a_stranger_cannot_disturb_the_clock(routed: ZenohOptions) -> None:
                 break
         assert set(keeper.counters.rejected) == {"invalid"}
         assert isinstance(stranger, zenoh.Session)
+
+
+def test_who_listens_finds_every_rig_and_hears_them_apart(routed: ZenohOptions) -> None:
+    clock = RealClock()
+    with ZenohBus.open(routed, "watching", clock) as watching:
+        for rig in ("studio", "lab"):
+            with ZenohBus.open(routed, rig, clock) as bus:
+                bus.declare_alive("viewer", "1")
+                assert watching.rigs() == {rig}
+                with watching.beside(rig) as beside:
+                    beside.subscribe(UNIVERSAL_BAP)
+                    beside.watch_alive()
+                    wait_for(beside, lambda event: isinstance(event, Alive) and event.alive)
+                    bus.publish(UNIVERSAL_BAP, bap(7))
+                    event = wait_for(beside, lambda event: isinstance(event, Envelope))
+                    assert isinstance(event, Envelope)
+                    assert event.key == f"zenocap/{rig}/integrator/bap"
+        assert watching.rigs() == set()
+        with pytest.raises(ValueError, match="rig"):
+            watching.beside("*")

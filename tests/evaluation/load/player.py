@@ -30,7 +30,7 @@ class Play(msgspec.Struct, frozen=True):
 
     burst: messages of each instant, one for each viewer.  size: bytes of each mask.
     reading: callback (into the bus's inbox), ring or fifo (Zenoh's own channels).
-    handle_ms: how long the reader takes for a message.
+    handle_ms: how long the reader takes for a message.  peers: without a router; the publisher listens at the endpoint.
     """
 
     endpoint: str
@@ -43,10 +43,15 @@ class Play(msgspec.Struct, frozen=True):
     control: str = "drop"
     reading: str = "callback"
     handle_ms: float = 0.0
+    peers: bool = False
 
 
-def opened(play: Play) -> zenoh.Session:
-    config = configuration(ZenohOptions("client", (play.endpoint,), multicast_scouting=False))
+def opened(play: Play, *, listens: bool = False) -> zenoh.Session:
+    place = (play.endpoint,)
+    options = ZenohOptions("client", place, multicast_scouting=False)
+    if play.peers:
+        options = ZenohOptions("peer", () if listens else place, place if listens else (), multicast_scouting=False)
+    config = configuration(options)
     for key, value in play.config.items():
         config.insert_json5(key, value)
     return zenoh.open(config)
@@ -56,7 +61,7 @@ def publish(play: Play, stopped: Callable[[], bool]) -> dict[str, float]:
     """By a schedule: an instant's time is when it was due."""
     data = np.random.default_rng(0).bytes(play.size)
     longest_s, sent = 0.0, 0
-    with opened(play) as session:
+    with opened(play, listens=True) as session:
         names = [str(number) for number in range(1, play.burst + 1)]
         publishers = {
             name: session.declare_publisher(
@@ -66,6 +71,7 @@ def publish(play: Play, stopped: Callable[[], bool]) -> dict[str, float]:
         }
         token = session.liveliness().declare_token(ALIVE_KEY)
         time.sleep(0.5)
+        print("ready", flush=True)
         start_ns = time.time_ns()
         for frame in range(int(play.seconds * play.rate)):
             due_ns = start_ns + round(frame * 1e9 / play.rate)
@@ -125,14 +131,14 @@ def subscribe(play: Play, stopped: Callable[[], bool]) -> dict[str, float]:
                     time.sleep(0.0005)
                 else:
                     take(sample.payload.to_bytes())
+    noticed = {"gone": len(gone), "gone_at_s": gone[0] if gone else 0.0}
     if not latencies:
-        return {"received": 0, "gone": len(gone)}
+        return {"received": 0, "longest_gap_s": 0.0, "last_s": 0.0, **noticed}
     p50, p99, p999 = np.percentile(latencies, (50, 99, 99.9))
     gap = float(np.max(np.diff(times))) if len(times) > 1 else 0.0
     return {
         "received": len(latencies), "p50": float(p50), "p99": float(p99), "p99.9": float(p999), "max": max(latencies),
-        "longest_gap_s": gap, "gone": len(gone), "gone_at_s": gone[-1] if gone else 0.0, "last_s": times[-1],
-        "first_s": times[0],
+        "longest_gap_s": gap, "last_s": times[-1], **noticed,
     }  # fmt: skip
 
 

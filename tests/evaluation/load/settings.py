@@ -8,23 +8,19 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
-import msgspec
-
-from services.launcher.mesh import free_ports
 from tests.evaluation.load.bench import Bench
 from tests.evaluation.load.player import Play
+from tests.evaluation.load.trials import Answer, answered, endpoint, player, router, trial
 from tests.evaluation.sections import Row, Section, Table
 
 SHARED = Path("/dev/shm")
 LEASE, RETRY = "transport/link/tx/lease", "connect/retry"
 QUEUE, SHM = "transport/link/tx/queue/size/data", "transport/shared_memory/enabled"
 WAIT = "transport/link/tx/queue/congestion_control/drop/wait_before_drop"
-PATIENCE_S = 40.0
-Answer = dict[str, float]
 
 
 def settings(bench: Bench) -> Section:
@@ -36,55 +32,6 @@ def settings(bench: Bench) -> Section:
         "until they were decoded at the subscriber. All processes are on one machine, around a router.",
     )
     return Section("settings", "Zenoh's settings", notes, tables)
-
-
-@contextmanager
-def router(endpoint: str) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "services.cli", "router", "-l", endpoint, "--no-multicast-scouting"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    try:
-        assert process.stderr is not None
-        process.stderr.readline()  # it listens
-        yield process
-    finally:
-        process.terminate()
-        process.wait()
-
-
-@contextmanager
-def player(role: str, play: Play) -> Iterator[subprocess.Popen[str]]:
-    """A process; a subscriber is ready to hear."""
-    command = [sys.executable, "-m", "tests.evaluation.load.player", role, msgspec.json.encode(play).decode()]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    try:
-        if role == "sub":
-            assert process.stdout is not None
-            process.stdout.readline()
-        yield process
-    finally:
-        if process.poll() is None:
-            process.kill()
-        process.wait()
-
-
-def answered(process: subprocess.Popen[str], stop: bool = True) -> Answer:
-    """What a player says in the end."""
-    if stop:
-        process.send_signal(signal.SIGTERM)
-    said, _ = process.communicate(timeout=PATIENCE_S)
-    return msgspec.json.decode(said.strip().splitlines()[-1], type=Answer)
-
-
-def trial(play: Play, reading: Play | None = None) -> tuple[Answer, Answer]:
-    """What the publisher and the subscriber say of one run."""
-    with router(play.endpoint), player("sub", reading or play) as hearing, player("pub", play) as saying:
-        sent = answered(saying, stop=False)
-        time.sleep(0.5)
-        return sent, answered(hearing)
-
-
-def endpoint() -> str:
-    return f"tcp/127.0.0.1:{free_ports(1)[0]}"
 
 
 def _latency(heard: Answer) -> tuple[float, ...]:
@@ -123,37 +70,35 @@ def _queue(seconds: float) -> Table:
 def _control() -> Table:
     """One of two subscribers is frozen for 4 s; what of the other one, and of the publisher?"""
     rows: list[Row] = []
-    for control, name in (("block", "wait for space (BLOCK)"), ("drop", "drop (ours, and Zenoh)")):
-        play = Play(endpoint(), seconds=8.0, rate=60.0, burst=2, size=20_000, control=control)
-        with (
-            router(play.endpoint),
-            player("sub", play) as well,
-            player("sub", play) as frozen,
-            player("pub", play) as saying,
+    for peers in (False, True):
+        for control, config, name in (
+            ("block", {}, "wait for space (BLOCK)"),
+            ("drop", {}, "drop after 1 ms (ours, and Zenoh)"),
+            ("drop", {WAIT: "5000"}, "drop after 5 ms"),
         ):
-            time.sleep(2.5)
-            os.kill(frozen.pid, signal.SIGSTOP)
-            time.sleep(4.0)
-            os.kill(frozen.pid, signal.SIGCONT)
-            sent = answered(saying, stop=False)
-            heard = answered(well)
-            late = answered(frozen)
-        lost = int(sent["sent"] - heard["received"])
-        rows.append(
-            (name, lost, heard["longest_gap_s"], heard["p99"], sent["longest_put_ms"], late.get("max", float("nan")))
-        )
-    return Table(
-        "A subscriber frozen for 4 s; 20 kB, 120 messages/s",
-        (
-            "what",
-            "the other one lost",
-            "its longest gap s",
-            "its p99 ms",
-            "longest put ms",
-            "oldest message the frozen one got, ms",
-        ),
-        tuple(rows),
-    )
+            play = Play(endpoint(), config, seconds=8.0, rate=60.0, burst=2, size=20_000, control=control, peers=peers)
+            rows.append((f"{'peers' if peers else 'router'}: {name}", *_frozen(play)))
+    columns = (
+        "what", "the other one lost", "its longest gap s", "its p99 ms", "longest put ms", "oldest the frozen one got, ms",
+    )  # fmt: skip
+    return Table("A subscriber frozen for 4 s; 20 kB, 120 messages/s", columns, tuple(rows))
+
+
+def _frozen(play: Play) -> tuple[float, ...]:
+    with ExitStack() as stack:
+        if not play.peers:
+            stack.enter_context(router(play.endpoint))
+        well, frozen = (stack.enter_context(player("sub", play)) for _ in range(2))
+        saying = stack.enter_context(player("pub", play))
+        time.sleep(2.0)
+        os.kill(frozen.pid, signal.SIGSTOP)
+        time.sleep(4.0)
+        os.kill(frozen.pid, signal.SIGCONT)
+        sent = answered(saying, stop=False)
+        heard, late = answered(well), answered(frozen)
+    lost = int(sent["sent"] - heard["received"])
+    p99 = heard.get("p99", float("nan"))
+    return lost, heard["longest_gap_s"], p99, sent["longest_put_ms"], late.get("max", float("nan"))
 
 
 def _reading(seconds: float) -> Table:
@@ -185,7 +130,7 @@ def _lease() -> Table:
         play = Play(endpoint(), {LEASE: lease}, seconds=30.0, rate=30.0)
         # The router's own lease is for what it sends; who hears counts by the sender's.
         with router(play.endpoint), player("sub", play) as hearing, player("pub", play) as saying:
-            time.sleep(3.0)
+            time.sleep(1.0)
             os.kill(saying.pid, signal.SIGSTOP)
             frozen_s = time.time()
             time.sleep(int(lease) / 1e3 * 1.4 + 0.5)
@@ -232,7 +177,7 @@ def _back(play: Play) -> float:
         with router(play.endpoint) as first:
             hearing = stack.enter_context(player("sub", play))
             stack.enter_context(player("pub", play))
-            time.sleep(2.5)
+            time.sleep(1.0)
             first.kill()
             first.wait()
             killed_s = time.time()

@@ -17,7 +17,7 @@ VOCABULARY = ("common.messages", "common.conversion", "common.pairing")
 # What a step is fed and set up with: values, without a thread, a socket or a file.
 EVENTS = ("common.bus.protocol", "common.runtime.clock", "common.runtime.specs")
 STEPS = {
-    "integrator": {"step", "states", "measuring", "placing", "posing"},
+    "integrator": {"step", "states", "measuring", "placing", "posing", "resuming"},
     "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
     "tracker": {"step", "states"},
     "animator": {"step", "states", "snapshot"},
@@ -31,7 +31,9 @@ SHELLS = {
     "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
-ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_session")
+ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_recall",
+    "common.bus.zenoh_session",
+)  # fmt: skip
 
 
 def module_of(path: Path) -> str:

@@ -1,5 +1,4 @@
-"""The bus over Zenoh.  Its threads only queue, except that the integrator's clock is answered at once, and that a
-question for the pace waits for what it has overtaken.
+"""The bus over Zenoh.  Its threads only queue, but answer for clock and past at once, for the pace after what it overtook.
 
 Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.  KEPT
 topics have an advanced publisher with a cache of one: who joins late or comes back asks for it.
@@ -19,6 +18,7 @@ from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
 from common.bus.zenoh_clock import ENCODING, QUERY_TIMEOUT_S, ZenohClock
 from common.bus.zenoh_pace import Readers, Tally, ask_all
+from common.bus.zenoh_recall import Hearsay
 from common.bus.zenoh_session import ZenohOptions, open_session
 from common.messages import Message, PaceQuery
 from common.runtime.clock import Clock
@@ -61,6 +61,7 @@ class ZenohBus:
         self._inbox = Inbox(logger)
         self._round_trips = ZenohClock(session, rig, clock, self._inbox)
         self._tally = Tally(self._inbox)
+        self._hearsay = Hearsay(session, rig)
         self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
         self._declared: list[_Declared] = []
@@ -140,9 +141,14 @@ class ZenohBus:
             if size > limit:
                 self._inbox.reject(key, "size", f"{size} bytes, more than {limit}")
             else:
-                self._inbox.put(key, topic, sample.payload.to_bytes(), self._clock.now_ns(), every=every)
+                data = sample.payload.to_bytes()
+                self._inbox.put(key, topic, data, self._clock.now_ns(), every=every)
+                if topic.recalled:
+                    self._hearsay.keep(key, topic, data)
             self._tally.hear(key)
 
+        if topic.recalled:
+            self._hearsay.serve()
         self._tally.expect(expression)
         if topic.queueing is Queueing.KEPT:
             self._declared.append(
@@ -198,6 +204,9 @@ class ZenohBus:
     def ask_clock(self) -> None:
         self._round_trips.ask()
 
+    def recall(self, topic: Topic) -> None:
+        self._hearsay.ask(topic, self._inbox, self._clock.now_ns)
+
     def receive(self, timeout_s: float) -> Received | None:
         event = None if self._duplicate else self._inbox.take(timeout_s)
         if self._duplicate:
@@ -226,6 +235,7 @@ class ZenohBus:
 
     def close(self) -> None:
         self._readers.remove(self._tally)
+        self._hearsay.close()
         declared, self._declared = self._declared, []
         publishers, self._publishers = list(self._publishers.values()), {}
         for thing in (*declared, *publishers):

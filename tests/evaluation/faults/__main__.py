@@ -3,7 +3,7 @@
     python -m tests.evaluation.faults [--only NAME] [--short] [--json FILE] [--markdown FILE] [--keep DIR]
 
 Every service runs on a host of its own (a network namespace) around a router; one more host listens.  Needs root, iproute2
-and iptables.  The faults come one after another to rigs that go on running, some eleven minutes in all; the short form a minute.
+and iptables.  The faults come one after another to rigs that go on running: some twelve minutes, the short form one.
 """
 
 import argparse

@@ -14,7 +14,17 @@ from common.bus.zenoh_session import ZenohOptions
 from common.runtime import logs
 from common.runtime.clock import RealClock
 from common.runtime.signals import stop_signals
-from common.topics import HEALTH, PARTIAL_BAP, POSTURE, SIGHTING, SILHOUETTE, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, service_at
+from common.topics import (
+    HEALTH,
+    PARTIAL_BAP,
+    POSTURE,
+    SIGHTING,
+    SILHOUETTE,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+    service_at,
+)
 from tests.evaluation.faults.measures import Heard
 
 TOPICS = (SIGHTING, SILHOUETTE, PARTIAL_BAP, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_POSE, POSTURE, HEALTH)
@@ -39,9 +49,7 @@ def heard(event: Envelope | Alive) -> Heard:
         case _:
             pass
     service, id = service_at(event.key) or ("", "")
-    return Heard(
-        event.received_ns, event.topic.name, f"{service} {id}", message.frame, message.captured_ns, without, words
-    )
+    return Heard(event.received_ns, event.topic.name, f"{service} {id}", message.frame, message.captured_ns, without, words)
 
 
 def main(rig: str, endpoint: str) -> None:

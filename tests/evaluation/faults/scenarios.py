@@ -32,7 +32,9 @@ class Fault:
     settle: bool = False
 
 
-def cut(name: str, label: str, seconds: float, concerned: tuple[str, ...], *, long: bool = True, method: str = "two-view") -> Fault:
+def cut(
+    name: str, label: str, seconds: float, concerned: tuple[str, ...], *, long: bool = True, method: str = "two-view"
+) -> Fault:
     return Fault(
         f"link of {label} cut for {seconds:g} s", seconds, lambda stage: stage.network.cut(name),
         lambda stage: stage.network.restore(name), concerned, method, long,
@@ -63,7 +65,15 @@ def frozen(name: str, label: str, seconds: float, concerned: tuple[str, ...], *,
 def clock(label: str, offset_s: float, drift: float) -> Fault:
     def begin(stage: Stage) -> None:
         stage.kill(VIEWER)
-        wrong = ["-m", "tests.evaluation.faults.skewed_viewer", str(stage.rig), "2", stage.endpoint, str(offset_s), str(drift)]
+        wrong = [
+            "-m",
+            "tests.evaluation.faults.skewed_viewer",
+            str(stage.rig),
+            "2",
+            stage.endpoint,
+            str(offset_s),
+            str(drift),
+        ]
         stage.start(VIEWER, wrong)
 
     def end(stage: Stage) -> None:

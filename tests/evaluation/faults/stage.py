@@ -46,7 +46,7 @@ def rig_file(folder: Path, name: str, method: str, viewers: int, fps: float, rou
 
 
 class Stage:
-    """hosts: names of services, "viewer-ID" for viewers; each is its own host.  Everything ends with the `with` statement."""
+    """A host is named like its service, "viewer-ID" for viewers.  Everything ends with the `with` statement."""
 
     def __init__(self, network: Network, folder: Path, rig: Path, rig_name: str, fps: float) -> None:
         self.network, self.folder, self.rig, self.rig_name, self.fps = network, folder, rig, rig_name, fps

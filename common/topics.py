@@ -89,6 +89,7 @@ TOPICS = (
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
 CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
+ABOUT = "zenocap/{rig}/about/{service}/{id}"  # queryable: the rig file and the versions of a service
 PACE = "zenocap/{rig}/pace/{service}/{id}"  # queryable: answers when everything before the question is handled
 RECALL = "zenocap/{rig}/recall/{topic}"  # queryable, of every reader: what was last said on a topic, for who said it
 EVERYTHING = "zenocap/{rig}/**"

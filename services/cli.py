@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import animator, live, offline, recognizer, record, replay, takes
+from services.commands import animator, certs, live, offline, recognizer, record, replay, takes
 from services.commands.posture import posture
 from services.commands.posture_act import act
 from services.commands.prior import prior
@@ -40,6 +40,7 @@ TABLE = (
     (FILES, takes.recover),
     (FILES, replay.replay),
     (FILES, offline.evaluate),
+    (BEFORE, certs.certs),
     (BEFORE, offline.warmup),
 )
 for panel, command in TABLE:

@@ -1,16 +1,18 @@
 """Opening Zenoh: options, configuration, and a plain router."""
 
+import json
 import logging
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import zenoh
 
 from common.bus.protocol import BusError
+from common.bus.security import ROUTER_PORT, Security, secured
 
 logger = logging.getLogger(__name__)
 
@@ -38,7 +40,8 @@ TUNED = {
 class ZenohOptions:
     """Zenoh's own command-line options; what is None or empty stays as in the file, or as Zenoh has it.
 
-    connect, listen: endpoints such as "tcp/192.168.1.2:7447".  config_file: JSON5; what it sets wins over TUNED.
+    connect, listen: endpoints such as "tcp/192.168.1.2:7447".  config_file: JSON5; what it sets wins over TUNED, and
+    what security says over it.
     """
 
     mode: Mode | None = None
@@ -46,6 +49,7 @@ class ZenohOptions:
     listen: tuple[str, ...] = ()
     config_file: Path | None = None
     multicast_scouting: bool | None = None
+    security: Security | None = None
 
 
 def configuration(options: ZenohOptions) -> zenoh.Config:
@@ -63,6 +67,10 @@ def configuration(options: ZenohOptions) -> zenoh.Config:
             _insert(config, key, "[" + ", ".join(f'"{endpoint}"' for endpoint in endpoints) + "]")
     if options.multicast_scouting is not None:
         _insert(config, "scouting/multicast/enabled", "true" if options.multicast_scouting else "false")
+    if options.security:
+        mode = str(json.loads(config.get_json("mode")))
+        for key, value in secured(options.security, mode, options.connect, options.listen).items():
+            _insert(config, key, value)
     return config
 
 
@@ -102,11 +110,9 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
 
 def router(options: ZenohOptions, stopped: Callable[[], bool]) -> None:
     """Run a plain Zenoh router until `stopped`.  Raises BusError when it cannot listen."""
-    config_options = ZenohOptions(
-        "router", options.connect, options.listen, options.config_file, options.multicast_scouting
-    )
-    with open_session(config_options, stopped) as session:
-        logger.info("router %s listens on %s", session.zid(), ", ".join(options.listen) or "tcp/[::]:7447")
+    with open_session(replace(options, mode="router"), stopped) as session:
+        default = f"{'tls' if options.security else 'tcp'}/[::]:{ROUTER_PORT}"
+        logger.info("router %s listens on %s", session.zid(), ", ".join(options.listen) or default)
         while not stopped():
             time.sleep(0.1)
 

@@ -24,7 +24,7 @@ class Rig:
     files: the rig file and the calibration, for the log.
     person_height: metres, of a person who is not asked for the initial posture; None to measure the body.
     tracker: how it works; None for a method without one.  recognizer: None for a rig without.
-    animator: where its page is, and to whom it sends poses on.
+    animator: where its page is, and to whom it sends poses on.  security: the folder of certificates; None for an open rig.
     """
 
     name: str
@@ -40,6 +40,7 @@ class Rig:
     tracker: TrackerSpec | None = None
     recognizer: RecognizerSpec | None = None
     animator: AnimatorTable = field(default_factory=AnimatorTable)
+    security: Path | None = None
 
     def viewer(self, id: str) -> Viewer:
         """The viewer of that id.  Raises RigError, which lists the ones there are."""
@@ -109,6 +110,7 @@ def load_rig(path: Path | str, method: str | None = None, *, files: bool = True)
         tracker,
         recognizer,
         content.animator,
+        None if content.security is None else base / content.security.certificates,
     )
 
 

@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from common.runtime.animator_table import WITHIN, AnimatorTable, open_page_problem
 from common.runtime.recognizer_table import RecognizerTable
+from common.runtime.security import SecurityTable
 from common.runtime.tracker_table import PARTICLES, TrackerTable
 
 TRACKER_METHODS = tuple(PARTICLES)  # hybrid, and the two it is compared with: any number of views, at least two
@@ -65,7 +66,7 @@ class LogTable(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RigFile(msgspec.Struct, frozen=True, kw_only=True):
-    """recognizer: None for a rig that does without."""
+    """recognizer, security: None for a rig that does without."""
 
     name: str
     calibration: str
@@ -78,11 +79,12 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     zenoh: ZenohTable = ZenohTable()
     log: LogTable = LogTable()
     animator: AnimatorTable = AnimatorTable()
+    security: SecurityTable | None = None
 
 
 TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (
     ("tracker", TrackerTable), ("recognizer", RecognizerTable), ("zenoh", ZenohTable), ("log", LogTable),
-    ("animator", AnimatorTable),
+    ("animator", AnimatorTable), ("security", SecurityTable),
 )  # fmt: skip
 
 

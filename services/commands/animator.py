@@ -98,5 +98,5 @@ def animator(
         if problem:
             raise RigError(f"animator.page.host = {page.host!r}: {problem}")
         one = replace(one, animator=msgspec.structs.replace(one.animator, page=page))
-        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting)
+        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting, "animator")
         raise typer.Exit(run_animator(one, take_folder(one, rig, recordings), options, stopped))

@@ -15,6 +15,7 @@ from services.commands.options import (
     RigPath,
     one_line_errors,
     rig_at,
+    security,
     take_folder,
     zenoh_options,
 )
@@ -128,7 +129,7 @@ def viewer(
     logs.configure(f"viewer {id}")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
         one = rig_at(rig, files=False)
-        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting)
+        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting, f"viewer-{id}")
         raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns))
 
 
@@ -163,7 +164,7 @@ def integrator(
     logs.configure("integrator")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
         one = rig_at(rig, files=False)
-        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting)
+        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting, "integrator")
         take = None
         if output is not None:
             take = free_name(output) if with_parent else output
@@ -200,25 +201,37 @@ def tracker(
         one = rig_at(rig, files=False)
         if one.tracker is None:
             raise RigError(f"{rig}: method = {one.method!r}: allowed for a tracker: {', '.join(TRACKER_METHODS)}")
-        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting)
+        options = zenoh_options(one, mode, connect, listen, config, no_multicast_scouting, "tracker")
         raise typer.Exit(run_tracker(one, options, stopped))
 
 
 def router(
+    rigs: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[RIG...]", help="Rigs with a [security] table: only their members are let in."),
+    ] = None,
     connect: ConnectOption = None,
     listen: ListenOption = None,
     config: ConfigOption = None,
     no_multicast_scouting: NoMulticastOption = False,
 ) -> None:
-    """A plain Zenoh router, for networks where the services cannot find each other.
+    """A Zenoh router, for networks where the services cannot find each other.
 
-    Example: `zenocap router -l tcp/0.0.0.0:7447`, and on the other machines `-m client -e tcp/HOST:7447`.
+    For rigs with a [security] table it lets in only who has a certificate (see `zenocap certs`), and each says only what is
+    its own to say. Without a rig it is open to all who can reach it.
+
+    Example: `zenocap router -l tcp/0.0.0.0:7447`, and on the other machines `-m client -e tcp/HOST:7447`;
+    `zenocap router studio.toml lab.toml` for secured rigs.
     """
+    from dataclasses import replace
+
     from common.bus.zenoh_session import router as run_router
     from common.runtime import logs
     from common.runtime.signals import stop_signals
 
     logs.configure("router")
     with one_line_errors(), stop_signals() as stopped:
-        run_router(zenoh_options(None, "router", connect, listen, config, no_multicast_scouting), stopped)
+        secured = security([rig_at(rig, files=False) for rig in rigs or ()], "router")
+        options = zenoh_options(None, "router", connect, listen, config, no_multicast_scouting)
+        run_router(replace(options, security=secured), stopped)
         raise typer.Exit(DONE)

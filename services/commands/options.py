@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 import typer
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from common.bus.security import Security
     from common.bus.zenoh_session import ZenohOptions
     from common.runtime.rig import Rig
 
@@ -72,8 +73,12 @@ def zenoh_options(
     listen: list[str] | None,
     config: Path | None,
     no_multicast_scouting: bool,
+    name: str = "reader",
 ) -> ZenohOptions:
-    """The command line's options over the rig's zenoh table."""
+    """The command line's options over the rig's zenoh table.  name: whose certificate it has, where the rig is secured.
+
+    Raises RigError.
+    """
     from common.bus.zenoh_session import ZenohOptions
 
     if rig is None:
@@ -86,7 +91,19 @@ def zenoh_options(
         tuple(listen or table.listen),
         config or own,
         table.multicast_scouting and not no_multicast_scouting,
+        security([rig], name),
     )
+
+
+def security(rigs: list[Rig], name: str) -> Security | None:
+    """The certificates by which `name` takes part in the rigs; None where they are not secured.  Raises RigError."""
+    from common.runtime.rig import RigError
+    from common.runtime.security import security_of
+
+    try:
+        return security_of(rigs, name)
+    except ValueError as error:
+        raise RigError(str(error)) from error
 
 
 def _mode(text: str) -> Literal["peer", "client", "router"]:
@@ -134,6 +151,7 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from common.take.reading import TakeError
     from common.take.recording import RecordingError
     from services.animator.page.server import PageError
+    from services.certificates.authority import CertificateError
     from services.recognizer.examples import ExampleError
     from services.recognizer.file import PostureModelError
     from services.recognizer.manifest import ManifestError
@@ -142,6 +160,6 @@ def _user_errors() -> tuple[type[Exception], ...]:
     from services.viewer.sources.frame import SourceError
 
     return (
-        BusError, CalibrationError, ExampleError, FormatError, ManifestError, MotionError, PageError, PostureModelError,
-        PriorError, RecordingError, RigError, TakeError, SourceError,
+        BusError, CalibrationError, CertificateError, ExampleError, FormatError, ManifestError, MotionError, PageError,
+        PostureModelError, PriorError, RecordingError, RigError, TakeError, SourceError,
     )  # fmt: skip

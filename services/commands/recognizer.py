@@ -59,7 +59,7 @@ def recognizer(
         raise typer.BadParameter("--listen with several rigs: allowed: `listen` in the zenoh table of each")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
         found = [with_recognizer(rig_at(rig, files=False), model) for rig in rigs]
-        options = [zenoh_options(rig, mode, connect, listen, config, no_multicast_scouting) for rig in found]
+        options = [zenoh_options(rig, mode, connect, listen, config, no_multicast_scouting, "recognizer") for rig in found]
         raise typer.Exit(run_recognizers(list(zip(found, options, strict=True)), stopped))
 
 

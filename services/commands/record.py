@@ -93,7 +93,7 @@ def record(
         if output is not None and output.suffix != ".mcap":
             folder, output = output, None
         take = output or take_path(asked.name, folder, time.time_ns())
-        options = zenoh_options(asked.file, mode, connect, listen, config, no_multicast_scouting)
+        options = zenoh_options(asked.file, mode, connect, listen, config, no_multicast_scouting, "recorder")
         started_s = time.monotonic()
 
         def ended() -> bool:

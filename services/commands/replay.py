@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from services.commands.options import (
+    PANEL,
     ConfigOption,
     ConnectOption,
     ListenOption,
@@ -101,6 +102,14 @@ def replay(
         bool, typer.Option("--json", help="With --verify, for programs: one JSON object.", rich_help_panel=CHECKING)
     ] = False,
     remote: Annotated[bool, typer.Option("--remote", hidden=True)] = False,
+    certificates: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Of a secured rig, with what `zenocap certs RIG --service replay` makes; needs --mode client.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
     mode: ModeOption = None,
     connect: ConnectOption = None,
     listen: ListenOption = None,
@@ -121,9 +130,13 @@ def replay(
 
     Example: `zenocap replay monday.mcap`, or `zenocap replay monday.mcap --topics 'viewer/**'` to feed a live integrator
     """
+    from dataclasses import replace
+
     from rich.console import Console
 
+    from common.bus.access import REPLAY
     from common.runtime import logs
+    from common.runtime.security import security_in
     from common.runtime.signals import stop_signals
 
     if verify:
@@ -147,6 +160,8 @@ def replay(
         logs.configure("replay")
         wishes = Wishes(selection, renaming, start_offset, duration, rate, loop, pause, now, delay, remote)
         options = zenoh_options(None, mode, connect, listen, config, no_multicast_scouting)
+        if certificates is not None:
+            options = replace(options, security=security_in(certificates, REPLAY))
         try:
             raise typer.Exit(run_replay(takes, wishes, options, stopped, console))
         except ValueError as error:

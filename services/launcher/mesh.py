@@ -15,9 +15,9 @@ class Place:
     connect: tuple[str, ...]
 
 
-def mesh(ports: Sequence[int]) -> list[Place]:
+def mesh(ports: Sequence[int], protocol: str = "tcp") -> list[Place]:
     """A place for each port: everybody calls those before it, so that each pair has one link."""
-    endpoints = [f"tcp/{HOST}:{port}" for port in ports]
+    endpoints = [f"{protocol}/{HOST}:{port}" for port in ports]
     return [Place(endpoint, tuple(endpoints[:k])) for k, endpoint in enumerate(endpoints)]
 
 

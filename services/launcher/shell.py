@@ -204,7 +204,7 @@ def _places(options: ZenohOptions, count: int) -> list[ZenohOptions]:
     """
     if options.mode == "client":
         return [options] * count
-    places = mesh(free_ports(count))
+    places = mesh(free_ports(count), "tls" if options.security else "tcp")
     members = [_member(options, place) for place in places]
     members[0] = replace(members[0], listen=(*members[0].listen, *options.listen))
     return members

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import animator, certs, live, offline, recognizer, record, replay, takes
+from services.commands import animator, certs, health, live, offline, recognizer, record, replay, takes
 from services.commands.posture import posture
 from services.commands.posture_act import act
 from services.commands.prior import prior
@@ -34,6 +34,7 @@ TABLE = (
     (SERVICES, animator.animator),
     (SERVICES, live.router),
     (SERVICES, record.record),
+    (SERVICES, health.health),
     (FILES, offline.track),
     (FILES, takes.export),
     (FILES, takes.info),

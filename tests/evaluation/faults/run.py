@@ -131,9 +131,10 @@ def _suffer(stage: Stage, fault: Fault) -> Result:
         end_ns = time.time_ns()
         fault.end(stage)
         time.sleep(fault.after_s)
+        window = Window(begin_ns, end_ns, time.time_ns())
+        fault.tidy(stage)
     except StageError:
         return Result(fault.name, fault.seconds, None)
-    window = Window(begin_ns, end_ns, time.time_ns())
     return Result(fault.name, fault.seconds, figures(list(stage.heard), window, stage.fps, fault.concerned))
 
 

@@ -17,7 +17,7 @@ def nothing(_: Stage) -> None:
 class Fault:
     """concerned: ids of the viewers that cannot take part meanwhile.  method: of the rig that it happens to.
 
-    long: only in the long form.  needs: what the name says must be waited for after `end` in all.
+    long: only in the long form.  after_s: how long is looked at what follows.  tidy: what is put right after that.
     settle: wait for poses of all viewers after `begin` before the fault counts as begun, as for clocks.
     """
 
@@ -29,6 +29,7 @@ class Fault:
     method: str = "two-view"
     long: bool = True
     after_s: float = 8.0
+    tidy: Act = nothing
     settle: bool = False
 
 
@@ -76,11 +77,11 @@ def clock(label: str, offset_s: float, drift: float) -> Fault:
         ]
         stage.start(VIEWER, wrong)
 
-    def end(stage: Stage) -> None:
+    def tidy(stage: Stage) -> None:
         stage.kill(VIEWER)
         stage.start(VIEWER)
 
-    return Fault(f"clock of viewer 2 {label}", 15.0, begin, end, ("2",), settle=True, after_s=15.0)
+    return Fault(f"clock of viewer 2 {label}", 20.0, begin, concerned=("2",), settle=True, after_s=2.0, tidy=tidy)
 
 
 ALL = ("1", "2")
@@ -109,9 +110,10 @@ FAULTS: Sequence[Fault] = (
     killed("animator", "the animator", ()),
     frozen("animator", "the animator", 5.0, ()),
     clock("0.5 s ahead", 0.5, 0.0),
+    clock("0.5 s behind, gaining 0.1 ms/s", -0.5, 1e-4),
     clock("0.5 s behind, gaining 1 ms/s", -0.5, 1e-3),
-    cut("viewer-3", "viewer 3", 4.0, ("3",), method="hybrid"),
-    killed("viewer-3", "viewer 3", ("3",), method="hybrid"),
+    cut("viewer-3", "viewer 3 of three", 4.0, ("3",), method="hybrid"),
+    killed("viewer-3", "viewer 3 of three", ("3",), method="hybrid"),
     killed("tracker", "the tracker", (), method="hybrid"),
-    killed(INTEGRATOR, "the integrator", (), method="hybrid"),
+    killed(INTEGRATOR, "the integrator of three views", (), method="hybrid"),
 )

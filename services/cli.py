@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import animator, certs, health, live, offline, recognizer, record, replay, takes
+from services.commands import animator, certs, doctor, health, live, offline, recognizer, record, replay, takes
 from services.commands.posture import posture
 from services.commands.posture_act import act
 from services.commands.prior import prior
@@ -41,6 +41,7 @@ TABLE = (
     (FILES, takes.recover),
     (FILES, replay.replay),
     (FILES, offline.evaluate),
+    (BEFORE, doctor.doctor),
     (BEFORE, certs.certs),
     (BEFORE, offline.warmup),
 )

@@ -4,9 +4,10 @@ import msgspec.inspect as mi
 from hypothesis import strategies as st
 
 from common import messages as m
+from common.about import About
 from common.topics import TOPICS
 
-MESSAGE_TYPES = (*(topic.message for topic in TOPICS), m.ClockQuery, m.PaceQuery)
+MESSAGE_TYPES = (*(topic.message for topic in TOPICS), m.ClockQuery, m.PaceQuery, About)
 NAMES = st.from_regex(r"[A-Za-z0-9_.\-]{1,12}", fullmatch=True)
 
 

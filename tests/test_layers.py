@@ -31,9 +31,7 @@ SHELLS = {
     "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
-ZENOH_FILES = ("common.bus.zenoh_bus", "common.bus.zenoh_clock", "common.bus.zenoh_pace", "common.bus.zenoh_recall",
-    "common.bus.zenoh_session",
-)  # fmt: skip
+ZENOH_FILES = tuple(f"common.bus.zenoh_{name}" for name in ("about", "bus", "clock", "kept", "pace", "recall", "session"))
 
 
 def module_of(path: Path) -> str:

@@ -1,7 +1,6 @@
 """A secured rig on a real network: whom nobody knows is not let in, and nobody says what is not its own to say."""
 
 import json
-import re
 import signal
 import time
 from collections.abc import Iterator
@@ -235,10 +234,9 @@ def test_the_whole_pipeline_through_a_secured_router(secured_rig: Path, tmp_path
 
 
 def test_a_secured_mesh_of_peers_on_one_machine(secured_rig: Path, tmp_path: Path) -> None:
-    with started(
-        ["up", secured_rig, "--mode", "peer", "--seconds", "14", "--no-page", "--recordings", tmp_path], tmp_path
-    ) as up:
-        assert up.wait(90) == 0, said(tmp_path)
-    assert re.search(r"viewer 2: [\d.]+/s (flank|facade)", said(tmp_path)), said(tmp_path)
+    with started(["up", secured_rig, "--mode", "peer", "--no-page", "--recordings", tmp_path], tmp_path) as up:
+        until(lambda: said(tmp_path).count("°") > 100 or up.poll() is not None, tmp_path)  # 20 lines with a pose
+        up.send_signal(signal.SIGINT)
+        assert up.wait(60) == 0, said(tmp_path)
     (take,) = tmp_path.glob("demo-*.mcap")
     assert len([pose for pose in poses_in(take) if not pose.stale]) > 20

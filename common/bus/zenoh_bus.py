@@ -1,7 +1,6 @@
 """The bus over Zenoh.  Its threads only queue, but answer for clock and past at once, for the pace after what it overtook.
 
-Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.  KEPT
-topics have an advanced publisher with a cache of one: who joins late or comes back asks for it.
+Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.
 """
 
 import logging
@@ -11,12 +10,14 @@ from types import TracebackType
 from typing import Protocol, Self
 
 import zenoh
-import zenoh.ext
 
 from common import codec
+from common.about import About
 from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
+from common.bus.zenoh_about import ask_everybody, tell
 from common.bus.zenoh_clock import ENCODING, QUERY_TIMEOUT_S, ZenohClock
+from common.bus.zenoh_kept import kept_publisher, kept_subscriber
 from common.bus.zenoh_pace import Readers, Tally, ask_all
 from common.bus.zenoh_recall import Hearsay
 from common.bus.zenoh_session import ZenohOptions, open_session
@@ -25,8 +26,6 @@ from common.runtime.clock import Clock
 from common.topics import ALIVE, CLAIM, PACE, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
-
-HEARTBEAT_S = 1.0  # how soon a reader learns that it missed the last value of a KEPT topic
 
 
 class _Declared(Protocol):
@@ -117,15 +116,7 @@ class ZenohBus:
             return self._session.declare_publisher(
                 key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP, express=True
             )
-        return zenoh.ext.declare_advanced_publisher(
-            self._session,
-            key,
-            encoding=ENCODING,
-            congestion_control=zenoh.CongestionControl.DROP,
-            cache=zenoh.ext.CacheConfig(max_samples=1),
-            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT_S, sporadic_heartbeat=None),
-            publisher_detection=True,
-        )
+        return kept_publisher(self._session, key)
 
     def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
         expression = topic.on(self._rig, **names)
@@ -151,15 +142,7 @@ class ZenohBus:
             self._hearsay.serve()
         self._tally.expect(expression)
         if topic.queueing is Queueing.KEPT:
-            self._declared.append(
-                zenoh.ext.declare_advanced_subscriber(
-                    self._session,
-                    expression,
-                    queue,
-                    history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
-                    recovery=zenoh.ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
-                )
-            )
+            self._declared.append(kept_subscriber(self._session, expression, queue))
         else:
             self._declared.append(self._session.declare_subscriber(expression, queue))
 
@@ -189,6 +172,14 @@ class ZenohBus:
         self._declared.append(liveliness.declare_token(ALIVE.format(**names)))
         self._declared.append(liveliness.declare_subscriber(claims, hear_claim, history=True))
         self._declared.append(self._session.declare_queryable(PACE.format(**names), self._readers.answer, complete=True))
+
+    def introduce(self, about: About) -> None:
+        """Tell everybody who asks what this service is."""
+        self._declared.append(tell(self._session, self._rig, about))
+
+    def ask_about(self, timeout_s: float) -> dict[tuple[str, str], About | str]:
+        """What each service of the rig is, by name and id, or why its answer cannot be read; waits `timeout_s` at most."""
+        return ask_everybody(self._session, self._rig, timeout_s)
 
     def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
         sent, self._sent = self._sent, Counter()

@@ -10,6 +10,7 @@ from common.bus.protocol import Bus, Envelope
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.messages import Message, Request
+from common.runtime.about import about
 from common.runtime.animator_table import PageTable
 from common.runtime.clock import Clock, RealClock
 from common.runtime.rig import Rig
@@ -85,6 +86,7 @@ def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable
     """
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        bus.introduce(about(rig, "animator", ID, clock.now_ns()))
         desk = Desk(rig, bus, clock, open_outputs(rig.animator, rig.name, clock))
         try:
             if rig.animator.page.enabled:

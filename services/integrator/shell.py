@@ -9,6 +9,7 @@ from common.body.limbs import limb_angles, limb_directions
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.messages import Message
+from common.runtime.about import about
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.service import Event, Service, Subscription, run
@@ -90,6 +91,7 @@ def _run(
         return Log(bus.reader(), new_parts(rig, path, clock.now_ns(), must_open=must_open))
 
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        bus.introduce(about(rig, "integrator", ID, clock.now_ns()))
         first = None if take is None else log(take, must_open=must_log)
         switch = Switch(bus.reader(), lambda: log(take_path(rig.name, folder, clock.now_ns()), must_open=True), first)
         switch.start()

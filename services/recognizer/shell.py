@@ -13,6 +13,7 @@ from common.bus.protocol import BusError
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.messages import Message, Posture
+from common.runtime.about import about
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig, RigError
 from common.runtime.service import Event, Service, Subscription, run
@@ -128,6 +129,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
 def _run(rig: Rig, options: ZenohOptions, service: Service[Setup, State, Never], stopped: Callable[[], bool]) -> int:
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        bus.introduce(about(rig, "recognizer", ID, clock.now_ns()))
         return run(_telling(rig.name, service), bus, clock, stopped=stopped)
 
 

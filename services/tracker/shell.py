@@ -10,6 +10,7 @@ from common.body.anatomy import ANATOMIES, Anatomy
 from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.messages import TrackerPose
+from common.runtime.about import about
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
@@ -100,6 +101,7 @@ def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) ->
     logger.info("getting ready; the first time ever compiles for some 20 s")
     load_compiled(service.setup)
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        bus.introduce(about(rig, "tracker", ID, clock.now_ns()))
         return run(service, bus, clock, stopped=stopped)
 
 

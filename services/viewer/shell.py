@@ -13,6 +13,7 @@ from common.bus.zenoh_bus import ZenohBus
 from common.bus.zenoh_session import ZenohOptions
 from common.camera.pinhole import Camera
 from common.messages import CameraInfo
+from common.runtime.about import about
 from common.runtime.clock import RealClock
 from common.runtime.rig import Rig, Viewer
 from common.runtime.service import Service, Subscription, run
@@ -85,6 +86,7 @@ def _run(
 ) -> int:
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
+        bus.introduce(about(rig, "viewer", viewer.id, clock.now_ns()))
         if isinstance(viewer.source, Device | Stream):
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:

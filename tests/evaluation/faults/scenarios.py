@@ -49,10 +49,12 @@ def loss(name: str, label: str, share: float, *, long: bool = True) -> Fault:
     )  # fmt: skip
 
 
-def killed(name: str, label: str, concerned: tuple[str, ...], *, long: bool = True, method: str = "two-view") -> Fault:
+def killed(
+    name: str, label: str, concerned: tuple[str, ...], *, long: bool = True, method: str = "two-view", after_s: float = 15.0
+) -> Fault:
     return Fault(
         f"{label} killed, started again after 2 s", 2.0, lambda stage: stage.kill(name), lambda stage: stage.start(name),
-        concerned, method, long, after_s=15.0,
+        concerned, method, long, after_s=after_s,
     )  # fmt: skip
 
 
@@ -114,6 +116,6 @@ FAULTS: Sequence[Fault] = (
     clock("0.5 s behind, gaining 1 ms/s", -0.5, 1e-3),
     cut("viewer-3", "viewer 3 of three", 4.0, ("3",), method="hybrid"),
     killed("viewer-3", "viewer 3 of three", ("3",), method="hybrid"),
-    killed("tracker", "the tracker", (), method="hybrid"),
+    killed("tracker", "the tracker", (), method="hybrid", after_s=30.0),
     killed(INTEGRATOR, "the integrator of three views", (), method="hybrid"),
 )

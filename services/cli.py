@@ -45,6 +45,12 @@ TABLE = (
     (BEFORE, certs.certs),
     (BEFORE, offline.warmup),
 )
+# Which extra brings what is not installed everywhere.
+EXTRAS = {
+    "cryptography": "certs", "ezc3d": "export", "foxglove": "takes", "hmmlearn": "training", "matplotlib": "plots",
+    "mcap": "takes", "numba": "viewer", "pylsl": "lsl", "scipy": "export", "sklearn": "training",
+    "threadpoolctl": "training", "websockets": "animator", "zstandard": "takes",
+}  # fmt: skip
 for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(command)
 app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
@@ -69,7 +75,14 @@ def common_options(
 
 
 def main() -> None:
-    app()
+    try:
+        app()
+    except ModuleNotFoundError as error:
+        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        typer.echo(f"error: {error.name} is not installed here: pip install 'zenocap[{extra}]', or [all]", err=True)
+        raise SystemExit(1) from None
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from common import messages as m
 from common.body.anatomy import TEN_PARTS
 from common.bus.protocol import Alive, Tick
 from services.animator.snapshot import Condition
-from services.animator.states import SILENT_NS, STALE_NS, Setup, State
+from services.animator.states import MOST, SILENT_NS, STALE_NS, Setup, State
 from services.animator.step import condition, counts, describe, initial_state, snapshot, step
 
 NOW = 1_000_000_000_000
@@ -125,3 +125,11 @@ def test_the_last_of_everything_is_in_the_snapshot() -> None:
     shown = snapshot(after(sighting("1", 1, NOW), sighting("1", 2, NOW), here))
     assert shown.sightings["1"].frame == 2
     assert shown.assignment == here
+
+
+def test_strangers_do_not_fill_its_memory() -> None:
+    many = [event for k in range(2 * MOST) for event in (Alive("viewer", f"s{k}", True, NOW), sighting(f"s{k}", 0, NOW))]
+    state = after(*many)
+    assert len(state.services) <= MOST
+    assert len(state.sightings) <= MOST
+    assert set(SETUP.expected) <= set(state.services)

@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 from common import messages as m
 from common.bus.protocol import Envelope
 from common.codec import encode, json_schema
-from common.take.recording import Attachment, Channel, Recording, RecordingError, nothing_beside
+from common.take.recording import MAX_CHANNELS, Attachment, Channel, Recording, RecordingError, nothing_beside
 from common.topics import SIGHTING, UNIVERSAL_BAP, topic_of
 from tests.test_inbox import bap, sighting
 
@@ -104,6 +104,16 @@ def test_channels_of_others_may_be_added(tmp_path: Path) -> None:
     with (tmp_path / "take.mcap").open("rb") as file:
         found = [(schema and schema.name, channel.topic) for schema, channel, _ in make_reader(file).iter_messages()]
     assert found == [(None, "/note"), ("foxglove.SceneUpdate", "/scene")]
+
+
+def test_strangers_keys_do_not_fill_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with_all = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0)
+    for number in range(MAX_CHANNELS + 10):
+        with_all.write(Channel(f"key{number}", "json", "", "", b""), b"{}", number, number)
+    with_all.write(Channel("key0", "json", "", "", b""), b"{}", 9999, 9999)
+    end = with_all.close()
+    assert (end.messages, end.lost, end.failure) == (MAX_CHANNELS + 1, 10, None)
+    assert [record.getMessage().count("further new keys") for record in caplog.records] == [1]
 
 
 def test_a_message_made_by_hand_is_encoded(tmp_path: Path) -> None:

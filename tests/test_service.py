@@ -113,6 +113,22 @@ def test_a_step_that_keeps_failing_ends_the_service() -> None:
         runner.handle(Image(9, 1))
 
 
+def test_what_others_send_ends_no_service() -> None:
+    def refuse(setup: None, state: int, event: Event[Image]) -> tuple[int, list[m.Message]]:
+        if isinstance(event, Envelope):
+            raise ValueError("what a body")
+        return state + 1, []
+
+    network = LocalNetwork("studio", ManualClock(1))
+    service: Service[None, int, Image] = Service("viewer", "1", None, 0, refuse)
+    runner = Runner(service, network.bus(), ManualClock(1))
+    for frame in range(100):
+        runner.handle(Envelope("key", UNIVERSAL_BAP, bap(frame), 1))
+    runner.handle(Tick(5))
+    assert runner.state == 1
+    assert runner.meter.counts["step_errors"] == 100
+
+
 def test_one_good_step_forgives_the_failures() -> None:
     network = LocalNetwork("studio", ManualClock(1))
     failing = frozenset(range(100)) - {9, 19}

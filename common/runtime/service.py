@@ -51,7 +51,8 @@ class Service(Generic[Setup, State, F]):
     result: messages whose age since their capture is a stage of the health.
     recalls: topics of its own, of which the state lacks what was said before a restart: it is asked for, and fed.
     derives: it says what it was fed, so that what it said can be recomputed; False for one that only shows.
-    max_failures: steps that may fail in a row before the service gives up.
+    max_failures: steps that may fail in a row before the service gives up, those on messages left out: what others send
+    ends no service.
     """
 
     name: str
@@ -96,7 +97,7 @@ class Runner(Generic[Setup, State, F]):
             self.bus.watch_alive()
 
     def handle(self, event: Event[F]) -> None:
-        """One step and its messages.  Raises GivingUp after `max_failures` failures in a row."""
+        """One step and its messages.  Raises GivingUp after `max_failures` failures in a row, messages left out."""
         kind, source = kind_of(event), in_words(event)
         if self.service.derives:
             if self._trace.full:
@@ -106,7 +107,7 @@ class Runner(Generic[Setup, State, F]):
         try:
             self.state, messages = self.service.step(self.service.setup, self.state, event)
         except Exception as error:  # one bad frame must not end a take; the state before it is kept
-            self._failures += 1
+            self._failures += not isinstance(event, Envelope)
             self.meter.counts["step_errors"] += 1
             self._once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}", trace=True)
             if self._failures >= self.service.max_failures:

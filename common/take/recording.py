@@ -24,6 +24,7 @@ logger = logging.getLogger(__name__)
 
 LIBRARY = "zenocap"
 ENCODING = "msgpack"
+MAX_CHANNELS = 4096
 FLUSH_NS = 1_000_000_000
 
 
@@ -60,7 +61,7 @@ class Statistics:
     failure: why writing ended early, if it did.
 
     What was written but perhaps not on the disk when writing ended early counts as lost.
-    unshown: messages that the converter of `beside` failed on; they are in the take, only nothing beside them.
+    unshown: messages that the converter of `beside` failed on; in the take, only nothing beside them.
     """
 
     messages: int
@@ -95,6 +96,7 @@ class Recording:
         self.path = path
         self._beside = beside
         self._unshown = 0
+        self._refused = False
         self._failure: str | None = None
         self._messages = self._bytes = self._lost = 0
         self._safe = (0, 0)  # messages and bytes that are on the disk
@@ -145,7 +147,7 @@ class Recording:
         channel = Channel(envelope.key, ENCODING, f"zenocap.{kind.__name__}", "jsonschema", codec.json_schema(kind))
         log_ns, publish_ns, sequence = envelope.received_ns, envelope.message.captured_ns, envelope.message.frame
         self.write(channel, data, log_ns, publish_ns, sequence)
-        if self._failure:
+        if self._failure or channel not in self._channels:
             return
         try:
             others = list(self._beside(envelope))
@@ -167,7 +169,7 @@ class Recording:
             self._lost += 1
 
     def _put(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int) -> bool:
-        if self._failure:
+        if self._failure or self._too_many(channel):
             return False
         try:
             if self._flushed_ns is None:
@@ -202,10 +204,18 @@ class Recording:
                 self._fail(error)
         return self.statistics
 
+    def _too_many(self, channel: Channel) -> bool:
+        """Whether this channel is one too many: names that strangers make up must not fill file and memory."""
+        if channel in self._channels or len(self._channels) < MAX_CHANNELS:
+            return False
+        if not self._refused:
+            self._refused = True
+            logger.warning("%s: %s and further new keys are not written: %d are", self.path, channel.topic, MAX_CHANNELS)
+        return True
+
     def _channel_id(self, channel: Channel) -> int:
-        known = self._channels.get(channel)
-        if known is not None:
-            return known
+        if channel in self._channels:
+            return self._channels[channel]
         schema = (channel.schema_name, channel.schema_encoding, channel.schema)
         if channel.schema and schema not in self._schemas:
             self._schemas[schema] = self._writer.register_schema(*schema)

@@ -12,6 +12,7 @@ Service = tuple[str, str]  # its name and id
 
 STALE_NS = 1_000_000_000  # a viewer whose frames stopped so long ago
 SILENT_NS = 2_500_000_000  # any service, which says its health every second
+MOST = 128  # services, and viewers of which something is kept
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from common.body.definition import Pose
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from common.conversion import anatomy_of, angles_of, bdp_of
 from services.animator.snapshot import Actor, Condition, Row, Snapshot, Source
-from services.animator.states import SILENT_NS, STALE_NS, Body, Heard, Service, Setup, State
+from services.animator.states import MOST, SILENT_NS, STALE_NS, Body, Heard, Service, Setup, State
 
 __all__ = ["counts", "describe", "initial_state", "snapshot", "step"]
 
@@ -174,4 +174,5 @@ def _pose(state: State, source: Source, message: Bap, lost: tuple[str, ...], rec
 
 
 def _with(mapping: Mapping[K, V], key: K, value: V) -> Mapping[K, V]:
-    return {**mapping, key: value}
+    """With one more, or another value; unchanged where there are MOST others: strangers' names must not fill the memory."""
+    return {**mapping, key: value} if key in mapping or len(mapping) < MOST else mapping

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,22 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from common.runtime.rig import Rig
 
 DONE, FAILED, USAGE, LOSS = 0, 1, 2, 3
+USER_ERRORS = (  # what a user can put right
+    ("common.bus.protocol", "BusError"),
+    ("common.camera.files", "CalibrationError"),
+    ("common.formats.trc", "FormatError"),
+    ("common.runtime.rig", "RigError"),
+    ("common.take.reading", "TakeError"),
+    ("common.take.recording", "RecordingError"),
+    ("services.animator.page.server", "PageError"),
+    ("services.certificates.authority", "CertificateError"),
+    ("services.recognizer.examples", "ExampleError"),
+    ("services.recognizer.file", "PostureModelError"),
+    ("services.recognizer.manifest", "ManifestError"),
+    ("services.tracker.prior.file", "PriorError"),
+    ("services.tracker.prior.training", "MotionError"),
+    ("services.viewer.sources.frame", "SourceError"),
+)
 Method = Literal["two-view", "hybrid", "image-force", "particle-filter"]
 METHODS: tuple[Method, ...] = get_args(Method)  # of this version
 
@@ -144,22 +161,7 @@ def one_line_errors() -> Iterator[None]:
 
 
 def _user_errors() -> tuple[type[Exception], ...]:
-    from common.bus.protocol import BusError
-    from common.camera.files import CalibrationError
-    from common.formats.trc import FormatError
-    from common.runtime.rig import RigError
-    from common.take.reading import TakeError
-    from common.take.recording import RecordingError
-    from services.animator.page.server import PageError
-    from services.certificates.authority import CertificateError
-    from services.recognizer.examples import ExampleError
-    from services.recognizer.file import PostureModelError
-    from services.recognizer.manifest import ManifestError
-    from services.tracker.prior.file import PriorError
-    from services.tracker.prior.training import MotionError
-    from services.viewer.sources.frame import SourceError
-
-    return (
-        BusError, CalibrationError, CertificateError, ExampleError, FormatError, ManifestError, MotionError, PageError,
-        PostureModelError, PriorError, RecordingError, RigError, TakeError, SourceError,
-    )  # fmt: skip
+    """Of the modules that are loaded: who has not loaded one cannot have its error, and may lack what it needs."""
+    loaded = ((sys.modules.get(module), name) for module, name in USER_ERRORS)
+    found = (getattr(module, name) for module, name in loaded if module is not None)
+    return tuple(kind for kind in found if isinstance(kind, type) and issubclass(kind, Exception))

@@ -10,6 +10,8 @@ from common.bus.protocol import Alive, Envelope
 
 Service = tuple[str, str]  # its name and id
 
+MOST = 256  # services whose health is kept
+
 # What a newcomer recognises; degrees, a straight elbow or knee is 0.
 SHOWN_ANGLES = (
     ("turn", "navel.y"),
@@ -42,7 +44,10 @@ class Board:
                 there = self.alive | {(service, id)} if alive else self.alive - {(service, id)}
                 return replace(self, alive=there)
             case Envelope(message=m.Health() as health):
-                known = {**self.health, (health.service, health.id): health}
+                service = (health.service, health.id)
+                if service not in self.health and len(self.health) >= MOST:
+                    return self
+                known = {**self.health, service: health}
                 return replace(self, health=MappingProxyType(known))
             case Envelope(message=m.UniversalBap() as bap):
                 return replace(self, pose=bap, poses=self.poses + 1, whole=self.whole + (not bap.stale))

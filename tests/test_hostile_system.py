@@ -1,0 +1,171 @@
+"""A running rig that gets whatever a broken, old or malicious program might send, on every key: it goes on."""
+
+import random
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import pytest
+import zenoh
+
+from common import codec
+from common import messages as m
+from common.bus.protocol import Envelope
+from common.bus.zenoh_bus import ZenohBus
+from common.bus.zenoh_session import ZenohOptions, configuration
+from common.runtime.clock import RealClock
+from common.runtime.rig import demo_rig_file
+from common.topics import HEALTH, TOPICS, UNIVERSAL_BAP, topic_of
+from services.launcher.mesh import free_ports
+from tests.hostile import bombs, keys, payloads, strangers, valid_messages
+from tests.test_system import PATIENCE_S, said, started
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the memory of processes in /proc"),
+]
+RIGS = ("demo", "ring")
+SERVICES = {("viewer", "1"), ("viewer", "2"), ("integrator", "main"), ("recognizer", "main"), ("animator", "main")}
+PAUSE_EVERY, PAUSE_S = 50, 0.005  # so that it is the services that refuse, and not the network that drops
+GROWTH_MB = 30
+
+
+@dataclass
+class Running:
+    """The processes by name, and what is heard of them."""
+
+    processes: dict[str, subprocess.Popen[str]]
+    bus: ZenohBus
+    session: zenoh.Session
+    health: dict[tuple[str, str], m.Health] = field(default_factory=dict)
+    sent: int = 0
+
+    def poses_within(self, seconds: float) -> int:
+        found, end_s = 0, time.monotonic() + seconds
+        while time.monotonic() < end_s:
+            match self.bus.receive(0.1):
+                case Envelope(message=m.UniversalBap()):
+                    found += 1
+                case Envelope(message=m.Health() as health) if (health.service, health.id) in SERVICES:
+                    self.health[(health.service, health.id)] = health
+        return found
+
+    def put(self, key: str, data: bytes) -> None:
+        self.session.put(key, data)
+        self.sent += 1
+        if self.sent % PAUSE_EVERY == 0:
+            time.sleep(PAUSE_S)
+
+    def memory_mb(self) -> dict[str, float]:
+        pages = {name: int(Path(f"/proc/{p.pid}/statm").read_text().split()[1]) for name, p in self.processes.items()}
+        return {name: count * 4096 / 1e6 for name, count in pages.items()}
+
+    def dead(self) -> list[str]:
+        return [name for name, process in self.processes.items() if process.poll() is not None]
+
+    def refused(self) -> dict[tuple[str, str], int]:
+        return {
+            name: sum(count for key, count in health.counts.items() if key.startswith("rejected_"))
+            for name, health in self.health.items()
+        }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("hostile")
+
+
+@pytest.fixture(scope="module")
+def running(folder: Path) -> Iterator[Running]:
+    """Router, the demo's services, a recorder, and the tracker of another rig, all tracking."""
+    demo, ring = demo_rig_file(), demo_rig_file().with_name("ring.toml")
+    (port,) = free_ports(1)
+    place = f"tcp/127.0.0.1:{port}"
+    network = ["-m", "client", "-e", place, "--no-multicast-scouting"]
+    lines: dict[str, list[object]] = {
+        "router": ["router", "-l", place, "--no-multicast-scouting"],
+        "viewer 1": ["viewer", demo, "--id", "1", *network],
+        "viewer 2": ["viewer", demo, "--id", "2", *network],
+        "integrator": ["integrator", demo, "-o", folder / "take.mcap", *network],
+        "recognizer": ["recognizer", demo, *network],
+        "animator": ["animator", demo, "--port", 0, *network],
+        "tracker": ["tracker", ring, *network],
+        "recorder": ["record", demo, "-o", folder / "recorded.mcap", *network],
+    }
+    options = ZenohOptions("client", (place,), multicast_scouting=False)
+    with ExitStack() as stack:
+        processes = {name: stack.enter_context(started(line, folder)) for name, line in lines.items()}
+        bus = stack.enter_context(ZenohBus.open(options, "demo", RealClock()))
+        bus.subscribe(UNIVERSAL_BAP)
+        bus.subscribe(HEALTH)
+        session = stack.enter_context(zenoh.open(configuration(options)))
+        found = Running(processes, bus, session)
+        end_s = time.monotonic() + PATIENCE_S
+        while found.poses_within(1.0) < 5 or found.health.keys() != SERVICES:
+            assert time.monotonic() < end_s, said(folder)
+            assert found.dead() == [], said(folder)
+        yield found
+
+
+def hostile_round(running: Running, number: int) -> None:
+    """Everything, once."""
+    for rig in RIGS:
+        for topic in TOPICS:
+            for data in payloads(topic, number, 2):
+                for key in dict.fromkeys(keys(topic, rig, ("1", "stranger"))):
+                    running.put(key, data)
+        for message in bombs(random.Random(number)):
+            topic = topic_of(type(message))
+            running.put(topic.at(rig, viewer="1"), codec.encode(message))
+    for topic, key, id in strangers("demo", 300):
+        (message, *_) = valid_messages(topic, 1, number)
+        names = {"viewer": f"{id}-{number}", "service": "viewer", "id": f"{id}-{number}"}
+        mine = {name: value for name, value in names.items() if hasattr(message, name)}
+        running.put(topic.at("demo", **names), codec.encode(msgspec.structs.replace(message, **mine)))
+        running.put(key, b"\x00")
+
+
+def test_hostile_bytes_stop_nobody_and_fill_no_memory(running: Running, folder: Path) -> None:
+    hostile_round(running, 0)
+    running.poses_within(2.0)
+    refused, memory = running.refused(), running.memory_mb()
+    for number in (1, 2):
+        hostile_round(running, number)
+        assert running.dead() == [], said(folder)
+        assert running.poses_within(3.0) > 5
+    grown = {name: mb - memory[name] for name, mb in running.memory_mb().items()}
+    assert max(grown.values()) < GROWTH_MB, grown
+    more = {name: count - refused[name] for name, count in running.refused().items()}
+    assert min(more.values()) > 20, more
+
+
+def test_messages_that_are_valid_and_false_stop_nobody(running: Running, folder: Path) -> None:
+    """As if somebody had taken over a viewer or the integrator: bursts of messages that fit nothing."""
+    for rig in RIGS:
+        for topic in TOPICS:
+            for message in valid_messages(topic, 60, 1):
+                mine = {
+                    name: value
+                    for name, value in (("viewer", "1"), ("id", "1"), ("service", "viewer"))
+                    if hasattr(message, name)
+                }
+                data = codec.encode(msgspec.structs.replace(message, **mine))
+                running.session.put(topic.at(rig, viewer="1", service="viewer", id="1"), data)
+    running.poses_within(3.0)
+    assert running.dead() == [], said(folder)
+    assert running.poses_within(8.0) > 5, said(folder)
+
+
+def test_they_end_as_they_should(running: Running, folder: Path) -> None:
+    others = {name: process for name, process in running.processes.items() if name != "router"}
+    for process in others.values():
+        process.send_signal(signal.SIGTERM)
+    ended = {name: process.wait(30) for name, process in others.items()}
+    assert ended.pop("integrator") in (0, 3)  # 3: of what strangers said not everything is in the take
+    assert ended.pop("recorder") in (0, 3)
+    assert set(ended.values()) == {0}, said(folder)

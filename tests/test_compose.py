@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 from websockets.asyncio.client import connect
+from websockets.exceptions import WebSocketException
 
 from services.launcher.mesh import free_ports
 
@@ -101,7 +102,7 @@ class Project:
                             pieces.update({str(piece["is"]): piece for piece in json.loads(await connection.recv())})
                             await connection.send('{"is":"got"}')
                         return
-                except (OSError, TimeoutError):
+                except (OSError, TimeoutError, WebSocketException):  # not up yet: the port is published before
                     await asyncio.sleep(0.5)
 
         try:

@@ -39,4 +39,5 @@ def test_a_rig_survives_a_cut_link_and_a_killed_integrator(tmp_path: Path) -> No
     assert killed.recovered_s is not None, text
     assert killed.recovered_s < PROCESS_S, text
     assert outcome.logs, text
-    assert not [log for log in outcome.logs if log.different or log.problem], text
+    assert outcome.well, text
+    assert all(log.equal for log in outcome.logs), text

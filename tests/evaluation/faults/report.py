@@ -29,12 +29,12 @@ def _row(result: Result) -> list[str]:
 
 def as_text(outcome: Outcome) -> str:
     starts = [[one.method, ", ".join(one.order), one.seconds] for one in outcome.started]
-    logs = [[log.name, log.equal, log.different, log.unchecked, log.problem] for log in outcome.logs]
+    logs = [[log.name, log.equal, log.different, log.unchecked, log.remark] for log in outcome.logs]
     return "\n".join(
         (
             table("Started in any order", ["method", "order", "first poses, s"], starts),
             table("Faults: while it lasts, and afterwards", COLUMNS, rows(outcome.results)),
-            table("The logs, recomputed", ["take", "equal", "different", "unchecked", "problem"], logs),
+            table("The logs, recomputed", ["take", "equal", "different", "unchecked", "remark"], logs),
         )
     )
 

@@ -21,13 +21,17 @@ class Queueing(Enum):
 
 @dataclass(frozen=True)
 class Topic:
-    """key: with {rig}, {viewer} or {service} and {id} to fill in.  rate: rough messages per second, 0 for on change."""
+    """key: with {rig}, {viewer} or {service} and {id} to fill in.  rate: rough messages per second, 0 for on change.
+
+    recalled: its readers remember the last one, and tell it to its service when that is started anew.
+    """
 
     name: str
     key: str
     message: type[m.Message]
     queueing: Queueing
     rate: str
+    recalled: bool = False
 
     def on(self, rig: str, **names: str) -> str:
         """The key expression of this topic; a name left out stands for all (`*`)."""
@@ -54,11 +58,11 @@ PARTIAL_BAP = Topic("partial_bap", "zenocap/{rig}/viewer/{viewer}/bap", m.Partia
 SILHOUETTE = Topic("silhouette", "zenocap/{rig}/viewer/{viewer}/silhouette", m.Silhouette, Queueing.LATEST, "every frame")
 PREVIEW = Topic("preview", "zenocap/{rig}/viewer/{viewer}/preview", m.Preview, Queueing.LATEST, "at most 5 Hz")
 CAMERA = Topic("camera", "zenocap/{rig}/viewer/{viewer}/camera", m.CameraInfo, Queueing.KEPT, "on change")
-UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.UniversalBdp, Queueing.KEPT, "on change")
+UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.UniversalBdp, Queueing.KEPT, "on change", True)
 ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assignment, Queueing.LATEST, "every frame")
-UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, "every frame")
-TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.KEPT, "on change")
-TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, "every frame")
+UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, "every frame", True)
+TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.KEPT, "on change", True)
+TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, "every frame", True)
 SCENE_POINTS = Topic("scene_points", "zenocap/{rig}/tracker/points", m.ScenePoints, Queueing.LATEST, "at most 10 Hz")
 POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queueing.ALL, "every posture")
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, "1 Hz")
@@ -89,6 +93,7 @@ CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
 ABOUT = "zenocap/{rig}/about/{service}/{id}"  # queryable: the rig file and the versions of a service
 PACE = "zenocap/{rig}/pace/{service}/{id}"  # queryable: answers when everything before the question is handled
+RECALL = "zenocap/{rig}/recall/{topic}"  # queryable, of every reader: what was last said on a topic, for who said it
 EVERYTHING = "zenocap/{rig}/**"
 ROOT = "zenocap"  # the first chunk of every key
 NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Name` has it

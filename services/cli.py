@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.calibrate import calibrate
-from services.commands import animator, certs, doctor, live, load, offline, recognizer, record, replay, takes, top
+from services.commands import animator, certs, doctor, health, live, load, offline, recognizer, record, replay, takes, top
 from services.commands.posture import posture
 from services.commands.posture_act import act
 from services.commands.prior import prior
@@ -37,6 +37,7 @@ TABLE = (
     (SERVICES, record.record),
     (NETWORK, top.top),
     (NETWORK, load.load),
+    (NETWORK, health.health),
     (FILES, offline.track),
     (FILES, takes.export),
     (FILES, takes.info),

@@ -7,7 +7,17 @@ import pytest
 from hypothesis import given
 
 from common.bus.access import READER, RECORDER, REPLAY, ROUTER, Member, access_control, keys_of
-from common.topics import ALIVE, CLOCK, REQUEST, SIGHTING, TOPICS, service_at
+from common.topics import (
+    ALIVE,
+    CLOCK,
+    RECALL,
+    REQUEST,
+    SIGHTING,
+    TOPICS,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    service_at,
+)  # fmt: skip
 from tests.message_strategies import NAMES
 
 SERVICES = tuple(Member(name) for name in ("integrator", "tracker", "recognizer", "animator"))
@@ -78,8 +88,19 @@ def test_a_viewers_tokens_and_answers_are_its_own() -> None:
     tokens = allowed("studio", Member("viewer", "1"), "liveliness_token")
     assert ALIVE.format(rig="studio", service="viewer", id="1") in tokens
     assert not [token for token in tokens if "/viewer/1" not in token]
+    answers = allowed("studio", Member("viewer", "1"), "reply") - {RECALL.format(rig="studio", topic="*")}
+    assert not [answer for answer in answers if "/viewer/1" not in answer]
     assert CLOCK.format(rig="studio") not in allowed("studio", Member("viewer", "1"), "reply")
     assert CLOCK.format(rig="studio") in allowed("studio", Member("integrator"), "reply")
+
+
+def test_only_who_said_it_may_ask_what_it_had_said() -> None:
+    bap, pose = (RECALL.format(rig="studio", topic=topic.name) for topic in (UNIVERSAL_BAP, TRACKER_POSE))
+    askers = {
+        member.service: allowed("studio", member, "query") & {bap, pose} for member in (Member("viewer", "1"), *SERVICES)
+    }
+    assert {service: asked for service, asked in askers.items() if asked} == {"integrator": {bap}, "tracker": {pose}}
+    assert RECALL.format(rig="studio", topic="*") not in allowed("studio", Member(READER), "reply")
 
 
 def test_a_replay_may_stand_in_for_all_and_a_recorder_for_itself() -> None:

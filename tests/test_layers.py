@@ -17,7 +17,7 @@ VOCABULARY = ("common.messages", "common.conversion", "common.pairing")
 # What a step is fed and set up with: values, without a thread, a socket or a file.
 EVENTS = ("common.bus.protocol", "common.runtime.clock", "common.runtime.specs")
 STEPS = {
-    "integrator": {"step", "states", "measuring", "placing", "posing"},
+    "integrator": {"step", "states", "measuring", "placing", "posing", "resuming"},
     "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
     "tracker": {"step", "states"},
     "animator": {"step", "states", "snapshot"},
@@ -31,9 +31,7 @@ SHELLS = {
     "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
 }
 UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
-ZENOH_FILES = tuple(
-    f"common.bus.{name}" for name in ("zenoh_about", "zenoh_bus", "zenoh_clock", "zenoh_pace", "zenoh_session")
-)
+ZENOH_FILES = tuple(f"common.bus.zenoh_{name}" for name in ("about", "bus", "clock", "kept", "pace", "recall", "session"))
 
 
 def module_of(path: Path) -> str:

@@ -17,6 +17,7 @@ from common.topics import (
     EVERYTHING,
     PACE,
     PREVIEW,
+    RECALL,
     REQUEST,
     SILHOUETTE,
     TOPICS,
@@ -134,8 +135,12 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
         _rule(f"{name} answers", ("ingress",), ("declare_queryable", "reply"), [*answers, *kept, *advanced]),
         _rule(f"{name} is there", ("ingress",), ("liveliness_token",), tokens),
     ]
-    if member.service == REPLAY:
-        rules.append(_rule(f"{name} waits", ("ingress",), ("query",), [PACE.format_map(who)]))
+    # Whoever listens may tell a service what it had said before it was restarted; only that one may ask.
+    rules.append(
+        _rule(f"{name} remembers", ("ingress",), ("declare_queryable", "reply"), [RECALL.format(rig=rig, topic="*")])
+    )
+    questions = [RECALL.format(rig=rig, topic=topic.name) for topic in keys if topic.recalled]
+    rules.append(_rule(f"{name} asks", ("ingress",), ("query",), [*questions, PACE.format_map(who)]))
     return rules
 
 

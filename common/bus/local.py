@@ -144,6 +144,9 @@ class LocalBus:
             sent_ns, answered_ns = self._clock.now_ns(), self._network.timekeeper.now_ns()
             self._inbox.put_event(RoundTrip(sent_ns, answered_ns, self._clock.now_ns()))
 
+    def recall(self, topic: Topic) -> None:
+        """Does nothing: inside one process nobody outlives another."""
+
     def receive(self, timeout_s: float = 0.0) -> Received | None:
         """The next event or None; never waits, for nothing can come while it would."""
         return self._inbox.take(0.0)

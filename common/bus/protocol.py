@@ -135,6 +135,9 @@ class Bus(Protocol):
     def ask_clock(self) -> None:
         """Start a round trip to the integrator's clock; a `RoundTrip` is received if it answers."""
 
+    def recall(self, topic: Topic) -> None:
+        """Ask those who read it what was last said on a `recalled` topic without names; the answer is received like it."""
+
     def receive(self, timeout_s: float) -> Received | None:
         """The next event, or None after `timeout_s` or when woken.  Raises DuplicateService."""
 

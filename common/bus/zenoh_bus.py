@@ -1,8 +1,6 @@
-"""The bus over Zenoh.  Its threads only queue, except that the integrator's clock is answered at once, and that a
-question for the pace waits for what it has overtaken.
+"""The bus over Zenoh.  Its threads only queue, but answer for clock and past at once, for the pace after what it overtook.
 
-Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.  KEPT
-topics have an advanced publisher with a cache of one: who joins late or comes back asks for it.
+Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.
 """
 
 import logging
@@ -12,7 +10,6 @@ from types import TracebackType
 from typing import Protocol, Self
 
 import zenoh
-import zenoh.ext
 
 from common import codec
 from common.about import About
@@ -20,15 +17,15 @@ from common.bus.inbox import Inbox, check_key, outgoing
 from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
 from common.bus.zenoh_about import ask_everybody, tell
 from common.bus.zenoh_clock import ENCODING, QUERY_TIMEOUT_S, ZenohClock
+from common.bus.zenoh_kept import kept_publisher, kept_subscriber
 from common.bus.zenoh_pace import Readers, Tally, ask_all
+from common.bus.zenoh_recall import Hearsay
 from common.bus.zenoh_session import ZenohOptions, open_session
 from common.messages import Message, PaceQuery
 from common.runtime.clock import Clock
 from common.topics import ALIVE, CLAIM, PACE, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
-
-HEARTBEAT_S = 1.0  # how soon a reader learns that it missed the last value of a KEPT topic
 
 
 class _Declared(Protocol):
@@ -63,6 +60,7 @@ class ZenohBus:
         self._inbox = Inbox(logger)
         self._round_trips = ZenohClock(session, rig, clock, self._inbox)
         self._tally = Tally(self._inbox)
+        self._hearsay = Hearsay(session, rig)
         self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
         self._declared: list[_Declared] = []
@@ -118,15 +116,7 @@ class ZenohBus:
             return self._session.declare_publisher(
                 key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP, express=True
             )
-        return zenoh.ext.declare_advanced_publisher(
-            self._session,
-            key,
-            encoding=ENCODING,
-            congestion_control=zenoh.CongestionControl.DROP,
-            cache=zenoh.ext.CacheConfig(max_samples=1),
-            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT_S, sporadic_heartbeat=None),
-            publisher_detection=True,
-        )
+        return kept_publisher(self._session, key)
 
     def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
         expression = topic.on(self._rig, **names)
@@ -142,20 +132,17 @@ class ZenohBus:
             if size > limit:
                 self._inbox.reject(key, "size", f"{size} bytes, more than {limit}")
             else:
-                self._inbox.put(key, topic, sample.payload.to_bytes(), self._clock.now_ns(), every=every)
+                data = sample.payload.to_bytes()
+                self._inbox.put(key, topic, data, self._clock.now_ns(), every=every)
+                if topic.recalled:
+                    self._hearsay.keep(key, topic, data)
             self._tally.hear(key)
 
+        if topic.recalled:
+            self._hearsay.serve()
         self._tally.expect(expression)
         if topic.queueing is Queueing.KEPT:
-            self._declared.append(
-                zenoh.ext.declare_advanced_subscriber(
-                    self._session,
-                    expression,
-                    queue,
-                    history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
-                    recovery=zenoh.ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
-                )
-            )
+            self._declared.append(kept_subscriber(self._session, expression, queue))
         else:
             self._declared.append(self._session.declare_subscriber(expression, queue))
 
@@ -208,6 +195,9 @@ class ZenohBus:
     def ask_clock(self) -> None:
         self._round_trips.ask()
 
+    def recall(self, topic: Topic) -> None:
+        self._hearsay.ask(topic, self._inbox, self._clock.now_ns)
+
     def receive(self, timeout_s: float) -> Received | None:
         event = None if self._duplicate else self._inbox.take(timeout_s)
         if self._duplicate:
@@ -246,6 +236,7 @@ class ZenohBus:
 
     def close(self) -> None:
         self._readers.remove(self._tally)
+        self._hearsay.close()
         declared, self._declared = self._declared, []
         publishers, self._publishers = list(self._publishers.values()), {}
         for thing in (*declared, *publishers):

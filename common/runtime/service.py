@@ -5,7 +5,7 @@ and ticks from one thread, publishes what it returns, measures, and says so at 1
 """
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
@@ -16,12 +16,12 @@ from common.runtime.frames import NewestFrame
 from common.runtime.handled import Trace, in_words, kind_of
 from common.runtime.health import Meter
 from common.runtime.logs import OncePerSource
+from common.runtime.questions import Questions
 from common.topics import Topic, topic_of
 
 logger = logging.getLogger(__name__)
 
 HEALTH_NS = 1_000_000_000
-FAST_TRIPS, FAST_TRIP_NS = 10, 100_000_000  # the first round trips, then one with each Health
 BATCH = 256  # messages before a waiting frame gets its turn
 WAIT_S = 0.1  # longest wait for an event, so that signals are heeded
 
@@ -49,6 +49,7 @@ class Service(Generic[Setup, State, F]):
     tick_ns: feed a Tick at this period, 0 for never.  keeps_time: this is the integrator, whose clock the others use.
     pending: whether the state has work that a Tick is to start, once everything that has come is handled.
     result: messages whose age since their capture is a stage of the health.
+    recalls: topics of its own, of which the state lacks what was said before a restart: it is asked for, and fed.
     derives: it says what it was fed, so that what it said can be recomputed; False for one that only shows.
     max_failures: steps that may fail in a row before the service gives up, those on messages left out: what others send
     ends no service.
@@ -65,6 +66,7 @@ class Service(Generic[Setup, State, F]):
     watch_alive: bool = False
     tick_ns: int = 0
     pending: Callable[[State], bool] = lambda state: False
+    recalls: Callable[[State], Collection[Topic]] = lambda state: ()
     result: type[Message] | None = None
     keeps_time: bool = False
     derives: bool = True
@@ -201,14 +203,12 @@ def _loop(
     shown: Callable[[State], None],
 ) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
-    trips, asks = ClockFilter(), 0
-    health_ns = ask_ns = tick_ns = clock.elapsed_ns()
+    trips = ClockFilter()
+    health_ns = tick_ns = clock.elapsed_ns()
+    questions = Questions(bus, health_ns, keeps_time=service.keeps_time)
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
-        if now_ns >= ask_ns and not service.keeps_time:
-            bus.ask_clock()
-            asks += 1
-            ask_ns = now_ns + (FAST_TRIP_NS if asks < FAST_TRIPS else HEALTH_NS)
+        questions.ask(now_ns, service.recalls(runner.state))
         if now_ns >= health_ns:
             if frames:
                 runner.meter.counts["dropped_frames"] = frames.dropped

@@ -34,7 +34,11 @@ def animator(
         int | None, typer.Option("--port", min=0, max=65535, help="0 for any free one; default: the rig's, or 8080.")
     ] = None,
     token: Annotated[
-        str | None, typer.Option("--token", help="What who opens the page must know; needed with an open --host.")
+        str | None,
+        typer.Option(
+            "--token",
+            help="What who opens the page must know; needed with an open --host. `new`: a random one, which is said.",
+        ),
     ] = None,
     recordings: Annotated[
         Path | None,
@@ -77,6 +81,7 @@ def animator(
     if rig.suffix == ".mcap":
         raise typer.BadParameter(f"{rig} is a take: allowed with --render, or play it: zenocap replay {rig}")
     from dataclasses import replace
+    from secrets import token_urlsafe
 
     import msgspec
 
@@ -89,6 +94,7 @@ def animator(
     logs.configure("animator")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
         one = rig_at(rig, files=False)
+        token = token_urlsafe(24) if token == "new" else token
         wished = {name: value for name, value in (("host", host), ("port", port), ("token", token)) if value is not None}
         try:
             page = msgspec.convert(msgspec.to_builtins(one.animator.page) | wished, PageTable)

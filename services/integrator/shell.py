@@ -17,9 +17,9 @@ from common.take.log import Log
 from common.take.naming import take_path
 from common.take.opening import new_parts
 from common.take.setup import RecordedRig, recorded_rig
-from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, REQUEST, SIGHTING
+from common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, REQUEST, SIGHTING, UNIVERSAL_BAP, UNIVERSAL_BDP
 from services.integrator.states import Setup, State, integrator_setup
-from services.integrator.step import counts, describe, initial_state, step
+from services.integrator.step import counts, describe, initial_state, knows_nobody, step
 from services.integrator.switch import Switch
 
 ID = "main"
@@ -42,6 +42,7 @@ def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
         describe,
         counts,
         result=UniversalBap,
+        recalls=lambda state: (UNIVERSAL_BDP, UNIVERSAL_BAP) if knows_nobody(state) else (),
         keeps_time=True,
     )
 

@@ -7,7 +7,7 @@ from common.body.anatomy import Anatomy, Floats
 from common.body.definition import Bdp, Pose
 from common.camera.level import level_view
 from common.camera.pinhole import Camera
-from common.messages import PartialBap, PartialBdp, Sighting
+from common.messages import PartialBap, PartialBdp, Sighting, UniversalBdp
 from common.pairing import Pairs
 from common.runtime.clock import Offset
 from services.integrator.arbitrator import View
@@ -81,6 +81,7 @@ class State:
     last: each viewer's last sighting of a person.  first: the newest assignment made before the body is known.
     offsets: each viewer's clock against this one.  asked_ns: since when the arbitrator asks for other views, or 0.
     warnings: by viewer, what the person should know of its clock.
+    said: the body that an integrator before this one had said, if a reader told.  anew: the body is to be measured anew.
     """
 
     sightings: Pairs[Sighting]
@@ -95,3 +96,5 @@ class State:
     warnings: Mapping[str, str] = field(default_factory=dict)
     problem: str = ""
     asked_ns: int = 0
+    said: UniversalBdp | None = None
+    anew: bool = False

@@ -5,13 +5,14 @@ from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from common.messages import Health, Message, PartialBap, PartialBdp, Request, Sighting
+from common.messages import Health, Message, PartialBap, PartialBdp, Request, Sighting, UniversalBap, UniversalBdp
 from common.pairing import Instant, Pairs, offer
 from common.runtime.clock import Offset, clock_warning, offset_in, to_integrator_ns
 from services.integrator.arbitrator import View
 from services.integrator.measuring import define_body, place_first
 from services.integrator.placing import place_person
 from services.integrator.posing import pose_person
+from services.integrator.resuming import resume
 from services.integrator.states import INSTANTS_OF_BODY, Setup, State, integrator_setup
 
 __all__ = ["counts", "describe", "initial_state", "integrator_setup", "step"]
@@ -45,10 +46,17 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return _each(setup, replace(state, baps=baps), pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, offset_in(message)), []
+        case UniversalBdp() | UniversalBap() if knows_nobody(state):
+            return resume(setup, state, message)
         case Request(what="measure"):
             return measure_again(state), []
         case _:
             return state, []
+
+
+def knows_nobody(state: State) -> bool:
+    """Whether this integrator would hear what the one before it had said, and has not been told to forget it."""
+    return state.person is None and not state.anew
 
 
 def describe(state: State) -> str:
@@ -69,7 +77,7 @@ def counts(state: State) -> Mapping[str, int]:
 
 def measure_again(state: State) -> State:
     """Nobody is known any more; the next assignments tell the viewers so, and they measure the initial posture."""
-    return replace(state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0)
+    return replace(state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, said=None, anew=True)
 
 
 def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -> State:

@@ -16,13 +16,13 @@ from common.runtime.rig import Rig
 from common.runtime.service import Service, Subscription, run
 from common.take.reading import TakeError
 from common.take.setup import PRIOR_FILE, RecordedRig, recorded_rig
-from common.topics import CAMERA, HEALTH, REQUEST, SILHOUETTE
+from common.topics import CAMERA, HEALTH, REQUEST, SILHOUETTE, TRACKER_BDP, TRACKER_POSE
 from services.tracker.phases import Method, Options, Refinement, Setup
 from services.tracker.prior.file import parse_prior, read_prior
 from services.tracker.prior.model import Prior
 from services.tracker.ready import load_compiled
 from services.tracker.states import State
-from services.tracker.step import counts, describe, initial_state, pending, step
+from services.tracker.step import counts, describe, initial_state, knows_nobody, pending, step
 
 logger = logging.getLogger(__name__)
 
@@ -51,6 +51,7 @@ def tracker_service(rig: Rig) -> Service[Setup, State, Never]:
         describe,
         counts,
         pending=pending,
+        recalls=lambda state: (TRACKER_BDP, TRACKER_POSE) if knows_nobody(state) else (),
         result=TrackerPose,
     )
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from common.messages import Silhouette, TrackerPose
+from common.messages import Silhouette, TrackerBdp, TrackerPose
 from common.pairing import Instant, Pairs
 from common.runtime.clock import Offset
 from services.tracker.phases import TrackState
@@ -19,6 +19,7 @@ class State:
     pose: the last one said.  offsets: each viewer's clock against the integrator's.  warnings: by viewer, what the person
     should know of its clock; calibrations: of its camera.  findings: views that disagreed with the others, in words.
     used: views of the last instant.  points_ns: the last one whose points were said.  counts: what was lost, by reason.
+    said: the body that a tracker before this one had said, if a reader told.  anew: the body is to be measured anew.
     """
 
     track: TrackState
@@ -32,3 +33,5 @@ class State:
     used: tuple[str, ...] = ()
     points_ns: int = 0
     counts: Mapping[str, int] = field(default_factory=dict)
+    said: TrackerBdp | None = None
+    anew: bool = False

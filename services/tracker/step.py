@@ -11,9 +11,10 @@ from typing import TypeAlias
 import numpy as np
 
 from common.body.anatomy import Anatomy, Floats
+from common.body.definition import Pose
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from common.camera.pinhole import Camera
-from common.conversion import angles_by_name, body_of, packed_points
+from common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points
 from common.messages import CameraInfo, Health, Message, Request, ScenePoints, Silhouette, TrackerBdp, TrackerPose
 from common.pairing import Instant, Pairs, offer
 from common.runtime.clock import clock_warning, offset_in, to_integrator_ns
@@ -47,10 +48,17 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return _set_clock(setup, state, viewer, health), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare(state, camera, setup.cameras[viewer]), []
+        case Envelope(message=TrackerBdp() | TrackerPose() as said) if knows_nobody(state):
+            return _resume(setup, state, said)
         case Envelope(message=Request(what="measure")):
-            return replace(state, track=tracking.initial_state(setup), pose=None, findings=()), []
+            return replace(state, track=tracking.initial_state(setup), pose=None, findings=(), said=None, anew=True), []
         case _:
             return state, []
+
+
+def knows_nobody(state: State) -> bool:
+    """Whether this tracker would hear what the one before it had said, and has not been told to forget it."""
+    return tracking.knows_nobody(state.track) and not state.anew
 
 
 def pending(state: State) -> bool:
@@ -73,6 +81,24 @@ def describe(state: State) -> str:
 def counts(state: State) -> Mapping[str, int]:
     """Silhouettes that were late, doubled, out of order, damaged; instants that lacked a view or were dropped."""
     return {f"silhouette_{what}": count for what, count in state.pairs.counts.items()} | dict(state.counts)
+
+
+def _resume(setup: Setup, state: State, said: TrackerBdp | TrackerPose) -> Result:
+    """What a tracker before this one had said: with body and pose the person can be found.  It is said again."""
+    try:
+        match said:
+            case TrackerBdp() if state.said is None:
+                bdp_of(setup.anatomy, said.body)
+                return replace(state, said=said), [said]
+            case TrackerPose() if state.said is not None:
+                body = bdp_of(setup.anatomy, state.said.body)
+                angles = angles_of(setup.anatomy, said.angles, setup.anatomy.neutral)
+                pose = Pose(np.array(said.position), angles)
+                track = tracking.resumed(setup, state.track, body, pose, said.captured_ns)
+                return replace(state, track=track, pose=said, said=None), [said]
+    except ValueError:  # of another anatomy: this rig has been changed meanwhile
+        return state, []
+    return state, []
 
 
 def _pair(state: State, silhouette: Silhouette) -> State:

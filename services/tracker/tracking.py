@@ -6,6 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from common.body.anatomy import Floats
+from common.body.coordinates import coordinates_of
+from common.body.definition import Bdp, Pose
+from common.body.kinematics import part_frames
+from common.body.proportions import HIP_HEIGHT, KNEE_HEIGHT
 from services.tracker.agreement import agreement, untrusted, watch
 from services.tracker.closest import Singles, rays_of
 from services.tracker.filtering import HOLD, LEAST_RAYS, advanced, begin, nothing, weights_of
@@ -46,6 +50,16 @@ def initial_state(setup: Setup) -> TrackState:
     return TrackState(Lost(person, None), views)
 
 
+def resumed(setup: Setup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int) -> TrackState:
+    """Somebody whose body is known and who was in this pose then: to be found again."""
+    knee = next(k for k, joint in enumerate(setup.anatomy.joints) if joint.name == "right_knee")
+    stature = abs(float(body.offsets[knee][1])) / (HIP_HEIGHT - KNEE_HEIGHT)
+    person = Person(body, model_of(setup.anatomy, body), stature, beginning(body, np.zeros(COUNT)), USUAL_SHARE)
+    rotation = np.ascontiguousarray(part_frames(setup.anatomy, body, pose)[0, :, :3])
+    last = Posed(pose.position.copy(), rotation, coordinates_of(setup.anatomy).of_pose(pose))
+    return replace(state, phase=Lost(person, last, seen_ns=captured_ns))
+
+
 def follow(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str, Mask]) -> tuple[TrackState, Outcome]:
     """One instant.  masks: by viewer, (height, width) not 0 on the person; of two or more views."""
     seen_by = [masks.get(viewer) for viewer in setup.cameras]
@@ -59,6 +73,11 @@ def follow(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in doubted)
     said = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=said, points=scene.points)
+
+
+def knows_nobody(state: TrackState) -> bool:
+    """Whether no body is known yet."""
+    return isinstance(state.phase, Waiting)
 
 
 def describe(state: TrackState) -> str:

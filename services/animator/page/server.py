@@ -59,8 +59,9 @@ class PageServer:
 
     @property
     def address(self) -> str:
-        """Where a browser finds the page, token included."""
-        host = f"[{self._table.host}]" if ":" in self._table.host else self._table.host
+        """Where a browser on this machine finds the page, token included."""
+        own = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._table.host, self._table.host)
+        host = f"[{own}]" if ":" in own else own
         token = f"?token={self._table.token}" if self._table.token else ""
         return f"http://{host}:{self._port}/{token}"
 

@@ -44,7 +44,7 @@ class Board:
                 there = self.alive | {(service, id)} if alive else self.alive - {(service, id)}
                 return replace(self, alive=there)
             case Envelope(message=m.Health() as health):
-                sender = (health.sender, health.id)
+                sender = (health.service, health.id)
                 if sender not in self.health and len(self.health) >= MOST:
                     return self
                 known = {**self.health, sender: health}

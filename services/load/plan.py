@@ -67,7 +67,10 @@ class Plan:
     def title(self) -> str:
         what = "stand-ins for viewers" if self.stand_ins else "viewers"
         many = f"{self.rigs} rigs of " if self.rigs > 1 else ""
-        return f"{many}{self.viewers} {what}, {self.rate:g} frames/s, {self.size[0]}x{self.size[1]}, {self.method}"
+        more = [", silhouettes alone"] if self.until == "silhouette" else [f", {self.method}"]
+        more += [f", {self.subscribers} subscribers"] if self.subscribers else []
+        more += [", mesh"] if self.mesh else []
+        return f"{many}{self.viewers} {what}, {self.rate:g} frames/s, {self.size[0]}x{self.size[1]}{''.join(more)}"
 
 
 def checked(plan: Plan) -> Plan:

@@ -19,7 +19,7 @@ from services.load.point import Point, Setting, Tell, measured
 from services.load.ramping import Ramp, in_words, ramp, value_of
 from services.load.report import csv_of_soak, csv_text, report, write
 from services.load.soaking import Soak, soak
-from services.load.stage import film, rehearsal_file, rig_files
+from services.load.stage import calibration, film, rehearsal_file, rig_files
 from services.load.text import costs_table, histogram_lines, points_table, soak_lines, soak_table
 
 DONE, FAILED, LOSS = 0, 1, 3
@@ -47,6 +47,9 @@ class Session:
     def setting(self, plan: Plan, tell: Tell) -> Setting:
         """Films and rigs of a plan, made if they are not there.  Raises OSError, RigError, SourceError, ValueError."""
         place = self.folder / f"{plan.viewers}-{plan.size[0]}x{plan.size[1]}-{plan.method}"
+        if plan.part == "integrators":  # they see no picture
+            calibration(place, plan)
+            return Setting(rig_files(place, plan), place, self.network.connect, self.network.config)
         film(place, plan, lambda done, of: tell("rendering", done / of))
         rigs = rig_files(place, plan)
         if plan.stand_ins:
@@ -61,7 +64,7 @@ class Session:
 @contextmanager
 def prepared(plan: Plan, network: Network, stopped: Callable[[], bool], progress: Console) -> Iterator[Session]:
     """A folder for the films, thrown away afterwards; everything compiled.  Raises LoadError."""
-    if not compile_first(True, plan.has_tracker, False, stopped, progress) and not stopped():
+    if not compile_first(plan.part != "integrators", plan.has_tracker, False, stopped, progress) and not stopped():
         raise LoadError("compiling failed; what it said stands above")
     with tempfile.TemporaryDirectory(prefix="zenocap-load-") as folder:
         yield Session(Path(folder), network, stopped, progress)

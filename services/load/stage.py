@@ -45,19 +45,27 @@ def pictures(count: int, size: tuple[int, int]) -> int:
     return int(np.clip(MOST_BYTES / (count * size[0] * size[1] * 3), SHORTEST, LONGEST))
 
 
+def calibration(folder: Path, plan: Plan) -> tuple[Camera, ...]:
+    """The plan's cameras, and their file in `folder`, which is all that those need who see no picture.  Raises OSError."""
+    around = cameras(plan.viewers, plan.size)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_calibration(folder / "calibration.toml", {camera.name: camera for camera in around})
+    return around
+
+
 def film(folder: Path, plan: Plan, watch: Callable[[int, int], None] = lambda done, of: None) -> None:
     """Write calibration, films and background pictures of a plan's cameras into `folder`, unless they are there.
 
     watch: how many pictures are done, and of how many.  Raises OSError.
     """
-    around = cameras(plan.viewers, plan.size)
-    folder.mkdir(parents=True, exist_ok=True)
     if (folder / "calibration.toml").exists():
         return
     somebody = person(SEED)
     script = motion_script(somebody, "walking", SEED)
     count = pictures(plan.viewers, plan.size)
     width, height = plan.size
+    around = cameras(plan.viewers, plan.size)
+    folder.mkdir(parents=True, exist_ok=True)
     for number, camera in enumerate(around):
         filming = ActorCamera(camera, somebody, SEED)
         cv2.imwrite(str(folder / f"{camera.name}.png"), filming.background())
@@ -68,7 +76,7 @@ def film(folder: Path, plan: Plan, watch: Callable[[int, int], None] = lambda do
             film[k] = filming.render(script.pose_at(script.motion_from_s - BEFORE_S + k / FILM_FPS), k)
             watch(number * count + k + 1, len(around) * count)
         film.flush()
-    write_calibration(folder / "calibration.toml", {camera.name: camera for camera in around})
+    calibration(folder, plan)  # last: it says that all is there
 
 
 def rig_files(folder: Path, plan: Plan) -> tuple[Path, ...]:

@@ -48,7 +48,7 @@ TABLE = (
 # Which extra brings what is not installed everywhere.
 EXTRAS = {
     "cryptography": "certs", "ezc3d": "export", "foxglove": "takes", "hmmlearn": "training", "matplotlib": "plots",
-    "mcap": "takes", "numba": "viewer", "pylsl": "lsl", "scipy": "export", "sklearn": "training",
+    "mcap": "takes", "numba": "viewer", "pylsl": "lsl", "scipy": "viewer", "sklearn": "training",
     "threadpoolctl": "training", "websockets": "animator", "zstandard": "takes",
 }  # fmt: skip
 for panel, command in TABLE:

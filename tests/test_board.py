@@ -7,7 +7,7 @@ from rich.console import Console
 from common import messages as m
 from common.bus.protocol import Alive, Envelope
 from common.topics import topic_of
-from services.launcher.board import Board, lost_words
+from services.launcher.board import MOST, Board, lost_words
 from services.launcher.display import plain_line, table
 
 SERVICES = [("viewer", "1"), ("viewer", "2"), ("integrator", "main")]
@@ -128,3 +128,10 @@ def test_the_last_posture_is_shown_and_all_are_counted() -> None:
     assert board.postures == {"none of its postures": 1, "kick": 2}
     assert "posture: kick, 2.5 s, margin 0.50" in shown(board)
     assert "posture: kick" in plain_line(board, SERVICES, 3.0)
+
+
+def test_strangers_do_not_fill_it() -> None:
+    board = heard(*(health(f"stranger{number}") for number in range(MOST + 10)))
+    assert len(board.health) == MOST
+    again = board.heard(Envelope("key", topic_of(m.Health), health("stranger0", rate=7.0), 0))
+    assert again.health[("viewer", "stranger0")].rate == 7.0

@@ -23,16 +23,18 @@ from common.runtime.rig import demo_rig_file
 from common.topics import HEALTH, TOPICS, UNIVERSAL_BAP, topic_of
 from services.launcher.mesh import free_ports
 from tests.hostile import bombs, keys, payloads, strangers, valid_messages
-from tests.test_system import PATIENCE_S, said, started
+from tests.test_system import said, started
 
 pytestmark = [
     pytest.mark.system,
+    pytest.mark.timeout(900),
     pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the memory of processes in /proc"),
 ]
 RIGS = ("demo", "ring")
 SERVICES = {("viewer", "1"), ("viewer", "2"), ("integrator", "main"), ("recognizer", "main"), ("animator", "main")}
 PAUSE_EVERY, PAUSE_S = 50, 0.005  # so that it is the services that refuse, and not the network that drops
 GROWTH_MB = 30
+START_S = 300.0  # eight processes at once on a busy machine
 
 
 @dataclass
@@ -105,7 +107,7 @@ def running(folder: Path) -> Iterator[Running]:
         bus.subscribe(HEALTH)
         session = stack.enter_context(zenoh.open(configuration(options)))
         found = Running(processes, bus, session)
-        end_s = time.monotonic() + PATIENCE_S
+        end_s = time.monotonic() + START_S
         while found.poses_within(1.0) < 5 or found.health.keys() != SERVICES:
             assert time.monotonic() < end_s, said(folder)
             assert found.dead() == [], said(folder)

@@ -12,7 +12,11 @@ from services.cli import app
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+BLOCKS = [
+    block
+    for text in (README, (ROOT / "deploy" / "README.md").read_text(encoding="utf-8"))
+    for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
+]
 LINES = [line for block in BLOCKS for line in block.splitlines() if line.strip()]
 INLINE = re.findall(r"`(zenocap [a-z][^`]*)`", README)
 COMMANDS = sorted({line for line in LINES if line.startswith("zenocap")} | set(INLINE))

@@ -44,10 +44,10 @@ class Board:
                 there = self.alive | {(service, id)} if alive else self.alive - {(service, id)}
                 return replace(self, alive=there)
             case Envelope(message=m.Health() as health):
-                service = (health.service, health.id)
-                if service not in self.health and len(self.health) >= MOST:
+                sender = (health.service, health.id)
+                if sender not in self.health and len(self.health) >= MOST:
                     return self
-                known = {**self.health, service: health}
+                known = {**self.health, sender: health}
                 return replace(self, health=MappingProxyType(known))
             case Envelope(message=m.UniversalBap() as bap):
                 return replace(self, pose=bap, poses=self.poses + 1, whole=self.whole + (not bap.stale))

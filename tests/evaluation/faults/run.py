@@ -46,10 +46,8 @@ class Started:
 
 @dataclass(frozen=True)
 class Log:
-    """A take of the run, recomputed.
-
-    unchecked: derived messages of services that cannot be followed: what they were fed was said while a link was cut, or
-    before this take began.  remark: why nothing could be.
+    """A take of the run, recomputed.  unchecked: derived messages of services that cannot be followed, because what they
+    were fed was said while a link was cut, or before this take began.  remark: why nothing could be.
     """
 
     name: str

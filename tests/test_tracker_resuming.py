@@ -75,7 +75,7 @@ def test_it_says_again_what_was_said_and_finds_who_walks_without_an_initial_post
 
 def test_without_it_the_same_scenes_are_nobody_yet() -> None:
     state, said = play(tracker.initial_state(SETUP), list(AFTER), 10)
-    assert said == []
+    assert {type(message) for message in said} <= {m.ScenePoints}
     assert knows_nobody(state)
 
 

@@ -1,6 +1,7 @@
 """A router, players and what they say: processes of one trial."""
 
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -17,16 +18,29 @@ Answer = dict[str, float]
 
 
 @contextmanager
-def router(endpoint: str) -> Iterator[subprocess.Popen[str]]:
+def router(endpoint: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A router that can be called: it has just begun to listen."""
     command = [sys.executable, "-m", "services.cli", "router", "-l", endpoint, "--no-multicast-scouting"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    host, _, port = endpoint.removeprefix("tcp/").partition(":")
     try:
-        assert process.stderr is not None
-        process.stderr.readline()  # it listens
+        end_s = time.monotonic() + PATIENCE_S
+        while not _listens(host, int(port)):
+            if time.monotonic() > end_s or process.poll() is not None:
+                raise RuntimeError(f"no router at {endpoint}")
+            time.sleep(0.002)
         yield process
     finally:
         process.terminate()
         process.wait()
+
+
+def _listens(host: str, port: int) -> bool:
+    try:
+        socket.create_connection((host, port), 1.0).close()
+        return True
+    except OSError:
+        return False
 
 
 @contextmanager

@@ -142,7 +142,9 @@ def check_compiled(missing: Sequence[str], all_of_them: int) -> Finding:
     words = (
         f"{len(missing)} of {all_of_them} files are not compiled yet, such as {missing[0]}: the first start takes some 20 s"
     )
-    return warning("compiled", words, "zenocap warmup, as the user who runs the service")
+    return warning(
+        "compiled", words, "start it once before it matters, as the user who runs it; zenocap warmup where all is installed"
+    )
 
 
 def check_file(file: File) -> Finding:

@@ -1,6 +1,7 @@
 """All checks of one rig, for one service or for whatever this machine may run."""
 
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from pathlib import Path
 from socket import gethostname
 
@@ -8,7 +9,7 @@ from common.about import About
 from common.bus.zenoh_session import ZenohOptions
 from common.runtime.rig import Rig
 from common.runtime.versions import versions
-from services.doctor.finding import Finding
+from services.doctor.finding import Finding, warning
 from services.doctor.machine_checks import (
     Port,
     check_certificate,
@@ -71,7 +72,10 @@ def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: s
         found.append(check_disk(look_at_disk(takes)))
     if "animator" in wanted:
         found += map(check_port, _ports(rig, ours=_here("animator", network)))
-    if rig.security is not None:
+    if rig.security is not None and find_spec("cryptography") is None:
+        words = "cannot be looked into: the package cryptography is not installed here"
+        found.append(warning("certificates", words, "pip install 'zenocap[certs]'"))
+    elif rig.security is not None:
         names = [service] if service is not None else certified(rig.security)
         found += [check_certificate(one, datetime.now(UTC)) for one in look_at_certificates(rig.security, names)]
     if wanted != ("animator",):

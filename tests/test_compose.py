@@ -80,7 +80,7 @@ class Project:
         done = subprocess.run(
             command, env=self._environment, capture_output=True, text=True, timeout=seconds, check=False
         )  # fmt: skip
-        assert done.returncode == 0, (
+        assert done.returncode in good, (
             f"{' '.join(arguments)}: {done.returncode}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}"
         )
         return done.stdout

@@ -7,6 +7,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 GONE_AFTER = 5  # instants without a viewer before nobody waits for it
+LONG_NS, OUTDATED = 2_000_000_000, 30  # so far behind, so often in a row: it is the newest time that was wrong
 KEPT_WAITING = 8  # items of one viewer that may wait
 
 
@@ -23,6 +24,7 @@ class Pairs(Generic[T]):
     """waiting: by viewer, oldest first.  missed: instants in a row that went on without a viewer.  counts: what came wrong.
 
     tolerance_ns: half a frame period.  last_ns: the newest instant given out.  given: each viewer's newest item in one.
+    outdated: items in a row that were LONG_NS and more too late.
     """
 
     viewers: tuple[str, ...]
@@ -31,6 +33,7 @@ class Pairs(Generic[T]):
     missed: Mapping[str, int] = field(default_factory=dict)
     last_ns: int = -1
     given: Mapping[str, int] = field(default_factory=dict)
+    outdated: int = 0
     counts: Mapping[str, int] = field(default_factory=dict)
 
 
@@ -47,10 +50,15 @@ def offer(pairs: Pairs[T], viewer: str, captured_ns: int, value: T) -> tuple[Pai
 
     An instant is complete when each viewer that is not gone has an item within half a frame period.  A viewer's next item
     ends the wait for the others at its last one.  Doubled, late and unknown items are counted and dropped; instants are
-    strictly in the order of time.
+    strictly in the order of time, until OUTDATED items in a row are LONG_NS behind it: then a clock was wrong, or
+    somebody lied, and time begins anew.
     """
     if viewer not in pairs.viewers:
         return _count(pairs, "unknown"), []
+    outdated = pairs.outdated + 1 if captured_ns < pairs.last_ns - LONG_NS else 0
+    pairs = replace(pairs, outdated=outdated)
+    if outdated >= OUTDATED:
+        pairs = _count(Pairs(pairs.viewers, pairs.tolerance_ns, missed=pairs.missed, counts=pairs.counts), "began_anew")
     queue = pairs.waiting.get(viewer, ())
     known = [item.captured_ns for item in queue] + ([pairs.given[viewer]] if viewer in pairs.given else [])
     if any(abs(known_ns - captured_ns) <= pairs.tolerance_ns // 2 for known_ns in known):

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from common.pairing import GONE_AFTER, Instant, Pairs, offer
+from common.pairing import GONE_AFTER, LONG_NS, OUTDATED, Instant, Pairs, offer
 
 FRAME_NS = 66_000_000
 VIEWERS = ("1", "2")
@@ -176,3 +176,22 @@ def test_of_many_viewers_one_that_leaves_delays_the_rest_for_few_frames_and_join
     assert [len(instant.items) for instant in instants[-2:]] == [5, 5]
     _, before = play_many([*whole, *without])
     assert before[-1].captured_ns == 19 * FRAME_NS, "once it is gone nobody waits"
+
+
+def test_one_time_far_ahead_does_not_silence_the_viewers_for_good() -> None:
+    """A clock that was set wrong for a moment, or somebody who lies."""
+    before = [event for k in range(1, 6) for event in both(k)]
+    ahead = [("1", 2**62 + k * FRAME_NS) for k in range(3)]
+    after = [event for k in range(6, 6 + OUTDATED) for event in both(k)]
+    pairs, instants = play([*before, *ahead, *after])
+    assert pairs.counts["began_anew"] == 1
+    assert shape(instants)[-5:] == [("1", "2")] * 5
+    assert instants[-1].captured_ns == (5 + OUTDATED) * FRAME_NS
+
+
+def test_a_viewer_alone_that_is_far_behind_does_not_take_the_others_back() -> None:
+    now = 100 * LONG_NS
+    events = [event for k in range(3 * OUTDATED) for event in (("1", now + k * FRAME_NS), ("2", k * FRAME_NS))]
+    pairs, instants = play(events)
+    assert "began_anew" not in pairs.counts
+    assert [i.captured_ns for i in instants] == sorted(i.captured_ns for i in instants)

@@ -70,6 +70,8 @@ def test_a_page_sees_the_rig_asks_it_to_measure_and_to_record_and_plays_the_take
         pieces: Pieces = {}
         async with await asyncio.wait_for(page(port), PATIENCE_S) as connection:
             await seen(connection, pieces, lambda p: "pose" in p and "view" in p, "a pose and a view")
+            enough = int(str(pieces["pose"]["frame"])) + 40  # services say once a second what they were fed
+            await seen(connection, pieces, lambda p: int(str(p["pose"]["frame"])) > enough, "more poses")
             pieces.pop("body", None)
             await connection.send('{"is":"ask","what":"measure"}')  # who still stands in the initial posture has it at once
             await seen(connection, pieces, measured_anew, "measuring anew")

@@ -20,7 +20,7 @@ from common.topics import topic_at
 ROWS = (*(row for row in vars(table).values() if isinstance(row, Row)), pose_row(TEN_PARTS))
 PANELS = {
     "foxglove.SceneUpdate", "foxglove.FrameTransforms", "foxglove.CameraCalibration", "foxglove.CompressedImage",
-    "foxglove.JointStates", "foxglove.Log",
+    "foxglove.PointCloud", "foxglove.JointStates", "foxglove.Log",
 }  # fmt: skip
 PLAIN = {"boolean", "number", "integer", "string"}
 

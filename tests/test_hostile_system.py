@@ -34,6 +34,7 @@ RIGS = ("demo", "ring")
 SERVICES = {("viewer", "1"), ("viewer", "2"), ("integrator", "main"), ("recognizer", "main"), ("animator", "main")}
 PAUSE_EVERY, PAUSE_S = 50, 0.005  # so that it is the services that refuse, and not the network that drops
 GROWTH_MB = 30
+FILLING = 3  # rounds after which all that may be kept of strangers is
 POSES = 10
 START_S = 200.0  # eight processes at once on a busy machine
 
@@ -136,10 +137,11 @@ def hostile_round(running: Running, number: int) -> None:
 
 
 def test_hostile_bytes_stop_nobody_and_fill_no_memory(running: Running, folder: Path) -> None:
-    hostile_round(running, 0)
-    running.listen(2.0)
+    for number in range(FILLING):
+        hostile_round(running, number)
+        running.listen(2.0)
     refused, memory = running.refused(), running.memory_mb()
-    hostile_round(running, 1)
+    hostile_round(running, FILLING)
     assert running.dead() == [], said(folder)
     running.listen(2.0)  # what they say of what they refused
     assert running.listen(START_S, POSES) == POSES, said(folder)

@@ -1,6 +1,7 @@
 """All outputs of a rig: each failure is one line, and the rest goes on."""
 
 import json
+import logging
 import socket
 from collections.abc import Mapping
 
@@ -81,4 +82,5 @@ def test_one_that_fails_while_sending_does_not_end_the_others(caplog: pytest.Log
             outputs.send(stretched("ten-parts", frame=frame), None)
         outputs.close()
     assert outputs.counts() == {"broken_sent": 3, "broken_errors": 6, "udp_sent": 5}
-    assert [record.getMessage().split(":")[0] for record in caplog.records] == ["animator.broken nowhere"] * 2
+    warned = [record.getMessage().split(":")[0] for record in caplog.records if record.levelno > logging.INFO]
+    assert warned == ["animator.broken nowhere"] * 2

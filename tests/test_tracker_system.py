@@ -49,7 +49,7 @@ def poses_in(take: Path) -> list[TrackerPose]:
 def test_a_view_dies_the_others_track_on_and_it_joins_again(tmp_path: Path) -> None:
     rig = three_cameras(tmp_path)
     with started(["up", rig, "--recordings", tmp_path], tmp_path) as process:
-        until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking .*viewer 3: [\d.]+/s used"), tmp_path)
+        until(lambda: shows(tmp_path, r"viewer 3: [\d.]+/s used.* tracker: [\d.]+/s tracking "), tmp_path)
         victims = [pid for pid, line in children_of(process.pid).items() if "viewer" in line and "--id 3" in line]
         assert len(victims) == 1
         os.kill(victims[0], signal.SIGKILL)

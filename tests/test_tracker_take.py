@@ -76,7 +76,8 @@ def test_it_is_recomputed_byte_for_byte(take: Path) -> None:
     assert found.first is None
     assert (found.different.total(), found.unlogged.total(), found.unchecked.total()) == (0, 0, 0)
     assert found.reasons == []
-    assert found.equal == {POSES: len(messages_of(take, m.TrackerPose)), "zenocap/demo/tracker/bdp": 1}
+    counts = {POSES: m.TrackerPose, "zenocap/demo/tracker/bdp": m.TrackerBdp, "zenocap/demo/tracker/points": m.ScenePoints}
+    assert found.equal == {key: len(messages_of(take, kind)) for key, kind in counts.items()}
 
 
 def test_two_runs_give_equal_bytes(take: Path, tmp_path: Path) -> None:

@@ -123,7 +123,7 @@ def next_value(what: Grown, start: float, tried: Sequence[tuple[float, bool]]) -
     doublings = sum(1 for value, held in tried if held and value <= held_below and _doubled(value, start))
     bisections = len(tried) - doublings - 1
     middle = math.sqrt(held_below * failed) if what == "rate" else float((held_below + failed) // 2)
-    middle = round(middle, 0) if what == "rate" and middle > 10 else middle
+    middle = round(middle, 1)
     return middle if bisections < BISECTIONS and held_below < middle < failed else None
 
 

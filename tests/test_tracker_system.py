@@ -53,7 +53,8 @@ def test_a_view_dies_the_others_track_on_and_it_joins_again(tmp_path: Path) -> N
         victims = [pid for pid, line in children_of(process.pid).items() if "viewer" in line and "--id 3" in line]
         assert len(victims) == 1
         os.kill(victims[0], signal.SIGKILL)
-        until(lambda: "without viewer 3" in said(tmp_path), tmp_path)
+        until(lambda: "starting it again" in said(tmp_path), tmp_path)
+        until(lambda: "without viewer 3" in last_line(tmp_path), tmp_path)
         until(lambda: shows(tmp_path, r"viewer 3: [\d.]+/s used"), tmp_path)
         children = children_of(process.pid)
         process.send_signal(signal.SIGINT)

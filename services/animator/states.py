@@ -50,7 +50,7 @@ class Body:
 class State:
     """The last of everything.  bodies, actors: by who found them.
 
-    unusable: messages that are valid but fit no body known here, or no camera that there can be.
+    unusable: messages that are valid but fit no body known here, no camera that there can be, or no whole points.
     """
 
     now_ns: int = 0

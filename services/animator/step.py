@@ -9,7 +9,7 @@ import numpy as np
 from common import messages as m
 from common.body.definition import Pose
 from common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from common.conversion import anatomy_of, angles_of, bdp_of, camera_of
+from common.conversion import anatomy_of, angles_of, bdp_of, camera_of, points_of
 from services.animator.snapshot import Actor, Condition, Row, Snapshot, Source
 from services.animator.states import MOST, SILENT_NS, STALE_NS, Body, Heard, Service, Setup, State
 
@@ -139,7 +139,7 @@ def _hear(state: State, message: m.Message, received_ns: int) -> State:
         case m.Posture():
             return replace(state, posture=message)
         case m.ScenePoints():
-            return replace(state, points=message)
+            return _points(state, message)
         case _:
             return state
 
@@ -157,6 +157,14 @@ def _camera(state: State, said: m.CameraInfo) -> State:
         return replace(state, cameras=_with(state.cameras, said.viewer, camera_of(said)))
     except ValueError:
         return replace(state, unusable=state.unusable + 1)
+
+
+def _points(state: State, said: m.ScenePoints) -> State:
+    try:
+        points_of(said)
+    except ValueError:
+        return replace(state, unusable=state.unusable + 1)
+    return replace(state, points=said)
 
 
 def _body(state: State, source: Source, said: m.Body) -> State:

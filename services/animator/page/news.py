@@ -21,7 +21,6 @@ from services.animator.step import snapshot
 
 MILLIMETRES, FINE, TENTHS = 3, 4, 1  # decimals of metres, of quaternions, of degrees and pixels
 LOSSES = ("dropped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors", "log_lost")
-POINT_BYTES = 6  # three 16-bit numbers; what is no multiple of it is damaged
 LIKELIEST = 3  # models of a posture that are shown
 AGES = ("result_age", "frame_age")  # stages of a health, the first that is there
 MEASURED = "tracking"  # how the state of a service that knows the body begins
@@ -35,7 +34,7 @@ def news(before: State, after: State) -> Iterator[Piece]:
     for source, actor in after.actors.items():
         if before.actors.get(source) is not actor:
             yield _piece(f"pose/{source}", _pose(actor))
-    if after.points is not None and before.points is not after.points and len(after.points.points) % POINT_BYTES == 0:
+    if after.points is not None and before.points is not after.points:
         yield _piece("points", wire.PointsShape(after.points.points))
     for viewer, camera in after.cameras.items():
         if before.cameras.get(viewer) is not camera:

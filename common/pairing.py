@@ -24,7 +24,8 @@ class Pairs(Generic[T]):
     """waiting: by viewer, oldest first.  missed: instants in a row that went on without a viewer.  counts: what came wrong.
 
     tolerance_ns: half a frame period.  last_ns: the newest instant given out.  given: each viewer's newest item in one.
-    outdated: items in a row that were LONG_NS and more too late.
+    outdated: items in a row that were LONG_NS and more too late.  behind: by viewer, those in a row that were so late
+    against what waits of that viewer itself.
     """
 
     viewers: tuple[str, ...]
@@ -34,6 +35,7 @@ class Pairs(Generic[T]):
     last_ns: int = -1
     given: Mapping[str, int] = field(default_factory=dict)
     outdated: int = 0
+    behind: Mapping[str, int] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
 
 
@@ -51,7 +53,7 @@ def offer(pairs: Pairs[T], viewer: str, captured_ns: int, value: T) -> tuple[Pai
     An instant is complete when each viewer that is not gone has an item within half a frame period.  A viewer's next item
     ends the wait for the others at its last one.  Doubled, late and unknown items are counted and dropped; instants are
     strictly in the order of time, until OUTDATED items in a row are LONG_NS behind it: then a clock was wrong, or
-    somebody lied, and time begins anew.
+    somebody lied, and time begins anew.  Likewise what waits of one viewer is dropped when that was wrong.
     """
     if viewer not in pairs.viewers:
         return _count(pairs, "unknown"), []
@@ -60,6 +62,11 @@ def offer(pairs: Pairs[T], viewer: str, captured_ns: int, value: T) -> tuple[Pai
     if outdated >= OUTDATED:
         pairs = _count(Pairs(pairs.viewers, pairs.tolerance_ns, missed=pairs.missed, counts=pairs.counts), "began_anew")
     queue = pairs.waiting.get(viewer, ())
+    behind = pairs.behind.get(viewer, 0) + 1 if queue and captured_ns < queue[-1].captured_ns - LONG_NS else 0
+    if behind >= OUTDATED:
+        queue, behind = (), 0
+        pairs = _count(pairs, "began_anew")
+    pairs = replace(pairs, behind={**pairs.behind, viewer: behind})
     known = [item.captured_ns for item in queue] + ([pairs.given[viewer]] if viewer in pairs.given else [])
     if any(abs(known_ns - captured_ns) <= pairs.tolerance_ns // 2 for known_ns in known):
         return _count(pairs, "doubled"), []

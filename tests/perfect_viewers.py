@@ -6,7 +6,7 @@ from two_view_run import EPOCH_NS, FRAME_NS, VIEWERS, envelope, integrator_setup
 from common import messages as m
 from common.body.anatomy import TEN_PARTS, Floats
 from common.body.limbs import LIMBS
-from common.body.proportions import HIP_HEIGHT, lengths_of_height
+from common.body.proportions import FRONT_LENGTHS, HIP_HEIGHT, SIDE_LENGTHS, lengths_of_height
 from common.body.torso import TURNS
 from common.conversion import angles_by_name
 from services.integrator import step as integrator
@@ -33,7 +33,7 @@ def sighting(viewer: str, frame: int, at: Floats = HIPS, *, view: m.View | None 
 
 def partial_bdp(viewer: str, frame: int, scale: float = 1.0) -> m.PartialBdp:
     side: m.Side = "front" if viewer == "1" else "side"
-    names = ("height", "torso_depth", "head_depth") if side == "side" else LENGTHS
+    names = FRONT_LENGTHS if side == "front" else SIDE_LENGTHS
     return m.PartialBdp(
         frame=frame, captured_ns=EPOCH_NS + frame * FRAME_NS, viewer=viewer, side=side, height_px=60.0, score=0.9,
         lengths={name: float(scale * LENGTHS[name]) for name in names},

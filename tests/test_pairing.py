@@ -195,3 +195,12 @@ def test_a_viewer_alone_that_is_far_behind_does_not_take_the_others_back() -> No
     pairs, instants = play(events)
     assert "began_anew" not in pairs.counts
     assert [i.captured_ns for i in instants] == sorted(i.captured_ns for i in instants)
+
+
+def test_what_waits_of_a_viewer_whose_clock_was_wrong_does_not_wait_for_ever() -> None:
+    """The other viewer goes on meanwhile, so it is not time itself that begins anew."""
+    after = [event for k in range(1, 2 * OUTDATED) for event in both(k)]
+    pairs, instants = play([*both(0), ("1", 10**18), *after])
+    assert pairs.counts["began_anew"] == 1
+    assert shape(instants)[-10:] == [("1", "2")] * 10
+    assert max(instant.captured_ns for instant in instants) < 10**18

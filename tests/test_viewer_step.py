@@ -3,6 +3,7 @@
 from copy import deepcopy
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from two_view_run import EMPTY_FRAMES, FPS, PERSON, POSTURE, SEED, VIEWERS, Run, envelope, film, viewer_setup
@@ -16,7 +17,7 @@ from common.bus.protocol import Alive
 from common.codec import decode, encode
 from services.viewer import step as viewer
 from services.viewer.sources.frame import Frame
-from services.viewer.states import AwaitingPose, LearningBackground, MeasuringBody, Tracking
+from services.viewer.states import LearningBackground, MeasuringBody, Tracking
 
 COUNT = 70
 
@@ -128,9 +129,10 @@ def test_an_assignment_for_another_frame_is_not_an_answer() -> None:
     assert [type(message) for message in messages] == [m.Sighting]
     last = [message for message in run.said if isinstance(message, m.Assignment)][-1]
     assert last.views["1"].frame == 49
-    unchanged, answers = viewer.step(setup, state, envelope(last))
+    after, answers = viewer.step(setup, state, envelope(last))
     assert answers == []
-    assert unchanged is state
+    assert isinstance(after, Tracking)
+    assert after.pending is state.pending
 
 
 def test_a_doubled_assignment_is_answered_once() -> None:
@@ -167,7 +169,7 @@ def test_a_viewer_that_restarts_takes_over_the_body() -> None:
     assert messages == []
     for k in range(EMPTY_FRAMES):
         run.viewers["2"], _ = viewer.step(viewer_setup("2"), run.viewers["2"], film(COUNT)[k]["2"])
-    assert isinstance(run.viewers["2"], AwaitingPose)
+    assert isinstance(run.viewers["2"], MeasuringBody)
     for frames in film(COUNT)[45:60]:
         run.see(frames)
     assert isinstance(run.viewers["2"], Tracking)
@@ -247,3 +249,52 @@ def test_a_viewer_tracks_whichever_of_body_and_pose_comes_first_or_when_no_pose_
         for message in order:
             state, _ = viewer.step(setup, state, envelope(message))
         assert isinstance(state, Tracking)
+
+
+def test_a_viewer_that_knows_a_body_measures_again_when_it_is_asked_to(whole: Run) -> None:
+    setup = viewer_setup("1")
+    body = next(message for message in whole.said if isinstance(message, m.UniversalBdp))
+    run = played(EMPTY_FRAMES + 2)
+    run.viewers["1"], _ = viewer.step(setup, run.viewers["1"], envelope(body))
+    assert viewer.describe(run.viewers["1"]) == "waiting for the integrator's pose"
+    said = [message for frames in film(COUNT)[EMPTY_FRAMES + 2 : EMPTY_FRAMES + 20] for message in run.see(frames)]
+    assert any(isinstance(message, m.PartialBdp) and message.viewer == "1" for message in said)
+
+
+def test_a_false_order_to_measure_costs_a_frame() -> None:
+    run = played(50)
+    false = m.Assignment(
+        frame=0, captured_ns=0, position=(0.0, 0.0, 0.0), yaw=0.0, lean=0.0, roll=0.0, squatting=False, views={},
+        tracking=False,
+    )  # fmt: skip
+    run.tell_viewers([false])
+    assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
+    for frames in film(COUNT)[50:52]:
+        run.see(frames)
+    assert all(isinstance(state, Tracking) for state in run.viewers.values())
+    assert tracked(run)[-1].frame == 51
+
+
+def test_a_pose_of_another_anatomy_does_not_hold_up_the_body(whole: Run) -> None:
+    setup = viewer_setup("1")
+    state = played(EMPTY_FRAMES + 2).viewers["1"]
+    body = next(message for message in whole.said if isinstance(message, m.UniversalBdp))
+    strange = msgspec.structs.replace(tracked(whole)[0], angles={"tail.x": 1.0})
+    with pytest.raises(ValueError, match=r"tail\.x"):
+        viewer.step(setup, state, envelope(strange))
+    for message in (body, tracked(whole)[0]):
+        state, _ = viewer.step(setup, state, envelope(message))
+    assert isinstance(state, Tracking)
+
+
+def test_who_is_assigned_no_place_for_long_does_not_believe_its_pose_for_ever() -> None:
+    run = played(50)
+    state, setup = run.viewers["1"], viewer_setup("1")
+    assert isinstance(state, Tracking)
+    frame = film(COUNT)[50]["1"]
+    for second in range(5):
+        at = replace(frame, frame=frame.frame + second, captured_ns=frame.captured_ns + second * 1_000_000_000)
+        state, _ = viewer.step(setup, state, at)
+        assert isinstance(state, Tracking) == (second < 3)
+    assert isinstance(state, MeasuringBody)
+    assert state.bdp is not None

@@ -24,6 +24,10 @@ HIP_HALF_BREADTH = 0.36 * 0.151
 FRONT_SPAN = (0.70, 1.30)
 SIDE_WIDTH = 0.55
 
+# What each view of it tells, in metres.
+FRONT_LENGTHS = ("height", "torso_width", "arm_span", "arm_thickness", "head_width", "thigh_width", "leg_width")
+SIDE_LENGTHS = ("height", "torso_depth", "head_depth")
+
 
 def body_from_lengths(anatomy: Anatomy, lengths: Mapping[str, float]) -> Bdp:
     """One body from the lengths of `viewer.body_definition` in metres, all in one scale.

@@ -77,14 +77,15 @@ def _begin(
     angles[setup.anatomy.index["navel.y"]] = placed.yaw
     pose = Pose(placed.position, angles)
     person = Person(bdp, pose, (placed,), float(placed.position[1]))
+    body = UniversalBdp(frame=frame, captured_ns=placed.captured_ns, body=body_of(setup.anatomy, bdp), ratio=ratio)
     messages: list[Message] = [
-        UniversalBdp(frame=frame, captured_ns=placed.captured_ns, body=body_of(setup.anatomy, bdp), ratio=ratio),
+        body,
         UniversalBap(
             frame=frame, captured_ns=placed.captured_ns, position=point(pose.position),
             angles=angles_by_name(setup.anatomy, angles), scores={}, views=dict(placed.views), stale=[], lost=[],
         ),
     ]  # fmt: skip
-    return replace(state, person=person, bodies=(), problem=""), messages
+    return replace(state, person=person, bodies=(), problem="", said=body), messages
 
 
 def facing(camera: Camera) -> float:

@@ -27,7 +27,7 @@ def resume(setup: Setup, state: State, said: UniversalBdp | UniversalBap) -> tup
             views: dict[str, View] = dict(said.views)
             placed = Placed(said.captured_ns, pose.position, yaw, lean, roll, False, views, ())
             person = Person(bdp, pose, (placed,), standing_height(setup.anatomy, bdp))
-            return replace(state, person=person, views=views, bodies=(), said=None, problem=""), [said]
+            return replace(state, person=person, views=views, bodies=(), problem=""), [said]
         case _:
             return state, []
 

@@ -81,7 +81,8 @@ class State:
     last: each viewer's last sighting of a person.  first: the newest assignment made before the body is known.
     offsets: each viewer's clock against this one.  asked_ns: since when the arbitrator asks for other views, or 0.
     warnings: by viewer, what the person should know of its clock.
-    said: the body that an integrator before this one had said, if a reader told.  anew: the body is to be measured anew.
+    said: the body as it was last said, by this integrator or, if a reader told, by the one before it.  anew: the body is
+    to be measured anew.  answered: by viewer, when it last said where the limbs are or was reminded of the body.
     """
 
     sightings: Pairs[Sighting]
@@ -98,3 +99,4 @@ class State:
     asked_ns: int = 0
     said: UniversalBdp | None = None
     anew: bool = False
+    answered: Mapping[str, int] = field(default_factory=dict)

@@ -9,9 +9,11 @@ from common.messages import Health, Message, PartialBap, PartialBdp, Request, Si
 from common.pairing import Instant, Pairs, offer
 from common.runtime.clock import Offset, clock_warning, offset_in, to_integrator_ns
 from services.integrator.arbitrator import View
+from services.integrator.hearing import check
 from services.integrator.measuring import define_body, place_first
 from services.integrator.placing import place_person
 from services.integrator.posing import pose_person
+from services.integrator.reminding import answered, remind
 from services.integrator.resuming import resume
 from services.integrator.states import INSTANTS_OF_BODY, Setup, State, integrator_setup
 
@@ -39,11 +41,14 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             pairs, sightings = offer(state.sightings, viewer, _time(state, message), message)
             return _each(setup, replace(state, sightings=pairs), sightings, _assign)
         case PartialBdp(viewer=viewer):
+            check(setup.anatomy, message)
             bdps, pairs_of_bdps = offer(state.bdps, viewer, _time(state, message), message)
             return _each(setup, replace(state, bdps=bdps), pairs_of_bdps, define_body)
         case PartialBap(viewer=viewer):
+            check(setup.anatomy, message)
             baps, pairs_of_baps = offer(state.baps, viewer, _time(state, message), message)
-            return _each(setup, replace(state, baps=baps), pairs_of_baps, pose_person)
+            state = answered(replace(state, baps=baps), viewer, _time(state, message))
+            return _each(setup, state, pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, offset_in(message)), []
         case UniversalBdp() | UniversalBap() if knows_nobody(state):
@@ -77,7 +82,10 @@ def counts(state: State) -> Mapping[str, int]:
 
 def measure_again(state: State) -> State:
     """Nobody is known any more; the next assignments tell the viewers so, and they measure the initial posture."""
-    return replace(state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, said=None, anew=True)
+    return replace(
+        state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, said=None, answered={},
+        anew=True,
+    )  # fmt: skip
 
 
 def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -> State:
@@ -108,4 +116,8 @@ def _each(
 
 def _assign(setup: Setup, state: State, instant: Instant[Sighting]) -> Result:
     state = replace(state, last={**state.last, **{v: s for v, s in instant.items.items() if s.present}})
-    return place_first(setup, state, instant) if state.person is None else place_person(setup, state, instant)
+    if state.person is None:
+        return place_first(setup, state, instant)
+    state, reminder = remind(state, instant)
+    state, messages = place_person(setup, state, instant)
+    return state, [*reminder, *messages]

@@ -9,7 +9,7 @@ from common.body.anatomy import TEN_PARTS, Anatomy, Floats
 from common.body.definition import Bdp, Pose
 from common.camera.level import LevelView, level_view
 from common.camera.pinhole import Camera
-from common.messages import Assignment, UniversalBap
+from common.messages import Assignment
 from common.runtime.specs import BackgroundImage, FirstFrames, MedianFrames, Mog2
 from common.vision.background import Background
 from common.vision.mixture import Mixture
@@ -88,13 +88,25 @@ class Pending:
 
 
 @dataclass(frozen=True)
+class Early:
+    """A universal BAP, of frame `based_on`, that came before its body."""
+
+    pose: Pose
+    based_on: int
+
+
+@dataclass(frozen=True)
 class MeasuringBody:
-    """Waiting for the initial posture, or measuring it.  early: a universal BAP that came before its body."""
+    """Waiting for the initial posture, measuring it, or waiting for the integrator to go on with a body that is known.
+
+    The integrator's assignments say which.  bdp: the universal body said last, None if none was heard.
+    """
 
     seen: Seen
+    bdp: Bdp | None = None
     pending: Pending | None = None
     advice: str = "waiting for a person"
-    early: UniversalBap | None = None
+    early: Early | None = None
 
 
 @dataclass(frozen=True)
@@ -102,7 +114,7 @@ class Tracking:
     """bdp, model: the universal body.  pose: of the universal BAP last received, of frame `based_on`, with the one before.
 
     typical: the matching score that this person usually reaches in this view.  lost: the last frame fell short of it and
-    was searched widely.
+    was searched widely.  placed_ns: when it was last assigned a place, by the capture time of its own newest frame.
     """
 
     seen: Seen
@@ -116,14 +128,7 @@ class Tracking:
     typical: float = 0.0
     score: float = 0.0
     lost: bool = False
+    placed_ns: int | None = None
 
 
-@dataclass(frozen=True)
-class AwaitingPose:
-    """The body is known, its pose not yet."""
-
-    seen: Seen
-    bdp: Bdp
-
-
-State = LearningBackground | MeasuringBody | AwaitingPose | Tracking
+State = LearningBackground | MeasuringBody | Tracking

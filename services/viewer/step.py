@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from common.body.definition import Pose, neutral_pose
+from common.body.definition import Bdp, Pose, neutral_pose
 from common.body.torso import torso_rotation
 from common.bus.protocol import Alive, Envelope, Tick
 from common.conversion import angles_of, bdp_of
@@ -15,10 +15,11 @@ from services.viewer.frame import Frame, Masked
 from services.viewer.measuring import fine_tuned, looks_like_front, looks_like_side, outline
 from services.viewer.seeing import learn, see, silhouette_message
 from services.viewer.states import (
-    AwaitingPose,
+    Early,
     LearningBackground,
     MeasuringBody,
     Pending,
+    Seen,
     Setup,
     State,
     Tracking,
@@ -29,6 +30,8 @@ from services.viewer.tracking import limbs, sighting
 __all__ = ["describe", "initial_state", "step", "viewer_setup"]
 
 Event = Frame | Masked | Envelope | Alive | Tick
+UNPLACED_NS = 3_000_000_000  # without an assignment, after which a viewer no longer believes the pose it had
+AWAITING_POSE = "waiting for the integrator's pose"
 
 
 def initial_state(setup: Setup) -> State:
@@ -40,9 +43,9 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]
     match state, event:
         case LearningBackground(), Frame() | Masked():
             return _learn(setup, state, event)
-        case ((MeasuringBody() | AwaitingPose() | Tracking()), Frame()):
+        case ((MeasuringBody() | Tracking()), Frame()):
             return _see(setup, state, event)
-        case ((MeasuringBody() | AwaitingPose() | Tracking()), Masked()):
+        case ((MeasuringBody() | Tracking()), Masked()):
             return _sight(setup, state, event)
         case _, Envelope(message=message):
             return _hear(setup, state, message)
@@ -57,8 +60,6 @@ def describe(state: State) -> str:
             return f"learning the background ({len(frames)} frames)"
         case MeasuringBody(advice=advice):
             return advice
-        case AwaitingPose():
-            return "waiting for the integrator's pose"
         case Tracking(lost=lost):
             return "tracking, searching more widely" if lost else "tracking"
 
@@ -67,10 +68,10 @@ def _learn(setup: Setup, state: LearningBackground, frame: Frame | Masked) -> tu
     state, seen = learn(setup, state, frame.image if isinstance(frame, Frame) else None)
     if seen is None:
         return state, []
-    return (MeasuringBody(seen) if state.bdp is None else AwaitingPose(seen, state.bdp)), []
+    return MeasuringBody(seen, state.bdp), []
 
 
-def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Frame) -> tuple[State, list[Message]]:
+def _see(setup: Setup, state: MeasuringBody | Tracking, frame: Frame) -> tuple[State, list[Message]]:
     """A frame becomes a silhouette, and that a sighting."""
     seen, mask, messages = see(setup, state.seen, frame)
     if mask is not None and setup.publish_silhouette:
@@ -79,7 +80,7 @@ def _see(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Fr
     return after, [*messages, *more]
 
 
-def _sight(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: Masked) -> tuple[State, list[Message]]:
+def _sight(setup: Setup, state: MeasuringBody | Tracking, frame: Masked) -> tuple[State, list[Message]]:
     """A silhouette becomes a sighting.  From here on a take has all that decides: `replay --verify` begins here."""
     mask = None if frame.mask is None else setup.level.warp(frame.mask)
     if mask is None or not mask.any():
@@ -91,14 +92,23 @@ def _sight(setup: Setup, state: MeasuringBody | AwaitingPose | Tracking, frame: 
             state = replace(state, advice="waiting for a person")
         return state, [absent]
     pending = Pending(frame.frame, frame.captured_ns, mask)
+    if isinstance(state, Tracking):
+        state = _still_placed(state, frame.captured_ns)
     match state:
         case Tracking():
             tracked, sight = sighting(setup, state, pending)
             return tracked, [sight]
         case MeasuringBody():
             return replace(state, pending=pending), [_first_sighting(setup, pending)]
-        case AwaitingPose():
-            return state, [_first_sighting(setup, pending)]
+
+
+def _still_placed(state: Tracking, captured_ns: int) -> Tracking | MeasuringBody:
+    """Not for ever: nobody can place a body by sightings that come from a pose which is wrong."""
+    if state.placed_ns is None:
+        return replace(state, placed_ns=captured_ns)
+    if abs(captured_ns - state.placed_ns) > UNPLACED_NS:
+        return MeasuringBody(state.seen, state.bdp, advice=AWAITING_POSE)
+    return state
 
 
 def _first_sighting(setup: Setup, pending: Pending) -> Sighting:
@@ -120,31 +130,34 @@ def _hear(setup: Setup, state: State, message: Message) -> tuple[State, list[Mes
             if _answers(setup, pending, message):
                 return _measure(setup, state, pending, message)
         case Tracking(pending=Pending() as pending), Assignment(tracking=True):
-            if _answers(setup, pending, message):
-                return limbs(setup, state, pending, message)
-        case Tracking(), Assignment(tracking=False):
-            return MeasuringBody(state.seen), []  # the integrator started anew and knows no body
+            state = replace(state, placed_ns=pending.captured_ns)
+            return limbs(setup, state, pending, message) if _answers(setup, pending, message) else (state, [])
+        case Tracking(), Assignment(tracking=False):  # the integrator started anew and knows no body
+            return MeasuringBody(state.seen, state.bdp), []
         case LearningBackground(), UniversalBdp():  # a viewer that comes back while the others track
             return replace(state, bdp=bdp_of(setup.anatomy, message.body)), []
-        case ((MeasuringBody() | AwaitingPose() | Tracking()), UniversalBdp()):
+        case MeasuringBody(early=early), UniversalBdp():
             bdp = bdp_of(setup.anatomy, message.body)
-            if isinstance(state, Tracking):
-                return replace(state, bdp=bdp, model=body_model(setup.anatomy, bdp)), []
-            waiting = AwaitingPose(state.seen, bdp)
-            early = state.early if isinstance(state, MeasuringBody) else None
-            return _hear(setup, waiting, early) if early else (waiting, [])
-        case MeasuringBody(), UniversalBap():  # topics have no common order: the body may come after its first pose
-            return replace(state, early=message), []
-        case AwaitingPose(), Assignment(tracking=True):  # no pose came, or it was lost: begin upright where the person is
+            if early is None:
+                return replace(state, bdp=bdp, advice=AWAITING_POSE), []
+            return _tracking(setup, state.seen, bdp, early.pose, early.based_on), []
+        case MeasuringBody(bdp=None), UniversalBap():  # topics have no common order: the body may come after its first pose
+            return replace(state, early=Early(_pose(setup, message), message.frame)), []
+        case MeasuringBody(bdp=Bdp() as bdp), UniversalBap():
+            return _tracking(setup, state.seen, bdp, _pose(setup, message), message.frame), []
+        case MeasuringBody(bdp=Bdp() as bdp), Assignment(tracking=True):  # no pose came, or it was lost: begin upright
             pose = neutral_pose(setup.anatomy, np.array(message.position), message.yaw)
-            return Tracking(state.seen, state.bdp, body_model(setup.anatomy, state.bdp), pose, pose), []
-        case AwaitingPose(), UniversalBap():
-            pose = _pose(setup, message)
-            model = body_model(setup.anatomy, state.bdp)
-            return Tracking(state.seen, state.bdp, model, pose, pose, message.frame), []
+            return _tracking(setup, state.seen, bdp, pose), []
+        case Tracking(), UniversalBdp():
+            bdp = bdp_of(setup.anatomy, message.body)
+            return replace(state, bdp=bdp, model=body_model(setup.anatomy, bdp)), []
         case Tracking(), UniversalBap():
             return replace(state, pose=_pose(setup, message), before=state.pose, based_on=message.frame), []
     return state, []
+
+
+def _tracking(setup: Setup, seen: Seen, bdp: Bdp, pose: Pose, based_on: int = -1) -> Tracking:
+    return Tracking(seen, bdp, body_model(setup.anatomy, bdp), pose, pose, based_on)
 
 
 def _answers(setup: Setup, pending: Pending, assignment: Assignment) -> bool:

@@ -65,7 +65,7 @@ def test_errors_name_file_key_value_and_what_is_allowed(tmp_path: Path, text: st
 
 
 def test_what_the_readme_and_the_example_say_is_a_table(tmp_path: Path) -> None:
-    (block,) = re.findall(r"```toml\n(\[animator\.vmc\].*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    (block,) = re.findall(r"```toml\n(\[animator\.vmc\].*?)```", (ROOT / "docs" / "outputs.md").read_text(), re.DOTALL)
     table = load_rig(write_rig(tmp_path, RIG + block)).animator
     assert table.vmc == VmcTable()
     assert (table.udp, table.foxglove, table.lsl) == (UdpTable(), FoxgloveTable(), LslTable())

@@ -8,7 +8,7 @@ import pytest
 
 from common.formats.axes import MATRICES, Axes, directions, turned
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+TAKES = (Path(__file__).resolve().parents[1] / "docs" / "takes.md").read_text(encoding="utf-8")
 OUR = {"left": (1, 0, 0), "right": (-1, 0, 0), "up": (0, 1, 0), "front": (0, 0, 1), "back": (0, 0, -1)}
 
 
@@ -21,7 +21,7 @@ def test_the_directions_are_where_the_points_go(axes: Axes) -> None:
 
 @pytest.mark.parametrize("axes", list(MATRICES))
 def test_the_readme_says_so(axes: Axes) -> None:
-    row = re.search(rf"^\| `{axes}`[^|]*\| (\w+) \| (\w) \| (-?\w) \|", README, re.MULTILINE)
+    row = re.search(rf"^\| `{axes}`[^|]*\| (\w+) \| (\w) \| (-?\w) \|", TAKES, re.MULTILINE)
     assert row, f"{axes} is not in the table"
     hand, up, front = row.groups()
     assert np.linalg.det(MATRICES[axes]) == pytest.approx(1 if hand == "right" else -1)

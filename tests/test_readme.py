@@ -1,4 +1,4 @@
-"""The README says what is so: its commands parse, its tables are the code's, its files exist."""
+"""The README and the pages behind it say what is so: its commands parse, its tables are the code's, its files exist."""
 
 import re
 import shlex
@@ -11,14 +11,13 @@ from common.topics import TOPICS
 from services.cli import app
 
 ROOT = Path(__file__).resolve().parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = [
-    block
-    for text in (README, (ROOT / "deploy" / "README.md").read_text(encoding="utf-8"))
-    for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
-]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "deploy" / "README.md")
+TEXTS = {path: path.read_text(encoding="utf-8") for path in PAGES}
+WIRE = TEXTS[ROOT / "docs" / "wire.md"]
+ALL = "\n".join(TEXTS.values())
+BLOCKS = re.findall(r"```sh\n(.*?)```", ALL, re.DOTALL)
 LINES = [line for block in BLOCKS for line in block.splitlines() if line.strip()]
-INLINE = re.findall(r"`(zenocap [a-z][^`]*)`", README)
+INLINE = re.findall(r"`(zenocap [a-z][^`]*)`", ALL)
 COMMANDS = sorted({line for line in LINES if line.startswith("zenocap")} | set(INLINE))
 OPTION = re.compile(r"^--?[a-z]")
 
@@ -42,18 +41,37 @@ def test_every_command_parses(line: str) -> None:
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.name)
 def test_every_topic_is_in_the_table(topic: object) -> None:
     row = next(t for t in TOPICS if t is topic)
-    assert f"| `{row.key}` | {row.message.__name__} | {row.rate} | {row.queueing.value} |" in README
+    assert f"| `{row.key}` | {row.message.__name__} | {row.rate} | {row.queueing.value} |" in WIRE
 
 
 def test_the_files_of_the_map_exist() -> None:
-    files = re.findall(r"`((?:common|services|deploy|docs)/[\w/.]+\.\w+)`", README) + re.findall(
-        r"\]\((docs/[^)]+)\)", README
-    )
+    files = re.findall(r"`((?:common|services|deploy|docs)/[\w/.]+\.\w+)`", ALL)
     assert len(files) > 20
     assert [file for file in files if not (ROOT / file).is_file()] == []
 
 
+def anchors(page: Path) -> set[str]:
+    """Of a page's headings, as they are linked to."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    links = [link for link in re.findall(r"\]\(([^)\s]+)\)", TEXTS[page]) if not link.startswith("http")]
+    for link in links:
+        file, _, anchor = link.partition("#")
+        target = (page.parent / file).resolve() if file else page
+        assert target.is_file(), f"{page.name}: {link}"
+        assert not anchor or anchor in anchors(target), f"{page.name}: {link}"
+
+
+def test_every_page_is_linked_from_the_first() -> None:
+    linked = {(ROOT / link).resolve() for link in re.findall(r"\]\(([\w/]+\.md)\)", TEXTS[PAGES[0]])}
+    assert linked == set(PAGES[1:])
+
+
 def test_make_has_the_targets() -> None:
     makefile = (ROOT / "Makefile").read_text()
-    for target in re.findall(r"make (\w+)", " ".join([*LINES, *re.findall(r"`(make [^`]*)`", README)])):
+    for target in re.findall(r"make (\w+)", " ".join([*LINES, *re.findall(r"`(make [^`]*)`", ALL)])):
         assert f"\n{target}:" in makefile

@@ -6,6 +6,7 @@ through the same step as what is live, to the pages that watch the take.
 
 import logging
 import queue
+import signal
 import socket
 import subprocess
 import sys
@@ -35,6 +36,7 @@ MOST_TAKES = 200
 MOST_ORDERS = 64  # that wait
 TICK_NS, WAIT_S = 200_000_000, 0.02
 PATIENCE_S = 3.0
+ERROR = "error: "  # begins what a command says before it fails
 DELAY_S = 0.3  # for the replay to find this bus
 
 
@@ -128,8 +130,7 @@ class Playback:
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
                 if replay.status is not None and replay.status != last:
                     last = replay.status
-                    problem = f"{last.bad} messages cannot be read by this version" if last.bad else ""
-                    self._tell(wire.Player(take, last.place_s, last.duration_s, last.rate, last.paused, problem))
+                    self._tell(wire.Player(take, last.place_s, last.duration_s, last.rate, last.paused, last.problem()))
             shown, pieces = show(shown, state, self._hub.pages)
             if pieces:
                 self._hub.publish("take", pieces)
@@ -149,6 +150,9 @@ class Place(msgspec.Struct, frozen=True):
     rate: float
     paused: bool
     bad: int = 0
+
+    def problem(self) -> str:
+        return f"{self.bad} messages cannot be read by this version" if self.bad else ""
 
 
 class _Replay:
@@ -181,8 +185,11 @@ class _Replay:
             logger.debug("the replay has ended")
 
     def problem(self) -> str:
-        """Why it ended; empty when nothing went wrong."""
-        return self._said if self._process.returncode not in (0, -15) else ""
+        """Why it ended; empty when nothing went wrong.  After its end."""
+        if self._process.returncode in (0, -signal.SIGTERM):
+            return ""
+        left_out = self.status.problem() if self.status else ""
+        return self._said or left_out or f"the replay ended with status {self._process.returncode}"
 
     def __enter__(self) -> "_Replay":
         return self
@@ -219,7 +226,10 @@ class _Replay:
             logger.debug("the replay says %s", line.rstrip())
 
     def _complain(self, line: str) -> None:
-        self._said = line.strip().removeprefix("error: ") or self._said
+        if line.startswith(ERROR):
+            self._said = line.strip().removeprefix(ERROR)
+        else:
+            logger.debug("the replay says %s", line.rstrip())
 
 
 def _free_port() -> int:

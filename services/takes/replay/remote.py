@@ -68,15 +68,20 @@ def status_lines(stream: TextIO = sys.stdout) -> Callable[[Status], None]:
         nonlocal said_s
         if monotonic() >= said_s + LINE_S:
             said_s = monotonic()
-            line = StatusLine(
-                place_s=(status.place_ns - status.begin_ns) / 1e9,
-                duration_s=(status.end_ns - status.begin_ns) / 1e9,
-                rate=status.rate,
-                paused=status.paused,
-                lap=status.lap,
-                bad=status.bad,
-            )
-            stream.write(msgspec.json.encode(line).decode() + "\n")
-            stream.flush()
+            write_status(status, stream)
 
     return say
+
+
+def write_status(status: Status, stream: TextIO = sys.stdout) -> None:
+    """One line of JSON."""
+    line = StatusLine(
+        place_s=(status.place_ns - status.begin_ns) / 1e9,
+        duration_s=(status.end_ns - status.begin_ns) / 1e9,
+        rate=status.rate,
+        paused=status.paused,
+        lap=status.lap,
+        bad=status.bad,
+    )
+    stream.write(msgspec.json.encode(line).decode() + "\n")
+    stream.flush()

@@ -22,7 +22,7 @@ from services.takes.replay.consumers import Consumers, Name
 from services.takes.replay.display import display, words
 from services.takes.replay.laps import Plan
 from services.takes.replay.player import Orders, Player, Status
-from services.takes.replay.remote import Remote, status_lines
+from services.takes.replay.remote import Remote, status_lines, write_status
 from services.takes.replay.renaming import Renaming, renamed_keys
 from services.takes.replay.selection import Selection
 from services.takes.replay.timeline import Timeline
@@ -79,6 +79,7 @@ def run_replay(
         except DuplicateService as error:
             raise BusError(already_running(error)) from error
     if wishes.remote:
+        write_status(player.status)  # what was left out, of a take that ended before it could be said
         return LOSS if plan.timeline.lost or player.bad else DONE
     console.print(words(player.status), markup=False, highlight=False, soft_wrap=True)
     _tell(console, f"rig {rig}: {player.sent} messages in {elapsed_s:.1f} s, none later than {player.late_ns / 1e6:.1f} ms")

@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from services.calibrate import calibrate
 from services.commands import animator, certs, doctor, health, live, load, offline, recognizer, record, replay, takes, top
+from services.commands.calibrate import calibrate
 from services.commands.posture import posture
 from services.commands.posture_act import act
 from services.commands.prior import prior

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from common.camera.files import read_calibration
-from services.calibrate import EXAMPLE, calibrate
+from services.commands.calibrate import EXAMPLE, calibrate
 
 DEMO = Path(__file__).resolve().parents[1] / "deploy" / "rigs" / "demo-calibration.toml"
 TEXT = "\n".join(line.strip() for line in EXAMPLE.splitlines()[1:])

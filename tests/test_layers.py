@@ -17,7 +17,7 @@ VOCABULARY = ("common.messages", "common.conversion", "common.pairing")
 # What a step is fed and set up with: values, without a thread, a socket or a file.
 EVENTS = ("common.bus.protocol", "common.runtime.clock", "common.runtime.specs")
 STEPS = {
-    "integrator": {"step", "states", "measuring", "placing", "posing", "resuming"},
+    "integrator": {"step", "states", "measuring", "placing", "posing", "hearing", "reminding", "resuming"},
     "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
     "tracker": {"step", "states"},
     "animator": {"step", "states", "snapshot"},

@@ -19,6 +19,7 @@ DONE, FAILED, USAGE, LOSS = 0, 1, 2, 3
 USER_ERRORS = (  # what a user can put right
     ("common.bus.protocol", "BusError"),
     ("common.camera.files", "CalibrationError"),
+    ("common.camera.lines", "LinesError"),
     ("common.formats.trc", "FormatError"),
     ("common.runtime.rig", "RigError"),
     ("common.take.reading", "TakeError"),

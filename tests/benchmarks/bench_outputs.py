@@ -62,6 +62,7 @@ def test_lsl(benchmark: BenchmarkFixture, name: str) -> None:
     pytest.importorskip("pylsl", reason="pylsl is not installed: pip install 'zenocap[lsl]'")
     output, actor = LslOutput(LslTable(stream="bench"), "studio", RealClock()), stretched(name)
     benchmark(output.send, actor, None)
+    assert output.counts()["sent"] > 1
     output.close()
 
 
@@ -88,8 +89,10 @@ def test_foxglove(benchmark: BenchmarkFixture, looked_at: bool) -> None:
             panel = Panel(client)
             panel.wait(output, "foxglove/studio/scene")
             benchmark(once)
+            assert output.counts()["subscriptions"] > 0
     else:
         benchmark(once)
+        assert output.counts()["subscriptions"] == 0
     output.close()
 
 

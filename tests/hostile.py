@@ -4,6 +4,7 @@ import math
 import random
 import zlib
 from collections.abc import Iterator
+from functools import cache
 
 import msgpack
 import msgspec
@@ -18,7 +19,8 @@ FAR_NS = 2**63 - 1
 HUGE_BYTES = 7 << 20  # Zenoh itself stops at 8 MiB
 
 
-def valid_messages(topic: Topic, count: int, number: int) -> list[m.Message]:
+@cache
+def valid_messages(topic: Topic, count: int, number: int) -> tuple[m.Message, ...]:
     """Messages that are valid in form, whatever they say."""
     found: list[m.Message] = []
 
@@ -29,7 +31,7 @@ def valid_messages(topic: Topic, count: int, number: int) -> list[m.Message]:
         found.append(message)
 
     collect()
-    return found
+    return tuple(found)
 
 
 def plain(message: m.Message) -> Plain:

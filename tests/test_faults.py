@@ -34,7 +34,7 @@ def test_a_rig_survives_a_cut_link_and_a_killed_integrator(tmp_path: Path) -> No
     assert cut.recovered_s is not None, text
     assert cut.recovered_s < RECOVERED_S, text
     assert cut.poses > 0.5, text  # the healthy part went on
-    assert cut.whole == 0.0, text  # and said that it was without the other
+    assert cut.whole < 0.05, text  # and said that it was without the other; one may have been under way when it was cut
     assert "1" not in cut.lost or cut.lost["1"] < 20, text
     assert killed.recovered_s is not None, text
     assert killed.recovered_s < PROCESS_S, text

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from test_system import PATIENCE_S, ROOT, ZENOCAP, recomputed_poses, said, started, until
 from websockets.asyncio.client import ClientConnection, connect
 
 from common import messages as m
 from common.runtime.rig import demo_rig_file
 from common.take.reading import Take, envelope
 from services.launcher.mesh import free_ports
+from tests.test_system import PATIENCE_S, ROOT, ZENOCAP, recomputed_poses, said, started, until
 
 pytestmark = pytest.mark.system
 Pieces = dict[str, dict[str, object]]  # the last of each kind

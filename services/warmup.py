@@ -33,6 +33,7 @@ from services.recognizer.ready import stand_in
 from services.recognizer.stream import plan_of
 from services.takes.offline import Offline
 from services.takes.track import EPOCH_NS
+from services.tracker.prior.passes import expectation
 from services.tracker.ready import load_compiled as load_compiled_tracker
 from services.tracker.shell import tracker_service
 from services.viewer.ready import load_compiled
@@ -79,10 +80,11 @@ def _tracking(report: Callable[[str], None]) -> None:
 
 
 def _tracker(report: Callable[[str], None]) -> None:
-    """The tracker, without and with somebody to follow."""
+    """The tracker, without and with somebody to follow, and what learning a prior takes."""
     spec = tracker_spec(TrackerTable(), "hybrid", True, Path())
     rig = replace(_rig(), method="hybrid", tracker=spec)
     load_compiled_tracker(tracker_service(rig).setup)
+    expectation(np.ones((1, 1)), np.zeros((2, 1)))
     _steps(rig, report)
 
 

@@ -138,6 +138,7 @@ def test_a_network_that_does_not_open() -> None:
     [
         (check_endpoint(Endpoint("tcp/a:1")), "ok"),
         (check_endpoint(Endpoint("tcp/a:1", "Connection refused")), "wrong"),
+        (check_endpoint(Endpoint("tls/a:1", "its certificate is not accepted: self-signed", trusted=False)), "wrong"),
         (check_source(SourceLook("1", "good", "", True)), "ok"),
         (check_source(SourceLook("1", "used", "", False)), "ok"),
         (check_source(SourceLook("1", "missing", "", True)), "wrong"),
@@ -164,3 +165,8 @@ def test_a_network_that_does_not_open() -> None:
 def test_each_fault_has_a_remedy_and_what_is_well_has_none(finding: Finding, verdict: str) -> None:
     assert finding.verdict == verdict
     assert bool(finding.remedy) is (verdict != "ok")
+
+
+def test_what_is_not_trusted_needs_other_certificates_and_no_firewall() -> None:
+    assert "firewall" in check_endpoint(Endpoint("tcp/a:1", "Connection refused")).remedy
+    assert "zenocap certs" in check_endpoint(Endpoint("tls/a:1", "TLS fails", trusted=False)).remedy

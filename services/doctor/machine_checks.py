@@ -14,10 +14,12 @@ SOON = timedelta(days=30)
 
 @dataclass(frozen=True)
 class Endpoint:
-    """One that is to be called.  problem: why it does not answer; None when it does."""
+    """One that is to be called.  problem: why it does not answer; None when it does.  trusted: False when it answers with a
+    certificate of others, or does not take ours."""
 
     address: str
     problem: str | None = None
+    trusted: bool = True
 
 
 @dataclass(frozen=True)
@@ -74,9 +76,14 @@ class File:
 def check_endpoint(endpoint: Endpoint) -> Finding:
     if endpoint.problem is None:
         return ok("endpoint", f"{endpoint.address} answers")
+    words = f"{endpoint.address}: {endpoint.problem}"
+    if not endpoint.trusted:
+        return wrong(
+            "endpoint", words, "is the address right, and are the certificates on both machines of one zenocap certs?"
+        )
     return wrong(
         "endpoint",
-        f"{endpoint.address}: {endpoint.problem}",
+        words,
         "is it started (zenocap router, or the one that listens), is the address right, does a firewall block the port?",
     )
 

@@ -64,9 +64,9 @@ def call(address: str, security: Security | None) -> Endpoint:
             if protocol == "tls" and security is not None:
                 _shake_hands(plain, host, security)
     except ssl.SSLCertVerificationError as error:
-        return Endpoint(address, f"its certificate is not accepted: {error.verify_message}")
+        return Endpoint(address, f"its certificate is not accepted: {error.verify_message}", trusted=False)
     except ssl.SSLError as error:
-        return Endpoint(address, f"TLS fails: {(error.reason or str(error)).replace('_', ' ').lower()}")
+        return Endpoint(address, f"TLS fails: {(error.reason or str(error)).replace('_', ' ').lower()}", trusted=False)
     except OSError as error:
         return Endpoint(address, error.strerror or str(error) or "no answer")
     return Endpoint(address)

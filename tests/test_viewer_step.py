@@ -298,3 +298,14 @@ def test_who_is_assigned_no_place_for_long_does_not_believe_its_pose_for_ever() 
         assert isinstance(state, Tracking) == (second < 3)
     assert isinstance(state, MeasuringBody)
     assert state.bdp is not None
+
+
+def test_who_was_out_of_view_for_long_is_tracked_again_within_two_frames() -> None:
+    run = played(50)
+    away_ns = 5_000_000_000
+    said = []
+    for frames in film(COUNT)[50:58]:
+        later = {id: replace(frame, captured_ns=frame.captured_ns + away_ns) for id, frame in frames.items()}
+        said += run.see(later)
+    assert len(tracked_in(said)) >= 6
+    assert all(isinstance(state, Tracking) for state in run.viewers.values())

@@ -18,10 +18,11 @@ def answered(state: State, viewer: str, captured_ns: int) -> State:
 
 def remind(state: State, instant: Instant[Sighting]) -> tuple[State, list[Message]]:
     """The universal body once more, if one who sees the person in this instant has long been silent."""
-    if state.person is None or state.said is None:
+    body = state.said
+    if state.person is None or body is None:
         return state, []
     now_ns = instant.captured_ns
     seeing = {viewer: state.answered.get(viewer, now_ns) for viewer, sight in instant.items.items() if sight.present}
     silent = {viewer: now_ns for viewer, last_ns in seeing.items() if abs(now_ns - last_ns) > SILENT_NS}
     state = replace(state, answered={**state.answered, **seeing, **silent})
-    return state, [state.said] if silent and state.said is not None else []
+    return state, [body] if silent else []

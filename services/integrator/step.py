@@ -83,8 +83,7 @@ def counts(state: State) -> Mapping[str, int]:
 def measure_again(state: State) -> State:
     """Nobody is known any more; the next assignments tell the viewers so, and they measure the initial posture."""
     return replace(
-        state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, said=None, answered={},
-        anew=True,
+        state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, said=None, answered={}, anew=True,
     )  # fmt: skip
 
 

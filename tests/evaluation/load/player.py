@@ -132,8 +132,9 @@ def subscribe(play: Play, stopped: Callable[[], bool]) -> dict[str, float]:
                 else:
                     take(sample.payload.to_bytes())
 
+    session = opened(play)
     try:
-        with opened(play) as session:
+        with session:
             listen(session)
     except zenoh.ZError as error:  # a session whose reader did not keep up with a full FIFO cannot be closed in time
         print(f"not closed: {error}", file=sys.stderr)

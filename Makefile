@@ -1,42 +1,88 @@
 # Two commands on a fresh machine with Python 3.11+ and make: `make demo` and `make test`.
 PYTHON ?= python3
 VENV := .venv
-STAMP := $(VENV)/.installed
+BIN := $(VENV)/bin
+RUNTIME := $(VENV)/.runtime
+DEV := $(VENV)/.dev
+# Modules are byte-compiled when they are first imported: compiling every package would triple the time of the set-up.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+PYTEST := $(BIN)/python -m pytest
+PARALLEL := -n auto --dist loadgroup
 
 EVALUATIONS := bodies postures clips matchings scorer stages hull latency logging damage kills replay_timing hybrid recognition animator load
 
-.PHONY: demo test check benchmark evaluate priors postures clean
+# With no target: the list of targets.
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-unit test-system test-all check format compile docs benchmark evaluate priors postures clean
 
-demo: $(STAMP)
-	$(VENV)/bin/zenocap demo $(ARGS)
+help:
+	@echo "make demo        set up $(VENV) and run the demo; open http://127.0.0.1:8080"
+	@echo "make test        lint, types, unit tests and slow tests"
+	@echo "make test-unit   unit tests only (about a minute)"
+	@echo "make test-system tests of processes, networks, containers and the page in a browser"
+	@echo "make test-all    'make test', then 'make test-system'"
+	@echo "make check       lint, format and types"
+	@echo "make format      format the code and apply the linter's fixes"
+	@echo "make docs        build the documentation into build/site"
+	@echo "make benchmark   time functions; 'make evaluate' measures accuracy, latency and robustness (hours; QUICK=1: minutes)"
+	@echo "make priors      train the motion priors again; 'make postures' the posture models"
+	@echo "make clean       delete $(VENV), caches and build/"
 
-test: $(STAMP) check
-	$(VENV)/bin/python -m pytest $(ARGS)
+demo: $(RUNTIME)
+	$(BIN)/zenocap demo $(ARGS)
 
-check: $(STAMP)
-	$(VENV)/bin/ruff check .
-	$(VENV)/bin/ruff format --check .
-	$(VENV)/bin/mypy
+test: $(DEV)
+	@$(MAKE) --no-print-directory -j2 check compile
+	$(PYTEST) -m "not system" $(PARALLEL) $(ARGS)
 
-benchmark: $(STAMP)
-	$(VENV)/bin/python -m pytest --benchmark-only --benchmark-columns=min,median,rounds $(ARGS)
+test-unit: $(DEV)
+	$(PYTEST) -m "not system and not slow" $(PARALLEL) $(ARGS)
 
-evaluate: $(STAMP)
-	@for name in $(EVALUATIONS); do $(VENV)/bin/python -m tests.evaluation.$$name || exit 1; done
+test-system: $(DEV)
+	$(PYTEST) -m system $(ARGS)
 
-priors: $(STAMP)
-	$(VENV)/bin/python -m services.tracker.prior.ship $(ARGS)
+test-all: test
+	@$(MAKE) --no-print-directory test-system
 
-postures: $(STAMP)
-	$(VENV)/bin/python -m services.takes.act.ship $(ARGS)
+check: $(DEV)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 
-$(STAMP): pyproject.toml
+format: $(DEV)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+compile: $(DEV)
+	@$(BIN)/zenocap warmup >/dev/null
+
+docs: $(DEV)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet $(ARGS)
+
+benchmark: $(DEV)
+	$(PYTEST) --benchmark-only --benchmark-columns=min,median,rounds benchmarks/micro $(ARGS)
+
+evaluate: $(DEV)
+	@$(if $(QUICK),$(BIN)/python -m benchmarks.short_runs $(EVALUATIONS),for name in $(EVALUATIONS); do $(BIN)/python -m benchmarks.$$name || exit 1; done)
+
+priors: $(DEV)
+	$(BIN)/python -m zenocap.tools.dataset.build_priors $(ARGS)
+
+postures: $(DEV)
+	$(BIN)/python -m zenocap.tools.dataset.build_postures $(ARGS)
+
+$(RUNTIME): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "zenocap needs Python 3.11 or newer; set PYTHON=..." >&2; exit 2; }
 	@echo "Setting up $(VENV) (once) ..."
-	$(PYTHON) -m venv $(VENV)
-	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
-	$(VENV)/bin/zenocap warmup
+	@$(PYTHON) -m venv $(VENV)
+	@$(PIP) --editable .
+	@touch $@
+
+$(DEV): $(RUNTIME)
+	@echo "Installing development tools into $(VENV) (once) ..."
+	@$(PIP) --editable '.[dev]'
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find common services simulation tools tests benchmarks -name __pycache__ -prune -exec rm -rf {} +

@@ -1,7 +1,7 @@
-"""MessagePack in one place: messages to bytes and back, with every limit of the wire.
+"""MessagePack encoding and decoding of messages, with all limits of received data.
 
-`decode` is the only door for bytes from outside: it bounds size, nesting and counts before building anything large,
-then checks types, ranges and field names.  It raises `BadMessage` and nothing else.
+All bytes from outside pass through `decode`: it bounds size, nesting and counts before building anything large, then
+checks types, ranges and field names.  It raises only `BadMessage`.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,24 +13,24 @@ import msgspec
 import msgspec.inspect as mi
 import numpy as np
 
-from common.messages import Message
+from zenocap.common.messages import Message
 
 M = TypeVar("M", bound=Message)
 Plain = dict[str, object]
 
-SMALL_BYTES = 64 << 10  # everything in a message but its `bytes` fields
-MAX_CONTAINERS = 4096  # lists and maps in a message with `bytes` fields
-MAX_LENGTH = 256  # of a list or map
+SMALL_BYTES = 64 << 10  # a message without its `bytes` fields
+MAX_CONTAINERS = 4096  # number of lists and maps in a message with `bytes` fields
+MAX_LENGTH = 256  # elements of a list or map
 MAX_TEXT = 4096
 MAX_BINARY = 4 << 20
 
 
 class BadMessage(ValueError):
-    """Bytes or values that are no valid message; the text says which message, which field and why."""
+    """Bytes or values that are not a valid message; the text names the message, the field and the reason."""
 
 
 def encode(message: Message) -> bytes:
-    """MessagePack bytes of `message`, checked as a receiver would, so that a bad value fails where it was made.
+    """MessagePack bytes of `message`, checked as on receipt, so that an invalid value fails at its origin.
 
     Raises BadMessage.
     """
@@ -47,7 +47,7 @@ def encode(message: Message) -> bytes:
 
 
 def _plain_number(value: object) -> object:
-    """A number as numpy computes it becomes Python's own, which is what travels."""
+    """Convert a numpy number to Python's own type, which can be encoded."""
     if isinstance(value, np.floating | np.integer | np.bool_):
         return value.item()
     raise TypeError(f"{type(value).__name__} cannot be sent")
@@ -71,10 +71,10 @@ def decode(data: bytes, expected: type[M]) -> M:
 
 @cache
 def size_limit(message: type[Message]) -> int:
-    """Most bytes a message of this type may have: 64 KiB and the limits of its `bytes` fields.
+    """Largest size of a message of this type, bytes: 64 KiB plus the limits of its `bytes` fields.
 
-    Raises TypeError for a type that could not be checked: a float without a range lets NaN and infinity through, and
-    `bytes` without max_length have no limit.
+    Raises TypeError for a type that cannot be checked: a float without a range accepts NaN and infinity, and `bytes`
+    without max_length have no limit.
     """
     limit = SMALL_BYTES
     for path, leaf in _leaves(mi.type_info(message), message.__name__):
@@ -99,8 +99,8 @@ def json_schema(message: type[Message]) -> bytes:
 
 
 def _unpack(data: bytes) -> object:
-    # Each byte of a list of empty lists becomes some 80 bytes of memory: below SMALL_BYTES that is harmless, above it
-    # containers are counted.  The unpacker's own stack ends nesting at 1024.
+    # Each byte of a list of empty lists takes about 80 bytes of memory: negligible below SMALL_BYTES; above it,
+    # containers are counted.  The unpacker itself limits nesting to 1024.
     hook = None if len(data) <= SMALL_BYTES else _container_counter()
     unpacked: object = msgpack.unpackb(
         data,

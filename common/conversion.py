@@ -1,21 +1,23 @@
-"""Between messages, which name things, and arrays, which order them by an anatomy."""
+"""Conversion between messages, which are keyed by names, and arrays, which are ordered by an anatomy."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from common.body.anatomy import ANATOMIES, Anatomy, Floats
-from common.body.definition import Bdp
-from common.camera.pinhole import Camera
-from common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import ANATOMIES, Anatomy
+from zenocap.common.body.definition import Bdp
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints
 
-FARTHEST_MM = 32767  # 16 bits
-LEAST_FOCAL_PX, NOT_TURNED = 1e-3, 1e-3
-DISTORTIONS = (0, 4, 5, 8, 12, 14)  # how many numbers OpenCV knows
+MAX_POINT_MM = 32767  # 16 bits
+MIN_FOCAL_PX = 1e-3  # chosen by hand
+ROTATION_TOLERANCE = 1e-3  # of the elements of R R^T; chosen by hand
+DISTORTION_COUNTS = (0, 4, 5, 8, 12, 14)  # numbers of coefficients of OpenCV's lens models, or none
 
 
 def body_of(anatomy: Anatomy, bdp: Bdp) -> Body:
-    """The message's form of a body definition."""
+    """Message of a body definition."""
     sizes = {part: _triple(bdp.sizes[k]) for k, part in enumerate(anatomy.parts)}
     offsets = {joint.name: _triple(bdp.offsets[k]) for k, joint in enumerate(anatomy.joints)}
     tips = {} if bdp.tips is None else {part: _pair(bdp.tips[k]) for k, part in enumerate(anatomy.parts)}
@@ -24,15 +26,15 @@ def body_of(anatomy: Anatomy, bdp: Bdp) -> Body:
 
 
 def bdp_of(anatomy: Anatomy, body: Body) -> Bdp:
-    """A message's body definition as arrays.  Raises ValueError when it is of another anatomy."""
+    """Body definition of a message.  Raises ValueError for another anatomy and for missing parts or joints."""
     if body.anatomy != anatomy.name:
-        raise ValueError(f"body: anatomy is {body.anatomy!r}; this service knows {anatomy.name!r}")
+        raise ValueError(f"body: anatomy is {body.anatomy!r}; this service uses {anatomy.name!r}")
     missing = [part for part in anatomy.parts if part not in body.sizes]
     missing += [joint.name for joint in anatomy.joints if joint.name not in body.offsets]
     shapes: tuple[Mapping[str, object], ...] = (body.tips, body.bases)
-    missing += [part for shape in shapes if shape for part in anatomy.parts if part not in shape]  # all of them or none
+    missing += [part for shape in shapes if shape for part in anatomy.parts if part not in shape]  # all parts or none
     if missing:
-        raise ValueError(f"body: {', '.join(missing)} missing; an anatomy {anatomy.name!r} has them")
+        raise ValueError(f"body: {', '.join(missing)} missing; required by anatomy {anatomy.name!r}")
     return Bdp(
         sizes=np.array([body.sizes[part] for part in anatomy.parts]),
         offsets=np.array([body.offsets[joint.name] for joint in anatomy.joints]),
@@ -42,18 +44,22 @@ def bdp_of(anatomy: Anatomy, body: Body) -> Bdp:
 
 
 def anatomy_of(body: Body) -> Anatomy:
-    """The anatomy that a body definition names.  Raises ValueError when there is none of that name."""
+    """Anatomy named by a body definition.  Raises ValueError for an unknown name."""
     if body.anatomy not in ANATOMIES:
         raise ValueError(f"body: anatomy {body.anatomy!r}: allowed: {', '.join(ANATOMIES)}")
     return ANATOMIES[body.anatomy]
 
 
 def angles_by_name(anatomy: Anatomy, angles: Floats) -> dict[str, float]:
+    """Joint angles (angles,) by name."""
     return {name: float(angles[k]) for k, name in enumerate(anatomy.angles)}
 
 
 def angles_of(anatomy: Anatomy, named: Mapping[str, float], others: Floats) -> Floats:
-    """The angles of a message in the anatomy's order; those it does not name are taken from `others` (angles,)."""
+    """Joint angles (angles,) of a message; angles without value are taken from `others` (angles,).
+
+    Raises ValueError for an unknown angle.
+    """
     angles = others.copy()
     for name, value in named.items():
         if name not in anatomy.index:
@@ -63,14 +69,14 @@ def angles_of(anatomy: Anatomy, named: Mapping[str, float], others: Floats) -> F
 
 
 def packed_points(points: Floats) -> bytes:
-    """(n, 3) metres, for a `ScenePoints`: to the millimetre.  At most MOST_POINTS; those beyond 32 m are left out."""
+    """Points (n, 3), metres, in millimetres for a `ScenePoints`.  At most MOST_POINTS; points beyond 32 m are left out."""
     millimetres = np.round(1000.0 * points)
-    near = millimetres[(np.abs(millimetres) <= FARTHEST_MM).all(axis=1)][:MOST_POINTS]
+    near = millimetres[(np.abs(millimetres) <= MAX_POINT_MM).all(axis=1)][:MOST_POINTS]
     return near.astype("<i2").tobytes()
 
 
 def points_of(message: ScenePoints) -> Floats:
-    """(n, 3) metres.  Raises ValueError for bytes that are no whole points."""
+    """Points (n, 3) of a message, metres.  Raises ValueError for an incomplete point."""
     if len(message.points) % 6:
         raise ValueError(f"points: {len(message.points)} bytes; allowed: a multiple of 6")
     points: Floats = np.frombuffer(message.points, dtype="<i2").reshape(-1, 3) / 1000.0
@@ -78,18 +84,18 @@ def points_of(message: ScenePoints) -> Floats:
 
 
 def camera_of(info: CameraInfo) -> Camera:
-    """The camera that a viewer says it has.  Raises ValueError for numbers that no camera can have."""
+    """Camera of a viewer's message.  Raises ValueError for invalid intrinsics or rotation."""
     matrix, rotation = np.array(info.matrix).reshape(3, 3), np.array(info.rotation).reshape(3, 3)
     if min(info.size) < 1:
         raise ValueError(f"camera {info.name}: size: {info.size}; allowed: from 1 px")
-    if min(matrix[0, 0], matrix[1, 1]) < LEAST_FOCAL_PX or matrix[1, 0] or not np.array_equal(matrix[2], [0.0, 0.0, 1.0]):
+    if min(matrix[0, 0], matrix[1, 1]) < MIN_FOCAL_PX or matrix[1, 0] or not np.array_equal(matrix[2], [0.0, 0.0, 1.0]):
         raise ValueError(
             f"camera {info.name}: matrix: {info.matrix}; allowed: fx, 0, cx, 0, fy, cy, 0, 0, 1, fx and fy positive"
         )
-    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=NOT_TURNED) or np.linalg.det(rotation) < 0:
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(rotation) < 0:
         raise ValueError(f"camera {info.name}: rotation: {info.rotation}; allowed: a rotation")
-    if len(info.distortions) not in DISTORTIONS:
-        raise ValueError(f"camera {info.name}: {len(info.distortions)} distortions; allowed: {DISTORTIONS}")
+    if len(info.distortions) not in DISTORTION_COUNTS:
+        raise ValueError(f"camera {info.name}: {len(info.distortions)} distortions; allowed: {DISTORTION_COUNTS}")
     return Camera(info.name, info.size, matrix, np.array(info.distortions), rotation, np.array(info.translation))
 
 

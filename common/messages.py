@@ -1,10 +1,11 @@
-"""Every message on the bus.  Units, frames and ranges stand on the fields; validation is done by `common.codec`.
+"""Every message on the bus.  Units, frames and ranges stand on the fields; validation is done by `zenocap.common.codec`.
 
 All messages carry `frame`, the source's frame number, and `captured_ns`, the capture time in nanoseconds since the Unix
-epoch on the sender's clock.  Slopes and pixels are those of the level view (`common.camera.level`) at the viewer's working
-size; silhouettes and previews are as the camera sees them.
+epoch on the sender's clock.  Slopes and pixels are those of the level view (`common.camera.level_view`)
+at the viewer's working size; silhouettes and previews are as the camera sees them.
 """
 
+from enum import StrEnum
 from typing import Annotated, Literal
 
 import msgspec
@@ -42,7 +43,7 @@ class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class Body(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """BDP of one person: `common.body.definition.Bdp` by name.  Without tips all parts are cylinders."""
+    """BDP of one person: `zenocap.common.body.definition.Bdp` by name.  Without tips all parts are cylinders."""
 
     anatomy: Name
     sizes: Annotated[dict[Name, SizeTriple], Meta(max_length=64)]  # part: height, long radius, short radius, metres
@@ -52,7 +53,7 @@ class Body(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class PartialBdp(Message, frozen=True, tag="partial_bdp"):
-    """What one viewer measured of the body in the initial posture.  [Two-view 2.4]"""
+    """Body measures from one viewer in the initial posture.  [Two-view 2.4]"""
 
     viewer: Name
     side: Side
@@ -67,7 +68,7 @@ class UniversalBdp(Message, frozen=True, tag="universal_bdp"):
 
 
 class Sighting(Message, frozen=True, tag="sighting"):
-    """Where one viewer sees the person: slopes of the ray to the navel in its level view (x right, y down)."""
+    """The person's position in one view: slopes of the ray to the navel in its level view (x right, y down)."""
 
     viewer: Name
     present: bool
@@ -107,7 +108,7 @@ class Assignment(Message, frozen=True, tag="assignment"):
 
 
 class LimbMatch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How one limb was found in one view."""
+    """Result of the search for one limb in one view."""
 
     score: Score  # Eq. 1 with the limb in its best place
     visible: Score  # how far the view shows the limb: its bare share that fits the silhouette
@@ -115,7 +116,7 @@ class LimbMatch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class PartialBap(Message, frozen=True, tag="partial_bap"):
-    """The joint angles one viewer found, by name (`navel.x`, `right_elbow.x`): only those that its view decides."""
+    """Joint angles from one viewer, by name (`navel.x`, `right_elbow.x`): only those that its view determines."""
 
     viewer: Name
     view: View
@@ -142,9 +143,9 @@ class TrackerBdp(Message, frozen=True, tag="tracker_bdp"):
 
 
 class TrackerPose(Message, frozen=True, tag="tracker_pose"):
-    """The tracker's estimate of one instant, and how far its particles lie apart.  [Hybrid V]
+    """The tracker's estimate of one instant and the spread of its particles.  [Hybrid V]
 
-    lost: the person is being searched for; position and angles are then the last ones known.  views: the viewers whose
+    lost: the person is searched for; position and angles are then the last estimate.  views: the viewers whose
     silhouettes were used.  frame: the largest of theirs.  captured_ns: of the instant, on the integrator's clock.
     """
 
@@ -159,7 +160,7 @@ class TrackerPose(Message, frozen=True, tag="tracker_pose"):
 
 
 class ScenePoints(Message, frozen=True, tag="scene_points"):
-    """Where the tracker found the person's surface: the points of the visual hull of one instant.  [Hybrid III]
+    """Points of the visual hull of one instant.  [Hybrid III]
 
     points: x, y, z of each, little-endian 16-bit integers, millimetres in the world.  frame, captured_ns: as of the pose.
     """
@@ -168,7 +169,7 @@ class ScenePoints(Message, frozen=True, tag="scene_points"):
 
 
 class Posture(Message, frozen=True, tag="posture"):
-    """What the person did between two moments; times are on the integrator's clock.  [Two-view 5.2]
+    """Posture between two moments on the integrator's clock.  [Two-view 5.2]
 
     label: None when no model explains it.  log_likelihoods: log P(O | model) of the whole segment by label, natural.
     score: how much better than the background the best label explains a frame of the model's rate, natural logarithm.
@@ -210,10 +211,24 @@ class CameraInfo(Message, frozen=True, tag="camera"):
     translation: Annotated[list[Number], Meta(min_length=3, max_length=3)]
 
 
+class Phase(StrEnum):
+    """What a service is doing, for programs.  Which service is in which phase when, is decided by its `phase_of`."""
+
+    UNKNOWN = "unknown"  # takes of 0.1 have no phase
+    RUNNING = "running"  # a service without phases of its own: animator, recorder, recognizer, clock and log
+    LEARNING_BACKGROUND = "learning_background"  # viewer
+    SEGMENTING = "segmenting"  # viewer of a rig with a tracker: silhouettes of a person
+    WAITING_FOR_INPUT = "waiting_for_input"  # no silhouettes or poses yet, or of too few viewers
+    AWAITING_PERSON = "awaiting_person"  # no person in view, or not in the initial posture yet
+    MEASURING_BODY = "measuring_body"
+    TRACKING = "tracking"
+    LOST = "lost"  # the body is known, the person is searched for
+
+
 class Health(Message, frozen=True, tag="health"):
     service: Name
     id: Name
-    state: Text  # what it is doing, in words
+    state: Text  # what it is doing, for people
     rate: Annotated[float, Meta(ge=0, le=1e6)]  # frames per second over the last second
     stages_ms: Annotated[dict[Name, Annotated[float, Meta(ge=0, le=1e6)]], Meta(max_length=32)]  # medians
     counts: Annotated[dict[Name, Count], Meta(max_length=64)]  # dropped, rejected, late, ...
@@ -222,10 +237,11 @@ class Health(Message, frozen=True, tag="health"):
     memory_bytes: Count = 0
     cores: Annotated[float, Meta(ge=0, le=1e4)] = 0.0  # processor time of this process over the last second, per second
     busy: Score = 0.0  # share of the last second that the one loop spent on steps and publishing: 1 is its limit
+    phase: Phase = Phase.UNKNOWN  # what it is doing, for programs
 
 
 class Handled(Message, frozen=True, tag="handled"):
-    """What the step of a service was fed, in that order: with it a take can be recomputed.  `frame` counts from 0.
+    """Input trace of a service's step, in order: a take is recomputed from it.  `frame` counts from 0.
 
     first: events before these since its start.  keys: what came: a message's key, "frame" of the own source, "tick",
     "alive/SERVICE/ID", "gone/SERVICE/ID".  events: index into `keys`, and the capture time, or the time of what has none.
@@ -239,17 +255,30 @@ class Handled(Message, frozen=True, tag="handled"):
 
 
 class Request(Message, frozen=True, tag="request"):
-    """What a person asks of the services, as on the page.  Being in the take, what follows from it can be recomputed."""
+    """A user's request to the services, as from the page.  It is recorded, so that its effects can be recomputed."""
 
-    what: Literal["measure", "record", "stop_recording"]  # forget the body and measure it anew; begin a take; end it
+    what: Literal["measure", "record", "stop_recording"]  # measure the body again; start a take; end it
 
 
 class ClockQuery(Message, frozen=True, tag="clock_query"):
     """A round trip for the clock offset; the reply's `captured_ns` is the integrator's clock."""
 
 
+class ServiceInfo(Message, frozen=True, tag="about"):
+    """Rig and versions of a service; the reply to a query, not a published message.
+
+    digest: of the rig file and the calibration, equal on every machine of a rig.  versions: by package.
+    """
+
+    service: Name
+    id: Name
+    host: Text
+    digest: Text
+    versions: Annotated[dict[Name, Text], Meta(max_length=32)]
+
+
 class PaceQuery(Message, frozen=True, tag="pace_query"):
-    """Asks a service to answer once it has handled everything sent to it so far."""
+    """Flow control: the service replies once it has handled everything sent to it before."""
 
     sent: Annotated[dict[Text, Count], Meta(max_length=256)] = {}  # by key since the last question; back: those listened to
 

@@ -8,30 +8,33 @@ from functools import cache, lru_cache
 
 import msgspec
 
-from common import messages as m
+from zenocap.common import messages as m
+
+FRAME_HZ = 30.0  # frames per second of an ordinary camera
 
 
 class Queueing(Enum):
-    """What a slow reader gets.  No topic may ever block its publisher."""
+    """Messages that a slow reader receives.  No topic may block its publisher."""
 
-    KEPT = "the last one, also when it joins late"
-    LATEST = "only the newest"
-    ALL = "every one, in order, while its queue lasts"
+    LATCHED = "the last one, also when it joins late"
+    LATEST = "the newest one of each key"
+    ALL = "every one in order, up to the size of its queue"
 
 
 @dataclass(frozen=True)
 class Topic:
-    """key: with {rig}, {viewer} or {service} and {id} to fill in.  rate: rough messages per second, 0 for on change.
+    """key: template with {rig}, {viewer} or {service} and {id}.
 
-    recalled: its readers remember the last one, and tell it to its service when that is started anew.
+    rate_hz: messages per second and key, at most, of a rig at FRAME_HZ; 0 for on change.
+    recoverable: readers keep the last message and return it to a restarted publisher.
     """
 
     name: str
     key: str
     message: type[m.Message]
     queueing: Queueing
-    rate: str
-    recalled: bool = False
+    rate_hz: float
+    recoverable: bool = False
 
     def on(self, rig: str, **names: str) -> str:
         """The key expression of this topic; a name left out stands for all (`*`)."""
@@ -48,26 +51,26 @@ class Topic:
         return _names(self.key, key)
 
     def names_of(self, message: m.Message) -> dict[str, str]:
-        """The names that `message` itself says belong into its key: its viewer, or its service and id."""
+        """The names in the message that belong into its key: its viewer, or its service and id."""
         return {field: getattr(message, field) for field in _fields(self.key) if hasattr(message, field)}
 
 
-PARTIAL_BDP = Topic("partial_bdp", "zenocap/{rig}/viewer/{viewer}/bdp", m.PartialBdp, Queueing.KEPT, "on change")
-SIGHTING = Topic("sighting", "zenocap/{rig}/viewer/{viewer}/sighting", m.Sighting, Queueing.LATEST, "every frame")
-PARTIAL_BAP = Topic("partial_bap", "zenocap/{rig}/viewer/{viewer}/bap", m.PartialBap, Queueing.LATEST, "every frame")
-SILHOUETTE = Topic("silhouette", "zenocap/{rig}/viewer/{viewer}/silhouette", m.Silhouette, Queueing.LATEST, "every frame")
-PREVIEW = Topic("preview", "zenocap/{rig}/viewer/{viewer}/preview", m.Preview, Queueing.LATEST, "at most 5 Hz")
-CAMERA = Topic("camera", "zenocap/{rig}/viewer/{viewer}/camera", m.CameraInfo, Queueing.KEPT, "on change")
-UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.UniversalBdp, Queueing.KEPT, "on change", True)
-ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assignment, Queueing.LATEST, "every frame")
-UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, "every frame", True)
-TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.KEPT, "on change", True)
-TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, "every frame", True)
-SCENE_POINTS = Topic("scene_points", "zenocap/{rig}/tracker/points", m.ScenePoints, Queueing.LATEST, "at most 10 Hz")
-POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queueing.ALL, "every posture")
-HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, "1 Hz")
-HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, "1 Hz or more")
-REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, "when a person asks")
+PARTIAL_BDP = Topic("partial_bdp", "zenocap/{rig}/viewer/{viewer}/bdp", m.PartialBdp, Queueing.LATCHED, 0)
+SIGHTING = Topic("sighting", "zenocap/{rig}/viewer/{viewer}/sighting", m.Sighting, Queueing.LATEST, FRAME_HZ)
+PARTIAL_BAP = Topic("partial_bap", "zenocap/{rig}/viewer/{viewer}/bap", m.PartialBap, Queueing.LATEST, FRAME_HZ)
+SILHOUETTE = Topic("silhouette", "zenocap/{rig}/viewer/{viewer}/silhouette", m.Silhouette, Queueing.LATEST, FRAME_HZ)
+PREVIEW = Topic("preview", "zenocap/{rig}/viewer/{viewer}/preview", m.Preview, Queueing.LATEST, 5)
+CAMERA = Topic("camera", "zenocap/{rig}/viewer/{viewer}/camera", m.CameraInfo, Queueing.LATCHED, 0)
+UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.UniversalBdp, Queueing.LATCHED, 0, True)
+ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assignment, Queueing.LATEST, FRAME_HZ)
+UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.UniversalBap, Queueing.ALL, FRAME_HZ, True)
+TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.LATCHED, 0, True)
+TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, FRAME_HZ, True)
+SCENE_POINTS = Topic("scene_points", "zenocap/{rig}/tracker/points", m.ScenePoints, Queueing.LATEST, 10)
+POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queueing.ALL, 0)
+HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, 1)
+HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, 1)
+REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, 0)
 
 TOPICS = (
     PARTIAL_BDP,
@@ -91,9 +94,11 @@ TOPICS = (
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
 CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
-ABOUT = "zenocap/{rig}/about/{service}/{id}"  # queryable: the rig file and the versions of a service
-PACE = "zenocap/{rig}/pace/{service}/{id}"  # queryable: answers when everything before the question is handled
-RECALL = "zenocap/{rig}/recall/{topic}"  # queryable, of every reader: what was last said on a topic, for who said it
+SERVICE_INFO = "zenocap/{rig}/about/{service}/{id}"  # queryable: the rig file and the versions of a service
+FLOW_CONTROL = "zenocap/{rig}/pace/{service}/{id}"  # queryable: replies once everything sent before is handled
+STATE_RECOVERY = (
+    "zenocap/{rig}/recall/{topic}"  # queryable of every reader: the last message of a topic, for its restarted publisher
+)
 EVERYTHING = "zenocap/{rig}/**"
 ROOT = "zenocap"  # the first chunk of every key
 NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Name` has it

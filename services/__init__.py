@@ -1,6 +1,1 @@
-"""The zenocap services, one folder each, and the command line."""
-
-import os
-
-# Matrices here are small: several threads for each would wait for one another, on a busy machine for seconds.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is first imported
+"""The services of a rig, one folder each; none of them imports another."""

@@ -1,6 +1,7 @@
-"""Settings of every test: hypothesis tries the same examples each time, so that a red run can be repeated."""
+"""Settings of all tests."""
 
 from hypothesis import settings
 
+# The same examples in each run, so that a failure is reproducible.
 settings.register_profile("zenocap", derandomize=True, deadline=None)
 settings.load_profile("zenocap")

@@ -1,173 +1,202 @@
-"""The house's layers, read from the imports: who may know what.
+"""The layers of the package, checked by reading the imports.
 
-0 mathematics: `common/{body,camera,vision,actor}` and every file of a service that no set below names.
-1 steps: `step.py` of each service and the files it is made of: messages in, messages out.
-2 `common/{bus,runtime,take,formats}`.  3 shells, sources, the command line.
+Dependencies run one way: tools -> services -> simulation -> common.  Services never import each other.  `common/body`,
+`common/camera`, `common/vision` and `simulation` are mathematics on arrays.  Everything that a service's `step.py`
+imports, directly or not, is free of threads, sockets, files and clocks.
 """
 
 import ast
+import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
-LAYER_0 = ("common.body", "common.camera", "common.vision", "common.actor")
-VOCABULARY = ("common.messages", "common.conversion", "common.pairing")
-# What a step is fed and set up with: values, without a thread, a socket or a file.
-EVENTS = ("common.bus.protocol", "common.runtime.clock", "common.runtime.specs")
-STEPS = {
-    "integrator": {"step", "states", "measuring", "placing", "posing", "hearing", "reminding", "resuming"},
-    "viewer": {"step", "states", "tracking", "ready", "seeing", "watching"},
-    "tracker": {"step", "states"},
-    "animator": {"step", "states", "snapshot"},
-    "recognizer": {"step", "states"},
-}
-SHELLS = {
-    "integrator": {"shell", "switch"},
-    "viewer": {"shell", "beginning", "source", "sources"},
-    "animator": {"shell", "playback", "page", "outputs", "render/film", "render/labels"},
-    "tracker": {"shell", "motions", "prior/file", "prior/plot", "prior/ship", "prior/shipped"},
-    "recognizer": {"shell", "file", "manifest", "naming", "plot", "reading"},
-}
-UNSEEN = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack", "msgspec")
-ZENOH_FILES = tuple(f"common.bus.zenoh_{name}" for name in ("about", "bus", "clock", "kept", "pace", "recall", "session"))
+from tests.support.places import ROOT
+
+LAYERS = ("common", "simulation", "services", "tools")  # each may import itself and the earlier ones
+MATHEMATICS = ("common/body", "common/camera", "common/vision", "simulation")
+ARRAYS = tuple(f"zenocap.{folder.replace('/', '.')}" for folder in MATHEMATICS)
+OUTSIDE = ("logging", "time", "threading", "socket", "subprocess", "random", "zenoh", "mcap", "msgpack")
+PACKAGES = tuple(sorted(path.name for path in (ROOT / "zenocap").iterdir() if path.is_symlink()))
+HIDDEN = {".venv", "build", ".git"}
+SERVICES = sorted(path.parent.name for path in (ROOT / "services").glob("*/step.py"))
 
 
 def module_of(path: Path) -> str:
     parts = path.relative_to(ROOT).with_suffix("").parts
+    if parts[0] in PACKAGES:
+        parts = ("zenocap", *parts)
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def path_of(module: str) -> Path | None:
+    """Source file of a module of this package; None for folders and other packages."""
+    path = (ROOT / "zenocap").joinpath(*module.split(".")[1:]).with_suffix(".py")
+    return path if module.startswith("zenocap.") and path.is_file() else None
 
 
 def sources(*folders: str) -> list[Path]:
     found = sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
-    assert found, f"nothing in {folders}"
+    assert found, f"no sources in {folders}"
     return found
 
 
-def imported(path: Path) -> Iterator[str]:
-    """Full names of the modules a file imports, those inside functions included; names imported from a package too."""
-    for node in ast.walk(ast.parse(path.read_text(), str(path))):
+MODULES = {module_of(path): path for path in sources(*PACKAGES)}
+
+
+@cache
+def tree(module: str) -> ast.Module:
+    """Syntax tree of a module."""
+    path = MODULES[module]
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+def names_in(nodes: Iterator[ast.AST]) -> Iterator[str]:
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative imports hide where a name lives"
+            assert node.level == 0, "relative imports hide where a name lives"
             assert node.module
             yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names if is_module(f"{node.module}.{alias.name}"))
+            full = (f"{node.module}.{alias.name}" for alias in node.names)
+            yield from (name for name in full if name in MODULES)
 
 
-def is_module(name: str) -> bool:
-    path = ROOT.joinpath(*name.split("."))
-    return path.is_dir() or path.with_suffix(".py").is_file()
+@cache
+def imported(module: str) -> frozenset[str]:
+    """Full names of the modules that a module imports, including imports inside functions."""
+    return frozenset(names_in(ast.walk(tree(module))))
+
+
+@cache
+def imported_at_start(module: str) -> frozenset[str]:
+    """Full names of the modules imported at the top level of a module; not those for type checkers only."""
+    return frozenset(names_in(iter(tree(module).body)))
 
 
 def within(module: str, places: tuple[str, ...]) -> bool:
     return any(module == place or module.startswith(f"{place}.") for place in places)
 
 
-def ours(path: Path) -> set[str]:
-    """The modules of this project that a file imports; a package that only stands for its modules does not count."""
-    packages = {"common", "services"} | {f"services.{name}" for name in STEPS} | {"services.tracker.prior"}
-    return {name for name in imported(path) if within(name, ("common", "services"))} - packages
+def internal_imports(module: str) -> set[str]:
+    """Modules of this package that a module imports."""
+    return {name for name in imported(module) if name in MODULES and path_of(name) is not None}
 
 
-def files_of(service: str, names: set[str]) -> list[Path]:
-    """Files of a service that are one of `names` inside it, or lie in a folder that is."""
-    folder = ROOT / "services" / service
-    found = {path: named(path.relative_to(folder), names) for path in sources(f"services/{service}")}
-    assert set(found.values()) - {None} == names, "a name in a set has no file"
-    return [path for path, name in found.items() if name is not None]
-
-
-def named(path: Path, names: set[str]) -> str | None:
-    """That of `names` which is this file, or the folder it lies in."""
-    places = (path.with_suffix("").as_posix(), *(parent.as_posix() for parent in path.parents))
-    return next((place for place in places if place in names), None)
-
-
-def algorithms(service: str) -> list[Path]:
-    others = {*files_of(service, STEPS[service]), *files_of(service, SHELLS[service])}
-    return [path for path in sources(f"services/{service}") if path not in others]
-
-
-def modules_of(service: str, *kinds: dict[str, set[str]]) -> tuple[str, ...]:
-    return tuple(f"services.{service}.{name.replace('/', '.')}" for kind in kinds for name in sorted(kind[service]))
-
-
-@pytest.mark.parametrize("path", sources("common/body", "common/camera", "common/vision", "common/actor"), ids=module_of)
-def test_layer_0_of_common_knows_arrays_only(path: Path) -> None:
-    assert [name for name in ours(path) if not within(name, LAYER_0)] == []
-    assert [name for name in imported(path) if within(name, UNSEEN) and not msgspec_of_calibration(path, name)] == []
-
-
-def msgspec_of_calibration(path: Path, name: str) -> bool:
-    """Calibration files are the one kind of file in layer 0, and they are checked by their types."""
-    return path.parent.name == "camera" and within(name, ("msgspec",))
-
-
-@pytest.mark.parametrize("path", [path for service in STEPS for path in algorithms(service)], ids=module_of)
-def test_a_services_algorithms_know_layer_0_and_one_another_only(path: Path) -> None:
-    service = path.relative_to(ROOT / "services").parts[0]
-    beyond = [name for name in ours(path) if not within(name, (*LAYER_0, f"services.{service}"))]
-    assert beyond == []
-    assert [name for name in ours(path) if within(name, modules_of(service, STEPS, SHELLS))] == []
-    assert [name for name in imported(path) if within(name, UNSEEN)] == []
-
-
-@pytest.mark.parametrize("path", [path for service in STEPS for path in files_of(service, STEPS[service])], ids=module_of)
-def test_steps_see_messages_and_neither_the_bus_nor_time_files_or_logging(path: Path) -> None:
-    service = path.relative_to(ROOT / "services").parts[0]
-    allowed = (*LAYER_0, *VOCABULARY, *EVENTS, f"services.{service}")
-    assert [name for name in ours(path) if not within(name, allowed)] == []
-    assert [name for name in ours(path) if within(name, modules_of(service, SHELLS))] == []
-    assert [name for name in imported(path) if within(name, UNSEEN)] == []
-
-
-@pytest.mark.parametrize("path", sources("common", "services"), ids=module_of)
-def test_only_the_files_of_the_zenoh_bus_know_zenoh(path: Path) -> None:
-    if module_of(path) not in ZENOH_FILES:
-        assert [name for name in imported(path) if within(name, ("zenoh",))] == []
-
-
-@pytest.mark.parametrize("path", sources("common"), ids=module_of)
-def test_common_knows_no_service(path: Path) -> None:
-    assert [name for name in ours(path) if within(name, ("services",))] == []
-
-
-@pytest.mark.parametrize("path", [path for service in STEPS for path in sources(f"services/{service}")], ids=module_of)
-def test_services_do_not_know_each_other(path: Path) -> None:
-    service = path.relative_to(ROOT / "services").parts[0]
-    assert [name for name in ours(path) if within(name, ("services",)) and not within(name, (f"services.{service}",))] == []
-
-
-def test_every_service_is_in_the_tables() -> None:
-    """A folder with a step is a service."""
-    assert {path.parent.name for path in sources("services") if path.name == "step.py"} == set(STEPS) == set(SHELLS)
-
-
-def test_messages_know_nothing_of_ours() -> None:
-    assert ours(ROOT / "common" / "messages.py") == set()
-    assert ours(ROOT / "common" / "conversion.py") <= {
-        "common.body.anatomy", "common.body.definition", "common.camera.pinhole", "common.messages",
-    }  # fmt: skip
-
-
-def test_pairing_knows_nothing_of_ours() -> None:
-    assert ours(ROOT / "common" / "pairing.py") == set()
-
-
-def test_a_steps_events_are_values() -> None:
-    """What steps may import of the outer layers must not drag threads, sockets or files behind it."""
+def closure(module: str) -> set[str]:
+    """A module and all modules of this package that it imports, directly or indirectly."""
     seen: set[str] = set()
-    waiting = list(EVENTS)
+    waiting = [module]
     while waiting:
-        module = waiting.pop()
-        if module in seen or module in VOCABULARY:
-            continue
-        seen.add(module)
-        path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
-        if not path.is_file():
-            continue
-        assert [name for name in imported(path) if within(name, ("threading", "socket", "logging", "zenoh", "mcap"))] == []
-        waiting += ours(path)
+        if (name := waiting.pop()) not in seen:
+            seen.add(name)
+            waiting += internal_imports(name)
+    return seen
+
+
+def test_the_layers_are_the_sub_packages() -> None:
+    """Each top-level folder of the package is linked into zenocap/, and has its place among the layers."""
+    assert sorted(LAYERS) == list(PACKAGES)
+    assert [name for name in PACKAGES if (ROOT / "zenocap" / name).resolve() != ROOT / name] == []
+
+
+@pytest.mark.slow
+def test_no_file_imports_a_top_level_folder() -> None:
+    """`import zenocap.common...`, never `import common...`, which an installed package does not have."""
+    files = [path for path in ROOT.rglob("*.py") if not HIDDEN & set(path.relative_to(ROOT).parts)]
+    assert len(files) > len(MODULES)
+    bare = re.compile(rf"^\s*(?:from|import)\s+(?:{'|'.join(PACKAGES)})\b", re.MULTILINE)
+    found = [(str(path.relative_to(ROOT)), match[0]) for path in files for match in bare.finditer(path.read_text())]
+    assert found == []
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_dependencies_run_one_way(layer: str) -> None:
+    later = tuple(f"zenocap.{name}" for name in LAYERS[LAYERS.index(layer) + 1 :])
+    wrong = [
+        (module_of(path), name)
+        for path in sources(layer)
+        for name in internal_imports(module_of(path))
+        if within(name, later)
+    ]
+    assert wrong == []
+
+
+def test_services_do_not_import_each_other() -> None:
+    wrong = [
+        (module_of(path), name)
+        for service in SERVICES
+        for path in sources(f"services/{service}")
+        for name in internal_imports(module_of(path))
+        if within(name, ("zenocap.services",)) and not within(name, (f"zenocap.services.{service}",))
+    ]
+    assert wrong == []
+
+
+def test_every_folder_of_services_is_a_service() -> None:
+    """A service has a step and a shell."""
+    folders = {path.name for path in (ROOT / "services").iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert folders == set(SERVICES)
+    assert [name for name in SERVICES if not (ROOT / "services" / name / "shell.py").is_file()] == []
+
+
+@pytest.mark.parametrize("folder", MATHEMATICS)
+def test_mathematics_imports_arrays_only(folder: str) -> None:
+    """Calibration files are the only files read here."""
+    modules = [module_of(path) for path in sources(folder)]
+    assert [
+        (one, name) for one in modules for name in internal_imports(one) if not within(name, (*ARRAYS, *SHARED_VALUES))
+    ] == []
+    assert [(one, name) for one in modules for name in imported(one) if within(name, OUTSIDE)] == []
+
+
+# Values and functions without dependencies, which every layer may use.
+SHARED_VALUES = ("zenocap.common.arrays", "zenocap.common.atomic_write", "zenocap.common.errors", "zenocap.common.jit")
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_a_step_and_all_it_imports_have_no_threads_sockets_files_or_clocks(service: str) -> None:
+    modules = closure(f"zenocap.services.{service}.step")
+    assert len(modules) > 5
+    assert [(one, name) for one in modules for name in imported(one) if within(name, OUTSIDE)] == []
+    assert f"zenocap.services.{service}.shell" not in modules
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_a_step_uses_no_transport(service: str) -> None:
+    modules = {name for name in closure(f"zenocap.services.{service}.step") if within(name, ("zenocap.common.bus",))}
+    assert modules <= {"zenocap.common.bus.protocol"}
+
+
+def test_only_the_zenoh_files_of_the_bus_import_zenoh() -> None:
+    users = {module for module in MODULES if any(within(name, ("zenoh",)) for name in imported(module))}
+    assert users
+    assert [name for name in users if not name.startswith("zenocap.common.bus.zenoh_")] == []
+
+
+def test_messages_import_no_other_module() -> None:
+    assert internal_imports("zenocap.common.messages") == set()
+    assert internal_imports("zenocap.common.synchronizer") == set()
+
+
+def test_there_is_no_import_cycle() -> None:
+    """Of imports at the top level of modules, which fail in a cycle."""
+    order: list[str] = []
+    done: set[str] = set()
+
+    def visit(module: str, path: tuple[str, ...]) -> None:
+        assert module not in path, " -> ".join((*path[path.index(module) :], module))
+        if module in done:
+            return
+        for name in sorted(imported_at_start(module)):
+            if name in MODULES and path_of(name) is not None:
+                visit(name, (*path, module))
+        done.add(module)
+        order.append(module)
+
+    for module in sorted(MODULES):
+        visit(module, ())
+    assert len(order) == len(MODULES)

@@ -1,4 +1,4 @@
-"""The README and the pages behind it say what is so: its commands parse, its tables are the code's, its files exist."""
+"""README and documentation agree with the code: commands parse, tables equal the code's, files and links exist."""
 
 import re
 import shlex
@@ -7,11 +7,16 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from common.topics import TOPICS
-from services.cli import app
+from tests.support.places import ROOT
+from zenocap.common.topics import TOPICS
+from zenocap.tools.cli.main import app
 
-ROOT = Path(__file__).resolve().parents[1]
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "deploy" / "README.md")
+PAGES = (
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    ROOT / "deploy" / "README.md",
+    ROOT / "CONTRIBUTING.md",
+)
 TEXTS = {path: path.read_text(encoding="utf-8") for path in PAGES}
 WIRE = TEXTS[ROOT / "docs" / "wire.md"]
 ALL = "\n".join(TEXTS.values())
@@ -22,15 +27,16 @@ COMMANDS = sorted({line for line in LINES if line.startswith("zenocap")} | set(I
 OPTION = re.compile(r"^--?[a-z]")
 
 
-def test_there_are_commands() -> None:
+def test_the_first_commands_are_demo_and_test() -> None:
     assert len(COMMANDS) > 10
     assert LINES[:2] == ["make demo", "make test"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", COMMANDS)
 def test_every_command_parses(line: str) -> None:
-    """Its own options, all of them known, with `--help` in the end so that nothing is done."""
-    arguments = shlex.split(line)[1:]
+    """Every option of a documented command exists; `--help` at the end keeps it from running."""
+    arguments = shlex.split(line, comments=True)[1:]
     result = CliRunner().invoke(app, [*arguments, *([] if "--help" in arguments else ["--help"])], env={"COLUMNS": "200"})
     assert result.exit_code == 0, result.output
     command = " ".join(word for word in arguments[:2] if word.isalpha() and word != "calibration")
@@ -41,23 +47,25 @@ def test_every_command_parses(line: str) -> None:
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.name)
 def test_every_topic_is_in_the_table(topic: object) -> None:
     row = next(t for t in TOPICS if t is topic)
-    assert f"| `{row.key}` | {row.message.__name__} | {row.rate} | {row.queueing.value} |" in WIRE
+    rate = f"{row.rate_hz:g}" if row.rate_hz else "on change"
+    assert f"| `{row.key}` | {row.message.__name__} | {rate} | {row.queueing.value} |" in WIRE
 
 
-def test_the_files_of_the_map_exist() -> None:
-    files = re.findall(r"`((?:common|services|deploy|docs)/[\w/.]+\.\w+)`", ALL)
+def test_every_named_file_exists() -> None:
+    folders = "common|services|simulation|tools|zenocap|tests|benchmarks|examples|deploy|docs"
+    files = re.findall(rf"`((?:{folders})/[\w/.]+\.\w+)`", ALL)
     assert len(files) > 20
     assert [file for file in files if not (ROOT / file).is_file()] == []
 
 
 def anchors(page: Path) -> set[str]:
-    """Of a page's headings, as they are linked to."""
+    """Link targets of a page's headings."""
     headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_links_lead_somewhere(page: Path) -> None:
+def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
     links = [link for link in re.findall(r"\]\(([^)\s]+)\)", TEXTS[page]) if not link.startswith("http")]
     for link in links:
         file, _, anchor = link.partition("#")
@@ -66,12 +74,12 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not anchor or anchor in anchors(target), f"{page.name}: {link}"
 
 
-def test_every_page_is_linked_from_the_first() -> None:
+def test_every_page_is_linked_from_the_readme() -> None:
     linked = {(ROOT / link).resolve() for link in re.findall(r"\]\(([\w/]+\.md)\)", TEXTS[PAGES[0]])}
     assert linked == set(PAGES[1:])
 
 
-def test_make_has_the_targets() -> None:
+def test_every_named_make_target_exists() -> None:
     makefile = (ROOT / "Makefile").read_text()
-    for target in re.findall(r"make (\w+)", " ".join([*LINES, *re.findall(r"`(make [^`]*)`", ALL)])):
+    for target in re.findall(r"make ([\w-]+)", " ".join([*LINES, *re.findall(r"`(make [^`]*)`", ALL)])):
         assert f"\n{target}:" in makefile

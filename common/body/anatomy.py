@@ -1,9 +1,9 @@
-"""Anatomy as tables: which joints move which parts, in which rotation order and within which limits.  [Two-view 2.1]
+"""Anatomies: tables of body parts, joints, rotation orders, limits and markers.  [Two-view 2.1]
 
-A richer body is another `Anatomy`; nothing outside this file knows how many parts or joints there are.
+The number of parts and joints is defined here only; a richer body is another `Anatomy`.
 
-Frames: a part's frame has its origin at its proximal joint, +Y along the part, X to the person's left, Z to the front
-when the torso stands unrotated; a limb therefore hangs straight down at a rotation of 180° about Z, as in the paper.
+Frames: a part's frame has its origin at its proximal joint, +Y along the part, X to the person's left and Z to the front
+while the torso is unrotated; a limb therefore hangs straight down at a rotation of 180° about Z, as in the paper.
 """
 
 from collections.abc import Mapping
@@ -12,9 +12,8 @@ from functools import cached_property
 from math import radians
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from zenocap.common.arrays import Floats, Ints
 
 SPHERICAL_AXES = "zxy"  # M_N^S = T Rz Rx Ry  [Two-view 2.2 (2)]
 NAVEL_AXES = "yxz"  # M_W^N = Ry Rx, and the spherical joint's third angle last  [Two-view 2.2 (1)]
@@ -23,9 +22,9 @@ FLEXION_AXES = "x"  # M_S^F = T Rx  [Two-view 2.2 (3)]
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint on `parent` (a part, "" for the world) that moves `part` by rotations about `axes`, first axis outermost.
+    """A joint on `parent` (a part, "" for the world) that rotates `part` about `axes`, first axis outermost.
 
-    Without axes it holds its part rigidly, so that one moving body may have several surfaces.
+    Without axes the part is fixed to its parent, so that one moving body may have several surfaces.
     limits: per axis, (lowest, highest) in radians.
     """
 
@@ -38,7 +37,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Marker:
-    """A joint centre for exports: midway between the named joints, or else on the part's axis at `along` of its height."""
+    """A joint centre for export: the mean of the named joints, or the point on the part's axis at `along` of its height."""
 
     name: str
     part: str = ""
@@ -48,7 +47,10 @@ class Marker:
 
 @dataclass(frozen=True, eq=False)
 class Anatomy:
-    """Joints in an order in which parents come first; part k is moved by joint k.  Compared by identity."""
+    """Joints, parents first; joint k moves part k.  Compared by identity.
+
+    circular: parts whose two radii are equal.
+    """
 
     name: str
     joints: tuple[Joint, ...]
@@ -57,6 +59,7 @@ class Anatomy:
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
+        """Names of all parts, in the order of the joints."""
         return tuple(j.part for j in self.joints)
 
     @cached_property
@@ -66,7 +69,7 @@ class Anatomy:
 
     @cached_property
     def index(self) -> Mapping[str, int]:
-        """Position of every angle name, part name and joint name in its own table."""
+        """Index of every angle name, part name and joint name in its own table."""
         table = {name: k for k, name in enumerate(self.angles)}
         table |= {j.part: k for k, j in enumerate(self.joints)}
         return table | {j.name: k for k, j in enumerate(self.joints)}
@@ -77,8 +80,8 @@ class Anatomy:
         return np.array([limit for j in self.joints for limit in j.limits])
 
     @cached_property
-    def tree(self) -> NDArray[np.int64]:
-        """(joints, 5) for compiled code: parent part or -1, first angle, then the axes as 0 x, 1 y, 2 z, -1 none."""
+    def tree(self) -> Ints:
+        """(joints, 5) for compiled code: parent part or -1, first angle, then three axes: 0 x, 1 y, 2 z, -1 none."""
         rows, first = [], 0
         for j in self.joints:
             axes = ["xyz".index(a) for a in j.axes] + [-1] * (3 - len(j.axes))
@@ -88,7 +91,7 @@ class Anatomy:
 
     @cached_property
     def neutral(self) -> Floats:
-        """(angles,) the upright pose with arms and legs hanging straight down."""
+        """(angles,) of the upright pose with arms and legs hanging straight down, radians."""
         angles = np.zeros(len(self.angles))
         for j in self.joints:
             if "shoulder" in j.name or "hip" in j.name:
@@ -102,7 +105,7 @@ def _joint(name: str, parent: str, part: str, axes: str, *limits_deg: tuple[floa
     return Joint(name, parent, part, axes, tuple((radians(lo), radians(hi)) for lo, hi in limits_deg))
 
 
-# Ranges of motion: the paper's where it gives one (3.3, 3.4), else wide estimates, taken from no table.
+# Paper (open): 3.3 and 3.4 give some ranges of motion, which are used; the others are wide and chosen by hand.
 TEN_PARTS = Anatomy(
     name="ten-parts",
     joints=(
@@ -117,7 +120,7 @@ TEN_PARTS = Anatomy(
         _joint("right_knee", "right_upper_leg", "right_lower_leg", FLEXION_AXES, (-150, 0)),
         _joint("left_knee", "left_upper_leg", "left_lower_leg", FLEXION_AXES, (-150, 0)),
     ),
-    # Ankle and wrist: a lower leg reaches the sole and a lower arm the fingertips, as their silhouettes do.
+    # Ankle and wrist: the lower leg ends at the sole and the lower arm at the fingertips, as in silhouettes.
     # Segment lengths in body heights from Drillis and Contini (1966) as in Winter, Biomechanics, 4th ed., fig. 4.1.
     markers=(
         Marker("Hip", joints=("navel",)),
@@ -139,15 +142,18 @@ TEN_PARTS = Anatomy(
     circular=frozenset({"right_upper_arm", "right_lower_arm", "left_upper_arm", "left_lower_arm"}),
 )
 
+# Paper (replaced): [Hybrid II] has ten parts and 25 DoF; here a spine in two parts, a neck and feet, with 30.
 FOURTEEN_PARTS = Anatomy(
     name="fourteen-parts",
     joints=(
+        # Paper (replaced): [Hybrid II] has the origin in the middle of the torso; here at the hips.
         _joint("navel", "", "pelvis", NAVEL_AXES, (-360, 360), (-60, 110), (-60, 60)),
         _joint("waist", "pelvis", "chest", SPHERICAL_AXES, (-45, 45), (-40, 75), (-55, 55)),
         _joint("neck_base", "chest", "neck_column", ""),
         _joint("neck", "neck_column", "head", SPHERICAL_AXES, (-45, 45), (-60, 60), (-80, 80)),
         _joint("right_shoulder", "chest", "right_upper_arm", SPHERICAL_AXES, (0, 180), (-180, 180), (-180, 180)),
         _joint("left_shoulder", "chest", "left_upper_arm", SPHERICAL_AXES, (180, 360), (-180, 180), (-180, 180)),
+        # Paper (replaced): [Hybrid II] names 135 degrees for the elbow; here 150, by anthropometry.
         _joint("right_elbow", "right_upper_arm", "right_lower_arm", FLEXION_AXES, (0, 150)),
         _joint("left_elbow", "left_upper_arm", "left_lower_arm", FLEXION_AXES, (0, 150)),
         _joint("right_hip", "pelvis", "right_upper_leg", SPHERICAL_AXES, (110, 205), (-60, 135), (-45, 45)),

@@ -1,44 +1,47 @@
-"""A pose as the prior and the particles have it: one rotation vector a ball joint, one angle a hinge.
+"""Pose coordinates of the motion prior and the particles: a rotation vector per ball joint, an angle per hinge.
 
-Euler angles are singular where an arm points to the front; a rotation vector from the middle of a joint's range is not
-within it.  The root (position and orientation in the world) is kept apart: what is learnt does not depend on the lab.
+Euler angles are singular where an arm points forward; a rotation vector relative to the middle of a joint's range is not
+singular within the range.  The root (position and orientation in the world) is separate: the prior does not depend on it.
 """
+
+# Paper (replaced): [Hybrid II] has angles about X, Y and Z; here a rotation vector for each ball joint.
+# Paper (corrected): 25 DoF by [Hybrid II] are 27D in VI and 33D in VII; the prior learns the joints without the root.
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from common.body.anatomy import Anatomy, Floats, Joint
-from common.body.definition import Pose
-from common.body.euler import angles_near
-from common.body.kinematics import rotate
-from common.body.rotation_vectors import rotation_of, vector_of
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import Anatomy, Joint
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.kinematics import rotate
+from zenocap.common.body.rotations import matrix_to_euler, matrix_to_vector, vector_to_matrix
 
 BALL, HINGE = 3, 1
 
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """The coordinates of an anatomy; all joints but the first, which is the root.
+    """Coordinates of all joints of an anatomy except the first, the root.
 
     names: (dimension,) `right_elbow.x` of a hinge, `right_shoulder.1` ... `.3` of a ball joint.
-    first: (joints,) index of a joint's first coordinate, -1 for the root and rigid joints.
-    reference: (joints, 3, 3) the rotation, part to parent, at which a ball joint's coordinates are zero.
+    first: (joints,) index of a joint's first coordinate; -1 for the root and fixed joints.
+    reference: (joints, 3, 3) rotation, part to parent, at which a ball joint's coordinates are zero.
     """
 
     anatomy: Anatomy
     names: tuple[str, ...]
-    first: NDArray[np.int64]
+    first: Ints
     reference: Floats
 
     @property
     def dimension(self) -> int:
+        """Number of coordinates."""
         return len(self.names)
 
     def of_pose(self, pose: Pose) -> Floats:
-        """(dimension,) radians."""
+        """Coordinates (dimension,) of a pose, radians."""
         values, rotation = np.empty(self.dimension), np.empty((3, 3))
         for k, joint in enumerate(self.anatomy.joints):
             start = int(self.first[k])
@@ -48,34 +51,34 @@ class Coordinates:
                 values[start] = pose.angles[self.anatomy.tree[k, 1]]
             else:
                 rotation = self.reference[k].T @ _local(self.anatomy, k, pose.angles)
-                vector_of(rotation, values[start : start + 3])
+                matrix_to_vector(rotation, values[start : start + 3])
         return values
 
     def angles(self, values: Floats, root: Floats) -> Floats:
-        """The anatomy's angles, of coordinates (dimension,) and the root's orientation (3, 3), part to world."""
+        """Joint angles (angles,) of coordinates (dimension,) and the root's orientation (3, 3), part to world."""
         angles = np.zeros(len(self.anatomy.angles))
-        turns: dict[str, list[tuple[int, Floats, Floats]]] = {}  # by axes: first angle, rotation, near which
+        ball_joints: dict[str, list[tuple[int, Floats, Floats]]] = {}  # by axes: first angle, rotation, near
         for k, joint in enumerate(self.anatomy.joints):
             start, at = int(self.first[k]), int(self.anatomy.tree[k, 1])
             if k == 0:
-                turns.setdefault(joint.axes, []).append((at, root, np.zeros(3)))
+                ball_joints.setdefault(joint.axes, []).append((at, root, np.zeros(3)))
             elif start >= 0 and len(joint.axes) == HINGE:
                 angles[at] = values[start]
             elif start >= 0:
                 rotation = np.empty((3, 3))
-                rotation_of(values[start : start + 3], rotation)
+                vector_to_matrix(values[start : start + 3], rotation)
                 middle = np.array([0.5 * (low + high) for low, high in joint.limits])
-                turns.setdefault(joint.axes, []).append((at, self.reference[k] @ rotation, middle))
-        for axes, each in turns.items():
-            starts, rotations, near = zip(*each, strict=True)
-            for at, three in zip(starts, angles_near(axes, np.array(rotations), np.array(near)), strict=True):
+                ball_joints.setdefault(joint.axes, []).append((at, self.reference[k] @ rotation, middle))
+        for axes, joints in ball_joints.items():
+            starts, rotations, near = zip(*joints, strict=True)
+            for at, three in zip(starts, matrix_to_euler(axes, np.array(rotations), np.array(near)), strict=True):
                 angles[at : at + 3] = three
         return angles
 
 
 @lru_cache
 def coordinates_of(anatomy: Anatomy) -> Coordinates:
-    """The coordinates of an anatomy whose joints have three axes, one, or none."""
+    """Coordinates of an anatomy whose joints have three axes, one, or none."""
     names: list[str] = []
     first = np.full(len(anatomy.joints), -1, dtype=np.int64)
     reference = np.tile(np.eye(3), (len(anatomy.joints), 1, 1))
@@ -91,11 +94,10 @@ def coordinates_of(anatomy: Anatomy) -> Coordinates:
     return Coordinates(anatomy, tuple(names), first, reference)
 
 
-def unwound(anatomy: Anatomy, coordinates: Floats) -> Floats:
-    """The same rotations (n, d), every rotation vector as near as can be to that of the row before.
+def unwrap_rotations(anatomy: Anatomy, coordinates: Floats) -> Floats:
+    """Equal rotations (n, d) with every rotation vector as near as possible to the previous row's.
 
-    A rotation by more than half a turn about one axis is one by less about the opposite axis; a motion that comes there
-    goes on instead of jumping.
+    A rotation by more than half a turn equals a shorter one about the opposite axis; unwrapped motions do not jump there.
     """
     table, result = coordinates_of(anatomy), coordinates.copy()
     for first, joint in zip(table.first, anatomy.joints, strict=True):
@@ -114,7 +116,7 @@ def unwound(anatomy: Anatomy, coordinates: Floats) -> Floats:
 
 
 def _local(anatomy: Anatomy, joint: int, angles: Floats) -> Floats:
-    """(3, 3) part to parent."""
+    """Rotation (3, 3), part to parent, of a joint at `angles` (angles,) radians."""
     rotation = np.eye(3)
     _, at, *axes = anatomy.tree[joint]
     for n, axis in enumerate(axes):
@@ -124,7 +126,10 @@ def _local(anatomy: Anatomy, joint: int, angles: Floats) -> Floats:
 
 
 def _middle(joint: Joint) -> Floats:
-    """The rotation at the middle of a ball joint's range: arms half raised to the front and side, thighs a little."""
+    """Rotation (3, 3) at the middle of a ball joint's range: arms half raised forward and sideways, thighs slightly.
+
+    The directions are chosen by hand; trained priors depend on them.
+    """
     side = -1.0 if joint.name.startswith("right_") else 1.0
     if "shoulder" in joint.name:
         direction = np.array([0.5 * side, -0.6, 0.6])
@@ -137,7 +142,7 @@ def _middle(joint: Joint) -> Floats:
     axis = np.cross(down, direction)
     axis *= np.arccos(float(down @ direction)) / np.linalg.norm(axis)
     swing = np.empty((3, 3))
-    rotation_of(axis, swing)
+    vector_to_matrix(axis, swing)
     hanging = np.diag([-1.0, -1.0, 1.0])  # half a turn about Z
     middle: Floats = swing @ hanging
     return middle

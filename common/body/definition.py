@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from common.body.anatomy import Anatomy, Floats
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import Anatomy
 
 
 @dataclass(frozen=True)
 class Bdp:
-    """Sizes of a person.
+    """Body definition: sizes of a person.
 
     sizes: (parts, 3) height along Y, long radius along X, short radius along Z of every part, metres.
     offsets: (joints, 3) position of every joint in its parent part's frame, metres; the first, of the navel, is zero.
@@ -25,14 +26,14 @@ class Bdp:
 
 @dataclass(frozen=True)
 class Pose:
-    """position: (3,) navel in the world, metres.  angles: (angles,) radians, ordered by `Anatomy.angles`."""
+    """position: (3,) navel in the world, metres.  angles: (angles,) radians, in the order of `Anatomy.angles`."""
 
     position: Floats
     angles: Floats
 
 
 def neutral_pose(anatomy: Anatomy, position: Floats, yaw: float = 0.0) -> Pose:
-    """Upright at `position` (3,) metres, facing `yaw` radians from +Z towards +X."""
+    """Upright pose at `position` (3,) metres, `yaw` radians from +Z towards +X."""
     angles = anatomy.neutral.copy()
     angles[anatomy.index["navel.y"]] = yaw
     return Pose(np.asarray(position, dtype=np.float64), angles)

@@ -1,16 +1,16 @@
-"""Forward kinematics of an anatomy: the transforms of [Two-view 2.2] chained from the world to every part."""
+"""Forward kinematics of an anatomy: part frames [Two-view 2.2], joint centres and points on the parts' surfaces."""
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from common.body.anatomy import Anatomy, Floats
-from common.body.definition import Bdp, Pose
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.jit import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def rotate(rotation: Floats, axis: int, angle: float) -> None:
-    """rotation @ R_axis(angle) in place; rotation: (3, 3), axis: 0 x, 1 y, 2 z, angle in radians."""
+    """Multiply rotation (3, 3) by R_axis(angle) from the right, in place; axis: 0 x, 1 y, 2 z, angle in radians."""
     c, s = np.cos(angle), np.sin(angle)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     for row in range(3):
@@ -19,11 +19,9 @@ def rotate(rotation: Floats, axis: int, angle: float) -> None:
         rotation[row, j] = b * c - a * s
 
 
-@njit(cache=True, error_model="numpy")
-def place_part(
-    joint: int, tree: NDArray[np.int64], offsets: Floats, position: Floats, angles: Floats, part_to_world: Floats
-) -> None:
-    """Write part_to_world[joint] (3, 4) from its parent's; the parent must be placed already."""
+@kernel
+def place_part(joint: int, tree: Ints, offsets: Floats, position: Floats, angles: Floats, part_to_world: Floats) -> None:
+    """Write part_to_world[joint] (3, 4) from its parent's, which must have been written."""
     parent = tree[joint, 0]
     out = part_to_world[joint]
     if parent < 0:
@@ -35,7 +33,7 @@ def place_part(
         up = part_to_world[parent]
         for row in range(3):
             out[row, 3] = up[row, 3]
-            for k in range(3):  # a slice would compile numba's error texts along: seconds
+            for k in range(3):  # a slice would add seconds of compilation, for numba's error texts
                 out[row, k] = up[row, k]
                 out[row, 3] += up[row, k] * offsets[joint, k]
     for k in range(3):
@@ -44,22 +42,22 @@ def place_part(
             rotate(out[:, :3], axis, angles[tree[joint, 1] + k])
 
 
-@njit(cache=True, error_model="numpy")
-def place_parts(tree: NDArray[np.int64], offsets: Floats, position: Floats, angles: Floats, part_to_world: Floats) -> None:
-    """Place every part: part_to_world (parts, 3, 4) is overwritten."""
+@kernel
+def place_parts(tree: Ints, offsets: Floats, position: Floats, angles: Floats, part_to_world: Floats) -> None:
+    """Write the frames of all parts to part_to_world (parts, 3, 4)."""
     for joint in range(tree.shape[0]):
         place_part(joint, tree, offsets, position, angles, part_to_world)
 
 
 def part_frames(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> Floats:
-    """`part_to_world` of every part, (parts, 3, 4): rotation and, in the last column, the origin in metres."""
+    """Return `part_to_world` (parts, 3, 4): rotation and, in the last column, origin in metres."""
     part_to_world = np.zeros((len(anatomy.parts), 3, 4))
     place_parts(anatomy.tree, bdp.offsets, pose.position, pose.angles, part_to_world)
     return part_to_world
 
 
 def joint_centres(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> Floats:
-    """Joint centres in the world, (markers, 3) metres, ordered by `Anatomy.markers`."""
+    """Joint centres (markers, 3) in the world, metres, in the order of `Anatomy.markers`."""
     frames = part_frames(anatomy, bdp, pose)
     centres = np.empty((len(anatomy.markers), 3))
     for k, marker in enumerate(anatomy.markers):
@@ -71,3 +69,35 @@ def joint_centres(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> Floats:
             if bdp.bases is not None:
                 centres[k] += frames[part, :, :3] @ bdp.bases[part]
     return centres
+
+
+NO_OFFSET = np.zeros(3)
+
+
+def end_ellipses(
+    part_to_world: Floats, size: Floats, count: int = 24, *, tip: Floats | None = None, base: Floats = NO_OFFSET
+) -> Floats:
+    """Points (2 count, 3) in the world, metres, on both end ellipses of a part, whose convex hull is the part.
+
+    part_to_world: (3, 4).  size: (3,) height, long and short radius, metres.  tip: (2,) radii at the far end, metres;
+    default: those of the near end.  base: (3,) beginning of the axis in the part's frame, metres.
+    """
+    turn = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
+    ring = np.stack([np.cos(turn), np.zeros(count), np.sin(turn)], axis=1)
+    across, deep = size[1:] if tip is None else tip
+    near, far = ring * [size[1], 1.0, size[2]], ring * [across, 1.0, deep] + [0.0, size[0], 0.0]
+    points: Floats = (np.concatenate([near, far]) + base) @ part_to_world[:, :3].T + part_to_world[:, 3]
+    return points
+
+
+def body_ellipses(bdp: Bdp, part_frames: Floats) -> list[Floats]:
+    """`end_ellipses` of every part; part_frames: (parts, 3, 4), see the function `part_frames`."""
+    return [
+        end_ellipses(
+            frame,
+            bdp.sizes[k],
+            tip=None if bdp.tips is None else bdp.tips[k],
+            base=NO_OFFSET if bdp.bases is None else bdp.bases[k],
+        )
+        for k, frame in enumerate(part_frames)
+    ]

@@ -1,1 +1,1 @@
-"""Moving messages: the bus protocol, Zenoh, and the in-process bus used offline."""
+"""Message transport: the bus protocol, its Zenoh implementation, and the in-process bus used offline."""

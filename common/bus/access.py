@@ -1,7 +1,7 @@
-"""Who may do what on a secured network: Zenoh's access control, made of the table of keys.
+"""Access control of a secured network, derived from the table of topics.
 
-Nothing is allowed but what is said here.  A member is known by the common name of its certificate; every router and
-every peer that others connect to checks what comes in from each of them, and what goes out to it.
+Everything that no rule allows is denied.  A member is identified by the common name of its certificate; every router and
+every peer that accepts connections checks the messages from and to each member.
 """
 
 import json
@@ -9,17 +9,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from common.topics import (
-    ABOUT,
+from zenocap.common.topics import (
     ALIVE,
     CLAIM,
     CLOCK,
     EVERYTHING,
-    PACE,
+    FLOW_CONTROL,
     PREVIEW,
-    RECALL,
     REQUEST,
+    SERVICE_INFO,
     SILHOUETTE,
+    STATE_RECOVERY,
     TOPICS,
     Queueing,
     Topic,
@@ -37,26 +37,26 @@ EVERY_MESSAGE: tuple[Message, ...] = (
     "declare_liveliness_subscriber", "liveliness_query",
 )  # fmt: skip
 LIVELINESS: tuple[Message, ...] = ("declare_liveliness_subscriber", "liveliness_query")
-MAX_COMMON_NAME = 64  # of X.509
-ROUTER = "router"  # the common name of every router; all others have their rig's name before theirs
-READER, RECORDER, REPLAY = "reader", "recorder", "replay"  # beside the services
-ASKER = "animator"  # whose page asks things of the rig
+MAX_COMMON_NAME = 64  # letters, limit of X.509
+ROUTER = "router"  # common name of every router; those of other members begin with the name of the rig
+READER, RECORDER, REPLAY = "reader", "recorder", "replay"  # members that are not services
+REQUEST_SENDER = "animator"  # its page sends commands to the rig
 
 
 @dataclass(frozen=True)
 class Member:
-    """Who has a certificate: a service of a rig, by its name and id, or one of READER, RECORDER, REPLAY and ROUTER."""
+    """Holder of a certificate: a service of a rig, or one of READER, RECORDER, REPLAY and ROUTER."""
 
     service: str
     id: str = "main"
 
     @property
     def name(self) -> str:
-        """As its files are called, such as viewer-1."""
+        """Name of its files, such as viewer-1."""
         return self.service if self.id == "main" else f"{self.service}-{self.id}"
 
     def common_name(self, rig: str) -> str:
-        """In its certificate.  Raises ValueError where that is longer than a certificate may have."""
+        """Common name in its certificate.  Raises ValueError for more than MAX_COMMON_NAME letters."""
         name = ROUTER if self.service == ROUTER else f"{rig}/{self.service}/{self.id}"
         if len(name) > MAX_COMMON_NAME:
             raise ValueError(f"{name}: {len(name)} letters: allowed in a certificate: {MAX_COMMON_NAME}; shorten rig or id")
@@ -64,36 +64,34 @@ class Member:
 
 
 def access_control(rigs: Mapping[str, Sequence[Member]]) -> str:
-    """Zenoh's `access_control`, as JSON.  rigs: the members by the rig's name, routers left out.  Raises ValueError."""
+    """Zenoh's `access_control`, as JSON.  rigs: members by name of the rig, without routers.  Raises ValueError."""
     rules: list[Rule] = [_rule("routers", ("ingress", "egress"), EVERY_MESSAGE, ["**", "**/@adv/**"])]
     subjects: list[Rule] = [{"id": ROUTER, "cert_common_names": [ROUTER]}]
     policies: list[Rule] = [{"rules": ["routers"], "subjects": [ROUTER]}]
     for rig, members in rigs.items():
         common = _of_all(rig)
-        pictures = _rule(
-            f"{rig}: no pictures", ("egress",), ("put", "reply"), [SILHOUETTE.on(rig), PREVIEW.on(rig)], "deny"
-        )
-        rules += [*common, pictures]
+        images = _rule(f"{rig}: no images", ("egress",), ("put", "reply"), [SILHOUETTE.on(rig), PREVIEW.on(rig)], "deny")
+        rules += [*common, images]
         for member in members:
             subject = member.common_name(rig)
             own = _of_one(rig, member)
             rules += own
             subjects.append({"id": subject, "cert_common_names": [subject]})
-            kept_from = [pictures] if member.service == "viewer" else []
-            policies.append({"rules": [rule["id"] for rule in (*common, *kept_from, *own)], "subjects": [subject]})
+            denied = [images] if member.service == "viewer" else []
+            policies.append({"rules": [rule["id"] for rule in (*common, *denied, *own)], "subjects": [subject]})
     settings = {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}
     return json.dumps(settings)
 
 
 def keys_of(rig: str, member: Member) -> dict[Topic, str]:
-    """On which key expression of each topic a member may publish; a topic that is not its own is left out."""
+    """Key expressions on which a member may publish, by topic."""
     if member.service == REPLAY:
         return {topic: topic.on(rig) for topic in TOPICS}
     if member.service == READER:
         return {}
     found: dict[Topic, str] = {}
     for topic in TOPICS:
-        writer = ASKER if topic is REQUEST else topic.key.split("/")[2]
+        writer = REQUEST_SENDER if topic is REQUEST else topic.key.split("/")[2]
         id = "*" if member.service == RECORDER else member.id
         if writer == member.service:
             found[topic] = topic.on(rig, viewer=id)
@@ -103,49 +101,54 @@ def keys_of(rig: str, member: Member) -> dict[Topic, str]:
 
 
 def _of_all(rig: str) -> list[Rule]:
-    """Listening, and the questions that anybody of the rig may ask."""
+    """Rules of every member: subscriptions, and the queries that all may send."""
     everything, kept = EVERYTHING.format(rig=rig), _advanced(EVERYTHING.format(rig=rig))
-    asked = [CLOCK.format(rig=rig), ABOUT.format(rig=rig, service="*", id="*"), kept]
+    queries = [CLOCK.format(rig=rig), SERVICE_INFO.format(rig=rig, service="*", id="*"), kept]
     alive = [ALIVE.format(rig=rig, service="*", id="*"), CLAIM.format(rig=rig, service="*", id="*", claim="*"), kept]
     return [
-        _rule(f"{rig}: hear", ("ingress",), ("declare_subscriber",), [everything, kept]),
-        _rule(f"{rig}: ask", ("ingress",), ("query",), asked),
-        _rule(f"{rig}: see who is there", ("ingress",), LIVELINESS, alive),
-        _rule(f"{rig}: be told", ("egress",), EVERY_MESSAGE, [everything, kept]),
+        _rule(f"{rig}: subscribe", ("ingress",), ("declare_subscriber",), [everything, kept]),
+        _rule(f"{rig}: query", ("ingress",), ("query",), queries),
+        _rule(f"{rig}: watch liveliness", ("ingress",), LIVELINESS, alive),
+        _rule(f"{rig}: receive", ("egress",), EVERY_MESSAGE, [everything, kept]),
     ]
 
 
 def _of_one(rig: str, member: Member) -> list[Rule]:
-    """What a member says, and what it answers."""
+    """Rules of one member: its publications and the queries it replies to."""
     keys = keys_of(rig, member)
     if not keys:
         return []
-    kept = [expression for topic, expression in keys.items() if topic.queueing is Queueing.KEPT]
+    kept = [expression for topic, expression in keys.items() if topic.queueing is Queueing.LATCHED]
     advanced = [_advanced(expression) for expression in kept]
     service, id = ("*", "*") if member.service == REPLAY else (member.service, member.id)
     id = "*" if member.service == RECORDER else id
-    who = {"rig": rig, "service": service, "id": id}
-    answers = [PACE.format_map(who), ABOUT.format_map(who)]
+    names = {"rig": rig, "service": service, "id": id}
+    answers = [FLOW_CONTROL.format_map(names), SERVICE_INFO.format_map(names)]
     if service in ("integrator", "*"):
         answers.append(CLOCK.format(rig=rig))
-    tokens = [ALIVE.format_map(who), CLAIM.format_map(who | {"claim": "*"}), *advanced]
+    tokens = [ALIVE.format_map(names), CLAIM.format_map(names | {"claim": "*"}), *advanced]
     name = f"{rig}: {member.name}"
     rules = [
-        _rule(f"{name} says", ("ingress",), ("put",), [*keys.values(), *advanced]),
-        _rule(f"{name} answers", ("ingress",), ("declare_queryable", "reply"), [*answers, *kept, *advanced]),
-        _rule(f"{name} is there", ("ingress",), ("liveliness_token",), tokens),
+        _rule(f"{name}: publish", ("ingress",), ("put",), [*keys.values(), *advanced]),
+        _rule(f"{name}: reply to queries", ("ingress",), ("declare_queryable", "reply"), [*answers, *kept, *advanced]),
+        _rule(f"{name}: declare liveliness", ("ingress",), ("liveliness_token",), tokens),
     ]
-    # Whoever listens may tell a service what it had said before it was restarted; only that one may ask.
+    # Every reader may reply to state recovery queries; only the publisher of the topic may send them.
     rules.append(
-        _rule(f"{name} remembers", ("ingress",), ("declare_queryable", "reply"), [RECALL.format(rig=rig, topic="*")])
+        _rule(
+            f"{name}: reply to state recovery",
+            ("ingress",),
+            ("declare_queryable", "reply"),
+            [STATE_RECOVERY.format(rig=rig, topic="*")],
+        )
     )
-    questions = [RECALL.format(rig=rig, topic=topic.name) for topic in keys if topic.recalled]
-    rules.append(_rule(f"{name} asks", ("ingress",), ("query",), [*questions, PACE.format_map(who)]))
+    questions = [STATE_RECOVERY.format(rig=rig, topic=topic.name) for topic in keys if topic.recoverable]
+    rules.append(_rule(f"{name}: query services", ("ingress",), ("query",), [*questions, FLOW_CONTROL.format_map(names)]))
     return rules
 
 
 def _advanced(expression: str) -> str:
-    """Where Zenoh's advanced publishers of a key say that they are there, how far they are, and what they keep."""
+    """Key expression on which Zenoh's advanced publishers announce themselves, their progress and their cache."""
     return f"{expression}/@adv/**"
 
 

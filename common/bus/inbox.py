@@ -1,4 +1,4 @@
-"""Between a transport's threads, which only queue bytes, and the one that receives: bounded, decoded, counted."""
+"""Bounded queue between the threads of a transport, which only enqueue bytes, and the receiving thread, which decodes."""
 
 import logging
 from collections import Counter, deque
@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from threading import Condition
 from time import monotonic
 
-from common import codec
-from common.bus.protocol import Alive, Counters, Envelope, Received, RoundTrip
-from common.messages import Message
-from common.runtime.logs import OncePerSource
-from common.topics import Queueing, Topic
+from zenocap.common import codec
+from zenocap.common.bus.protocol import Alive, Counters, Envelope, Received, RoundTrip
+from zenocap.common.messages import Message
+from zenocap.common.runtime.logs import OncePerSource
+from zenocap.common.topics import Queueing, Topic
 
-MAX_QUEUED = 8192  # messages of ALL topics
+MAX_QUEUED = 8192  # queued messages of ALL topics
 MAX_QUEUED_BYTES = 64 << 20
-MAX_KEYS = 1024  # keys of LATEST and KEPT topics waiting at once
-MAX_EVENTS = 1024  # alive changes and round trips; marks
+MAX_KEYS = 1024  # keys of LATEST and LATCHED topics in the queue
+MAX_EVENTS = 1024  # queued alive changes and round trips; queued marks
 
 
 @dataclass(slots=True)
-class _Parcel:
-    """A message in the queue; data is None once it was dropped or taken."""
+class _QueuedMessage:
+    """A message in the queue; data is None after it was dropped or taken."""
 
     key: str
     topic: Topic
@@ -31,19 +31,19 @@ class _Parcel:
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """A place in the queue.  passed: called by the receiving thread once everything before it is handled."""
+    """A position in the queue.  passed: called by the receiving thread after everything before it is handled."""
 
     passed: Callable[[], None]
 
 
 class Inbox:
-    """A thread-safe queue.  LATEST and KEPT topics keep their place in it, with the newest bytes of each key."""
+    """Thread-safe queue.  A message of a LATEST or LATCHED topic replaces the queued one of its key, at its position."""
 
     def __init__(self, logger: logging.Logger) -> None:
         self._ready = Condition()
-        self._order: deque[_Parcel | _Mark] = deque()
-        self._latest: dict[str, _Parcel] = {}
-        self._fifo: deque[_Parcel] = deque()
+        self._order: deque[_QueuedMessage | _Mark] = deque()
+        self._latest: dict[str, _QueuedMessage] = {}
+        self._fifo: deque[_QueuedMessage] = deque()
         self._fifo_bytes = 0
         self._events: deque[Alive | RoundTrip] = deque()
         self._marks = 0
@@ -51,7 +51,7 @@ class Inbox:
         self._received = 0
         self._rejected: Counter[str] = Counter()
         self._dropped: Counter[str] = Counter()
-        self._once = OncePerSource(logger)
+        self._log_once = OncePerSource(logger)
 
     @property
     def counters(self) -> Counters:
@@ -60,12 +60,12 @@ class Inbox:
 
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""
-        parcel = _Parcel(key, topic, data, received_ns)
+        queued = _QueuedMessage(key, topic, data, received_ns)
         with self._ready:
             if every or topic.queueing is Queueing.ALL:
-                self._put_last(parcel, data)
+                self._put_last(queued, data)
             else:
-                self._put_latest(parcel)
+                self._put_latest(queued)
             self._ready.notify()
 
     def put_event(self, event: Alive | RoundTrip) -> None:
@@ -77,7 +77,7 @@ class Inbox:
             self._ready.notify()
 
     def mark(self, passed: Callable[[], None]) -> None:
-        """Call `passed` in the receiving thread, when that asks for more after everything queued so far."""
+        """Call `passed` in the receiving thread when everything queued so far is handled, at its next call of `take`."""
         with self._ready:
             if self._marks >= MAX_EVENTS:
                 self._dropped["queue_full"] += 1
@@ -87,11 +87,11 @@ class Inbox:
             self._ready.notify()
 
     def release(self) -> None:
-        """Call what waits for its mark now: nobody will receive any more."""
+        """Call the waiting marks now, because nothing more is received."""
         with self._ready:
             self._marks = 0
             marks = [waiting for waiting in self._order if isinstance(waiting, _Mark)]
-            self._order = deque(waiting for waiting in self._order if isinstance(waiting, _Parcel))
+            self._order = deque(waiting for waiting in self._order if isinstance(waiting, _QueuedMessage))
         for mark in marks:
             mark.passed()
 
@@ -101,10 +101,10 @@ class Inbox:
             return not (self._events or any(isinstance(w, _Mark) or w.data is not None for w in self._order))
 
     def reject(self, key: str, reason: str, text: str) -> None:
-        """Count what cannot be used; log it once per key."""
+        """Count an unusable message; log it once per key."""
         with self._ready:
             self._rejected[reason] += 1
-        self._once.warn(key, reason, text)
+        self._log_once.warn(key, reason, text)
 
     def wake(self) -> None:
         with self._ready:
@@ -132,76 +132,76 @@ class Inbox:
             match waiting:
                 case _Mark(passed=passed):
                     passed()
-                case parcel, data:
-                    envelope = self._open(parcel, data)
+                case queued, data:
+                    envelope = self._open(queued, data)
                     if envelope is not None:
                         return envelope
 
-    def _put_latest(self, parcel: _Parcel) -> None:
-        waiting = self._latest.get(parcel.key)
+    def _put_latest(self, queued: _QueuedMessage) -> None:
+        waiting = self._latest.get(queued.key)
         if waiting is not None:
-            waiting.data, waiting.received_ns = parcel.data, parcel.received_ns
+            waiting.data, waiting.received_ns = queued.data, queued.received_ns
             self._dropped["superseded"] += 1
         elif len(self._latest) >= MAX_KEYS:
             self._dropped["too_many_keys"] += 1
         else:
-            self._latest[parcel.key] = parcel
-            self._order.append(parcel)
+            self._latest[queued.key] = queued
+            self._order.append(queued)
 
-    def _put_last(self, parcel: _Parcel, data: bytes) -> None:
-        self._order.append(parcel)
-        self._fifo.append(parcel)
+    def _put_last(self, queued: _QueuedMessage, data: bytes) -> None:
+        self._order.append(queued)
+        self._fifo.append(queued)
         self._fifo_bytes += len(data)
         while len(self._fifo) > MAX_QUEUED or self._fifo_bytes > MAX_QUEUED_BYTES:
             oldest = self._fifo.popleft()
             self._fifo_bytes -= len(oldest.data or b"")
             oldest.data = None
             self._dropped["queue_full"] += 1
-        if len(self._order) > 2 * (MAX_QUEUED + MAX_KEYS):  # mostly dropped ones, when nobody receives
+        if len(self._order) > 2 * (MAX_QUEUED + MAX_KEYS):  # mostly dropped ones, when no thread receives
             self._order = deque(w for w in self._order if isinstance(w, _Mark) or w.data is not None)
 
-    def _pop(self) -> tuple[_Parcel, bytes] | _Mark | None:
+    def _pop(self) -> tuple[_QueuedMessage, bytes] | _Mark | None:
         while self._order:
-            parcel = self._order.popleft()
-            if isinstance(parcel, _Mark):
+            queued = self._order.popleft()
+            if isinstance(queued, _Mark):
                 self._marks -= 1
-                return parcel
-            data, parcel.data = parcel.data, None
+                return queued
+            data, queued.data = queued.data, None
             if data is None:
                 continue
-            if self._latest.get(parcel.key) is parcel:
-                del self._latest[parcel.key]
+            if self._latest.get(queued.key) is queued:
+                del self._latest[queued.key]
             else:
                 self._fifo.popleft()
                 self._fifo_bytes -= len(data)
-            return parcel, data
+            return queued, data
         return None
 
-    def _open(self, parcel: _Parcel, data: bytes) -> Envelope | None:
+    def _open(self, queued: _QueuedMessage, data: bytes) -> Envelope | None:
         try:
-            message = codec.decode(data, parcel.topic.message)
+            message = codec.decode(data, queued.topic.message)
         except codec.BadMessage as error:
-            self.reject(parcel.key, "invalid", str(error))
+            self.reject(queued.key, "invalid", str(error))
             return None
-        disagreement = disagreeing_name(parcel.topic, parcel.key, message)
+        disagreement = disagreeing_name(queued.topic, queued.key, message)
         if disagreement:
-            self.reject(parcel.key, "names", disagreement)
+            self.reject(queued.key, "names", disagreement)
             return None
-        self._received += 1  # by the receiving thread alone
-        return Envelope(parcel.key, parcel.topic, message, parcel.received_ns, data)
+        self._received += 1  # written by the receiving thread only
+        return Envelope(queued.key, queued.topic, message, queued.received_ns, data)
 
 
 def disagreeing_name(topic: Topic, key: str, message: Message) -> str | None:
-    """What is wrong when the message says another viewer, service or id than its key; None when they agree."""
+    """Error text when the names in a message and in its key differ; None when they agree."""
     in_key = topic.names(key) or {}
     for field, value in topic.names_of(message).items():
         if in_key.get(field) != value:
-            return f"{topic.name} says {field} {value!r}, its key says {in_key.get(field)!r}"
+            return f"{topic.name}: {field} = {value!r}, but {in_key.get(field)!r} in its key"
     return None
 
 
 def outgoing(rig: str, topic: Topic, message: Message, names: dict[str, str]) -> tuple[str, bytes]:
-    """Key and bytes of a message to be sent.  Raises BadMessage and ValueError as `Bus.publish` does."""
+    """Key and encoded bytes of a message.  Raises BadMessage and ValueError as `Bus.publish` does."""
     if type(message) is not topic.message:
         raise ValueError(f"{topic.name} carries {topic.message.__name__}, not {type(message).__name__}")
     key = topic.at(rig, **(topic.names_of(message) | names))
@@ -212,7 +212,7 @@ def outgoing(rig: str, topic: Topic, message: Message, names: dict[str, str]) ->
 
 
 def check_key(rig: str, topic: Topic, key: str) -> None:
-    """Raises ValueError when `key` is none of this topic and rig."""
+    """Raise ValueError unless `key` belongs to this topic and rig."""
     names = topic.names(key)
     if names is None or names["rig"] != rig:
         raise ValueError(f"{key}: no key of {topic.name} of rig {rig}, which are like {topic.on(rig)}")

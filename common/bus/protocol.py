@@ -1,6 +1,6 @@
-"""What every bus can do, what comes out of it, and what else a step is fed: ticks and frames.
+"""The bus protocol, the events received from a bus, and the other inputs of a step: ticks and frames.
 
-One thread owns a bus: it publishes, and it receives what the transport's own threads have only queued.
+One thread owns a bus: it publishes, and it receives the events that the threads of the transport have queued.
 """
 
 from collections.abc import Collection, Mapping
@@ -8,15 +8,16 @@ from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Protocol, Self
 
-from common.messages import Message
-from common.topics import Topic
+from zenocap.common.errors import UserError
+from zenocap.common.messages import Message
+from zenocap.common.topics import Topic
 
 
 @dataclass(frozen=True)
 class Envelope:
-    """A valid message and how it came.
+    """A valid message with its topic, key and time of receipt.
 
-    received_ns: when it was queued here, this machine's clock.  data: its bytes as they came; empty when made by hand.
+    received_ns: time of queueing, this machine's clock.  data: its bytes as received; empty when it was not received.
     """
 
     key: str
@@ -28,7 +29,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class Alive:
-    """A service of the rig came (alive) or went."""
+    """A service of the rig appeared (alive) or disappeared."""
 
     service: str
     id: str
@@ -38,7 +39,7 @@ class Alive:
 
 @dataclass(frozen=True)
 class Tick:
-    """Time passed: lets a step notice what did not come."""
+    """Time step without a message, by which a step detects missing inputs."""
 
     received_ns: int
 
@@ -55,7 +56,7 @@ class FrameLike(Protocol):
 
 @dataclass(frozen=True)
 class RoundTrip:
-    """One exchange with the integrator's clock: sent and received by this clock, answered by the integrator's."""
+    """One query of the integrator's clock: sent and received by this clock, answered by the integrator's."""
 
     sent_ns: int
     answered_ns: int
@@ -67,10 +68,10 @@ Received = Envelope | Alive | RoundTrip
 
 @dataclass(frozen=True)
 class Counters:
-    """Since the bus was opened.
+    """Counts since the bus was opened.
 
-    rejected: by what was wrong ("invalid", "names", "size").  dropped: by which limit ("superseded", "queue_full",
-    "too_many_keys"); a LATEST topic supersedes by design.
+    rejected: by reason ("invalid", "names", "size").  dropped: by limit ("superseded", "queue_full", "too_many_keys");
+    superseded messages of LATEST topics are normal.
     """
 
     received: int
@@ -78,12 +79,12 @@ class Counters:
     dropped: Mapping[str, int]
 
 
-class BusError(Exception):
-    """The bus cannot be opened or used; the text is for the person who started the program."""
+class BusError(UserError):
+    """The bus cannot be opened or used; the text is for the user."""
 
 
 class DuplicateService(BusError):
-    """Another process runs this service of this rig."""
+    """Another process already runs this service of this rig."""
 
     def __init__(self, rig: str, service: str, id: str) -> None:
         super().__init__(f"{service} {id} of rig {rig} is already running; stop it, or choose another id")
@@ -96,53 +97,56 @@ class Bus(Protocol):
     def rig(self) -> str: ...
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
-        """Send `message`; names left out are taken from the message.  Never waits for readers.
+        """Send `message`; missing `names` are taken from the message.  Never waits for readers.
 
         Raises BadMessage for values out of range and ValueError when a name is missing or disagrees with the message.
         """
 
     def announce(self, topic: Topic, key: str) -> None:
-        """Make ready to send on a key of this rig and topic, so that the network knows of it before the first message.
+        """Declare a key of this rig and topic on the network before its first message.
 
         Raises ValueError for another key.
         """
 
     def forward(self, topic: Topic, key: str, data: bytes) -> None:
-        """Send bytes that were encoded and checked before, on a key of this rig and topic; else as `publish`.
+        """Send bytes that are already encoded and checked, on a key of this rig and topic; otherwise as `publish`.
 
         Raises ValueError for another key.
         """
 
     def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
-        """Receive a topic from all whose names match.  every: queue each message, also of LATEST topics."""
+        """Receive a topic from all publishers whose names match.  every: queue each message, also of LATEST topics."""
 
     def watch_alive(self) -> None:
-        """Receive `Alive` for every service of the rig, those already there included."""
+        """Receive `Alive` for every service of the rig, including those already running."""
 
     def declare_alive(self, service: str, id: str) -> None:
-        """Be seen as this service until closed.  Raises DuplicateService, here or later in `receive`."""
+        """Declare liveliness as this service until `close`.  Raises DuplicateService, here or later in `receive`."""
 
-    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
+    def wait_until_handled(
+        self, services: Collection[tuple[str, str]], timeout_s: float
+    ) -> dict[tuple[str, str], frozenset[str]]:
         """Wait until these services, by name and id, have handled everything that this bus has sent.
 
-        Returns those that have, with the keys they listen to of those sent since the last time.  The others took longer
-        than `timeout_s`, or cannot tell.
+        Returns those that have, with the keys they subscribe to among those sent since the last call.  The others took
+        longer than `timeout_s` or do not support the query.
         """
 
     def serve_clock(self) -> None:
-        """Answer round trips with this bus's clock: the integrator only."""
+        """Answer clock queries with this bus's clock; only for the integrator."""
 
-    def ask_clock(self) -> None:
-        """Start a round trip to the integrator's clock; a `RoundTrip` is received if it answers."""
+    def query_clock(self) -> None:
+        """Query the integrator's clock; a `RoundTrip` is received when the reply arrives."""
 
-    def recall(self, topic: Topic) -> None:
-        """Ask those who read it what was last said on a `recalled` topic without names; the answer is received like it."""
+    def request_recovery(self, topic: Topic) -> None:
+        """Request the last message of a `recoverable` topic without names from its readers; the reply is received as if
+        published."""
 
     def receive(self, timeout_s: float) -> Received | None:
-        """The next event, or None after `timeout_s` or when woken.  Raises DuplicateService."""
+        """The next event, or None after `timeout_s` or a `wake`.  Raises DuplicateService."""
 
     def wake(self) -> None:
-        """Let `receive` return at once; the only method for other threads."""
+        """Make `receive` return immediately; the only method that other threads may call."""
 
     def reader(self) -> "Bus":
         """A second reader on the same connection, with its own subscriptions, queue and thread."""
@@ -151,7 +155,7 @@ class Bus(Protocol):
     def counters(self) -> Counters: ...
 
     def close(self) -> None:
-        """Let go of everything; what is still queued can be received."""
+        """Close connection and subscriptions; events still queued can be received."""
 
     def __enter__(self) -> Self: ...
 

@@ -1,11 +1,11 @@
-"""Zenoh's settings for a secured network: nothing but TLS, certificates on both sides, and rules by their names."""
+"""Zenoh's settings for a secured network: TLS only, mutual authentication, and access rules by common name."""
 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from common.bus.protocol import BusError
+from zenocap.common.bus.protocol import BusError
 
 ROUTER_PORT = 7447
 
@@ -14,7 +14,7 @@ ROUTER_PORT = 7447
 class Security:
     """Certificates of both sides of every link (mTLS).  authority, certificate, key: PEM files.
 
-    access: of `common.bus.access`, for routers and peers; None for one who can only be a client.
+    access: rules from `zenocap.common.bus.access`, for routers and peers; None for a member that can only be a client.
     """
 
     authority: Path
@@ -24,9 +24,9 @@ class Security:
 
 
 def secured(security: Security, mode: str, connect: Sequence[str], listen: Sequence[str]) -> Mapping[str, str]:
-    """What to set, by Zenoh's key, as JSON.  mode: peer, client or router.  connect, listen: what else is set.
+    """Settings by Zenoh's key, as JSON.  mode: peer, client or router.  connect, listen: the configured endpoints.
 
-    Raises BusError for an endpoint that is not TLS, a file that cannot be read, or a mode that rules are missing for.
+    Raises BusError for an endpoint that is not TLS, a file that cannot be read, or a mode whose access rules are missing.
     """
     for key, endpoints in (("connect", connect), ("listen", listen)):
         for endpoint in endpoints:
@@ -36,16 +36,18 @@ def secured(security: Security, mode: str, connect: Sequence[str], listen: Seque
         try:
             file.read_bytes()
         except PermissionError as error:
-            raise BusError(f"{file}: cannot be read: let the user who runs this own it") from error
+            raise BusError(f"{file}: cannot be read: its owner must be the user who runs this process") from error
         except OSError as error:
-            raise BusError(f"{file}: {error.strerror}: `zenocap certs` makes it; copy it here") from error
+            raise BusError(
+                f"{file}: {error.strerror}: create it with `zenocap certs` and copy it to this machine"
+            ) from error
     settings = {"transport/link/protocols": '["tls"]'} | {
         f"transport/link/tls/{key}": json.dumps(value) for key, value in _tls(security).items()
     }
-    if mode == "client":  # has one link, to a router or peer whose name was checked, and which keeps the rules
+    if mode == "client":  # has one link, to an authenticated router or peer that applies the rules
         return settings
     if security.access is None:
-        raise BusError(f"mode = {mode!r}: allowed with certificates alone, without a rig: 'client'")
+        raise BusError(f"mode = {mode!r}: allowed with certificates only, without a rig: 'client'")
     settings["access_control"] = security.access
     if not listen:
         settings["listen/endpoints"] = f'["tls/[::]:{ROUTER_PORT if mode == "router" else 0}"]'

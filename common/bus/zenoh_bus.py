@@ -1,6 +1,7 @@
-"""The bus over Zenoh.  Its threads only queue, but answer for clock and past at once, for the pace after what it overtook.
+"""The bus over Zenoh.  Callbacks only enqueue; clock and state queries are answered immediately, flow-control queries
+after the queued messages.
 
-Frames are dropped rather than waited for (one frozen reader must not stall a rig) and sent without batching.
+Frames are dropped when a reader is slow (one frozen reader must not stall a rig) and sent without batching.
 """
 
 import logging
@@ -11,19 +12,17 @@ from typing import Protocol, Self
 
 import zenoh
 
-from common import codec
-from common.about import About
-from common.bus.inbox import Inbox, check_key, outgoing
-from common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
-from common.bus.zenoh_about import ask_everybody, tell
-from common.bus.zenoh_clock import ENCODING, QUERY_TIMEOUT_S, ZenohClock
-from common.bus.zenoh_kept import kept_publisher, kept_subscriber
-from common.bus.zenoh_pace import Readers, Tally, ask_all
-from common.bus.zenoh_recall import Hearsay
-from common.bus.zenoh_session import ZenohOptions, open_session
-from common.messages import Message, PaceQuery
-from common.runtime.clock import Clock
-from common.topics import ALIVE, CLAIM, PACE, TOPICS, Queueing, Topic, checked_name, rig_of
+from zenocap.common import codec
+from zenocap.common.bus.inbox import Inbox, check_key, outgoing
+from zenocap.common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
+from zenocap.common.bus.zenoh_flow_control import Readers, Tally, ask_all
+from zenocap.common.bus.zenoh_latched import latched_publisher, latched_subscriber
+from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClock, query_service_info, serve_service_info
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
+from zenocap.common.messages import Message, PaceQuery, ServiceInfo
+from zenocap.common.runtime.clock import Clock
+from zenocap.common.topics import ALIVE, CLAIM, FLOW_CONTROL, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
 
@@ -39,7 +38,7 @@ class _Publisher(Protocol):
 
 
 class ZenohBus:
-    """See `common.bus.protocol.Bus`.  Use it in a `with` statement: an open session keeps the process alive."""
+    """See `zenocap.common.bus.protocol.Bus`.  To be used in a `with` statement: an open session keeps the process alive."""
 
     def __init__(
         self,
@@ -50,7 +49,7 @@ class ZenohBus:
         readers: Readers | None = None,
         only: zenoh.KeyExpr | None = None,
     ) -> None:
-        """readers: of the bus that this one is a reader of.  rig: "*" only with `only`, the keys that are heard at all."""
+        """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*"."""
         self._rig = rig if only is not None and rig == "*" else checked_name("rig", rig)
         self._only = only
         self._session = session
@@ -60,7 +59,7 @@ class ZenohBus:
         self._inbox = Inbox(logger)
         self._round_trips = ZenohClock(session, rig, clock, self._inbox)
         self._tally = Tally(self._inbox)
-        self._hearsay = Hearsay(session, rig)
+        self._recovery = RecoveryStore(session, rig)
         self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
         self._declared: list[_Declared] = []
@@ -112,11 +111,11 @@ class ZenohBus:
         return publisher
 
     def _declare_publisher(self, topic: Topic, key: str) -> _Publisher:
-        if topic.queueing is not Queueing.KEPT:
+        if topic.queueing is not Queueing.LATCHED:
             return self._session.declare_publisher(
                 key, encoding=ENCODING, congestion_control=zenoh.CongestionControl.DROP, express=True
             )
-        return kept_publisher(self._session, key)
+        return latched_publisher(self._session, key)
 
     def subscribe(self, topic: Topic, *, every: bool = False, **names: str) -> None:
         expression = topic.on(self._rig, **names)
@@ -134,15 +133,15 @@ class ZenohBus:
             else:
                 data = sample.payload.to_bytes()
                 self._inbox.put(key, topic, data, self._clock.now_ns(), every=every)
-                if topic.recalled:
-                    self._hearsay.keep(key, topic, data)
-            self._tally.hear(key)
+                if topic.recoverable:
+                    self._recovery.keep(key, topic, data)
+            self._tally.count(key)
 
-        if topic.recalled:
-            self._hearsay.serve()
+        if topic.recoverable:
+            self._recovery.serve()
         self._tally.expect(expression)
-        if topic.queueing is Queueing.KEPT:
-            self._declared.append(kept_subscriber(self._session, expression, queue))
+        if topic.queueing is Queueing.LATCHED:
+            self._declared.append(latched_subscriber(self._session, expression, queue))
         else:
             self._declared.append(self._session.declare_subscriber(expression, queue))
 
@@ -152,16 +151,16 @@ class ZenohBus:
             alive = sample.kind == zenoh.SampleKind.PUT
             self._inbox.put_event(Alive(service, id, alive, self._clock.now_ns()))
 
-        everyone = ALIVE.format(rig=self._rig, service="*", id="*")
-        self._declared.append(self._session.liveliness().declare_subscriber(everyone, queue, history=True))
+        services = ALIVE.format(rig=self._rig, service="*", id="*")
+        self._declared.append(self._session.liveliness().declare_subscriber(services, queue, history=True))
 
     def declare_alive(self, service: str, id: str) -> None:
         names = {"rig": self._rig, "service": checked_name("service", service), "id": checked_name("id", id)}
         claims, claim = CLAIM.format(**names, claim="*"), f"{self._clock.now_ns():020d}-{self._session.zid()}"
         liveliness = self._session.liveliness()
 
-        def hear_claim(sample: zenoh.Sample) -> None:
-            # Two that started at once, or on both sides of a cut network: the older one goes on.
+        def on_claim(sample: zenoh.Sample) -> None:
+            # Two that started at the same time, or on both sides of a cut network: the older one continues.
             if sample.kind == zenoh.SampleKind.PUT and str(sample.key_expr).rpartition("/")[2] < claim:
                 self._duplicate = DuplicateService(self._rig, service, id)
                 self._inbox.wake()
@@ -170,20 +169,24 @@ class ZenohBus:
             raise DuplicateService(self._rig, service, id)
         self._declared.append(liveliness.declare_token(CLAIM.format(**names, claim=claim)))
         self._declared.append(liveliness.declare_token(ALIVE.format(**names)))
-        self._declared.append(liveliness.declare_subscriber(claims, hear_claim, history=True))
-        self._declared.append(self._session.declare_queryable(PACE.format(**names), self._readers.answer, complete=True))
+        self._declared.append(liveliness.declare_subscriber(claims, on_claim, history=True))
+        self._declared.append(
+            self._session.declare_queryable(FLOW_CONTROL.format(**names), self._readers.answer, complete=True)
+        )
 
-    def introduce(self, about: About) -> None:
-        """Tell everybody who asks what this service is."""
-        self._declared.append(tell(self._session, self._rig, about))
+    def serve_service_info(self, about: ServiceInfo) -> None:
+        """Answer service information queries with `about`."""
+        self._declared.append(serve_service_info(self._session, self._rig, about))
 
-    def ask_about(self, timeout_s: float) -> dict[tuple[str, str], About | str]:
-        """What each service of the rig is, by name and id, or why its answer cannot be read; waits `timeout_s` at most."""
-        return ask_everybody(self._session, self._rig, timeout_s)
+    def query_service_info(self, timeout_s: float) -> dict[tuple[str, str], ServiceInfo | str]:
+        """Information of each service of the rig, by name and id, or an error text; waits `timeout_s` at most."""
+        return query_service_info(self._session, self._rig, timeout_s)
 
-    def pace(self, services: Collection[tuple[str, str]], timeout_s: float) -> dict[tuple[str, str], frozenset[str]]:
+    def wait_until_handled(
+        self, services: Collection[tuple[str, str]], timeout_s: float
+    ) -> dict[tuple[str, str], frozenset[str]]:
         sent, self._sent = self._sent, Counter()
-        keys = {PACE.format(rig=self._rig, service=service, id=id): (service, id) for service, id in services}
+        keys = {FLOW_CONTROL.format(rig=self._rig, service=service, id=id): (service, id) for service, id in services}
         self._asked += 1
         question = PaceQuery(frame=self._asked, captured_ns=self._clock.now_ns(), sent=dict(sent))
         answers = ask_all(self._session, keys, question, timeout_s)
@@ -192,11 +195,11 @@ class ZenohBus:
     def serve_clock(self) -> None:
         self._declared.append(self._round_trips.serve())
 
-    def ask_clock(self) -> None:
-        self._round_trips.ask()
+    def query_clock(self) -> None:
+        self._round_trips.query()
 
-    def recall(self, topic: Topic) -> None:
-        self._hearsay.ask(topic, self._inbox, self._clock.now_ns)
+    def request_recovery(self, topic: Topic) -> None:
+        self._recovery.ask(topic, self._inbox, self._clock.now_ns)
 
     def receive(self, timeout_s: float) -> Received | None:
         event = None if self._duplicate else self._inbox.take(timeout_s)
@@ -210,20 +213,20 @@ class ZenohBus:
     def reader(self) -> "ZenohBus":
         return ZenohBus(self._session, self._rig, self._clock, readers=self._readers, only=self._only)
 
-    def beside(self, rig: str) -> "ZenohBus":
+    def reader_of(self, rig: str) -> "ZenohBus":
         """A reader of another rig on the same connection.  Raises ValueError for a bad name."""
         return ZenohBus(self._session, checked_name("rig", rig), self._clock, readers=self._readers)
 
     def rigs(self) -> frozenset[str]:
-        """Names of the rigs of which a service is alive now, on the whole network."""
-        everyone = ALIVE.format(rig="*", service="*", id="*")
-        replies = self._session.liveliness().get(everyone, timeout=QUERY_TIMEOUT_S)
+        """Names of all rigs on the network with at least one service alive."""
+        services = ALIVE.format(rig="*", service="*", id="*")
+        replies = self._session.liveliness().get(services, timeout=QUERY_TIMEOUT_S)
         return frozenset(str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None)
 
     def listener(self, expression: str) -> "ZenohBus":
-        """A reader of the topics of all rigs, of those keys alone that lie under a Zenoh key expression.
+        """A reader of the topics of all rigs, restricted to the keys that match a Zenoh key expression.
 
-        Raises BusError for one that is none, or under which no topic can be.
+        Raises BusError for an invalid expression and for one that no topic can match.
         """
         try:
             only = zenoh.KeyExpr(expression)
@@ -231,16 +234,16 @@ class ZenohBus:
             raise BusError(f"{expression!r} is no key expression: {str(error).split(' at /')[0]}") from error
         rig = rig_of(expression) or "*"
         if not any(only.intersects(topic.on(rig)) for topic in TOPICS):
-            raise BusError(f"{expression}: no key of zenocap lies there; expected such as zenocap/studio/**")
+            raise BusError(f"{expression}: matches no key of zenocap; allowed: such as zenocap/studio/**")
         return ZenohBus(self._session, rig, self._clock, readers=self._readers, only=only)
 
     def close(self) -> None:
         self._readers.remove(self._tally)
-        self._hearsay.close()
+        self._recovery.close()
         declared, self._declared = self._declared, []
         publishers, self._publishers = list(self._publishers.values()), {}
-        for thing in (*declared, *publishers):
-            thing.undeclare()
+        for entity in (*declared, *publishers):
+            entity.undeclare()
         if self._owns_session and not self._session.is_closed():
             self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 

@@ -1,4 +1,4 @@
-"""Opening Zenoh: options, configuration, and a plain router."""
+"""Zenoh sessions: options, configuration, and a plain router."""
 
 import json
 import logging
@@ -11,17 +11,17 @@ from typing import Literal
 
 import zenoh
 
-from common.bus.protocol import BusError
-from common.bus.security import ROUTER_PORT, Security, secured
+from zenocap.common.bus.protocol import BusError
+from zenocap.common.bus.security import ROUTER_PORT, Security, secured
 
 logger = logging.getLogger(__name__)
 
 Mode = Literal["peer", "client", "router"]
 
-# For a rig: a frozen machine is noticed after 2 s, a restarted router found within half a second, and a service may
-# start before its router.  Nothing on the wire is near 8 MiB.  A lost recovery of KEPT state may hold it up for 2 s.
-# An instant's messages leave at once: with Zenoh's own 2 places in the queue, some of a dozen are dropped whenever its
-# thread is late by a millisecond (10 of 4800 in one run; none with 4 and more places).
+# Chosen for a rig: a frozen machine is detected after 2 s, a restarted router found within 0.5 s, and a service may
+# start before its router.  No message is near 8 MiB.  A lost recovery of LATCHED state delays it by at most 2 s.
+# The messages of one frame set are sent in a burst: with Zenoh's default of 2 places in the queue, some of a dozen are
+# dropped whenever its thread is late by a millisecond (measured: 10 of 4800; none with 4 and more places).
 # Shared memory is off because a killed process leaves its files behind, and silhouettes gain nothing from it.
 TUNED = {
     "transport/link/tx/lease": "2000",
@@ -38,10 +38,10 @@ TUNED = {
 
 @dataclass(frozen=True)
 class ZenohOptions:
-    """Zenoh's own command-line options; what is None or empty stays as in the file, or as Zenoh has it.
+    """Zenoh's own command-line options; None or empty keeps the value of the file, or Zenoh's default.
 
-    connect, listen: endpoints such as "tcp/192.168.1.2:7447".  config_file: JSON5; what it sets wins over TUNED, and
-    what security says over it.
+    connect, listen: endpoints such as "tcp/192.168.1.2:7447".  config_file: JSON5; it overrides TUNED, and security
+    overrides it.
     """
 
     mode: Mode | None = None
@@ -53,7 +53,7 @@ class ZenohOptions:
 
 
 def configuration(options: ZenohOptions) -> zenoh.Config:
-    """Raises BusError for a file or endpoint that Zenoh refuses."""
+    """Zenoh configuration for `options`.  Raises BusError for a file or endpoint that Zenoh rejects."""
     default, config = zenoh.Config(), _from_file(options.config_file) if options.config_file else zenoh.Config()
     for key, value in TUNED.items():
         if config.get_json(key) == default.get_json(key):
@@ -75,9 +75,9 @@ def configuration(options: ZenohOptions) -> zenoh.Config:
 
 
 def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: False) -> zenoh.Session:
-    """An open session.  A client waits for its router until `stopped`; others connect later by themselves.
+    """An open session.  A client waits for its router until `stopped`; other modes connect in the background.
 
-    Raises BusError when the configuration is refused, an address cannot be listened on, or `stopped` came first.
+    Raises BusError when the configuration is rejected, an address cannot be listened on, or `stopped` is true first.
     """
     config = configuration(options)
     where = ", ".join(options.connect) or "any address"
@@ -92,13 +92,13 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
     # In a thread, because a signal cannot end zenoh.open while a client waits for its router.
     opener = threading.Thread(target=open_blocking, name="zenoh-open", daemon=True)
     opener.start()
-    said, started_s = False, time.monotonic()
+    warned, started_s = False, time.monotonic()
     while opener.is_alive():
         opener.join(0.05)
         if opener.is_alive() and stopped():
             raise BusError(f"stopped while waiting for a Zenoh router at {where}")
-        if not said and time.monotonic() - started_s > 2.0:
-            said = True
+        if not warned and time.monotonic() - started_s > 2.0:
+            warned = True
             logger.warning("waiting for a Zenoh router at %s", where)
     match outcome[0] if outcome else None:
         case zenoh.Session() as session:
@@ -128,7 +128,7 @@ def _insert(config: zenoh.Config, key: str, value: str) -> None:
     try:
         config.insert_json5(key, value)
     except zenoh.ZError as error:
-        raise BusError(f"Zenoh option {key} = {value} is refused: {_reason(error)}") from error
+        raise BusError(f"Zenoh option {key} = {value} is rejected: {_reason(error)}") from error
 
 
 def _check_endpoint(key: str, endpoint: str) -> None:

@@ -1,4 +1,4 @@
-"""Calibrations in the TOML layout of anipose and Pose2Sim: one table per camera, then `[metadata]`.
+"""Calibration files of anipose and Pose2Sim: TOML with one table per camera and `[metadata]`.
 
 [cam_01]
 name = "cam01"
@@ -18,20 +18,22 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from common.camera.checks import Z_UP_TO_Y_UP, CalibrationError, Entry, checked_camera, checked_up_axis
-from common.camera.durable import write_durably
-from common.camera.pinhole import Camera, Floats
+from zenocap.common.arrays import Floats
+from zenocap.common.atomic_write import write_atomically
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
+from zenocap.common.errors import UserError
 
 KEYS = ("size", "matrix", "distortions", "rotation", "translation")
 
 
 def read_anipose(path: Path, up_axis: str = "y") -> dict[str, Camera]:
-    """Cameras by name, in the file's order, of the Y-up world.  Raises CalibrationError."""
+    """Return the cameras by name, in the file's order, in the Y-up world.  Raises UserError."""
     checked_up_axis(path, up_axis)
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CalibrationError(f"{path}: not TOML: {error}") from error
+        raise UserError(f"{path}: not TOML: {error}") from error
     cameras: dict[str, Camera] = {}
     for key, table in tables.items():
         if key == "metadata" or not isinstance(table, dict):
@@ -41,14 +43,14 @@ def read_anipose(path: Path, up_axis: str = "y") -> dict[str, Camera]:
             raise Entry(path, key).error("name", repr(camera.name), "a name that no other camera has")
         cameras[camera.name] = camera
     if not cameras:
-        raise CalibrationError(f"{path}: no camera in it: allowed: a table [cam_01] with name, {', '.join(KEYS)}")
+        raise UserError(f"{path}: no camera in it: allowed: a table [cam_01] with name, {', '.join(KEYS)}")
     return cameras
 
 
 def _camera(entry: Entry, key: str, table: dict[str, object], up_axis: str) -> Camera:
-    for wanted in KEYS:
-        if wanted not in table:
-            raise entry.missing(wanted, table)
+    for required_key in KEYS:
+        if required_key not in table:
+            raise entry.missing(required_key, table)
     fisheye = table.get("fisheye", False)
     if fisheye is not False:
         reason = "false: fisheye lenses are not a pinhole with OpenCV's polynomial; undistort the video first"
@@ -56,14 +58,14 @@ def _camera(entry: Entry, key: str, table: dict[str, object], up_axis: str) -> C
     name = table.get("name", key)
     if not isinstance(name, str):
         raise entry.error("name", name, "a string")
-    size, matrix, distortions, rotation, translation = (table[wanted] for wanted in KEYS)
+    size, matrix, distortions, rotation, translation = (table[required_key] for required_key in KEYS)
     return checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis)
 
 
 def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float = 0.0) -> str:
-    """The file's text for cameras of the Y-up world; `up_axis` is the up axis of the world that the file speaks of.
+    """Return the file's text for cameras in the Y-up world; up_axis: of the world in the file.
 
-    Floats are written so that reading gives them back exactly, but for the rotation's way through a Rodrigues vector.
+    Reading returns the same floats, except for the conversion of the rotation to a Rodrigues vector and back.
     """
     blocks = []
     for number, camera in enumerate(cameras, start=1):
@@ -83,9 +85,9 @@ def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float 
 
 
 def write_anipose(path: Path, cameras: Iterable[Camera], up_axis: str = "y", error_px: float = 0.0) -> None:
-    """Write the calibration: after a crash the file is the old or the new one.  Raises OSError, CalibrationError."""
+    """Write the calibration atomically.  Raises OSError, UserError."""
     checked_up_axis(path, up_axis)
-    write_durably(path, anipose_text(cameras, up_axis, error_px).encode())
+    write_atomically(path, anipose_text(cameras, up_axis, error_px).encode())
 
 
 def _rodrigues(rotation: Floats) -> Floats:
@@ -97,5 +99,5 @@ def _row(values: Floats | np.ndarray[tuple[int], np.dtype[np.int64]]) -> str:
 
 
 def _string(text: str) -> str:
-    """A TOML basic string: JSON's, but TOML knows no surrogate pairs and no bare DEL."""
+    """Return a TOML basic string: JSON's, without surrogate pairs and bare DEL, which TOML forbids."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,13 +1,16 @@
-"""Pinhole cameras as OpenCV has them: x right, y down, z forward, x_camera = R x_world + t, whole-numbered centres."""
+"""Pinhole cameras, their attitude, and the most orthogonal pair of several.
+
+OpenCV's convention: x right, y down, z forward, x_camera = R x_world + t, pixel centres at integers.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from zenocap.common.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Camera:
         return centre
 
     def project(self, points: Floats) -> Floats:
-        """Pixels (n, 2) of world points (n, 3) in metres, with lens distortion; points behind the camera are NaN."""
+        """Project world points (n, 3), metres, to pixels (n, 2) with lens distortion; NaN for points behind the camera."""
         local = points @ self.rotation.T + self.translation
         image, _ = cv2.projectPoints(local, np.zeros(3), np.zeros(3), self.matrix, self.distortions)
         pixels: Floats = np.asarray(image, dtype=np.float64).reshape(-1, 2)
@@ -40,8 +43,54 @@ class Camera:
         return pixels
 
     def resized(self, size: tuple[int, int]) -> "Camera":
-        """The same camera with its image scaled to `size` (width, height)."""
+        """Return the camera with its image scaled to `size` (width, height)."""
         sx, sy = size[0] / self.size[0], size[1] / self.size[1]
-        # Pixel centres are at integers, so the image's corner at -0.5 is the point that scaling keeps.
+        # Pixel centres are at integers: scaling keeps the image's corner at -0.5.
         scale = np.array([[sx, 0.0, 0.5 * sx - 0.5], [0.0, sy, 0.5 * sy - 0.5], [0.0, 0.0, 1.0]])
         return replace(self, size=size, matrix=scale @ self.matrix)
+
+
+SAME_DEG = 2.0  # pairs whose deviations from 90° differ by less are equal, the front view decides; chosen by hand
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """heading_deg: from -Z (the paper's camera 1) towards +X.  tilt_deg: upwards.  roll_deg: clockwise in the image."""
+
+    heading_deg: float
+    tilt_deg: float
+    roll_deg: float
+
+
+def attitude(camera: Camera) -> Attitude:
+    """Heading, tilt and roll of a camera; the heading of a camera that points straight up or down is 0."""
+    right, down, forward = camera.rotation
+    heading = np.arctan2(forward[0], -forward[2])
+    tilt = np.arctan2(forward[1], np.hypot(forward[0], forward[2]))
+    roll = np.arctan2(right[1], -down[1])
+    return Attitude(*(float(np.degrees(angle)) for angle in (heading, tilt, roll)))
+
+
+def angle_between_deg(one: Camera, other: Camera) -> float:
+    """Angle between the headings of two cameras, 0 to 180 degrees."""
+    difference = abs(attitude(one).heading_deg - attitude(other).heading_deg) % 360.0
+    return min(difference, 360.0 - difference)
+
+
+def most_orthogonal_pair(cameras: dict[str, Camera]) -> tuple[str, str]:
+    """Names of the two cameras whose headings are nearest to 90 degrees apart; the one nearest to heading 0 first.
+
+    Of pairs within 2 degrees of the best, the one with the camera nearest to heading 0; then the first by order.
+    Raises ValueError for fewer than two cameras.
+    """
+    if len(cameras) < 2:
+        raise ValueError(f"two cameras are needed for a pair; there are: {', '.join(cameras) or 'none'}")
+    deviation = {
+        pair: abs(90.0 - angle_between_deg(*(cameras[name] for name in pair))) for pair in combinations(cameras, 2)
+    }
+    best = min(deviation.values())
+    front = {name: abs(attitude(camera).heading_deg) for name, camera in cameras.items()}
+    candidates = [pair for pair in deviation if deviation[pair] <= best + SAME_DEG]
+    pair = min(candidates, key=lambda names: min(round(front[name], 6) for name in names))
+    first, second = sorted(pair, key=lambda name: round(front[name], 6))
+    return first, second

@@ -1,4 +1,4 @@
-"""Calibrations of Qualisys Track Manager (`.qca.txt`, XML): read only.
+"""Calibration files of Qualisys Track Manager (`.qca.txt`, XML), read only.
 
 `transform` holds the camera's axes in the world, row by row in Qualisys' order (x right, y up, z backwards), and its
 position in millimetres; `intrinsic` is in 1/64 of a pixel, the distortions as Pose2Sim has them.
@@ -9,23 +9,25 @@ from pathlib import Path
 
 import numpy as np
 
-from common.camera.checks import CalibrationError, Entry, checked_camera, checked_up_axis
-from common.camera.pinhole import Camera, Floats
+from zenocap.common.arrays import Floats
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.validation import Entry, checked_camera, checked_up_axis
+from zenocap.common.errors import UserError
 
-SUBPIXELS = 64.0
+SUBPIXELS = 64.0  # per pixel, in `intrinsic`
 TO_OPENCV = np.diag([1.0, -1.0, -1.0])
 
 
 def read_qualisys(path: Path, up_axis: str = "z") -> dict[str, Camera]:
-    """Cameras by serial, of the Y-up world.  Raises CalibrationError."""
+    """Return the cameras by serial number in the Y-up world.  Raises UserError."""
     checked_up_axis(path, up_axis)
     try:
         text = path.read_bytes()
         if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-            raise CalibrationError(f"{path}: has a document type or entities; allowed: plain XML elements")
+            raise UserError(f"{path}: has a document type or entities; allowed: plain XML elements")
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        raise CalibrationError(f"{path}: not XML: {error}") from error
+        raise UserError(f"{path}: not XML: {error}") from error
     cameras: dict[str, Camera] = {}
     for element in root.iter("camera"):
         name = element.get("serial", "")
@@ -33,7 +35,7 @@ def read_qualisys(path: Path, up_axis: str = "z") -> dict[str, Camera]:
             raise Entry(path, "camera").error("serial", repr(name), "a serial that no other camera has")
         cameras[name] = _camera(Entry(path, f"camera[{name}]"), name, element, up_axis)
     if not cameras:
-        raise CalibrationError(f"{path}: no camera in it: allowed: Qualisys calibration with <camera serial=...>")
+        raise UserError(f"{path}: no camera in it: allowed: Qualisys calibration with <camera serial=...>")
     return cameras
 
 

@@ -1,1 +1,1 @@
-"""File formats: converters live here, not in the data types."""
+"""File formats: conversion of poses, bodies and cameras to and from files."""

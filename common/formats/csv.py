@@ -1,4 +1,4 @@
-"""CSV: one row per frame with position, joint angles, scores and joint centres, for spreadsheets and notebooks."""
+"""CSV export: one row per frame with position, joint angles, scores and joint centres."""
 
 import csv
 from pathlib import Path
@@ -6,29 +6,28 @@ from typing import Literal
 
 import numpy as np
 
-from common.formats.axes import Axes, Unit, turned
-from common.formats.track import PoseTrack
-from common.formats.trc import DIGITS
-from common.formats.whole import whole_file
+from zenocap.common.atomic_write import atomic_file
+from zenocap.common.formats.pose_track import PoseTrack
+from zenocap.common.formats.trajectories import DIGITS, Axes, Unit, convert
 
 Angle = Literal["deg", "rad"]
 
 
 def write_csv(path: Path, track: PoseTrack, *, axes: Axes = "y-up", unit: Unit = "m", angle: Angle = "deg") -> None:
-    """Seconds since frame 0; every heading names its unit.  Blank while the person is lost.
+    """Write a CSV file: time in seconds since frame 0, units in the headings, blank cells while the person is lost.
 
-    axes, unit: of position and joint centres.  Joint angles are the model's own, the navel's about our Y-up world.
+    axes, unit: of position and joint centres.  Joint angles are the model's, the navel's relative to the Y-up world.
     Raises OSError.
     """
     joints = track.trajectories()
     header = ["frame", "time_s", *(f"navel.{axis}_{unit}" for axis in "xyz")]
     header += [f"{name}_{angle}" for name in track.anatomy.angles]
-    header += [f"{what}.{viewer}" for viewer in track.views for what in ("view", "score")]
+    header += [f"{name}.{viewer}" for viewer in track.views for name in ("view", "score")]
     header += [f"{name}.{axis}_{unit}" for name in joints.names for axis in "xyz"]
-    positions, points = turned(track.positions, axes, unit), turned(joints.points, axes, unit)
+    positions, points = convert(track.positions, axes, unit), convert(joints.points, axes, unit)
     angles = np.degrees(track.angles) if angle == "deg" else track.angles
     digits = DIGITS[unit]
-    with whole_file(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
+    with atomic_file(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([*header, "lost"])
         for row, (frame, time_s) in enumerate(zip(track.frames, track.times_s, strict=True)):

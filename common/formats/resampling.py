@@ -1,32 +1,33 @@
-"""A pose track at another frame rate: positions linearly, rotations along the shortest turn of every joint."""
+"""Resampling of pose tracks: positions linearly, rotations of joints by spherical interpolation."""
 
 from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from common.body.anatomy import Floats
-from common.body.euler import angles_near, rotation
-from common.formats.track import PoseTrack
-from common.formats.trc import FormatError
+from zenocap.common.arrays import Floats
+from zenocap.common.body.rotations import euler_to_matrix, matrix_to_euler
+from zenocap.common.errors import UserError
+from zenocap.common.formats.pose_track import PoseTrack
 
-MAX_GAP_S = 0.25  # nothing is made up across a longer gap; of slower takes, one step and a half
-EXACT_S = 1e-6  # a grid time this near to a row is that row
-MAX_ROWS = 10_000_000
+# All values below are chosen by hand.
+MAX_GAP_S = 0.25  # longest gap that is interpolated; with a low frame rate, 1.5 median periods
+EXACT_S = 1e-6  # between a grid time and a row, within which the row is copied
+MAX_ROWS = 10_000_000  # of the result
 
 
 def resampled(track: PoseTrack, fps: float) -> PoseTrack:
-    """Row by row at k / fps seconds since frame 0, for every k inside the track; k is the new frame number.
+    """Return rows at k / fps seconds since frame 0 for every k within the track; k is the new frame number.
 
-    Between two rows with a pose no further apart than 0.25 s (or 1.5 median steps), else empty.  Views, scores and what
-    is lost are those of the nearest row.  Raises FormatError.
+    Rows are interpolated between poses at most 0.25 s (or 1.5 median periods) apart, and empty otherwise.  Views, scores
+    and `lost` are those of the nearest row.  Raises UserError.
     """
     start, end = float(track.times_s[0]), float(track.times_s[-1])
     if (end - start) * fps > MAX_ROWS:
-        raise FormatError(f"--fps {fps:g}: more than {MAX_ROWS} rows; allowed: fewer, or a part with --from and --until")
+        raise UserError(f"--fps {fps:g}: more than {MAX_ROWS} rows; allowed: fewer, or a part with --from and --until")
     frames = np.arange(np.ceil((start - EXACT_S) * fps), np.floor((end + EXACT_S) * fps) + 1).astype(np.int64)
     if not len(frames):
-        raise FormatError(f"--fps {fps:g}: no multiple of 1/{fps:g} s between {start:.6f} and {end:.6f} s")
+        raise UserError(f"--fps {fps:g}: no multiple of 1/{fps:g} s between {start:.6f} and {end:.6f} s")
     times_s = frames / fps
     known = np.flatnonzero(track.known)
     nearest = track.rows(_nearest(track.times_s, times_s))
@@ -60,18 +61,18 @@ def resampled(track: PoseTrack, fps: float) -> PoseTrack:
 
 
 def _angles_between(track: PoseTrack, before: Floats, after: Floats, share: Floats) -> Floats:
-    """(n, angles) at `share` (n,) of the way from `before` to `after` (n, angles), each joint along its shortest turn."""
+    """Angles (n, angles) at fraction `share` (n,) between `before` and `after` (n, angles), joint by joint."""
     angles = before + share[:, None] * (after - before)
     at = 0
     for joint in track.anatomy.joints:
         columns = slice(at, at + len(joint.axes))
         at += len(joint.axes)
         if len(joint.axes) == 3:
-            start = Rotation.from_matrix(rotation(joint.axes, before[:, columns]))
-            end = Rotation.from_matrix(rotation(joint.axes, after[:, columns]))
+            start = Rotation.from_matrix(euler_to_matrix(joint.axes, before[:, columns]))
+            end = Rotation.from_matrix(euler_to_matrix(joint.axes, after[:, columns]))
             turn = (start.inv() * end).as_rotvec()
             between = np.asarray((start * Rotation.from_rotvec(share[:, None] * turn)).as_matrix(), dtype=np.float64)
-            angles[:, columns] = angles_near(joint.axes, between, angles[:, columns])
+            angles[:, columns] = matrix_to_euler(joint.axes, between, angles[:, columns])
     return angles
 
 

@@ -1,30 +1,30 @@
-"""The skeleton that animation programs know, laid over an anatomy: named bones, their rest pose, their rotations.
+"""Skeleton of animation programs for an anatomy: named bones, rest pose, rotations.
 
-The rest pose is upright, facing Z, arms sideways, and there every bone's frame is the world's.  The ten parts move
-Hips (the whole torso), Neck (the head with it), LeftArm, LeftForeArm, LeftUpLeg, LeftLeg and their right twins.  With
-fourteen, Hips is the pelvis alone, Spine turns the chest, Head the head, LeftFoot and RightFoot the feet.  The other
-bones only divide a part and never turn in it; they are there because others look for them.
+The rest pose is the T-pose facing Z, in which every bone's frame is the world's.  The ten parts move Hips (the whole
+torso), Neck (with the head), LeftArm, LeftForeArm, LeftUpLeg, LeftLeg and the same on the right.  With fourteen, Hips is
+the pelvis, Spine the chest, Head the head, LeftFoot and RightFoot the feet.  The other bones subdivide a part and do not
+rotate in it; retargeting programs require them.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
-from common.body.definition import Bdp, Pose
-from common.body.kinematics import part_frames
-from common.body.proportions import stretched_angles
-from common.formats.track import PoseTrack
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.kinematics import part_frames
+from zenocap.common.body.proportions import t_pose_angles
+from zenocap.common.formats.pose_track import PoseTrack
 
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone begins at a joint of the anatomy (and turns with its part), or else inside a part.
+    """A bone that begins at a joint of the anatomy (and rotates with its part), or within a part.
 
-    Inside a part: at a marker of the anatomy, or at the share `along` of the part's height, moved by the share `towards`
-    of the way from there to a joint.  ends: it has no child and ends where its part does.
+    Within a part: at a marker of the anatomy, or at the fraction `along` of the part's height, moved by a fraction of the
+    way to a joint (`towards`).  ends: the bone has no child and ends at the end of its part.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Bone:
 
 
 def _side(ours: str, theirs: str, trunk: str, foot: Bone) -> tuple[Bone, ...]:
-    """One arm and leg.  trunk: the part that carries the shoulders."""
+    """Bones of one arm and leg.  trunk: the part with the shoulders."""
     initial = theirs[0]
     return (
         Bone(f"{theirs}Shoulder", "Spine1", part=trunk, along=1.0, towards=(f"{ours}_shoulder", 0.2)),
@@ -75,27 +75,27 @@ BONES: Mapping[str, tuple[Bone, ...]] = {
 
 @dataclass(frozen=True)
 class Skeleton:
-    """names, parents: of the bones, -1 for the root; parents come first.  parts: (bones,) the part each turns with.
+    """names, parents: of the bones, parents first, -1 for the root.  parts: (bones,) index of the part of each bone.
 
-    offsets: (bones, 3) from the parent bone in the rest pose, metres, our world's axes; the root's is zero.
-    ends: by bone, from its own beginning to its End Site, for those without child.  part_to_rest: (parts, 3, 3).
+    offsets: (bones, 3) from the parent bone in the rest pose, metres, world axes; the root's is zero.
+    ends: by bone without child, offset of its End Site.  part_to_rest: (parts, 3, 3).
     """
 
     names: tuple[str, ...]
     parents: tuple[int, ...]
-    parts: NDArray[np.int64]
+    parts: Ints
     offsets: Floats
     ends: dict[int, Floats]
     part_to_rest: Floats
 
 
 def skeleton_of(anatomy: Anatomy, bdp: Bdp) -> Skeleton:
-    """The skeleton of one body.  Raises ValueError for an anatomy without one."""
+    """Return the skeleton of a body.  Raises ValueError for an anatomy without one."""
     if anatomy.name not in BONES:
         raise ValueError(f"anatomy {anatomy.name!r} has no skeleton: allowed: {', '.join(BONES)}")
     bones = BONES[anatomy.name]
     bases = np.zeros((len(anatomy.parts), 3)) if bdp.bases is None else bdp.bases
-    rest = part_frames(anatomy, bdp, Pose(np.zeros(3), stretched_angles(anatomy)))
+    rest = part_frames(anatomy, bdp, Pose(np.zeros(3), t_pose_angles(anatomy)))
     names = [bone.name for bone in bones]
     markers = {marker.name: marker for marker in anatomy.markers}
     parts, places, ends = [], [], {}
@@ -103,7 +103,7 @@ def skeleton_of(anatomy: Anatomy, bdp: Bdp) -> Skeleton:
         marker = markers.get(bone.marker)
         part = anatomy.index[bone.joint or bone.part or (marker.part if marker else "")]
         along = marker.along if marker else bone.along
-        begin, axis = rest[part, :, 3], rest[part, :, :3] @ bases[part]  # of the joint, and from it to the part's axis
+        begin, axis = rest[part, :, 3], rest[part, :, :3] @ bases[part]  # joint, and offset of the part's axis from it
         place = begin if bone.joint else begin + axis + along * bdp.sizes[part, 0] * rest[part, :, 1]
         if bone.towards[0]:
             place = place + bone.towards[1] * (rest[anatomy.index[bone.towards[0]], :, 3] - place)
@@ -117,13 +117,13 @@ def skeleton_of(anatomy: Anatomy, bdp: Bdp) -> Skeleton:
 
 
 def bone_rotations(skeleton: Skeleton, track: PoseTrack) -> Floats:
-    """(n, bones, 3, 3) of every bone against its parent, zero turn being the rest pose; every row must have a pose."""
+    """Rotations (n, bones, 3, 3) of bones relative to their parents; identity in the rest pose.  Every row has a pose."""
     rows = [part_frames(track.anatomy, track.bdp, track.pose(row)) for row in range(len(track.frames))]
     return turned_bones(skeleton, np.stack(rows))
 
 
 def turned_bones(skeleton: Skeleton, part_to_world: Floats) -> Floats:
-    """`bone_rotations` where parts are: part_to_world (n, parts, 3, 4), as `part_frames` gives each row."""
+    """`bone_rotations` of part_to_world (n, parts, 3, 4), see `part_frames`."""
     bone_to_world = (part_to_world[..., :3] @ np.swapaxes(skeleton.part_to_rest, -1, -2))[:, skeleton.parts]
     parents = np.maximum(skeleton.parents, 0)
     rotations: Floats = np.swapaxes(bone_to_world[:, parents], -1, -2) @ bone_to_world

@@ -1,44 +1,23 @@
-"""TRC files, as OpenSim and Pose2Sim have them: joint centres by name, a row per frame, tab separated."""
+"""TRC files (OpenSim, Pose2Sim): joint centres by name, one row per frame, tab separated."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from common.body.anatomy import Floats
-from common.formats.axes import Axes, Unit, turned
-from common.formats.whole import whole_file
+from zenocap.common.atomic_write import atomic_file
+from zenocap.common.errors import UserError
+from zenocap.common.formats.trajectories import DIGITS, Axes, Trajectories, Unit, convert
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
-MAX_BYTES = 1 << 30
-DIGITS = {"m": 6, "cm": 4, "mm": 3}  # after the point: a micrometre
-
-
-class FormatError(ValueError):
-    """A file that is not what its format asks for; the text names file, line and what is allowed."""
-
-
-@dataclass(frozen=True)
-class Trajectories:
-    """names: of the markers.  frames: (n,) frame numbers, rising.  times_s: (n,) seconds.
-
-    points: (n, markers, 3) metres, Y up; NaN where there is no estimate.  rate: frames per second.
-    """
-
-    names: tuple[str, ...]
-    frames: NDArray[np.int64]
-    times_s: Floats
-    points: Floats
-    rate: float
+MAX_BYTES = 1 << 30  # of a file that is read, which is held in memory; chosen by hand
 
 
 def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit = "m") -> None:
-    """A row per frame with its number and its time; a missing marker is "nan" three times.  Raises OSError.
+    """Write one row per frame with its number and time; a missing marker is "nan" three times.  Raises OSError.
 
-    As readers want it: lines of labels end with a tab (Pose2Sim's older versions drop their last column) and rows do not.
-    Missing cells are not blank: OpenSim and trc-data-reader lose blank ones at a row's end and then refuse the file.
+    Lines of labels end with a tab, because older versions of Pose2Sim drop the last column; rows do not.  Missing cells
+    are not blank: OpenSim and trc-data-reader drop blank cells at the end of a row and then reject the file.
     """
     count, first = len(data.frames), int(data.frames[0]) if len(data.frames) else 0
     rate = f"{data.rate:.6g}"
@@ -54,32 +33,32 @@ def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit
         "",
     ]
     digits = DIGITS[unit]
-    with whole_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
+    with atomic_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(lines) + "\n")
-        for frame, time_s, row in zip(data.frames, data.times_s, turned(data.points, axes, unit), strict=True):
+        for frame, time_s, row in zip(data.frames, data.times_s, convert(data.points, axes, unit), strict=True):
             cells = [f"{value:.{digits}f}" for value in row.ravel()]
             file.write("\t".join([str(int(frame)), f"{time_s:.6f}", *cells]) + "\n")
 
 
 def read_trc(path: Path) -> Trajectories:
-    """Points in metres whatever the file's unit.  Raises FormatError."""
+    """Read a TRC file in any of METRES' units; points are returned in metres.  Raises UserError."""
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise FormatError(f"{path}: more than {MAX_BYTES >> 20} MiB: no TRC file of ours or others is that long")
+            raise UserError(f"{path}: more than {MAX_BYTES >> 20} MiB: allowed: shorter TRC files")
         lines = path.read_text(encoding="utf-8").splitlines()
     except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
-        raise FormatError(f"{path}: not a TRC file: {error}") from error
+        raise UserError(f"{path}: not a TRC file: {error}") from error
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
-        raise FormatError(f"{path}: line 1: allowed: PathFileType, then four more lines of a TRC file's header")
+        raise UserError(f"{path}: line 1: allowed: PathFileType, then four more lines of a TRC file's header")
     header = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=False))
     unit = header.get("Units", "").strip().lower()
     if unit not in METRES:
-        raise FormatError(f"{path}: line 3: Units = {unit!r}: allowed: {', '.join(METRES)}")
+        raise UserError(f"{path}: line 3: Units = {unit!r}: allowed: {', '.join(METRES)}")
     names = tuple(name.strip() for name in lines[3].split("\t")[2:] if name.strip())
     if not names or len(set(names)) != len(names):
-        raise FormatError(f"{path}: line 4: allowed: Frame#, Time and different names of markers")
+        raise UserError(f"{path}: line 4: allowed: Frame#, Time and different names of markers")
     rows: dict[int, tuple[float, list[float]]] = {}
     for number, line in enumerate(lines[5:], start=6):
         cells = line.split("\t")
@@ -89,14 +68,14 @@ def read_trc(path: Path) -> Trajectories:
             values = [_number(cell) for cell in cells[2 : 2 + 3 * len(names)]]
             rows[int(float(cells[0]))] = (_number(cells[1]), values + [np.nan] * (3 * len(names) - len(values)))
         except (ValueError, IndexError, OverflowError):
-            raise FormatError(f"{path}: line {number}: {line[:40]!r}: allowed: numbers between tabs") from None
+            raise UserError(f"{path}: line {number}: {line[:40]!r}: allowed: numbers between tabs") from None
     frames = sorted(rows)
     points = np.array([rows[frame][1] for frame in frames]).reshape(len(frames), len(names), 3) * METRES[unit]
     times_s = np.array([rows[frame][0] for frame in frames])
     try:
         rate = float(header.get("DataRate", ""))
     except ValueError:
-        raise FormatError(f"{path}: line 3: DataRate = {header.get('DataRate')!r}: allowed: a number") from None
+        raise UserError(f"{path}: line 3: DataRate = {header.get('DataRate')!r}: allowed: a number") from None
     return Trajectories(names, np.array(frames, dtype=np.int64), times_s, points, rate)
 
 

@@ -1,1 +1,1 @@
-"""Running a service: loop, clock, settings and logging."""
+"""Runtime of a service: loop, clocks, health and logging."""

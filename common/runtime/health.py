@@ -1,4 +1,4 @@
-"""What a service measures of itself, and its Health message."""
+"""Measurements of a service on itself, and its Health message."""
 
 import os
 import resource
@@ -9,18 +9,18 @@ from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 
-from common.bus.protocol import Counters
-from common.messages import Health
-from common.runtime.clock import Offset
+from zenocap.common.bus.protocol import Counters
+from zenocap.common.messages import Health, Phase
+from zenocap.common.runtime.clock_offset import Offset
 
-RING = 256  # durations kept of each stage
-WORK = ("step_", "publish")  # stages by which the loop is kept busy; the others are ages
+RING = 256  # durations kept per stage
+WORK = ("step_", "publish")  # stages that occupy the loop; the others are ages
 
 
 class Meter:
     """Durations by stage, counts, and rates since the last report.
 
-    processor_ns: processor time that this process has used so far.
+    processor_ns: processor time used by this process so far.
     """
 
     def __init__(self, service: str, id: str, processor_ns: Callable[[], int] = time.process_time_ns) -> None:
@@ -49,8 +49,13 @@ class Meter:
         self._published[topic] += 1
         self.counts["published"] += 1
 
-    def report(self, now_ns: int, elapsed_ns: int, state: str, bus: Counters, offset: Offset | None) -> Health:
-        """Health since the last report.  Its rate is that of frames, or of the busiest topic if there are none."""
+    def report(
+        self, now_ns: int, elapsed_ns: int, phase: Phase, state: str, bus: Counters, offset: Offset | None
+    ) -> Health:
+        """Health since the last report.  state: text for display.
+
+        Its rate is that of frames, or of the busiest topic when there are none.
+        """
         seconds = (elapsed_ns - self._since_ns) / 1e9 if self._since_ns is not None else 0.0
         most = self._frames or max(self._published.values(), default=0)
         used_ns = self._processor_ns()
@@ -63,6 +68,7 @@ class Meter:
             service=self._service,
             id=self._id,
             state=state[:1000],
+            phase=phase,
             rate=min(most / seconds, 1e6) if seconds > 0 else 0.0,
             stages_ms={stage: min(median(ring) / 1e6, 1e6) for stage, ring in sorted(self._durations_ns.items())[:32]},
             counts=dict(sorted(counts.items())[:64]),
@@ -81,7 +87,7 @@ class Meter:
 
 
 def memory_bytes() -> int:
-    """Resident memory of this process; its peak where the system tells no more."""
+    """Resident memory of this process; the peak on systems that provide only that."""
     statm = Path("/proc/self/statm")
     if statm.exists():
         return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")

@@ -1,4 +1,4 @@
-"""Log lines: one per event, to standard error, in colour on a terminal, and one per source for what repeats."""
+"""Log lines on standard error, coloured on a terminal; repeated events are logged once per source."""
 
 import logging
 import sys
@@ -12,7 +12,7 @@ MAX_SOURCES = 1000
 
 
 def configure(name: str, *, level: int = logging.INFO, stream: TextIO | None = None) -> None:
-    """Send log lines to `stream` (standard error), each with `name` ("viewer 1") before it."""
+    """Write log lines to `stream` (default: standard error), each prefixed with `name` ("viewer 1")."""
     stream = stream or sys.stderr
     handler: logging.Handler
     if stream.isatty():
@@ -27,14 +27,14 @@ def configure(name: str, *, level: int = logging.INFO, stream: TextIO | None = N
 
 
 class OncePerSource:
-    """Counts what happens by source and kind, and logs only the first of each; at most MAX_SOURCES are told apart."""
+    """Counts events by source and kind and logs only the first of each; at most MAX_SOURCES sources are distinguished."""
 
     def __init__(self, logger: logging.Logger) -> None:
         self._logger = logger
         self._counts: Counter[tuple[str, str]] = Counter()
 
     def warn(self, source: str, kind: str, text: str, *, trace: bool = False) -> None:
-        """Log `text` if it is the first of this kind from this source; trace: with the exception being handled."""
+        """Log `text` if it is the first of this kind from this source.  trace: with the current exception's traceback."""
         entry = (source, kind)
         if entry not in self._counts and len(self._counts) >= MAX_SOURCES:
             entry = ("other sources", kind)

@@ -1,7 +1,7 @@
-"""The one service loop: events in, pure step, messages out.
+"""The service loop: events in, pure step, messages out.
 
-A service is its `step(setup, state, event) -> (state, messages)`.  The loop feeds it frames, envelopes, alive changes
-and ticks from one thread, publishes what it returns, measures, and says so at 1 Hz.
+A service is its `step(setup, state, event) -> (state, messages)`.  The loop passes it frames, envelopes, alive changes and
+ticks from one thread, publishes the messages it returns, and publishes its health at 1 Hz.
 """
 
 import logging
@@ -9,21 +9,22 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
-from common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
-from common.messages import Message
-from common.runtime.clock import Clock, ClockFilter, observe, offset_at
-from common.runtime.frames import NewestFrame
-from common.runtime.handled import Trace, in_words, kind_of
-from common.runtime.health import Meter
-from common.runtime.logs import OncePerSource
-from common.runtime.questions import Questions
-from common.topics import Topic, topic_of
+from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
+from zenocap.common.messages import Message, Phase
+from zenocap.common.runtime.clock import Clock
+from zenocap.common.runtime.clock_offset import ClockFilter, observe, offset_at
+from zenocap.common.runtime.health import Meter
+from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
+from zenocap.common.runtime.latest_frame import NewestFrame
+from zenocap.common.runtime.logs import OncePerSource
+from zenocap.common.runtime.queries import PeriodicQueries
+from zenocap.common.topics import Topic, topic_of
 
 logger = logging.getLogger(__name__)
 
 HEALTH_NS = 1_000_000_000
-BATCH = 256  # messages before a waiting frame gets its turn
-WAIT_S = 0.1  # longest wait for an event, so that signals are heeded
+BATCH = 256  # messages handled before a waiting frame, chosen by hand
+WAIT_S = 0.1  # longest wait for an event, so that signals are handled
 
 
 Setup = TypeVar("Setup")
@@ -35,7 +36,7 @@ Step: TypeAlias = Callable[[Setup, State, Event[F]], tuple[State, Sequence[Messa
 
 @dataclass(frozen=True)
 class Subscription:
-    """names: who to listen to, all if left out.  every: each message in order, also of a LATEST topic."""
+    """names: of the publishers; default: all.  every: receive each message in order, also of a LATEST topic."""
 
     topic: Topic
     every: bool = False
@@ -44,15 +45,15 @@ class Subscription:
 
 @dataclass(frozen=True)
 class Service(Generic[Setup, State, F]):
-    """name, id: as in its health and liveliness.  describe: the state in words.  count: what the state has counted.
+    """name, id: as in its health and liveliness.  phase: of the state, for programs; describe: text for display.  count:
+    counters of the state.
 
-    tick_ns: feed a Tick at this period, 0 for never.  keeps_time: this is the integrator, whose clock the others use.
-    pending: whether the state has work that a Tick is to start, once everything that has come is handled.
+    tick_ns: period of Ticks, 0 for never.  keeps_time: this is the integrator, whose clock the others use.
+    pending: whether the state has work to be started by a Tick after all received events are handled.
     result: messages whose age since their capture is a stage of the health.
-    recalls: topics of its own, of which the state lacks what was said before a restart: it is asked for, and fed.
-    derives: it says what it was fed, so that what it said can be recomputed; False for one that only shows.
-    max_failures: steps that may fail in a row before the service gives up, those on messages left out: what others send
-    ends no service.
+    recovers: its own topics whose last message from before a restart the state lacks: queried, and passed to the step.
+    derives: whether it publishes its input trace, so that its messages can be recomputed; False for display services.
+    max_failures: consecutive failures of the step, except on messages of other services, before the service ends.
     """
 
     name: str
@@ -63,22 +64,23 @@ class Service(Generic[Setup, State, F]):
     subscriptions: tuple[Subscription, ...] = ()
     describe: Callable[[State], str] = lambda state: type(state).__name__
     count: Callable[[State], Mapping[str, int]] = lambda state: {}
+    phase: Callable[[State], Phase] = lambda state: Phase.RUNNING
     watch_alive: bool = False
     tick_ns: int = 0
     pending: Callable[[State], bool] = lambda state: False
-    recalls: Callable[[State], Collection[Topic]] = lambda state: ()
+    recovers: Callable[[State], Collection[Topic]] = lambda state: ()
     result: type[Message] | None = None
     keeps_time: bool = False
     derives: bool = True
     max_failures: int = 10
 
 
-class GivingUp(Exception):
-    """The step failed too often in a row."""
+class TooManyFailures(Exception):
+    """The step failed `max_failures` times in a row."""
 
 
 class Runner(Generic[Setup, State, F]):
-    """One service on one bus: the state, and what happens with one event.  Used by `run`, and alone offline."""
+    """One service on one bus: its state and the handling of one event.  Used by `run`, and directly offline."""
 
     def __init__(self, service: Service[Setup, State, F], bus: Bus, clock: Clock) -> None:
         self.service = service
@@ -88,7 +90,7 @@ class Runner(Generic[Setup, State, F]):
         self.meter = Meter(service.name, service.id)
         self._trace = Trace(service.name, service.id)
         self._failures = 0
-        self._once = OncePerSource(logger)
+        self._log_once = OncePerSource(logger)
 
     def subscribe(self) -> None:
         for subscription in self.service.subscriptions:
@@ -97,8 +99,11 @@ class Runner(Generic[Setup, State, F]):
             self.bus.watch_alive()
 
     def handle(self, event: Event[F]) -> None:
-        """One step and its messages.  Raises GivingUp after `max_failures` failures in a row, messages left out."""
-        kind, source = kind_of(event), in_words(event)
+        """Run one step and publish its messages.
+
+        Raises TooManyFailures after `max_failures` failures in a row; failures on messages of other services do not count.
+        """
+        kind, source = kind_of(event), event_text(event)
         if self.service.derives:
             if self._trace.full:
                 self.report_handled()
@@ -106,12 +111,12 @@ class Runner(Generic[Setup, State, F]):
         started_ns = self.clock.elapsed_ns()
         try:
             self.state, messages = self.service.step(self.service.setup, self.state, event)
-        except Exception as error:  # one bad frame must not end a take; the state before it is kept
+        except Exception as error:  # one bad frame must not end a take; the previous state is kept
             self._failures += not isinstance(event, Envelope)
             self.meter.counts["step_errors"] += 1
-            self._once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}", trace=True)
+            self._log_once.warn(kind, "step", f"step failed on {source}: {type(error).__name__}: {error}", trace=True)
             if self._failures >= self.service.max_failures:
-                raise GivingUp(f"{self._failures} steps in a row failed, the last on {source}: {error}") from error
+                raise TooManyFailures(f"{self._failures} steps in a row failed, the last on {source}: {error}") from error
             return
         self._failures = 0
         stepped_ns = self.clock.elapsed_ns()
@@ -130,24 +135,24 @@ class Runner(Generic[Setup, State, F]):
 
     @property
     def pending(self) -> bool:
-        """Whether a Tick is due, once everything that has come is handled."""
+        """Whether the state has work for a Tick after all received events are handled."""
         return self.service.pending(self.state)
 
     def report_handled(self) -> None:
-        """Say what was handled since the last time, so that a take of it can be recomputed."""
+        """Publish the input trace since the last report."""
         handled = self._trace.report(self.clock.now_ns())
         if handled is not None:
             self.publish(handled)
 
     def publish(self, message: Message) -> Topic | None:
-        """Send a message on its topic; None when it may not be sent, which is counted and logged."""
+        """Publish a message; returns its topic, or None when it is invalid, which is counted and logged."""
         try:
             topic = topic_of(type(message))
             self.bus.publish(topic, message)
             return topic
-        except ValueError as error:  # BadMessage is one
+        except ValueError as error:  # includes BadMessage
             self.meter.counts["unsendable"] += 1
-            self._once.warn(type(message).__name__, "unsendable", str(error))
+            self._log_once.warn(type(message).__name__, "unsendable", str(error))
             return None
 
 
@@ -158,16 +163,16 @@ def run(
     source: Iterator[F] | None = None,
     stopped: Callable[[], bool] = lambda: False,
     extra_counts: Callable[[], Mapping[str, int]] = dict,
-    greeting: Sequence[Message] = (),
-    asked: Callable[[], Sequence[Message]] = tuple,
-    shown: Callable[[State], None] = lambda _: None,
+    first_messages: Sequence[Message] = (),
+    requested: Callable[[], Sequence[Message]] = tuple,
+    on_state: Callable[[State], None] = lambda _: None,
 ) -> int:
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
-    extra_counts: counts of others for this service's health, such as those of its log.
-    greeting: messages to publish at the start, once nobody else is found to run this service.
-    asked: messages of other threads to publish; they call `bus.wake()` to have it asked at once.
-    shown: gets the state whenever everything that has come is handled.
+    extra_counts: further counts for this service's health, such as those of its log.
+    first_messages: messages to publish at the start, after the check that no other process runs this service.
+    requested: returns messages of other threads to publish; they call `bus.wake()` to have them published immediately.
+    on_state: receives the state whenever all received events are handled.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -176,13 +181,13 @@ def run(
         if service.keeps_time:
             bus.serve_clock()
         runner.subscribe()
-        for message in greeting:
+        for message in first_messages:
             runner.publish(message)
         if frames:
             frames.start()
-        _loop(runner, frames, stopped, extra_counts, asked, shown)
+        _loop(runner, frames, stopped, extra_counts, requested, on_state)
         runner.report_handled()
-    except (BusError, GivingUp) as error:
+    except (BusError, TooManyFailures) as error:
         logger.error("%s", error)
         return 1
     finally:
@@ -199,24 +204,24 @@ def _loop(
     frames: NewestFrame[F] | None,
     stopped: Callable[[], bool],
     extra_counts: Callable[[], Mapping[str, int]],
-    asked: Callable[[], Sequence[Message]],
-    shown: Callable[[State], None],
+    requested: Callable[[], Sequence[Message]],
+    on_state: Callable[[State], None],
 ) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips = ClockFilter()
     health_ns = tick_ns = clock.elapsed_ns()
-    questions = Questions(bus, health_ns, keeps_time=service.keeps_time)
+    queries = PeriodicQueries(bus, health_ns, keeps_time=service.keeps_time)
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
-        questions.ask(now_ns, service.recalls(runner.state))
+        queries.ask(now_ns, service.recovers(runner.state))
         if now_ns >= health_ns:
             if frames:
                 runner.meter.counts["dropped_frames"] = frames.dropped
             offset = offset_at(trips, clock.now_ns())
             for name, count in (*extra_counts().items(), *service.count(runner.state).items()):
-                runner.meter.counts[name] = count  # a Counter's update would add
-            words = service.describe(runner.state)
-            runner.publish(runner.meter.report(clock.now_ns(), now_ns, words, bus.counters, offset))
+                runner.meter.counts[name] = count  # `Counter.update` would add
+            phase, text = service.phase(runner.state), service.describe(runner.state)
+            runner.publish(runner.meter.report(clock.now_ns(), now_ns, phase, text, bus.counters, offset))
             runner.report_handled()
             health_ns = max(health_ns + HEALTH_NS, now_ns)
         if service.tick_ns and now_ns >= tick_ns:
@@ -233,13 +238,13 @@ def _loop(
         frame = frames.take() if frames else None
         if frame is not None:
             runner.handle(frame)
-        for message in asked():
+        for message in requested():
             runner.publish(message)
-        shown(runner.state)
+        on_state(runner.state)
 
 
 def _receive(bus: Bus, wait_s: float) -> Iterator[Received]:
-    """What has come, after waiting for the first; at most BATCH, so that frames get their turn."""
+    """The queued events, after waiting for the first; at most BATCH, so that frames are not delayed."""
     event = bus.receive(wait_s)
     for _ in range(BATCH):
         if event is None:

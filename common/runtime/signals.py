@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as a question that loops ask."""
+"""SIGINT and SIGTERM as a predicate that loops poll."""
 
 import os
 import signal
@@ -10,9 +10,9 @@ from types import FrameType
 
 @contextmanager
 def stop_signals(with_parent: bool = False) -> Iterator[Callable[[], bool]]:
-    """`stopped` for the body: true after SIGINT or SIGTERM.  A second signal ends the process the hard way.
+    """Context of the predicate `stopped`: true after SIGINT or SIGTERM.  A second signal ends the process immediately.
 
-    with_parent: also once standard input, a pipe from the parent, is closed: so no child outlives it.
+    with_parent: true also when standard input, a pipe from the parent, is closed, so that no child outlives it.
     """
     event = threading.Event()
     if with_parent:

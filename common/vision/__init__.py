@@ -1,1 +1,1 @@
-"""Background, silhouette, projected model image and matching score."""
+"""Background models, silhouette extraction, mask codec, cover image and matching score."""

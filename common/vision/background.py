@@ -1,7 +1,7 @@
-"""Background models: what a camera sees when nobody is there, and how much each pixel of it varies.
+"""Background models: mean and noise of every pixel of the empty scene.
 
-A model is a value.  `learn`, `learn_median` and `from_image` make one; `update` follows slow changes of the light and
-`gains` measures a quick one, such as flicker or automatic exposure, from one frame.
+A model is immutable.  `learn`, `learn_median` and `from_image` create one; `update` adapts it to slow changes of the light;
+`gains` measures fast ones, such as flicker or automatic exposure, in a single frame.
 Frames are (height, width, 3) uint8 BGR.
 """
 
@@ -11,42 +11,43 @@ from math import erf, exp, pi, sqrt
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-Image = NDArray[np.uint8]
-Mask = NDArray[np.uint8]
-Levels = NDArray[np.float32]
+from zenocap.common.arrays import Floats32, Image, Mask
+from zenocap.common.jit import kernel
 
-LARGEST_SCALING = 0.02  # by which a plate's size may differ from the frames'
-SIGMA_FLOOR = 0.5  # grey levels: rounding to whole ones (0.29) and what a short learning time did not show
-SHARED = 0.7  # of the typical sigma is the least any pixel gets: short samples and video codecs show some as noiseless
-UNEVEN = 0.01  # share of a pixel's brightness by which light and exposure vary unevenly after the gain is measured
-STEADY_PX = 0.1  # by how much a fixed camera's image is taken to shake
-TRIM, TRIMMED_Z = 0.6, 0.8416212  # the share of the smallest deviations that is kept; the z with P(|Z| < z) = TRIM
-GAIN_SAMPLES = 1500
-GAIN_RANGE = (0.5, 2.0)
+LARGEST_SCALING = 0.02  # relative size difference of a background image and the frames; chosen by hand
+SIGMA_FLOOR = 0.5  # grey levels, smallest noise: rounding is 0.29, the rest for short learning times; chosen by hand
+SIGMA_SHARE = 0.7  # of the median noise, smallest noise of a pixel: short samples and codecs hide noise; chosen by hand
+UNEVEN_LIGHT = 0.01  # of the brightness, variation of light and exposure that the gain does not explain; chosen by hand
+SHAKE_PX = 0.1  # px, shake of the image of a fixed camera; chosen by hand
+TRIM, TRIMMED_Z = 0.6, 0.8416212  # share of the smallest deviations that is kept; z with P(|Z| < z) = TRIM
+GAIN_SAMPLES = 1500  # pixels on which the gain is measured; chosen by hand
+GAIN_RANGE = (0.5, 2.0)  # of the gain; chosen by hand
 
 
 @dataclass(frozen=True)
 class Background:
-    """mean: (height, width, 3) grey levels.  weight: (height, width, 3) 1 / sigma², sigma the noise in grey levels."""
+    """Background model.
 
-    mean: Levels
-    weight: Levels
+    mean: (height, width, 3) grey levels.  weight: (height, width, 3) 1 / sigma², sigma: noise in grey levels.
+    """
+
+    mean: Floats32
+    weight: Floats32
 
     @property
     def size(self) -> tuple[int, int]:
         """(width, height) px."""
         return self.mean.shape[1], self.mean.shape[0]
 
-    def sigma(self) -> Levels:
+    def sigma(self) -> Floats32:
         """Noise of every pixel and channel, (height, width, 3) grey levels."""
         return np.asarray(1 / np.sqrt(self.weight), dtype=np.float32)
 
 
 def learn(frames: Sequence[Image]) -> Background:
-    """Mean and spread of frames of the empty scene; ValueError for none or for differing shapes."""
+    """Model of the mean and noise of frames of the empty scene.  Raises ValueError for none or for differing shapes."""
     shape = _common_shape(frames)
     mean = np.zeros(shape, dtype=np.float32)
     for frame in frames:
@@ -58,28 +59,28 @@ def learn(frames: Sequence[Image]) -> Background:
     spread *= sqrt(pi / 2) / len(frames)  # mean absolute deviation of a normal distribution to its sigma
     if len(frames) > 1:
         spread *= sqrt(len(frames) / (len(frames) - 1))
-    return _background(mean, spread, STEADY_PX)
+    return _background(mean, spread, SHAKE_PX)
 
 
 def learn_median(frames: Sequence[Image]) -> Background:
-    """Median and trimmed spread of frames in which people may pass, as long as each pixel is mostly empty."""
+    """Model of the median and trimmed noise of frames in which people pass; each pixel must be empty most of the time."""
     shape = _common_shape(frames)
     mean = np.empty(shape, dtype=np.float32)
     spread = np.empty(shape, dtype=np.float32)
-    for row in range(shape[0]):  # row by row, to bound the memory
+    for row in range(shape[0]):  # row by row to limit memory
         values = np.stack([frame[row] for frame in frames]).astype(np.float32)
         middle = np.median(values, axis=0)
         spread[row] = _trimmed_sigma(np.abs(values - middle), axis=0)
-        near = np.abs(values - middle) <= 2 * spread[row] + 1  # the median alone is a whole grey level
+        near = np.abs(values - middle) <= 2 * spread[row] + 1  # the median alone is an integer grey level
         mean[row] = np.sum(values * near, axis=0) / np.maximum(np.sum(near, axis=0), 1)
-    return _background(mean, spread, STEADY_PX)
+    return _background(mean, spread, SHAKE_PX)
 
 
 def from_image(image: Image, frames: Sequence[Image]) -> Background:
-    """A plate photographed earlier; its noise and its misfit at edges are estimated from its residual to `frames`.
+    """Model of an image of the empty scene taken earlier.
 
-    The frames may have a person in them and decide the size.  The plate's global exposure is brought to theirs.
-    Raises ValueError for no frames, or when the plate's size differs from theirs by more than 2 %.
+    Noise and misalignment at edges are estimated from its residual to `frames`, which may show a person; the image is
+    brought to their size and global exposure.  Raises ValueError for no frames or a size that differs by more than 2 %.
     """
     height, width, _ = _common_shape(frames)
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
@@ -103,22 +104,22 @@ def from_image(image: Image, frames: Sequence[Image]) -> Background:
     steep_places = edges >= max(steep, 1.0)
     shift = np.where(steep_places, residual / np.maximum(edges, 1), np.nan).reshape(-1)
     shift = shift[np.isfinite(shift)]
-    misfit_px = STEADY_PX
-    if shift.size:  # what the noise alone does not explain
+    misfit_px = SHAKE_PX
+    if shift.size:  # beyond the noise
         by_noise = sigma**2 * float(np.median(1 / edges[steep_places] ** 2))
-        misfit_px = max(STEADY_PX, sqrt(max(0.0, float(_trimmed_sigma(shift, axis=0)) ** 2 - by_noise)))
+        misfit_px = max(SHAKE_PX, sqrt(max(0.0, float(_trimmed_sigma(shift, axis=0)) ** 2 - by_noise)))
     return _background(mean, np.full(mean.shape, sigma, dtype=np.float32), misfit_px)
 
 
-def gains(background: Background, frame: Image, person: Mask | None = None) -> Levels:
-    """How much brighter the frame is than the model, (3,) per channel: the median ratio of a grid of pixels.
+def gains(background: Background, frame: Image, person: Mask | None = None) -> Floats32:
+    """Gain (3,) per channel of the frame relative to the model: median ratio on a grid of pixels.
 
-    Pixels in `person` and those too dark or too bright for a ratio are left out; 1 when fewer than a tenth remain.
+    Without the pixels in `person` and those too dark or too bright for a ratio; 1 when fewer than a tenth remain.
     """
     _require_size(background, frame)
     step = max(1, int(sqrt(background.mean.shape[0] * background.mean.shape[1] / GAIN_SAMPLES)))
-    nobody = np.zeros((0, 0), dtype=np.uint8)
-    ratios, sampled = _ratios(background.mean, frame, nobody if person is None else person, step)
+    empty = np.zeros((0, 0), dtype=np.uint8)
+    ratios, sampled = _ratios(background.mean, frame, empty if person is None else person, step)
     if len(ratios) < sampled // 10 or len(ratios) == 0:
         return np.ones(3, dtype=np.float32)
     middle = len(ratios) // 2
@@ -126,9 +127,9 @@ def gains(background: Background, frame: Image, person: Mask | None = None) -> L
     return np.asarray(np.clip(median, *GAIN_RANGE), dtype=np.float32)
 
 
-@njit(cache=True, error_model="numpy")
-def _ratios(mean: Levels, frame: Image, person: Mask, step: int) -> tuple[Levels, int]:
-    """frame / mean, (n, 3), of every `step`-th row and column where it can be told, and how many there are."""
+@kernel
+def _ratios(mean: Floats32, frame: Image, person: Mask, step: int) -> tuple[Floats32, int]:
+    """frame / mean (n, 3) of every `step`-th row and column where it is defined, and the number of sampled pixels."""
     height, width = frame.shape[:2]
     ratios = np.empty(((height // step + 1) * (width // step + 1), 3), dtype=np.float32)
     count, sampled = 0, 0
@@ -144,10 +145,10 @@ def _ratios(mean: Levels, frame: Image, person: Mask, step: int) -> tuple[Levels
 
 
 def update(background: Background, frame: Image, person: Mask | None, rate: float = 0.02, margin_px: int = 0) -> Background:
-    """The model moved towards the frame by `rate` in [0, 1] everywhere but on the person.
+    """Model moved towards the frame by `rate` in [0, 1] except on the person.
 
-    person: (height, width) uint8, not 0 on the person; it is widened by margin_px, or 3 % of the image's height if
-    that is 0, so that missed limbs and shadows do not burn in.  None updates everywhere.
+    person: (height, width), not 0 on the person, or None; widened by margin_px, 3 % of the image height if that is 0, so
+    that missed limbs and shadows are not learnt.
     """
     _require_size(background, frame)
     if not 0 <= rate <= 1:
@@ -159,8 +160,8 @@ def update(background: Background, frame: Image, person: Mask | None, rate: floa
     return replace(background, mean=_moved(background.mean, frame, held, np.float32(rate)))
 
 
-@njit(cache=True, error_model="numpy")
-def _moved(mean: Levels, frame: Image, held: Mask, rate: np.float32) -> Levels:
+@kernel
+def _moved(mean: Floats32, frame: Image, held: Mask, rate: np.float32) -> Floats32:
     out = np.empty_like(mean)
     for y in range(mean.shape[0]):
         for x in range(mean.shape[1]):
@@ -170,22 +171,22 @@ def _moved(mean: Levels, frame: Image, held: Mask, rate: np.float32) -> Levels:
     return out
 
 
-def _background(mean: Levels, spread: Levels, shake_px: float) -> Background:
-    """The variance is the pixel's own, bounded below, and that of an image shaken by `shake_px`."""
-    typical = np.maximum(SIGMA_FLOOR, SHARED * np.median(spread, axis=(0, 1)))
-    variance = np.maximum(spread, typical) ** 2 + (shake_px * _gradient(mean)) ** 2 + (UNEVEN * mean) ** 2
+def _background(mean: Floats32, spread: Floats32, shake_px: float) -> Background:
+    """Model with the variance of each pixel, bounded below, plus that of an image shaken by `shake_px`."""
+    typical = np.maximum(SIGMA_FLOOR, SIGMA_SHARE * np.median(spread, axis=(0, 1)))
+    variance = np.maximum(spread, typical) ** 2 + (shake_px * _gradient(mean)) ** 2 + (UNEVEN_LIGHT * mean) ** 2
     return Background(np.ascontiguousarray(mean, dtype=np.float32), np.asarray(1 / variance, dtype=np.float32))
 
 
-def _gradient(mean: Levels) -> Levels:
-    """Steepest change over one pixel, (height, width, 3) grey levels."""
+def _gradient(mean: Floats32) -> Floats32:
+    """Largest change over one pixel, (height, width, 3) grey levels."""
     kernel = np.ones((3, 3), np.uint8)
     change = cv2.morphologyEx(mean, cv2.MORPH_GRADIENT, kernel)
     return np.asarray(change / 2, dtype=np.float32)
 
 
-def _trimmed_sigma(deviations: NDArray[np.floating], axis: int) -> Levels:
-    """Sigma from the smallest absolute deviations, blind to the largest 40 %."""
+def _trimmed_sigma(deviations: NDArray[np.floating], axis: int) -> Floats32:
+    """Standard deviation from the smallest absolute deviations, without the largest 40 %."""
     keep = max(1, round(TRIM * deviations.shape[axis]))
     smallest = np.partition(deviations, keep - 1, axis=axis)[:keep]
     density = (1 - exp(-(TRIMMED_Z**2) / 2)) * 2 / sqrt(2 * pi)

@@ -1,44 +1,44 @@
-"""Foreground: the frame against the background model, with shadows told from the person.
+"""Foreground labels of a frame by background subtraction, with shadow detection.
 
-A pixel differs when its distance from the model exceeds so many sigmas of the learnt noise.  One that is only darker,
-with its colour kept, may lie in shadow (Horprasert, Harwood and Davis 1999; Cucchiara et al. 2003).  Dark clothes
-before a grey wall pass that test too, so the texture decides: a shadow shows the background's own texture, dimmed.
-Where there is no texture to see, the pixel stays UNSURE, and `common.vision.silhouette` decides by its place.
+A pixel differs when its distance from the model exceeds a number of sigmas of the learnt noise.  A pixel that is darker
+with the same colour may be in shadow (Horprasert, Harwood and Davis 1999; Cucchiara et al. 2003), or show dark clothes
+before a grey wall.  The texture decides: a shadow shows the dimmed texture of the background.  Without texture a pixel
+stays UNSURE, and `zenocap.common.vision.silhouette` decides by its position.
 """
+
+# Paper (replaced): 1 subtracts and thresholds; here the threshold is in sigmas of each pixel, and shadows are excluded.
 
 from dataclasses import dataclass
 from typing import Final
 
 import cv2
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from common.vision.background import Background, Image, Levels, gains
-
-Labels = NDArray[np.uint8]
+from zenocap.common.arrays import Floats32, Image, Ints32, Labels
+from zenocap.common.jit import finite_kernel, kernel
+from zenocap.common.vision.background import Background, gains
 
 BACKGROUND: Final = 0
 SHADOW: Final = 1  # darker, same colour, the background's texture
-UNSURE: Final = 2  # darker, same colour, no texture to tell a shadow by
+UNSURE: Final = 2  # darker, same colour, without texture that would identify a shadow
 WEAK: Final = 3  # differs
-STRONG: Final = 4  # differs beyond doubt
+STRONG: Final = 4  # differs strongly
 
-TEXTURE_REACH = 2  # px either side over which texture is compared
-CONTRAST_REACH = 0.01  # of the image's height, over which a neighbour's contrast outshines a pixel's
-LEVELS_PER_SIGMA = 4.0  # resolution at which distances are kept as bytes; the largest is 64 sigmas
+TEXTURE_REACH = 2  # px on each side, window in which texture is compared; chosen by hand
+CONTRAST_REACH = 0.01  # of the image height, radius in which a high contrast hides a low one; chosen by hand
+LEVELS_PER_SIGMA = 4.0  # resolution of distances stored as bytes; the largest is 64 sigmas
 
 
 @dataclass(frozen=True)
 class ForegroundOptions:
-    """Thresholds in sigmas of the noise, and ratios.
+    """Thresholds in sigmas of the noise, and ratios; all chosen by hand.
 
     weak, strong: distance from the model of a pixel that may belong to the person, and of one that does.
-    shadow: brightness ratios (darkest, lightest) of a shadow; an empty range (1, 1) turns the test off.
-    colour: how far a shadow's colour may turn, in sigmas and as a share of its brightness; the larger bound holds.
-    texture: standard errors by which the texture must speak for a shadow, or against one, before it is believed.
-    faint: a pixel that differs less than this share of its neighbours is their blur or coding noise.
-    flicker: measure the frame's gain against the model.
+    shadow: brightness ratios (darkest, lightest) of a shadow; an empty range (1, 1) disables shadow detection.
+    colour: largest change of a shadow's colour, in sigmas and as a share of its brightness; the larger bound applies.
+    texture: standard errors by which the texture must indicate a shadow or its absence.
+    faint: a pixel that differs by less than this share of its neighbours is their blur or coding noise.
+    flicker: correct the global gain of each frame.
     """
 
     weak: float = 5.0
@@ -56,13 +56,13 @@ class ForegroundOptions:
             raise ValueError(f"shadow: {self.shadow}; allowed 0 < darkest <= lightest <= 1")
 
 
-def expected(background: Background, frame: Image, options: ForegroundOptions) -> Levels:
-    """Gain (3,) by which the model is multiplied before it is compared with this frame."""
+def expected_gain(background: Background, frame: Image, options: ForegroundOptions) -> Floats32:
+    """Gain (3,) by which the model is multiplied for the comparison with this frame."""
     return gains(background, frame) if options.flicker else np.ones(3, dtype=np.float32)
 
 
-def foreground(background: Background, frame: Image, gain: Levels, options: ForegroundOptions) -> Labels:
-    """Label of every pixel, (height, width) uint8: BACKGROUND, SHADOW, UNSURE, WEAK or STRONG."""
+def foreground(background: Background, frame: Image, gain: Floats32, options: ForegroundOptions) -> Labels:
+    """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width).  Raises ValueError for another shape."""
     if frame.shape != background.mean.shape or frame.dtype != np.uint8:
         raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
     labels, levels = _differ(
@@ -77,25 +77,25 @@ def foreground(background: Background, frame: Image, gain: Levels, options: Fore
     reach = max(1, round(CONTRAST_REACH * frame.shape[0]))
     nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     _drop_faint(levels, np.asarray(nearby, dtype=np.uint8), np.float32(options.faint), labels)
-    _tell_by_texture(
+    _detect_shadows(
         frame, background.mean, background.weight, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32)
     )
     return labels
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@finite_kernel
 def _differ(
     frame: Image,
-    mean: Levels,
-    weight: Levels,
-    gain: Levels,
+    mean: Floats32,
+    weight: Floats32,
+    gain: Floats32,
     weak2: np.float32,
     strong2: np.float32,
-    shadow: Levels,
+    shadow: Floats32,
 ) -> tuple[Labels, Image]:
-    """Labels, and the distance in quarter sigmas where it is weak at least.
+    """Labels, and distances in quarter sigmas where they are WEAK at least, both (height, width).
 
-    shadow: darkest and lightest ratio, colour in sigmas and as a share of the brightness.
+    shadow: darkest and lightest ratio, colour change in sigmas and as a share of the brightness.
     """
     height, width = frame.shape[:2]
     labels = np.zeros((height, width), dtype=np.uint8)
@@ -132,7 +132,7 @@ def _differ(
     return labels, levels
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels) -> None:
     for y in range(levels.shape[0]):
         for x in range(levels.shape[1]):
@@ -140,22 +140,22 @@ def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels)
                 labels[y, x] = BACKGROUND
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
-def _tell_by_texture(
+@finite_kernel
+def _detect_shadows(
     frame: Image,
-    mean: Levels,
-    weight: Levels,
-    gain: Levels,
+    mean: Floats32,
+    weight: Floats32,
+    gain: Floats32,
     sure: float,
     labels: Labels,
-    number: NDArray[np.int32],
+    number: Ints32,
 ) -> None:
-    """Settle UNSURE pixels in place: SHADOW where the background's texture shows dimmed, WEAK where it is covered.
+    """Classify UNSURE pixels in place: SHADOW where the texture of the background is visible, WEAK where it is covered.
 
-    Texture is the second difference along rows and columns, which a shadow's soft slope does not reach.  Let q be that
-    of frame / model and b that of the model, both relative.  Where something covers the background q follows -b; in a
-    shadow it does not.  `cover` is the regression of q on -b over the window: 1 for something, 0 for a shadow.  The
-    model's own error makes it 1 too, so the texture must exceed that before it speaks against a shadow.
+    Texture is the second difference along rows and columns, which the soft edge of a shadow does not change.  Let q be that
+    of frame / model and b that of the model, both relative.  Where an object covers the background q follows -b; in a
+    shadow it does not.  `cover` is the regression of q on -b in the window: 1 for an object, 0 for a shadow.  The error of
+    the model makes it 1 as well, so the texture must exceed that error for WEAK.
     number: (height, width) zeros, for the numbers of the UNSURE pixels from 1.
     """
     height, width = labels.shape
@@ -165,7 +165,7 @@ def _tell_by_texture(
             if labels[y, x] == UNSURE:
                 count += 1
                 number[y, x] = count
-    sums = np.zeros((count + 1, 4), dtype=np.float32)  # q q, -q b, b b, terms; number 0 is every other pixel
+    sums = np.zeros((count + 1, 4), dtype=np.float32)  # q q, -q b, b b, terms; row 0 is for all other pixels
     places = np.empty((count + 1, 2), dtype=np.int32)
     for y in range(height):
         for x in range(width):
@@ -208,19 +208,19 @@ def _tell_by_texture(
             labels[y, x] = WEAK
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
-def _brightness(frame: Image, mean: Levels, gain: Levels, y: int, x: int) -> tuple[np.float32, np.float32]:
-    """Sum of the channels of the frame and of the model, the latter at least 1."""
-    seen, known = np.float32(0), np.float32(0)
+@finite_kernel
+def _brightness(frame: Image, mean: Floats32, gain: Floats32, y: int, x: int) -> tuple[np.float32, np.float32]:
+    """Sums of the channels of the frame and of the model, the latter at least 1."""
+    total, model_total = np.float32(0), np.float32(0)
     for c in range(3):
-        seen += np.float32(frame[y, x, c])
-        known += gain[c] * mean[y, x, c]
-    return seen, max(known, np.float32(1))
+        total += np.float32(frame[y, x, c])
+        model_total += gain[c] * mean[y, x, c]
+    return total, max(model_total, np.float32(1))
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
-def _model_error(mean: Levels, weight: Levels, y: int, x: int) -> np.float32:
-    """What the model's own error may contribute to b * b: the error of the mean is taken to be half a sigma."""
+@finite_kernel
+def _model_error(mean: Floats32, weight: Floats32, y: int, x: int) -> np.float32:
+    """Contribution of the error of the model, half a sigma, to b * b."""
     variance, known = np.float32(0), np.float32(1)
     for c in range(3):
         variance += 1 / weight[y, x, c]

@@ -1,7 +1,7 @@
-"""OpenCV's mixture of Gaussians (Zivkovic 2004) as a background model.
+"""Mixture of Gaussians of OpenCV (Zivkovic 2004) as a background model.
 
-Unlike `Background` this is not a value: OpenCV keeps the model inside, and every labelled frame changes it.  A mixture
-belongs to one viewer and sees its frames in order; the same frames in the same order give the same labels.
+Unlike `Background` it is mutable: every labelled frame changes the model inside OpenCV.  A mixture belongs to one viewer
+and receives its frames in order; the same frames in the same order give the same labels.
 """
 
 from collections.abc import Sequence
@@ -9,17 +9,18 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from common.vision.background import Image
-from common.vision.foreground import BACKGROUND, STRONG, UNSURE, Labels
+from zenocap.common.arrays import Image, Labels
+from zenocap.common.vision.foreground import BACKGROUND, STRONG, UNSURE
 
 OPENCV_SHADOW = 127
 OPENCV_FOREGROUND = 255
 
 
+# Paper (replaced): [Hybrid III] has a mixture for every silhouette; here it is one choice, `background = "mog2"`.
 class Mixture:
     """A learnt mixture model.
 
-    rate: how fast it follows the light; a person who stands still fades in 1 / rate frames.
+    rate: learning rate per frame; a person standing still becomes background within 1 / rate frames.  Chosen by hand.
     """
 
     def __init__(self, frames: Sequence[Image], rate: float = 0.0005) -> None:
@@ -37,7 +38,7 @@ class Mixture:
         self._names[OPENCV_SHADOW], self._names[OPENCV_FOREGROUND] = UNSURE, STRONG
 
     def foreground(self, frame: Image) -> Labels:
-        """Labels of a frame, (height, width) uint8, learning from it; ValueError for another shape."""
+        """Labels of a frame, (height, width); learns from it.  Raises ValueError for another shape."""
         if frame.shape != self._shape:
             raise ValueError(f"frame: shape {frame.shape}; the background's is {self._shape}")
         return np.asarray(cv2.LUT(self._model.apply(frame, learningRate=self._rate), self._names), dtype=np.uint8)

@@ -1,31 +1,46 @@
-"""The projected body model as a cover image: how many parts cover each pixel.  [Two-view 2.3, 3.2-3.5]
+"""The projected body model as a cover image, and the matching score.  [Two-view 2.3, 3.2-3.5]
 
-A match moves one limb.  Its pixels are taken off the cover and put back elsewhere; only the change of two totals is
-counted, so a match costs the limb's own pixels and not the image's.  Everything here is compiled and works in place.
+The cover image counts the body parts over each pixel.  A match moves one limb: its pixels are removed from the cover and
+added elsewhere, and two totals change by the pixels that become covered or uncovered.  A match therefore costs the pixels
+of the limb and not those of the image.  The compiled functions work in place.
 
-totals: (3,) int64: pixels of the silhouette, of the model, and of both.
+totals: (3,) int64, pixels of the silhouette, of the model image, and of their intersection.
 """
 
 from typing import cast
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Mask = NDArray[np.uint8]
+from zenocap.common.arrays import Bools, Floats, Ints, Mask
+from zenocap.common.jit import kernel
 
-CORNERS = 10  # of a part's outline
-# Numpy's numbers, because compiled code is made anew for each plain one.
-NEAREST = 0.1  # metres in front of the camera
-SINES = np.sin(np.pi / 4 * np.arange(-2, 5))  # of k - 2 eighths of a turn
+CORNERS = 10  # of the outline of a part
+NEAREST = 0.1  # m, smallest depth at which a part is drawn; chosen by hand
+SINES = np.sin(np.pi / 4 * np.arange(-2, 5))  # entry k: sine of k - 2 eighths of a turn
+# numpy integers: numba compiles a function once more for every Python integer constant that it is called with.
 ADD, REMOVE, COUNT = cast(int, np.int64(1)), cast(int, np.int64(-1)), cast(int, np.int64(0))
 
 
-@njit(cache=True, error_model="numpy")
-def score_of(silhouette: int, model: int, both: int) -> float:
-    """Matching score S = exp(-p - n) (1 - p) from pixel counts; 1 when both images are empty.  [Two-view Eq. 1]"""
+def matching_score(silhouette: Mask | Bools, model: Mask | Bools) -> float:
+    """Matching score S of a silhouette and a model image, in [0, 1]: exp(-p - n) (1 - p).  [Two-view Eq. 1]
+
+    silhouette, model: (height, width), non-zero inside, same view.  1.0 when both are equal, also when both are empty.
+    Raises ValueError when the shapes differ.  Counts every pixel: the reference for the incremental score.
+    """
+    if silhouette.shape != model.shape:
+        raise ValueError(f"silhouette has shape {silhouette.shape}, model image {model.shape}; they must be equal")
+    image, model_image = silhouette != 0, model != 0
+    union = np.count_nonzero(image | model_image)
+    if union == 0:
+        return 1.0
+    p = np.count_nonzero(image & ~model_image) / union
+    n = np.count_nonzero(model_image & ~image) / union
+    return float(np.exp(-p - n) * (1 - p))
+
+
+@kernel
+def score_of_counts(silhouette: int, model: int, both: int) -> float:
+    """Matching score from pixel counts of silhouette, model image and intersection; 1 when both are empty.  [Eq. 1]"""
     union = silhouette + model - both
     if union == 0:
         return 1.0
@@ -34,16 +49,16 @@ def score_of(silhouette: int, model: int, both: int) -> float:
     return float(np.exp(-p - n) * (1.0 - p))
 
 
-@njit(cache=True, error_model="numpy")
-def outline_part(frame: Floats, size: Floats, camera: Floats, corners: Floats) -> bool:
-    """Outline of an elliptic cylinder in the image: corners (CORNERS, 2) px in order.
+@kernel
+def part_outline(frame: Floats, size: Floats, camera: Floats, corners: Floats) -> bool:
+    """Write the outline of an elliptic cylinder in the image, corners (CORNERS, 2) px in order; False if not visible.
 
     frame: (3, 4) part to world.  size: (3,) height, long and short radius, metres.
-    camera: (5, 3) level camera: rotation rows, translation, (focal, centre x, centre y).
-    Each end is an ellipse under local parallel projection; the outline is the hull of both ends' support points.
-    False when an end is not in front of the camera.
+    camera: (5, 3) level camera: rotation rows, translation, (focal length, centre x, centre y).
+    Each end is an ellipse under local parallel projection; the outline is the hull of the support points of both ends.
+    Not visible: an end is less than NEAREST in front of the camera.
     """
-    ends = np.empty((2, 6))  # each end's centre, and its two half axes
+    ends = np.empty((2, 6))  # per end: centre, two half axes
     focal = camera[4, 0]
     for end in range(2):
         x = frame[0, 3] + end * size[0] * frame[0, 1]
@@ -58,7 +73,7 @@ def outline_part(frame: Floats, size: Floats, camera: Floats, corners: Floats) -
         ends[end, 1] = focal * v + camera[4, 2]
         for axis in range(2):
             scale = focal / depth * size[1 + axis]
-            column = 2 * axis  # the part's x, then its z
+            column = 2 * axis  # x, then z of the part
             a, b, c = frame[0, column], frame[1, column], frame[2, column]
             forward = camera[2, 0] * a + camera[2, 1] * b + camera[2, 2] * c
             ends[end, 2 + 2 * axis] = scale * (camera[0, 0] * a + camera[0, 1] * b + camera[0, 2] * c - u * forward)
@@ -72,7 +87,7 @@ def outline_part(frame: Floats, size: Floats, camera: Floats, corners: Floats) -
     at = 0
     for end in range(2):
         away = 1.0 if end == 1 else -1.0
-        for step in range(5):  # around the first end from the far side, around the second back to it
+        for step in range(5):  # half a turn around the first end, then around the second
             along, side = SINES[step + 2] * away, SINES[step] * away
             nx, ny = along * dx - side * dy, along * dy + side * dx
             a = ends[end, 2] * nx + ends[end, 3] * ny
@@ -86,12 +101,12 @@ def outline_part(frame: Floats, size: Floats, camera: Floats, corners: Floats) -
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
-    """Add a convex outline to the cover (ADD), take it off (REMOVE), or only count what adding would do (COUNT).
+    """Add a convex outline to the cover (ADD), remove it (REMOVE), or count the change of an addition (COUNT).
 
-    corners: (n, 2) px, in order either way round.  mask, cover: (height, width).  A pixel belongs to the outline when its
-    centre does.  totals[1] and totals[2] change by the pixels that become covered or bare.
+    corners: (n, 2) px, in order, clockwise or not.  mask, cover: (height, width).  A pixel is inside when its centre is.
+    totals[1] and totals[2] change by the pixels that become covered or uncovered.
     """
     height, width = mask.shape
     low, high = corners[0, 1], corners[0, 1]
@@ -100,7 +115,7 @@ def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: I
     top, bottom = max(int(np.ceil(low)), 0), min(int(np.floor(high)), height - 1)
     if bottom < top or not np.isfinite(high - low):
         return
-    spans = np.empty((bottom - top + 1, 2))  # each row's first and last x
+    spans = np.empty((bottom - top + 1, 2))  # first and last x of each row
     spans[:, 0], spans[:, 1] = np.inf, -np.inf
     for k in range(corners.shape[0]):
         other = k + 1 if k + 1 < corners.shape[0] else 0
@@ -139,31 +154,23 @@ def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: I
     totals[2] += both
 
 
-@njit(cache=True, error_model="numpy")
-def cover_part(frame: Floats, size: Floats, camera: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
-    """Add, remove or count one part (see `cover_outline`); a part behind the camera covers nothing."""
-    corners = np.empty((CORNERS, 2))
-    if outline_part(frame, size, camera, corners):
-        cover_outline(corners, mask, cover, mode, totals)
-
-
-@njit(cache=True, error_model="numpy")
+@kernel
 def cover_pair(frames: Floats, sizes: Floats, camera: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
-    """Add, remove or count two parts that overlap: frames (2, 3, 4), sizes (2, 3).  COUNT leaves the cover as it was."""
+    """Add, remove or count two overlapping parts: frames (2, 3, 4), sizes (2, 3).  COUNT restores the cover."""
     first, second = np.empty((CORNERS, 2)), np.empty((CORNERS, 2))
-    first_seen = outline_part(frames[0], sizes[0], camera, first)
-    second_seen = outline_part(frames[1], sizes[1], camera, second)
+    first_visible = part_outline(frames[0], sizes[0], camera, first)
+    second_visible = part_outline(frames[1], sizes[1], camera, second)
     if mode != COUNT:
-        if first_seen:
+        if first_visible:
             cover_outline(first, mask, cover, mode, totals)
-        if second_seen:
+        if second_visible:
             cover_outline(second, mask, cover, mode, totals)
         return
-    if first_seen:  # the second must not count again what the first covers
+    if first_visible:  # the second part counts only pixels that the first leaves uncovered
         cover_outline(first, mask, cover, ADD, totals)
-    if second_seen:
+    if second_visible:
         cover_outline(second, mask, cover, COUNT, totals)
     model, both = totals[1], totals[2]
-    if first_seen:
+    if first_visible:
         cover_outline(first, mask, cover, REMOVE, totals)
     totals[1], totals[2] = model, both

@@ -1,38 +1,38 @@
-"""Connected regions of a label image, as runs along its rows, in one compiled pass each."""
+"""Connected regions of a label image, stored as runs along its rows."""
 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-Labels = NDArray[np.uint8]
-Integers = NDArray[np.int32]
+from zenocap.common.arrays import Bools, Ints32, Labels
+from zenocap.common.jit import kernel
 
 
 class Regions(NamedTuple):
-    """runs: (n, 4) row, first column, column after the last, region.
+    """Connected regions.
+
+    runs: (n, 4) row, first column, column after the last, region.
 
     boxes: (regions, 4) left, top, right, bottom, the last two exclusive.  areas: (regions,) pixels.
-    seeds: (regions,) pixels that are at least the seed label.
+    seeds: (regions,) pixels of at least the seed label.
     """
 
-    runs: Integers
-    boxes: Integers
-    areas: Integers
-    seeds: Integers
+    runs: Ints32
+    boxes: Ints32
+    areas: Ints32
+    seeds: Ints32
 
 
-@njit(cache=True, error_model="numpy")
-def _root(parent: Integers, k: int) -> int:
+@kernel
+def _root(parent: Ints32, k: int) -> int:
     while parent[k] != k:
         parent[k] = parent[parent[k]]
         k = parent[k]
     return k
 
 
-@njit(cache=True, error_model="numpy")
-def _runs(labels: Labels, lowest: int, highest: int) -> tuple[Integers, int]:
+@kernel
+def _runs(labels: Labels, lowest: int, highest: int) -> tuple[Ints32, int]:
     height, width = labels.shape
     runs = np.empty((max(64, width), 4), dtype=np.int32)
     count = 0
@@ -48,7 +48,7 @@ def _runs(labels: Labels, lowest: int, highest: int) -> tuple[Integers, int]:
                 x += 1
             if count == len(runs):
                 longer = np.empty((2 * count, 4), dtype=np.int32)
-                for k in range(count):  # a slice would compile numba's error texts along: seconds
+                for k in range(count):  # no slice assignment: numba would compile its error texts
                     for column in range(3):
                         longer[k, column] = runs[k, column]
                 runs = longer
@@ -57,9 +57,9 @@ def _runs(labels: Labels, lowest: int, highest: int) -> tuple[Integers, int]:
     return runs, count
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def find_regions(labels: Labels, lowest: int, highest: int, seed: int, diagonal: bool) -> Regions:
-    """Regions of the pixels with lowest <= label <= highest, 8-connected when `diagonal`, else 4-connected.
+    """Connected regions of the pixels with lowest <= label <= highest, 8-connected when `diagonal`, else 4-connected.
 
     labels: (height, width) uint8.  Regions are numbered in the order of their first pixels, row by row.
     """
@@ -99,9 +99,9 @@ def find_regions(labels: Labels, lowest: int, highest: int, seed: int, diagonal:
     return Regions(runs, boxes, areas, seeds)
 
 
-@njit(cache=True, error_model="numpy")
-def gap(regions: Regions, a: int, b: int, enough: int) -> int:
-    """Background pixels between two regions, along rows and columns alike; `enough` when it is that or more."""
+@kernel
+def distance(regions: Regions, a: int, b: int, enough: int) -> int:
+    """Pixels between two regions along rows or columns, at most `enough`."""
     boxes = regions.boxes
     across = max(boxes[a, 0], boxes[b, 0]) - min(boxes[a, 2], boxes[b, 2])
     down = max(boxes[a, 1], boxes[b, 1]) - min(boxes[a, 3], boxes[b, 3])
@@ -120,9 +120,9 @@ def gap(regions: Regions, a: int, b: int, enough: int) -> int:
     return least
 
 
-@njit(cache=True, error_model="numpy")
-def joined(regions: Regions, chosen: int, reach: int, smallest: int) -> NDArray[np.bool_]:
-    """The regions of `smallest` pixels or more that can be reached from the chosen one over gaps of at most `reach`."""
+@kernel
+def reachable(regions: Regions, chosen: int, reach: int, smallest: int) -> Bools:
+    """(regions,) True for the chosen region and all of `smallest` pixels that gaps of at most `reach` px connect to it."""
     keep = np.zeros(len(regions.areas), dtype=np.bool_)
     keep[chosen] = True
     queue = [chosen]
@@ -133,15 +133,15 @@ def joined(regions: Regions, chosen: int, reach: int, smallest: int) -> NDArray[
                 not keep[r]
                 and regions.areas[r] >= smallest
                 and regions.seeds[r] > 0
-                and gap(regions, near, r, reach + 1) <= reach
+                and distance(regions, near, r, reach + 1) <= reach
             ):
                 keep[r] = True
                 queue.append(r)
     return keep
 
 
-@njit(cache=True, error_model="numpy")
-def paint(regions: Regions, keep: NDArray[np.bool_], value: int, image: Labels) -> None:
+@kernel
+def paint(regions: Regions, keep: Bools, value: int, image: Labels) -> None:
     """Set the pixels of the kept regions to `value`, in place."""
     for k in range(len(regions.runs)):
         if keep[regions.runs[k, 3]]:

@@ -6,17 +6,19 @@ from typing import Literal, NamedTuple
 import cv2
 import numpy as np
 
-from common.vision.background import Background, Image, Levels, Mask
-from common.vision.foreground import STRONG, UNSURE, WEAK, ForegroundOptions, Labels, expected, foreground
-from common.vision.mixture import Mixture
-from common.vision.outline import between, closed, fill_holes, trim_edges
-from common.vision.regions import Regions, find_regions, joined, paint
+from zenocap.common.arrays import Floats32, Image, Labels, Mask
+from zenocap.common.vision.background import Background
+from zenocap.common.vision.foreground import STRONG, UNSURE, WEAK, ForegroundOptions, expected_gain, foreground
+from zenocap.common.vision.mask_refinement import close_cracks, enclosed, fill_holes, trim_edges
+from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.regions import Regions, find_regions, paint, reachable
 
-FOOT_SHARE = 0.3  # of the person's height, from below, where a shadow may lie between two parts of the body
+FOOT_SHARE = 0.3  # of the body height from the soles, where a shadow may be between the feet; chosen by hand
+NEAREST_SHARE = 0.2  # of the pixels of the largest region, for the choice "nearest"; chosen by hand
 
 
 class Extents(NamedTuple):
-    """The outermost pixels of a mask, all inclusive; `highest` is the smallest row.  [Two-view 2.4, Fig. 4]"""
+    """Outermost pixels of a mask, all inclusive; `highest` is the smallest row.  [Two-view 2.4, Fig. 4]"""
 
     leftmost: int
     rightmost: int
@@ -24,13 +26,16 @@ class Extents(NamedTuple):
     lowest: int
 
     def centre(self) -> tuple[float, float]:
-        """(x, y) px of the middle of the box."""
+        """(x, y) px of the centre of the box."""
         return (self.leftmost + self.rightmost) / 2, (self.highest + self.lowest) / 2
 
 
 @dataclass(frozen=True)
 class Silhouette:
-    """mask: (height, width) uint8 of 0 and 1, not empty.  area: pixels.  touches_border: the person may be cut off."""
+    """Silhouette of one person.
+
+    mask: (height, width) uint8 of 0 and 1, not empty.  area: pixels.  touches_border: the person may be cut off.
+    """
 
     mask: Mask
     extents: Extents
@@ -40,14 +45,15 @@ class Silhouette:
 
 @dataclass(frozen=True)
 class SilhouetteOptions:
-    """foreground: thresholds.  choice: which region is the person, the largest or the nearest to the previous extents.
+    """Options of the extraction; shares are chosen by hand.
 
-    smallest: area below which nobody is in view, as a share of the image.
-    crack: size of the closing kernel as a share of the image's height; brought to the nearest odd number of pixels.
-    hole: area up to which a hole is filled, as a share of the person's.
-    join: gap over which a fragment is joined, as a share of the person's height.
-    fragment: area from which a fragment may be joined, as a share of the person's.
-    coverage: share of an edge pixel that the person must cover.
+    foreground: thresholds.  choice: region of the person, the largest or the nearest to the previous extents.
+    smallest: smallest area of a person, share of the image.
+    crack: size of the closing kernel, share of the image height; rounded to an odd number of pixels.
+    hole: largest area of a hole that is filled, share of the person's area.
+    join: largest gap to a fragment that is joined, share of the person's height.
+    fragment: smallest area of a fragment that is joined, share of the person's area.
+    coverage: smallest coverage of an edge pixel by the person.
     """
 
     foreground: ForegroundOptions = field(default_factory=ForegroundOptions)
@@ -69,31 +75,31 @@ class SilhouetteOptions:
 def extract(
     background: Background | Mixture, frame: Image, options: SilhouetteOptions, previous: Extents | None = None
 ) -> Silhouette | None:
-    """The person's silhouette in a frame (height, width, 3) uint8 BGR; None when no region is large enough.
+    """Silhouette of the person in a frame (height, width, 3) uint8 BGR; None when no region is large enough.
 
-    previous: where the person was, for the choice "nearest".  Pure for a `Background`; a `Mixture` learns by it.
+    previous: last extents of the person, for the choice "nearest".  Pure for a `Background`; a `Mixture` learns from it.
     Raises ValueError when the frame's shape is not the background's.
     """
     if isinstance(background, Mixture):
         return clean(background.foreground(frame), options, previous)
-    gain = expected(background, frame, options.foreground)
+    gain = expected_gain(background, frame, options.foreground)
     labels = foreground(background, frame, gain, options.foreground)
     return clean(labels, options, previous, Edges(frame, background.mean, background.weight, gain))
 
 
 class Edges(NamedTuple):
-    """What trimming needs: the frame, the model's mean and weight (height, width, 3), the gain (3,) between them."""
+    """Input of edge trimming: frame, mean and weight of the model (height, width, 3), gain (3,)."""
 
     frame: Image
-    mean: Levels
-    weight: Levels
-    gain: Levels
+    mean: Floats32
+    weight: Floats32
+    gain: Floats32
 
 
 def clean(
     labels: Labels, options: SilhouetteOptions, previous: Extents | None = None, edges: Edges | None = None
 ) -> Silhouette | None:
-    """The silhouette in a label image (height, width) of `common.vision.foreground`; edges are trimmed when given."""
+    """Silhouette in a label image (height, width) of `common.vision.foreground`; edges are trimmed when given."""
     height, width = labels.shape
     kernel = 2 * round(max(0.0, options.crack * height - 1) / 2) + 1
     if kernel > 1:
@@ -108,14 +114,15 @@ def clean(
     person = np.zeros(labels.shape, dtype=np.uint8)
     paint(regions, keep, 255, person)
     inside = labels[place] & person[place]
-    _doubt_specks(inside, options)
-    mask = closed(between(inside, 1 - FOOT_SHARE), kernel)
+    _demote_specks(inside, options)
+    # Paper (replaced): 1 filters by morphology; here regions, small closings, holes by area, and edges by coverage.
+    mask = close_cracks(enclosed(inside, 1 - FOOT_SHARE), kernel)
     fill_holes(mask, int(options.hole * np.count_nonzero(mask)))
     if edges is not None and options.coverage > 0:
         frame, mean, weight, gain = edges
-        for _ in range(1 if kernel == 1 else 2):  # at a fine scale the lens and the codec blur an edge over two pixels
+        for _ in range(1 if kernel == 1 else 2):  # at high resolution lens and codec blur an edge over two pixels
             mask = trim_edges(mask, frame[place], mean[place], weight[place], gain, options.coverage)
-    # What was strong before stays the proof that a fragment is more than noise.
+    # A fragment needs pixels that were STRONG before.
     np.maximum(mask, np.where(mask > 0, labels[place], 0), out=mask)
     regions = find_regions(mask, 1, STRONG, STRONG, True)
     if not np.any(regions.seeds > 0):
@@ -129,7 +136,7 @@ def clean(
 
 
 def describe(mask: Mask, smallest: float = 0.0) -> Silhouette | None:
-    """Extents and area of a mask (height, width) uint8 of 0 and 1; None below `smallest`, a share of the image."""
+    """Extents and area of a mask (height, width) of 0 and 1; None below the area `smallest`, a share of the image."""
     height, width = mask.shape
     columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
     area = int(np.count_nonzero(mask))
@@ -142,15 +149,14 @@ def describe(mask: Mask, smallest: float = 0.0) -> Silhouette | None:
 
 
 def choose(regions: Regions, options: SilhouetteOptions, smallest_px: float, previous: Extents | None) -> int | None:
-    """The region that is the person, by strong pixels or by nearness; None when all are too small."""
+    """Region of the person, by STRONG pixels or by distance from `previous`; None when all are too small."""
     if len(regions.areas) == 0:
         return None
     large = (regions.areas >= smallest_px) & (regions.seeds > 0)
     if not large.any():
         return None
     if options.choice == "nearest" and previous is not None:
-        # Large against the largest, so that a speck beside the person is not the person.
-        large &= regions.seeds >= 0.2 * regions.seeds[large].max()
+        large &= regions.seeds >= NEAREST_SHARE * regions.seeds[large].max()
         x, y = previous.centre()
         across = (regions.boxes[:, 0] + regions.boxes[:, 2] - 1) / 2 - x
         down = (regions.boxes[:, 1] + regions.boxes[:, 3] - 1) / 2 - y
@@ -158,8 +164,8 @@ def choose(regions: Regions, options: SilhouetteOptions, smallest_px: float, pre
     return int(np.argmax(np.where(large, regions.seeds, -1)))
 
 
-def _doubt_specks(labels: Labels, options: SilhouetteOptions) -> None:
-    """Make pieces too small for a fragment UNSURE, in place: specks do not prove a shadow to be a part of the body."""
+def _demote_specks(labels: Labels, options: SilhouetteOptions) -> None:
+    """Label pieces too small for a fragment UNSURE, in place: specks in a shadow do not make it a part of the body."""
     regions = find_regions(labels, WEAK, STRONG, STRONG, True)
     if len(regions.areas) > 0:
         paint(regions, regions.areas < options.fragment * regions.areas.max(), UNSURE, labels)
@@ -171,7 +177,7 @@ def _with_fragments(
     box = regions.boxes[chosen]
     reach = round(options.join * (box[3] - box[1]))
     smallest = max(2, round(options.fragment * int(regions.areas[chosen])))
-    keep: np.ndarray[tuple[int], np.dtype[np.bool_]] = joined(regions, chosen, reach, smallest)
+    keep: np.ndarray[tuple[int], np.dtype[np.bool_]] = reachable(regions, chosen, reach, smallest)
     return keep
 
 

@@ -1,1 +1,1 @@
-"""The virtual actor live in a browser, and out to the tools people animate with."""
+"""Virtual actor: shown live on a web page, and sent to animation programs."""

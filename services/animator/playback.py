@@ -1,239 +1,151 @@
-"""Takes on the page: a replay in a process of its own, on a network of its own, so that what is live never notices.
+"""Playing takes on the page: a `zenocap replay` process on a private network, so that the live rig is not touched.
 
-One thread works through the orders.  The replay talks over loopback to a bus that nobody else is on; what it says goes
-through the same step as what is live, to the pages that watch the take.
+One thread handles the commands.  The replay publishes over loopback to a session that only this module opens; its
+messages go through the same step as live ones, to the pages that show the feed "take".
 """
 
 import logging
 import queue
-import signal
-import socket
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
-import msgspec
-
-from common.bus.protocol import Alive, BusError, Envelope, Tick
-from common.bus.zenoh_bus import ZenohBus
-from common.bus.zenoh_session import ZenohOptions
-from common.runtime.clock import Clock
-from common.topics import Topic
-from services.animator.page import wire
-from services.animator.page.display import Shown, show
-from services.animator.page.hub import Hub, Piece
-from services.animator.states import Setup
-from services.animator.step import initial_state, step
+from zenocap.common.bus.protocol import Alive, BusError, Envelope, Tick
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.runtime.clock import Clock
+from zenocap.common.topics import Topic
+from zenocap.services.animator.page import page_messages as pm
+from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
+from zenocap.services.animator.page.page_updates import Schedule, due_updates
+from zenocap.services.animator.parameters import (
+    MAX_PLAYER_COMMANDS,
+    MAX_TAKES,
+    PLAYER_PERIOD_NS,
+    PLAYER_WAIT_S,
+    REPLAY_TIMEOUT_S,
+)
+from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
+from zenocap.services.animator.states import Setup
+from zenocap.services.animator.step import initial_state, step
 
 logger = logging.getLogger(__name__)
 
-RIG = "take"  # under which a take is replayed
-MOST_TAKES = 200
-MOST_ORDERS = 64  # that wait
-TICK_NS, WAIT_S = 200_000_000, 0.02
-PATIENCE_S = 3.0
-ERROR = "error: "  # begins what a command says before it fails
-DELAY_S = 0.3  # for the replay to find this bus
-
 
 @dataclass(frozen=True)
-class Stop:
-    """Of the playback; for good when the animator ends."""
+class StopPlayer:
+    """Stop the take that is played; with `shut_down` also the player's thread."""
 
-    for_good: bool = False
+    shut_down: bool = False
 
 
-Order = wire.Play | wire.Control | Stop
+PlayerCommand = pm.PlayTake | pm.ControlPlayer | StopPlayer
 
 
 class Playback:
-    """folder: where the takes are.  topics: what is shown of one."""
+    """Player of the takes in a folder.  topics: the shown ones.  on_update: called with every state of the player."""
 
-    def __init__(self, folder: Path, hub: Hub, clock: Clock, topics: tuple[Topic, ...]) -> None:
-        self._folder, self._hub, self._clock, self._topics = folder, hub, clock, topics
-        self._orders: queue.SimpleQueue[Order] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._work, name="playback", daemon=True)
+    def __init__(
+        self,
+        folder: Path,
+        broadcaster: Broadcaster,
+        clock: Clock,
+        topics: tuple[Topic, ...],
+        on_update: Callable[[pm.PlayerUpdate], None] = lambda update: None,
+    ) -> None:
+        self._folder, self._broadcaster, self._clock, self._topics = folder, broadcaster, clock, topics
+        self._on_update = on_update
+        self._commands: queue.SimpleQueue[PlayerCommand] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="playback", daemon=True)
         self._thread.start()
 
-    def takes(self) -> wire.Takes:
-        """Newest first."""
+    def takes(self) -> pm.TakesUpdate:
+        """Return the takes in the folder, newest first."""
         try:
             found = [(path.stat().st_mtime, path.name, path.stat().st_size) for path in self._folder.glob("*.mcap")]
         except OSError as error:
             logger.warning("%s: its takes cannot be listed: %s", self._folder, error.strerror or error)
             found = []
-        return wire.Takes([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[:MOST_TAKES]])
+        return pm.TakesUpdate([(name, size / 1e6) for _, name, size in sorted(found, reverse=True)[:MAX_TAKES]])
 
-    def order(self, order: Order) -> None:
-        """From any thread; never waits.  Beyond MOST_ORDERS they are dropped: nobody presses so fast."""
-        if self._orders.qsize() < MOST_ORDERS:
-            self._orders.put(order)
+    def send(self, command: PlayerCommand) -> None:
+        """Queue a command; callable from any thread, never blocks.  Commands beyond MAX_PLAYER_COMMANDS are dropped."""
+        if self._commands.qsize() < MAX_PLAYER_COMMANDS:
+            self._commands.put(command)
 
     def close(self) -> None:
-        self._orders.put(Stop(for_good=True))
-        self._thread.join(2 * PATIENCE_S)
+        self._commands.put(StopPlayer(shut_down=True))
+        self._thread.join(2 * REPLAY_TIMEOUT_S)
 
-    def _work(self) -> None:
-        order: Order | None = None
+    def _run(self) -> None:
+        command: PlayerCommand | None = None
         while True:
-            order = order or self._orders.get()
-            match order:
-                case wire.Play(take=take):
-                    order = self._play(take)
-                case Stop(for_good=True):
+            command = command or self._commands.get()
+            match command:
+                case pm.PlayTake(take=take):
+                    command = self._play(take)
+                case StopPlayer(shut_down=True):
                     return
                 case _:
-                    order = None
+                    command = None
 
-    def _tell(self, player: wire.Player) -> None:
-        self._hub.publish(None, [Piece("player", wire.encode(player))])
+    def _publish(self, update: pm.PlayerUpdate) -> None:
+        self._broadcaster.publish(None, [EncodedUpdate("player", pm.encode(update))])
+        self._on_update(update)
 
-    def _play(self, take: str) -> Order | None:
-        """Until the take ends or another order comes, which is returned."""
+    def _play(self, take: str) -> PlayerCommand | None:
+        """Play until the take ends or another command comes, which is returned."""
         path = self._folder / take
         if not path.is_file():
-            self._tell(wire.Player("", problem=f"{take}: no such take"))
+            self._publish(pm.PlayerUpdate("", problem=f"{take}: no such take"))
             return None
-        port = _free_port()
+        port = free_port()
         options = ZenohOptions(mode="peer", listen=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)
-        self._hub.forget("take")
+        self._broadcaster.clear("take")
         try:
-            with ZenohBus.open(options, RIG, self._clock) as bus:
+            with ZenohBus.open(options, REPLAYED_RIG, self._clock) as bus:
                 for topic in self._topics:
                     bus.subscribe(topic)
                 bus.watch_alive()
-                with _Replay(path, port) as replay:
-                    self._tell(wire.Player(take))
-                    order = self._watch(take, bus, replay)
-            problem = "" if order else replay.problem()
+                with ReplayProcess(path, port) as replay:
+                    self._publish(pm.PlayerUpdate(take))
+                    command = self._show(take, bus, replay)
+            problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
-            order, problem = None, str(error)
-        self._tell(wire.Player("", problem=problem and f"{take}: {problem}"))
-        return order
+            command, problem = None, str(error)
+        self._publish(pm.PlayerUpdate("", problem=problem and f"{take}: {problem}"))
+        return command
 
-    def _watch(self, take: str, bus: ZenohBus, replay: "_Replay") -> Order | None:
+    def _show(self, take: str, bus: ZenohBus, replay: ReplayProcess) -> PlayerCommand | None:
+        """Send the replayed messages to the pages until the replay ends or another command comes, which is returned."""
         setup = Setup()
-        state, shown = initial_state(setup), Shown()
-        tick_ns, last = 0, None
-        while replay.runs:
-            event = bus.receive(WAIT_S)
+        state, schedule = initial_state(setup), Schedule()
+        next_ns, published = 0, None
+        while replay.running:
+            event = bus.receive(PLAYER_WAIT_S)
             while event is not None:
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
                 event = bus.receive(0.0)
-            if self._clock.elapsed_ns() >= tick_ns:
-                tick_ns = self._clock.elapsed_ns() + TICK_NS
+            if self._clock.elapsed_ns() >= next_ns:
+                next_ns = self._clock.elapsed_ns() + PLAYER_PERIOD_NS
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
-                if replay.status is not None and replay.status != last:
-                    last = replay.status
-                    self._tell(wire.Player(take, last.place_s, last.duration_s, last.rate, last.paused, last.problem()))
-            shown, pieces = show(shown, state, self._hub.pages)
-            if pieces:
-                self._hub.publish("take", pieces)
-            while not self._orders.empty():
-                order = self._orders.get()
-                if not isinstance(order, wire.Control) or order.stop:
-                    return order if not isinstance(order, wire.Control) else Stop()
-                replay.obey(order)
+                if replay.status is not None and replay.status != published:
+                    published = replay.status
+                    self._publish(_player_update(take, published))
+            schedule, updates = due_updates(schedule, state, self._broadcaster.pages)
+            if updates:
+                self._broadcaster.publish("take", updates)
+            while not self._commands.empty():
+                command = self._commands.get()
+                if not isinstance(command, pm.ControlPlayer):
+                    return command
+                if command.stop:
+                    return StopPlayer()
+                replay.control(command.paused, command.position_s, command.rate)
         return None
 
 
-class Place(msgspec.Struct, frozen=True):
-    """As the replay says it on a line of its own."""
-
-    place_s: float
-    duration_s: float
-    rate: float
-    paused: bool
-    bad: int = 0
-
-    def problem(self) -> str:
-        return f"{self.bad} messages cannot be read by this version" if self.bad else ""
-
-
-class _Replay:
-    """The process."""
-
-    def __init__(self, path: Path, port: int) -> None:
-        arguments = [
-            sys.executable, "-P", "-m", "services.cli", "replay", str(path), "--rig", RIG, "--remote", "--loop",
-            "--delay", str(DELAY_S), "--mode", "peer", "--connect", f"tcp/127.0.0.1:{port}", "--no-multicast-scouting",
-        ]  # fmt: skip
-        self.status: Place | None = None
-        self._said = ""
-        self._process = subprocess.Popen(
-            arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace",
-            start_new_session=True,
-        )  # fmt: skip
-        self._readers = [self._read(self._process.stdout, self._hear), self._read(self._process.stderr, self._complain)]
-
-    @property
-    def runs(self) -> bool:
-        return self._process.poll() is None
-
-    def obey(self, control: wire.Control) -> None:
-        order = {"paused": control.paused, "place_s": control.place_s, "rate": control.rate}
-        assert self._process.stdin is not None  # it is a pipe
-        try:
-            self._process.stdin.write(msgspec.json.encode(order).decode() + "\n")
-            self._process.stdin.flush()
-        except OSError:
-            logger.debug("the replay has ended")
-
-    def problem(self) -> str:
-        """Why it ended; empty when nothing went wrong.  After its end."""
-        if self._process.returncode in (0, -signal.SIGTERM):
-            return ""
-        left_out = self.status.problem() if self.status else ""
-        return self._said or left_out or f"the replay ended with status {self._process.returncode}"
-
-    def __enter__(self) -> "_Replay":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.runs:
-            self._process.terminate()
-            try:
-                self._process.wait(PATIENCE_S)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
-        for reader in self._readers:
-            reader.join(1.0)
-        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-            if stream is not None:
-                stream.close()
-
-    def _read(self, stream: IO[str] | None, heard: Callable[[str], None]) -> threading.Thread:
-        assert stream is not None  # it is a pipe
-
-        def read() -> None:
-            for line in stream:
-                heard(line)
-
-        thread = threading.Thread(target=read, name="replay", daemon=True)
-        thread.start()
-        return thread
-
-    def _hear(self, line: str) -> None:
-        try:
-            self.status = msgspec.json.decode(line, type=Place)
-        except msgspec.MsgspecError:
-            logger.debug("the replay says %s", line.rstrip())
-
-    def _complain(self, line: str) -> None:
-        if line.startswith(ERROR):
-            self._said = line.strip().removeprefix(ERROR)
-        else:
-            logger.debug("the replay says %s", line.rstrip())
-
-
-def _free_port() -> int:
-    """A TCP port of loopback that nobody listens on now."""
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
+def _player_update(take: str, status: ReplayStatus) -> pm.PlayerUpdate:
+    return pm.PlayerUpdate(take, status.place_s, status.duration_s, status.rate, status.paused, status.problem())

@@ -1,62 +1,96 @@
-"""The animator's setup, and what it remembers of everything that is said on the rig."""
+"""Setup and state of the animator: the latest message of every key of the rig, and values derived from them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
-from common import messages as m
-from common.body.anatomy import Anatomy
-from common.body.definition import Bdp
-from common.camera.pinhole import Camera
-from services.animator.snapshot import Actor, Source
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.camera.pinhole import Camera
 
-Service = tuple[str, str]  # its name and id
-
-STALE_NS = 1_000_000_000  # a viewer whose frames stopped so long ago
-SILENT_NS = 2_500_000_000  # any service, which says its health every second
-MOST = 128  # services, and viewers of which something is kept
+Service = tuple[str, str]  # name and id
+Source = Literal["two-view", "tracker"]  # estimator of a pose
+Condition = Literal["ok", "starting", "stale", "gone"]
 
 
 @dataclass(frozen=True)
 class Setup:
-    """expected: the services of the rig, in the order in which they are shown; others follow as they come."""
+    """Setup of the animator.
+
+    expected: services of the rig in the order in which they are shown; others follow in order of appearance.
+    """
 
     expected: tuple[Service, ...] = ()
 
 
 @dataclass(frozen=True)
-class Heard:
-    """What is known of one service.  heard_ns, frame_ns: its last message, and its last one of a frame; 0 for none yet.
+class SourceBody:
+    """Body definition of a source.  message: the one it was decoded from, compared by identity to detect changes."""
 
-    alive: as liveliness says; None before it does.  went_ns: when it went.  All by this machine's clock.
+    anatomy: Anatomy
+    bdp: Bdp
+    message: m.Body
+
+
+@dataclass(frozen=True)
+class Actor:
+    """Pose of the virtual actor at one time.
+
+    captured_ns: capture time on the integrator's clock.  received_ns: time of receipt on this machine's clock.
+    lost: limbs, or "person", that are being relocalized; position and angles are then the last known ones.
     """
 
-    heard_ns: int = 0
+    frame: int
+    captured_ns: int
+    received_ns: int
+    source: Source
+    anatomy: Anatomy
+    body: Bdp
+    pose: Pose
+    lost: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ServiceRecord:
+    """Presence of one service.  received_ns: of its last message; frame_ns: of its last per-frame message; 0 for none yet.
+
+    alive: by Zenoh liveliness, None before its first report.  gone_ns: when liveliness ended.  All by this machine's clock.
+    """
+
+    received_ns: int = 0
     frame_ns: int = 0
     alive: bool | None = None
-    went_ns: int = 0
+    gone_ns: int = 0
     health: m.Health | None = None
 
 
 @dataclass(frozen=True)
-class Body:
-    """said: the message's body, by which a change is noticed."""
+class ServiceStatus:
+    """Status of one service as shown.
 
-    anatomy: Anatomy
-    bdp: Bdp
-    said: m.Body
+    condition: "stale" when it is alive but publishes nothing.  silent_ns: since its last message.
+    """
+
+    service: str
+    id: str
+    condition: Condition
+    silent_ns: int
+    health: m.Health | None
 
 
 @dataclass(frozen=True)
 class State:
-    """The last of everything.  bodies, actors: by who found them.
+    """Latest values; bodies and actors by source, the others by viewer.
 
-    unusable: messages that are valid but fit no body known here, no camera that there can be, or no whole points.
+    now_ns: this machine's clock.  unusable: number of valid messages that could not be used: a body or pose of an unknown
+    anatomy, an impossible camera, or scene points of a wrong size.
     """
 
     now_ns: int = 0
-    bodies: Mapping[Source, Body] = field(default_factory=dict)
+    bodies: Mapping[Source, SourceBody] = field(default_factory=dict)
     actors: Mapping[Source, Actor] = field(default_factory=dict)
-    services: Mapping[Service, Heard] = field(default_factory=dict)
+    services: Mapping[Service, ServiceRecord] = field(default_factory=dict)
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
     sightings: Mapping[str, m.Sighting] = field(default_factory=dict)
     previews: Mapping[str, m.Preview] = field(default_factory=dict)

@@ -1,1 +1,1 @@
-"""Combines the viewers: position, perspective scaling, facade/flank, universal BDP and BAP, and the log."""
+"""Integrator: person position, perspective scaling, facade and flank, universal BDP and BAP, and the log."""

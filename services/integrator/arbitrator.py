@@ -8,7 +8,7 @@ View = Literal["facade", "flank"]
 
 @dataclass(frozen=True)
 class Claim:
-    """What one viewer says: its view until now, its own new view, its upper-body width and thresholds (one unit)."""
+    """View decision of one viewer: view before, own decision, upper-body width and thresholds (in one unit)."""
 
     before: View
     own: View
@@ -18,33 +18,34 @@ class Claim:
 
     @property
     def changes(self) -> bool:
+        """True when the viewer decides for another view than before."""
         return self.own != self.before
 
 
 def arbitrate(first: Claim, second: Claim) -> tuple[View, View]:
-    """The views of viewer 1 and 2: always one facade and one flank.
+    """Views of viewer 1 and 2: always one facade and one flank.
 
-    When one viewer changes and the other does not, the changing one wins if it is further past its threshold than the
-    staying one is from the threshold that it would have to cross: the paper's cases 1 to 4, which do not depend on who is
-    called viewer 1.  Both changing at once to opposite views agree; both changing to the same view is what the paper
-    leaves open, and nothing changes.
+    When one viewer changes and the other does not, the change holds if the changing viewer is further past its threshold
+    than the other is from the threshold it would have to cross: cases 1 to 4 of the paper, symmetric in the viewers.  Two
+    changes to opposite views hold.
     """
+    # Paper (open): 4.3 does not define changes of both; to one view both stay, to opposite views both change.
     if first.changes == second.changes:
         if first.own != second.own:
             return first.own, second.own
         return first.before, second.before
-    mover, stayer = (first, second) if first.changes else (second, first)
-    wins = mover.own != stayer.own or _passed(mover) > _short(stayer)
-    moved = mover.own if wins else mover.before
+    changing, staying = (first, second) if first.changes else (second, first)
+    winner = changing.own != staying.own or _passed(changing) > _margin(staying)
+    moved = changing.own if winner else changing.before
     other: View = "flank" if moved == "facade" else "facade"
     return (moved, other) if first.changes else (other, moved)
 
 
 def _passed(claim: Claim) -> float:
-    """How far the changing viewer is past the threshold it crossed."""
+    """Distance of the changing viewer past the threshold it crossed."""
     return abs(claim.width - (claim.high if claim.own == "facade" else claim.low))
 
 
-def _short(claim: Claim) -> float:
-    """How far the staying viewer is from the threshold that it would cross."""
+def _margin(claim: Claim) -> float:
+    """Distance of the staying viewer from the threshold that it would cross."""
     return abs(claim.width - (claim.low if claim.own == "facade" else claim.high))

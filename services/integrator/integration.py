@@ -1,37 +1,41 @@
-"""Universal BAP from the two viewers' partial ones.  [Two-view 4.4]
+"""Universal BAP from the partial BAPs of two viewers.  [Two-view 4.4]
 
-A view shows a part's projection and says nothing about its slant along the view's own axis.  Each viewer's direction
-therefore counts fully across its axis and hardly along it, by how far it shows the limb: in the paper's ideal rig this
-takes theta_Z from the facade and theta_X from the flank.
+A view shows the projection of a body part and not its slant along the view axis.  The direction of each viewer therefore
+has full weight across its axis and little along it, times the visibility of the limb.
 """
+
+# Paper (replaced): 4.4 takes theta_Z of the facade and theta_X of the flank; in its ideal rig the weights give the same.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import radians
+from math import pi, radians
 
 import numpy as np
 
-from common.body.anatomy import Floats
-
-ALONG_ARM, ALONG_LEG, ALONG_SQUAT = 0.1, 0.03, 0.3  # what a view's direction counts along its own axis
-SEEN_AT_LEAST, RESTING = 0.02, 0.02  # weight of a hidden limb, and of the arm's rest where nothing is seen
-LIFT_TOLERANCE = radians(5)  # [Two-view 4.4]: 175 to 180 degrees, here about the initial stance
-
-# TURN_COST, FACING_COST and EXCHANGE_* were tried out on the shared clips walk2, bend2 and kick2, not on other people:
-# those clips are therefore no independent test of them.
-TURN_COST = 0.02  # log matching score of a turn by 8 degrees: noise must not turn the body
-FACING_COST = 0.2  # the same for standing 45 degrees off the facade viewer's axis
-MOST_TURN = radians(12)  # in one frame
-
-ARM_COST, LEG_COST = 0.03, 0.03  # log matching score that another way of a limb must gain
-
-EXCHANGE_BIAS = 0.015  # the pose that was tracked is refined frame after frame, the exchanged one was just made
-EXCHANGE_KEPT, EXCHANGE_AT, EXCHANGE_FLOOR = 0.85, 0.06, -0.06  # memory and thresholds of the legs' exchange
+from zenocap.common.arrays import Floats
+from zenocap.common.body.segments import Limb as LimbIndex
+from zenocap.services.integrator.parameters import (
+    ALONG_ARM,
+    ALONG_LEG,
+    ALONG_SQUAT,
+    EXCHANGE_AT,
+    EXCHANGE_BIAS,
+    EXCHANGE_FLOOR,
+    EXCHANGE_MEMORY,
+    FACING_COST,
+    HIDDEN_ARM,
+    MOST_TURN,
+    RESTING_ARM,
+    SQUAT_LIFTED_M,
+    SQUAT_M,
+    STANCE_TOLERANCE,
+    TURN_COST,
+)
 
 
 @dataclass(frozen=True)
 class ViewedLimbs:
-    """One viewer's limbs.  directions: (4, 2, 3) in the torso's frame.  visible: (4,).  axis: (3,) of the view, there."""
+    """Limbs of one viewer, in the torso's frame: directions (4, 2, 3), visible (4,) in [0, 1], view axis (3,)."""
 
     directions: Floats
     visible: Floats
@@ -39,42 +43,68 @@ class ViewedLimbs:
 
 
 def integrate_limbs(views: Sequence[ViewedLimbs], resting: Floats, squatting: bool) -> Floats:
-    """Directions (4, 2, 3) in the torso's frame from one or two views; resting: (2, 3) a hanging arm's."""
+    """Directions (4, 2, 3) in the torso's frame from one or two views; resting: (2, 3) of a hanging arm."""
     merged = np.empty((4, 2, 3))
     for limb in range(4):
         leg = limb >= 2
         along = (ALONG_SQUAT if squatting else ALONG_LEG) if leg else ALONG_ARM
         for part in range(2):
-            normal, pull = np.zeros((3, 3)), np.zeros(3)
+            information, weighted = np.zeros((3, 3)), np.zeros(3)
             for view in views:
-                weight = 1.0 if leg else view.visible[limb] + SEEN_AT_LEAST
+                weight = 1.0 if leg else view.visible[limb] + HIDDEN_ARM
                 across = weight * (np.eye(3) - (1 - along) * np.outer(view.axis, view.axis))
-                normal += across
-                pull += across @ view.directions[limb, part]
+                information += across
+                weighted += across @ view.directions[limb, part]
             if not leg:
-                normal += RESTING * np.eye(3)
-                pull += RESTING * resting[part]
-            direction = np.linalg.solve(normal, pull)
+                information += RESTING_ARM * np.eye(3)
+                weighted += RESTING_ARM * resting[part]
+            direction = np.linalg.solve(information, weighted)
             merged[limb, part] = direction / max(float(np.linalg.norm(direction)), 1e-9)
     return merged
 
 
-def is_squatting(navel_height: float, initial_height: float, hips_z: tuple[float, float], stance: float) -> bool:
-    """Whether a lowered navel means squatting rather than a lifted leg.  [Two-view 4.4]
+def select_angles(facade: Floats, flank: Floats, table: Sequence[LimbIndex], squatting: bool, stance: float) -> Floats:
+    """(angles,) radians: each angle of a limb from the view that determines it.  [Two-view 4.4]
 
-    navel_height, initial_height: metres.  hips_z: theta_Z of right and left hip as the facade sees them; stance: how far
-    they stood from straight down in the initial posture, radians.  A leg within 5 degrees of the stance is being lifted.
+    facade, flank: (angles,) of each viewer.  table: limbs, in the order of the anatomy.  squatting: the facade viewer has
+    bent the knees.  stance: angle of the legs from straight down in the T-pose, radians.
     """
-    # Paper: within 175 to 180 degrees, which a stance wider than 5 degrees never meets.
-    lifting = all(abs(abs(z - np.pi) - stance) < LIFT_TOLERANCE for z in hips_z)
-    return navel_height < initial_height - (0.10 if lifting else 0.04)
+    angles = flank.copy()
+    for limb in table:
+        angles[limb.z] = facade[limb.z]
+        if not limb.is_leg:
+            angles[limb.y], angles[limb.flexion] = facade[limb.y], facade[limb.flexion]
+            continue
+        # Paper (corrected): 175 to 180 degrees in 4.4 fails for a wider stance; here 5 degrees about the initial stance.
+        # Paper (replaced): by 4.4 theta_Z alone decides; here a leg also counts as lifted while the navel is not lowered.
+        lifted = abs(abs(float(facade[limb.z]) - pi) - stance) < STANCE_TOLERANCE
+        if squatting and not lifted:
+            angles[limb.x], angles[limb.flexion] = facade[limb.x], facade[limb.flexion]
+    return angles
+
+
+def is_lowered(navel_height: float, initial_height: float) -> bool:
+    """True when the navel is below its height in the T-pose, both in metres: the knees are bent.  [Two-view 3.4]"""
+    return navel_height < initial_height
+
+
+def is_squatting(navel_height: float, initial_height: float, hips_z: tuple[float, float], stance: float) -> bool:
+    """True when a lowered navel means squatting rather than a lifted leg.  [Two-view 4.4]
+
+    navel_height, initial_height: metres.  hips_z: theta_Z of right and left hip in the facade; stance: their angle from
+    straight down in the T-pose, radians.
+    """
+    # Paper (replaced): in 3.4 any lowering is a squat; here by more than a threshold, which depends on the stance.
+    near_stance = all(abs(abs(z - pi) - stance) < STANCE_TOLERANCE for z in hips_z)
+    return navel_height < initial_height - (SQUAT_LIFTED_M if near_stance else SQUAT_M)
 
 
 def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: float) -> float:
-    """Turn about the vertical, radians, with the best sum of the views' log matching scores.
+    """Turn about the vertical, radians, with the largest sum of the log matching scores of the views.
 
-    profiles: per view, scores at `turns` (n,), evenly spaced.  off_axis: yaw less the facade viewer's axis now.
+    profiles: per view, scores at `turns` (n,), evenly spaced radians.  off_axis: yaw minus the axis of the facade viewer.
     """
+    # Paper (replaced): in 3.1 and 4.3 the body turns by 90 degrees when facade and flank change; here continuously.
     step = float(turns[1] - turns[0])
     total = np.sum(np.array(profiles), axis=0)
     total = total - TURN_COST * (turns / step) ** 2 - FACING_COST * ((off_axis + turns) / radians(45)) ** 2
@@ -88,11 +118,11 @@ def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: f
     return float(np.clip(turn, -MOST_TURN, MOST_TURN))
 
 
-def best_way(profiles: Sequence[Sequence[float]], cost: float) -> int:
-    """The way both limbs of a pair are, i * n + j for ways i and j: the best sum of the views' log matching scores.
+def best_hypotheses(profiles: Sequence[Sequence[float]], cost: float) -> int:
+    """Hypotheses i, j of both limbs of a pair with the largest sum of log matching scores of the views, as i * n + j.
 
-    profiles: per view, scores of all n * n combinations.  cost: what each limb that is not as expected must gain.  0 when
-    no combination does, or when the views do not speak of the same ones.
+    profiles: per view, scores of all n * n combinations.  cost: log matching score that each limb other than as expected
+    (hypothesis 0) must gain.  0 when no combination does, or when the views have different numbers of combinations.
     """
     if not profiles or len({len(profile) for profile in profiles}) != 1 or not profiles[0]:
         return 0
@@ -103,13 +133,14 @@ def best_way(profiles: Sequence[Sequence[float]], cost: float) -> int:
 
 
 def exchange_evidence(before: float, gain: float) -> tuple[float, bool]:
-    """(evidence, whether the legs have been taken for each other) after a frame's gain in the facade."""
-    evidence = max(EXCHANGE_FLOOR, EXCHANGE_KEPT * before + gain + EXCHANGE_BIAS)
+    """(evidence, True when the legs are exchanged) after a frame with this gain in the facade."""
+    # Paper (added): 4.4 does not exchange legs.
+    evidence = max(EXCHANGE_FLOOR, EXCHANGE_MEMORY * before + gain + EXCHANGE_BIAS)
     return (0.0, True) if evidence > EXCHANGE_AT else (evidence, False)
 
 
 def spine_after(spine: Floats, tilts: Sequence[tuple[float, Floats]]) -> Floats:
-    """The torso's +Y in the world (3,) after each view's tilt: (angle, view axis in the world)."""
+    """+Y of the torso in the world (3,) after the tilts of the views: (angle in radians, view axis (3,) in the world)."""
     moved = spine.copy()
     for angle, axis in tilts:
         moved = moved + np.sin(angle) * np.cross(axis, spine)

@@ -1,48 +1,66 @@
-"""The integrator's setup and what it remembers."""
+"""Setup and state of the integrator."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from common.body.anatomy import Anatomy, Floats
-from common.body.definition import Bdp, Pose
-from common.camera.level import level_view
-from common.camera.pinhole import Camera
-from common.messages import PartialBap, PartialBdp, Sighting, UniversalBdp
-from common.pairing import Pairs
-from common.runtime.clock import Offset
-from services.integrator.arbitrator import View
-
-INSTANTS_OF_BODY = 5  # pairs of partial BDPs that the universal one is the median of
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.camera.level_view import level_view
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.messages import PartialBap, PartialBdp, Sighting, UniversalBdp
+from zenocap.common.rig.two_view import IMPROVED, Additions
+from zenocap.common.runtime.clock_offset import Offset
+from zenocap.common.synchronizer import Synchronizer
+from zenocap.services.integrator.arbitrator import View
+from zenocap.services.integrator.parameters import LEAST_ORIGIN_M
 
 
 @dataclass(frozen=True)
 class Setup:
-    """cameras: the level view of each viewer's camera, by viewer id, in the rig's order.  frame_ns: frame period.
+    """Setup of the integrator.
 
-    height: of the person in metres, to go by instead of the initial posture; None to measure.
+    cameras: level view of each camera, by viewer id, in the order of the rig.  frame_ns: frame period.
+    height: of the person in metres, which replaces measuring in the T-pose; None to measure.
+    additions: to the paper, see `zenocap.common.rig.two_view`.
     """
 
     anatomy: Anatomy
     cameras: Mapping[str, Camera]
     frame_ns: int
     height: float | None = None
+    additions: Additions = IMPROVED
 
 
-def integrator_setup(anatomy: Anatomy, cameras: Mapping[str, Camera], frame_ns: int, height: float | None = None) -> Setup:
-    """cameras: each viewer's, at its working size.  height: see `Setup`.
+def integrator_setup(
+    anatomy: Anatomy,
+    cameras: Mapping[str, Camera],
+    frame_ns: int,
+    height: float | None = None,
+    additions: Additions = IMPROVED,
+) -> Setup:
+    """Setup of an integrator.  cameras: of each viewer, at its working size.  height, additions: see `Setup`.
 
-    Raises ValueError for other than two viewers, or a camera that looks straight up or down.
+    Raises ValueError for other than two viewers, for a camera that looks straight up or down, and for one behind which the
+    origin lies when the scaling factors, which relate to the origin, are in use.
     """
     if len(cameras) != 2:
         raise ValueError(f"two-view needs two viewers; the rig has {len(cameras)}: {', '.join(cameras)}")
-    return Setup(anatomy, {viewer: level_view(camera).camera for viewer, camera in cameras.items()}, frame_ns, height)
+    levels = {viewer: level_view(camera).camera for viewer, camera in cameras.items()}
+    for viewer, camera in levels.items():
+        if "perspective" not in additions and camera.translation[2] < LEAST_ORIGIN_M:
+            raise ValueError(
+                f"viewer {viewer}: the origin of the calibration is {camera.translation[2]:.2f} m before the camera: "
+                f"allowed: {LEAST_ORIGIN_M} m or more, the paper's scaling factors relate to it"
+            )
+    return Setup(anatomy, levels, frame_ns, height, additions)
 
 
 @dataclass(frozen=True)
-class Placed:
-    """Where one instant's assignment put the body.  position: (3,) metres.  yaw, lean, roll: of the torso, radians.
+class AssignedRootPose:
+    """Root pose assigned in one frame set.  position: (3,) metres.  yaw, lean, roll: of the torso, radians.
 
-    stale: viewers whose part is an old one.
+    stale: viewers without a sighting in it.
     """
 
     captured_ns: int
@@ -57,16 +75,16 @@ class Placed:
 
 @dataclass(frozen=True)
 class Person:
-    """The person being tracked.  pose: of the last universal BAP.  placed: the last assignments, oldest first.
+    """The tracked person.  pose: of the last universal BAP.  placed: the last assignments, oldest first.
 
-    height: of the navel in the initial posture, metres.  stance: theta_Z of the hips from straight down there, radians.
-    exchange: evidence that the legs were taken for each other.  backwards: metres walked backwards of late.
-    toes: by viewer, how far the feet reach past the shins of late, metres to the right of the image.
+    height: of the navel in the T-pose, metres.  stance: theta_Z of the hips from straight down there, radians.
+    exchange: evidence that the legs are exchanged.  backwards: recent distance walked backwards, metres.
+    toes: by viewer, recent distance of the feet from the shins, metres to the right of the image.
     """
 
     bdp: Bdp
     pose: Pose
-    placed: tuple[Placed, ...]
+    placed: tuple[AssignedRootPose, ...]
     height: float
     stance: float = 0.0
     exchange: float = 0.0
@@ -76,27 +94,29 @@ class Person:
 
 @dataclass(frozen=True)
 class State:
-    """sightings, baps, bdps: what waits for its pair.  views: arbitrated, by viewer.  bodies: (front, side) BDPs so far.
+    """State of the integrator.
 
-    last: each viewer's last sighting of a person.  first: the newest assignment made before the body is known.
-    offsets: each viewer's clock against this one.  asked_ns: since when the arbitrator asks for other views, or 0.
-    warnings: by viewer, what the person should know of its clock.
-    said: the body as it was last said, by this integrator or, if a reader told, by the one before it.  anew: the body is
-    to be measured anew.  answered: by viewer, when it last said where the limbs are or was reminded of the body.
+    sightings, baps, bdps: waiting for their pair.  views: arbitrated, by viewer.  bodies: (front, side) BDPs so far.
+    last: last sighting of a person by viewer.  first: newest assignment before the body is known.
+    offsets: clock of each viewer relative to this one.  warnings: clock warnings by viewer, health text.
+    problem: health text.  asked_ns: time since which the arbitrator requests other views, or 0.
+    published_body: last universal BDP, of this integrator or recovered from the one before a restart.
+    discard_recovered: a new measurement was requested; recovered bodies and poses are ignored.
+    answered: by viewer, time of its last partial BAP or of the last reminder.
     """
 
-    sightings: Pairs[Sighting]
-    baps: Pairs[PartialBap]
-    bdps: Pairs[PartialBdp]
+    sightings: Synchronizer[Sighting]
+    baps: Synchronizer[PartialBap]
+    bdps: Synchronizer[PartialBdp]
     views: Mapping[str, View]
     bodies: tuple[tuple[PartialBdp, PartialBdp], ...] = ()
     last: Mapping[str, Sighting] = field(default_factory=dict)
-    first: Placed | None = None
+    first: AssignedRootPose | None = None
     person: Person | None = None
     offsets: Mapping[str, Offset] = field(default_factory=dict)
     warnings: Mapping[str, str] = field(default_factory=dict)
     problem: str = ""
     asked_ns: int = 0
-    said: UniversalBdp | None = None
-    anew: bool = False
+    published_body: UniversalBdp | None = None
+    discard_recovered: bool = False
     answered: Mapping[str, int] = field(default_factory=dict)

@@ -1,25 +1,35 @@
-"""The integrator's step: sightings, partial BDPs and BAPs in; assignments, universal BDP and BAP out.  [Two-view 4]"""
+"""Step of the integrator: sightings, partial BDPs and BAPs in; assignments, universal BDP and BAP out.  [Two-view 4]"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
-from common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from common.messages import Health, Message, PartialBap, PartialBdp, Request, Sighting, UniversalBap, UniversalBdp
-from common.pairing import Instant, Pairs, offer
-from common.runtime.clock import Offset, clock_warning, offset_in, to_integrator_ns
-from services.integrator.arbitrator import View
-from services.integrator.hearing import check
-from services.integrator.measuring import define_body, place_first
-from services.integrator.placing import place_person
-from services.integrator.posing import pose_person
-from services.integrator.reminding import answered, remind
-from services.integrator.resuming import resume
-from services.integrator.states import INSTANTS_OF_BODY, Setup, State, integrator_setup
+from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
+from zenocap.common.messages import (
+    Health,
+    Message,
+    PartialBap,
+    PartialBdp,
+    Phase,
+    Request,
+    Sighting,
+    UniversalBap,
+    UniversalBdp,
+)
+from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in, to_integrator_ns
+from zenocap.common.synchronizer import FrameSet, Synchronizer, push
+from zenocap.services.integrator.arbitrator import View
+from zenocap.services.integrator.fusion import pose_person
+from zenocap.services.integrator.initialization import assign_first, define_body
+from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
+from zenocap.services.integrator.root_pose import assign_pose
+from zenocap.services.integrator.state_recovery import note_answer, republish_body, resume
+from zenocap.services.integrator.states import Setup, State, integrator_setup
+from zenocap.services.integrator.validation import validate
 
-__all__ = ["counts", "describe", "initial_state", "integrator_setup", "step"]
+__all__ = ["counts", "describe", "initial_state", "integrator_setup", "phase_of", "step"]
 
-Event = FrameLike | Envelope | Alive | Tick  # the loop's; the integrator has no frames
+Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the integrator has no frames
 Result: TypeAlias = tuple[State, list[Message]]
 T = TypeVar("T")
 
@@ -28,30 +38,32 @@ def initial_state(setup: Setup) -> State:
     viewers = tuple(setup.cameras)
     tolerance = setup.frame_ns // 2
     views: dict[str, View] = {viewers[0]: "facade", viewers[1]: "flank"}
-    return State(Pairs(viewers, tolerance), Pairs(viewers, tolerance), Pairs(viewers, tolerance), views)
+    return State(
+        Synchronizer(viewers, tolerance), Synchronizer(viewers, tolerance), Synchronizer(viewers, tolerance), views
+    )
 
 
 def step(setup: Setup, state: State, event: Event) -> Result:
-    """One event.  Pure: the state and the messages depend on the arguments alone."""
+    """Process one event: (state, messages).  Pure."""
     if not isinstance(event, Envelope):
         return state, []
     message = event.message
     match message:
         case Sighting(viewer=viewer):
-            pairs, sightings = offer(state.sightings, viewer, _time(state, message), message)
-            return _each(setup, replace(state, sightings=pairs), sightings, _assign)
+            pairs, sightings = push(state.sightings, viewer, _time(state, message), message)
+            return _for_each_frame_set(setup, replace(state, sightings=pairs), sightings, _assign)
         case PartialBdp(viewer=viewer):
-            check(setup.anatomy, message)
-            bdps, pairs_of_bdps = offer(state.bdps, viewer, _time(state, message), message)
-            return _each(setup, replace(state, bdps=bdps), pairs_of_bdps, define_body)
+            validate(setup.anatomy, message, setup.additions)
+            bdps, pairs_of_bdps = push(state.bdps, viewer, _time(state, message), message)
+            return _for_each_frame_set(setup, replace(state, bdps=bdps), pairs_of_bdps, define_body)
         case PartialBap(viewer=viewer):
-            check(setup.anatomy, message)
-            baps, pairs_of_baps = offer(state.baps, viewer, _time(state, message), message)
-            state = answered(replace(state, baps=baps), viewer, _time(state, message))
-            return _each(setup, state, pairs_of_baps, pose_person)
+            validate(setup.anatomy, message, setup.additions)
+            baps, pairs_of_baps = push(state.baps, viewer, _time(state, message), message)
+            state = note_answer(replace(state, baps=baps), viewer, _time(state, message))
+            return _for_each_frame_set(setup, state, pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, offset_in(message)), []
-        case UniversalBdp() | UniversalBap() if knows_nobody(state):
+        case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
         case Request(what="measure"):
             return measure_again(state), []
@@ -59,64 +71,72 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return state, []
 
 
-def knows_nobody(state: State) -> bool:
-    """Whether this integrator would hear what the one before it had said, and has not been told to forget it."""
-    return state.person is None and not state.anew
+def awaits_recovery(state: State) -> bool:
+    """True when a body and pose published before a restart would be recovered."""
+    return state.person is None and not state.discard_recovered
+
+
+def phase_of(state: State) -> Phase:
+    """Phase of the integrator, for its health."""
+    if state.person is None:
+        return Phase.MEASURING_BODY if state.bodies else Phase.AWAITING_PERSON
+    return Phase.TRACKING
 
 
 def describe(state: State) -> str:
-    """What the integrator is doing, for its health."""
+    """Health text of a state."""
     if state.person is None:
         measured = f"measuring the body ({len(state.bodies)} of {INSTANTS_OF_BODY})" if state.bodies else ""
-        return state.problem or measured or "waiting for the initial posture in both views"
-    gone = [viewer for viewer in state.sightings.viewers if state.sightings.missed.get(viewer, 0) > 2]
+        return state.problem or measured or "waiting for the T-pose in both views"
+    missing = [viewer for viewer in state.sightings.viewers if state.sightings.missed.get(viewer, 0) > 2]
     warnings = "".join(f"; {warning}" for warning in state.warnings.values())
-    return "tracking" + (f", without viewer {' and '.join(gone)}" if gone else "") + warnings
+    return "tracking" + (f", without viewer {' and '.join(missing)}" if missing else "") + warnings
 
 
 def counts(state: State) -> Mapping[str, int]:
-    """Sightings and partial BAPs that were late, doubled, out of order, unknown or went on alone."""
+    """Sightings and partial BAPs and BDPs that were late, duplicate, out of order, unknown or unpaired."""
     kinds = (("sighting", state.sightings.counts), ("bap", state.baps.counts), ("bdp", state.bdps.counts))
     return {f"{name}_{what}": count for name, kind in kinds for what, count in kind.items()}
 
 
 def measure_again(state: State) -> State:
-    """Nobody is known any more; the next assignments tell the viewers so, and they measure the initial posture."""
+    """Drop person and body; on the next assignments the viewers measure the T-pose."""
     return replace(
-        state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, said=None, answered={}, anew=True,
+        state, person=None, first=None, bodies=(), last={}, problem="", asked_ns=0, published_body=None, answered={},
+        discard_recovered=True,
     )  # fmt: skip
 
 
 def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -> State:
-    """Remember a viewer's clock, and what to tell the person about it."""
+    """Store the clock offset of a viewer and its warning."""
     if offset is None:
         return state
-    warning = clock_warning(viewer, offset, setup.frame_ns)
+    warning = clock_warning(f"viewer {viewer}", offset, setup.frame_ns)
     others = {other: text for other, text in state.warnings.items() if other != viewer}
     warnings = {**others, viewer: warning} if warning else others
     return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
 
 
 def _time(state: State, message: Sighting | PartialBdp | PartialBap) -> int:
-    """Capture time on this clock."""
+    """Capture time on the clock of the integrator, ns."""
     offset = state.offsets.get(message.viewer)
     return to_integrator_ns(message.captured_ns, offset) if offset else message.captured_ns
 
 
-def _each(
-    setup: Setup, state: State, instants: Sequence[Instant[T]], act: Callable[[Setup, State, Instant[T]], Result]
+def _for_each_frame_set(
+    setup: Setup, state: State, frame_sets: Sequence[FrameSet[T]], process: Callable[[Setup, State, FrameSet[T]], Result]
 ) -> Result:
     messages: list[Message] = []
-    for instant in instants:
-        state, more = act(setup, state, instant)
+    for frames in frame_sets:
+        state, more = process(setup, state, frames)
         messages += more
     return state, messages
 
 
-def _assign(setup: Setup, state: State, instant: Instant[Sighting]) -> Result:
-    state = replace(state, last={**state.last, **{v: s for v, s in instant.items.items() if s.present}})
+def _assign(setup: Setup, state: State, frames: FrameSet[Sighting]) -> Result:
+    state = replace(state, last={**state.last, **{v: s for v, s in frames.items.items() if s.present}})
     if state.person is None:
-        return place_first(setup, state, instant)
-    state, reminder = remind(state, instant)
-    state, messages = place_person(setup, state, instant)
-    return state, [*reminder, *messages]
+        return assign_first(setup, state, frames)
+    state, republished = republish_body(state, frames)
+    state, messages = assign_pose(setup, state, frames)
+    return state, [*republished, *messages]

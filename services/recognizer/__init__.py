@@ -1,1 +1,1 @@
-"""The recogniser: joint angles as symbols, a hidden Markov model for each posture.  [Two-view 5]"""
+"""Posture recognition: joint angles as symbols, one hidden Markov model per posture.  [Two-view 5]"""

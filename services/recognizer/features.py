@@ -1,9 +1,9 @@
-"""A pose as the recogniser's feature vector: ten numbers, two for each upper limb, one for each elbow.  [Two-view 5.1]
+"""Feature vector of a pose: ten angles, two per upper limb and one per elbow, relative to the torso.  [Two-view 5.1]
 
-Two kinds.  `joint-angles` is the paper's: θ_x and θ_z of shoulders and hips and θ_x of the elbows, as the tracker has
-them.  They are singular where an arm points to the front and have two values for one place of an arm that is bent
-(θ_y = ±90° with elbows either way).  `directions` is the default: where upper arms and legs point, as arcs on the sphere
-around the middle of their range, and how far the elbows are bent.  Both are seen from the torso, not from the world.
+Two kinds.  `joint-angles` is the paper's: θ_x and θ_z of shoulders and hips and θ_x of the elbows, as tracked.  They are
+singular where an arm points forwards, and a bent arm has two sets of values (θ_y = ±90° with the elbow either way).
+`directions` is the default: directions of upper arms and thighs as arcs on the sphere from the middle of their range, and
+the flexion of the elbows.
 """
 
 from collections.abc import Callable, Mapping
@@ -11,12 +11,14 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
-from common.body.euler import rotation
-from common.body.twists import across, unit
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.rotations import euler_to_matrix, perpendicular, unit
+from zenocap.services.recognizer.parameters import HIP_MIDDLE, SHOULDER_MIDDLE, WAIST_SHARE
 
 Kind = Literal["directions", "joint-angles"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+# Paper (replaced): 5.1 uses theta_x and theta_z, which jump where an arm points forwards.
 DEFAULT: Kind = "directions"
 
 NAMES = (
@@ -31,16 +33,14 @@ NAMES = (
     "left_hip.x",
     "left_hip.z",
 )
-# The middle of what a limb reaches, in the torso's frame: (to the person's own side, up, to the front).
-MIDDLES: Mapping[str, tuple[float, float, float]] = {"shoulder": (0.5, -0.6, 0.6), "hip": (0.1, -0.85, 0.5)}
-WAIST_SHARE = 0.35  # of the spine's bend between hip line and shoulder line, as `common.body.from_centres` has it
+MIDDLES: Mapping[str, tuple[float, float, float]] = {"shoulder": SHOULDER_MIDDLE, "hip": HIP_MIDDLE}
 
 
 def features_of(anatomy: Anatomy, angles: Floats, kind: Kind = DEFAULT) -> Floats:
-    """(..., 10) radians in the order of NAMES, of poses of `ten-parts` or `fourteen-parts`.
+    """Feature vectors (..., 10) in radians, in the order of NAMES, of poses of `ten-parts` or `fourteen-parts`.
 
-    angles: (..., angles) radians, ordered by `Anatomy.angles`; NaN in, NaN out.  Raises ValueError for another anatomy
-    and another shape.
+    angles: (..., angles) radians in the order of `Anatomy.angles`; NaN gives NaN.  Raises ValueError for another anatomy
+    or shape.
     """
     if anatomy not in (TEN_PARTS, FOURTEEN_PARTS):
         raise ValueError(f"anatomy {anatomy.name!r}: allowed: {TEN_PARTS.name}, {FOURTEEN_PARTS.name}")
@@ -58,9 +58,9 @@ def features_of(anatomy: Anatomy, angles: Floats, kind: Kind = DEFAULT) -> Float
 
 
 def _joint_angles(anatomy: Anatomy, angles: Floats, side: str, joint: str) -> Floats:
-    """(..., 2) θ_x and θ_z of a ball joint, each within half a turn of the middle of its range.
+    """(..., 2) θ_x and θ_z of a ball joint in radians, each within half a turn of the middle of its range.
 
-    Of two pairs for one direction, that on the side on which the anatomy's own angles are.
+    Two pairs give the same direction; the pair on the side of the tracked angles is returned.
     """
     own = [angles[..., anatomy.index[f"{side}_{joint}.{axis}"]] for axis in "xz"]
     middle = np.array([anatomy.limits[anatomy.index[f"{side}_{joint}.{axis}"]].mean() for axis in "xz"])
@@ -76,9 +76,9 @@ def _joint_angles(anatomy: Anatomy, angles: Floats, side: str, joint: str) -> Fl
 
 
 def _arcs(anatomy: Anatomy, angles: Floats, side: str, joint: str) -> Floats:
-    """(..., 2) arcs in radians from the middle of a limb's range to where it points: to the front, to its own side.
+    """(..., 2) arcs in radians from the middle of a limb's range to its direction: forwards, outwards.
 
-    The logarithm on the sphere: its length is the angle between the two, whichever way.
+    Logarithmic map of the sphere: the length is the angle between the two directions.
     """
     out = -1.0 if side == "right" else 1.0
     middle = unit(np.array(MIDDLES[joint]) * np.array([out, 1.0, 1.0]))
@@ -92,13 +92,13 @@ def _arcs(anatomy: Anatomy, angles: Floats, side: str, joint: str) -> Floats:
 
 
 def _direction(anatomy: Anatomy, angles: Floats, side: str, joint: str) -> Floats:
-    """(..., 3) where a limb points, in the torso's frame: the second column of Rz Rx Ry."""
+    """(..., 3) direction of a limb in the torso frame: the second column of Rz Rx Ry."""
     x, z = (angles[..., anatomy.index[f"{side}_{joint}.{axis}"]] for axis in "xz")
     direction = np.stack([-np.sin(z) * np.cos(x), np.cos(z) * np.cos(x), np.sin(x)], axis=-1)
     if anatomy is TEN_PARTS:
         return direction
     waist = [anatomy.index[f"waist.{axis}"] for axis in "zxy"]
-    chest_to_pelvis = rotation("zxy", angles[..., waist])
+    chest_to_pelvis = euler_to_matrix("zxy", angles[..., waist])
     if joint == "shoulder":
         direction = np.einsum("...ij,...j->...i", chest_to_pelvis, direction)
     in_torso: Floats = np.einsum("...ji,...j->...i", _torso_to_pelvis(chest_to_pelvis), direction)
@@ -106,7 +106,7 @@ def _direction(anatomy: Anatomy, angles: Floats, side: str, joint: str) -> Float
 
 
 def _torso_to_pelvis(chest_to_pelvis: Floats) -> Floats:
-    """(..., 3, 3): from the hips to the middle of the shoulders, and across as the mean of hip and shoulder line."""
+    """(..., 3, 3) Y from the hips to the mid-shoulder, X along the mean of hip and shoulder line."""
     y = unit(WAIST_SHARE * np.array([0.0, 1.0, 0.0]) + (1.0 - WAIST_SHARE) * chest_to_pelvis[..., 1])
-    x = unit(across(np.array([1.0, 0.0, 0.0]) + chest_to_pelvis[..., 0], y))
+    x = unit(perpendicular(np.array([1.0, 0.0, 0.0]) + chest_to_pelvis[..., 0], y))
     return np.stack([x, y, np.cross(x, y)], axis=-1)

@@ -1,19 +1,18 @@
-"""The forward algorithm, compiled: of one model for each posture, and of the filler made of all of them."""
+"""Compiled forward algorithm: of one model per posture, and of the filler that combines all of them.  [Two-view 5.2]"""
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from common.body.anatomy import Floats
-
-ANYTHING_STAYS = 0.9
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.jit import kernel
+from zenocap.services.recognizer.parameters import FILLER_STAY
 
 
-@njit(cache=True, error_model="numpy")
-def forward_log_likelihoods(start: Floats, transition: Floats, emission: Floats, symbols: NDArray[np.int64]) -> Floats:
-    """(n,) log P(O | λ_i): start (n, s), transition (n, s, s), emission (n, s, k), symbols (T,); -inf of the impossible.
+@kernel
+def forward_log_likelihoods(start: Floats, transition: Floats, emission: Floats, symbols: Ints) -> Floats:
+    """(n,) log P(O | λ_i), -inf where it is impossible.
 
-    α_t(j) = Σ_i α_t-1(i) a_ij b_j(o_t), brought to the sum one at every step; the logarithms of the sums add up.
+    start: (n, s).  transition: (n, s, s).  emission: (n, s, k).  symbols: (T,).
+    α_t(j) = Σ_i α_t-1(i) a_ij b_j(o_t), normalized at every step; the logarithms of the sums are added.
     """
     n, s = start.shape
     result = np.zeros(n)
@@ -41,15 +40,14 @@ def forward_log_likelihoods(start: Floats, transition: Floats, emission: Floats,
     return result
 
 
-@njit(cache=True, error_model="numpy")
-def filler_log_likelihood(
-    staying: Floats, emission: Floats, anything: Floats, symbols: NDArray[np.int64], without: int
-) -> float:
-    """log P(O | filler): staying (n, s), emission (n, s, k), symbols (T,); without: a posture left out, -1 for none.
+@kernel
+def filler_log_likelihood(staying: Floats, emission: Floats, occurring: Floats, symbols: Ints, without: int) -> float:
+    """log P(O | filler).
 
-    anything: (k,) emission of one more state, which stays with ANYTHING_STAYS.  From each of the N states one stays with
-    its probability, and goes to each of the others with an equal share of the rest; all begin alike.  So a step costs N
-    and not N squared.
+    staying: (n, s).  emission: (n, s, k).  occurring: (k,) emission of the extra state, whose probability of staying is
+    FILLER_STAY.  symbols: (T,).  without: index of a posture that is left out, -1 for none.
+    Every state is left for each of the others with an equal share of the rest, and all are equally likely at the start,
+    so a frame costs N operations for N states, not N squared.
     """
     n, s = staying.shape
     count = s * (n - 1 if 0 <= without < n else n) + 1
@@ -58,14 +56,14 @@ def filler_log_likelihood(
     for t in range(len(symbols)):
         symbol, scale, leaving = symbols[t], 0.0, 0.0
         if t > 0:
-            leaving = other * (1.0 - ANYTHING_STAYS) * share
+            leaving = other * (1.0 - FILLER_STAY) * share
             for model in range(n):
                 for j in range(s):
                     if model != without:
                         leaving += alpha[model, j] * (1.0 - staying[model, j]) * share
         if t > 0:
-            other = other * ANYTHING_STAYS + leaving - other * (1.0 - ANYTHING_STAYS) * share
-        other *= anything[symbol]
+            other = other * FILLER_STAY + leaving - other * (1.0 - FILLER_STAY) * share
+        other *= occurring[symbol]
         scale += other
         for model in range(n):
             for j in range(s):

@@ -1,32 +1,28 @@
-"""Posture models as arrays, and what they say of a window: symbols, log-likelihoods, and whether any explains it.
+"""Posture models as arrays, and the classification of a window: symbols, log-likelihoods, acceptance.
 
 n postures, s states, k symbols, d features.  [Two-view 5.2]
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from common.body.anatomy import Floats
-from services.recognizer.likelihood import filler_log_likelihood, forward_log_likelihoods
+from zenocap.common.arrays import Floats, Ints
+from zenocap.services.recognizer.likelihood import filler_log_likelihood, forward_log_likelihoods
 
-Symbols = NDArray[np.int64]
-MOST_LABELS = 256  # as a message has room for
-EDGE = 2  # frames at either end of an example
-LEAST_SCORE, FARTHEST = -1e3, 1e6  # of models without thresholds: everything is known to them
+MOST_LABELS = 256  # of a `Posture` message
+NO_THRESHOLD, NO_DISTANCE_LIMIT = -1e3, 1e6  # values of models without thresholds, which accept every window
 
 
 @dataclass(frozen=True)
 class LabelFigures:
-    """What was learnt of one posture.
+    """Numbers of examples of one posture.
 
-    examples, people: learnt from.  held: examples that a model without their person was tried on; recognised: of these
-    the ones with the largest likelihood; accepted: of those the ones that reach the threshold, also set without them.
-    strangers: examples of other postures, each tried without its own model, for which this was the likeliest;
-    refused: of these the ones that stay below the threshold.
+    examples, people: in training.  held: held-out examples, classified by a model without their person; recognised: of
+    these, those for which this posture is the likeliest; accepted: of those, those above the threshold.
+    strangers: number of examples of other postures, classified without their own model, for which this one is likeliest;
+    refused: of these, those below the threshold.  The names are those of the file format.
     """
 
     examples: int
@@ -40,9 +36,10 @@ class LabelFigures:
 
 @dataclass(frozen=True)
 class Training:
-    """Where a model comes from.  settings: what was chosen, by name.  figures: in the order of the labels.
+    """Provenance of a model.
 
-    frames: learnt from, at the model's rate.  sources: of the examples, names of files.
+    people: their names.  sources: file names of the examples.  frames: number in training, at the model's rate.
+    settings: by name.  figures: in the order of the labels.
     """
 
     people: tuple[str, ...]
@@ -54,18 +51,18 @@ class Training:
 
 @dataclass(frozen=True, eq=False)
 class PostureModel:
-    """One hidden Markov model for each posture over the symbols of one codebook.
+    """One hidden Markov model per posture over the symbols of one codebook.
 
-    features: a kind of `services.recognizer.features`.  rate: frames per second.  labels: (n,).
-    mean: (d,), whitening: (d, d): a feature vector f is compared as (f - mean) @ whitening.
-    codebook: (k, d) in those coordinates.  occurring: (k,) how often each symbol is seen in all examples, sums to 1.
+    features: a kind of `features.KINDS`.  rate: frames per second.  labels: (n,).
+    mean: (d,), whitening: (d, d): the whitened feature vector f is (f - mean) @ whitening.
+    codebook: (k, d), whitened.  occurring: (k,) relative frequency of each symbol in all examples, sums to 1.
     start: (n, s), transition: (n, s, s), emission: (n, s, k): probabilities, rows sum to 1.
     durations: (n, 3) seconds: the shortest, the median and the longest example.
-    edges: (n, 2, d) mean of the examples' first and last EDGE frames, in the codebook's coordinates.
-    reach: (n,) how far from its first frame an example comes at least: of 95 in 100 examples.
+    edges: (n, 2, d) mean of the examples' first and last frames, whitened.
+    reach: (n,) largest distance from an example's first frame that 95 % of the examples exceed.
     thresholds: (n,) least score of a posture, see `scores_of`.
-    farthest: mean distance of a window's frames to their codewords beyond which it is like nothing that was learnt.
-    calm, slow: of 95 in 100 edge frames, the largest distance to `edges`, and speed in coordinates per second.
+    farthest: largest mean distance of a window's frames to their codewords with which it is accepted.
+    calm, slow: 95 % quantiles over first and last frames of the distance to `edges`, and of the speed per second.
     """
 
     features: str
@@ -102,7 +99,7 @@ class PostureModel:
 
     @cached_property
     def staying(self) -> Floats:
-        """(n, s) probability to stay in a state within the filler: the posture's own; a last state's: the rest's mean."""
+        """(n, s) probability of staying in a state of the filler: the posture's own; in a last state, the others' mean."""
         stay = np.diagonal(self.transition, axis1=1, axis2=2).copy()
         for row in stay:
             last = row > 1.0 - 1e-6
@@ -111,13 +108,13 @@ class PostureModel:
 
 
 @dataclass(frozen=True)
-class Judgement:
-    """What a model says of one window.
+class Classification:
+    """Result of one window.
 
     log_likelihoods: (n,) log P(O | λ).  filler: see `filler_likelihood`.  scores: (n,) (log_likelihoods - filler) / frames.
     best: index of the likeliest posture.  distance: mean distance of the frames to their codewords.
-    known: the best one's score reaches its threshold, and the distance is at most the model's `farthest`.
-    margin: the best log-likelihood minus the second, 0 of a single posture.
+    accepted: the score of `best` reaches its threshold, and the distance is at most the model's `farthest`.
+    margin: the largest log-likelihood minus the second largest, 0 with a single posture.
     """
 
     log_likelihoods: Floats
@@ -125,67 +122,57 @@ class Judgement:
     scores: Floats
     best: int
     distance: float
-    known: bool
+    accepted: bool
     margin: float
 
 
-def symbols_of(model: PostureModel, features: Floats) -> Symbols:
-    """(T,) index of the codeword nearest to each feature vector (T, d)."""
-    nearest: Symbols = np.argmax(whiten(model, features) @ model.codebook.T - model.squares, axis=1)
+def symbols_of(model: PostureModel, features: Floats) -> Ints:
+    """(T,) index of the nearest codeword of each feature vector (T, d)."""
+    nearest: Ints = np.argmax(whiten(model, features) @ model.codebook.T - model.squares, axis=1)
     return nearest
 
 
 def whiten(model: PostureModel, features: Floats) -> Floats:
-    """(..., d) feature vectors (..., d) in the codebook's coordinates."""
+    """(..., d) whitened feature vectors (..., d)."""
     whitened: Floats = (features - model.mean) @ model.whitening
     return whitened
 
 
-def distances_of(model: PostureModel, features: Floats, symbols: Symbols) -> Floats:
-    """(T,) from each feature vector (T, d) to its codeword, in the codebook's coordinates."""
+def distances_of(model: PostureModel, features: Floats, symbols: Ints) -> Floats:
+    """(T,) whitened distance of each feature vector (T, d) to its codeword."""
     distances: Floats = np.linalg.norm(whiten(model, features) - model.codebook[symbols], axis=1)
     return distances
 
 
-def log_likelihoods(model: PostureModel, symbols: Symbols) -> Floats:
+def log_likelihoods(model: PostureModel, symbols: Ints) -> Floats:
     """(n,) P_i = log P(O | λ_i) of symbols (T,), by the forward algorithm.  [Two-view 5.2]"""
     return forward_log_likelihoods(model.start, model.transition, model.emission, symbols)
 
 
-def filler_likelihood(model: PostureModel, symbols: Symbols, without: int = -1) -> float:
-    """log P(O | filler) of symbols (T,): of all postures' states and one more, each left for any other alike.
+def filler_likelihood(model: PostureModel, symbols: Ints, without: int = -1) -> float:
+    """log P(O | filler) of symbols (T,).
 
-    without: index of a posture that is left out.  After Lee and Kim, An HMM-based threshold model approach for gesture
-    recognition (1999): what is made of parts of postures in another order has the filler as its likeliest; so has, by the
-    one more state, what has symbols that no posture comes to in that way.
+    The filler has all postures' states and one more, each with equal exits to all others.  without: index of a posture that
+    is left out, -1 for none.  Lee and Kim, An HMM-based threshold model approach for gesture recognition (1999): the filler
+    is likelier than every posture for parts of postures in another order and, by its extra state, for symbols that no
+    posture has in that order.
     """
     return float(filler_log_likelihood(model.staying, model.emission, model.occurring, symbols, without))
 
 
-def scores_of(model: PostureModel, symbols: Symbols) -> Floats:
-    """(n,) log-likelihoods of symbols (T,) above that of the filler, by frame; to be compared with the thresholds."""
+def scores_of(model: PostureModel, symbols: Ints) -> Floats:
+    """(n,) scores of symbols (T,): excess of log-likelihood over the filler's per frame, compared with the thresholds."""
     return (log_likelihoods(model, symbols) - filler_likelihood(model, symbols)) / len(symbols)
 
 
-def judge(model: PostureModel, features: Floats) -> Judgement:
-    """What the model says of a window of feature vectors (T, d), T of 1 or more, at the model's rate, all finite."""
+def classify(model: PostureModel, features: Floats) -> Classification:
+    """Classify a window of feature vectors (T, d), T of 1 or more, at the model's rate, all finite."""
     symbols = symbols_of(model, features)
     distance = float(distances_of(model, features, symbols).mean())
-    return judgement_of(model, log_likelihoods(model, symbols), filler_likelihood(model, symbols), len(symbols), distance)
-
-
-def judgement_of(model: PostureModel, likelihoods: Floats, filler: float, frames: int, distance: float) -> Judgement:
-    scores = (likelihoods - filler) / frames
+    likelihoods, filler = log_likelihoods(model, symbols), filler_likelihood(model, symbols)
+    scores = (likelihoods - filler) / len(symbols)
     best = int(np.argmax(likelihoods))
     others = np.delete(likelihoods, best)
     margin = float(likelihoods[best] - others.max()) if len(others) else 0.0
-    known = bool(scores[best] >= model.thresholds[best] and distance <= model.farthest)
-    return Judgement(likelihoods, filler, scores, best, distance, known, margin)
-
-
-def index_of(labels: Sequence[str], label: str) -> int:
-    """Raises ValueError that names the label and those there are."""
-    try:
-        return list(labels).index(label)
-    except ValueError:
-        raise ValueError(f"posture {label!r}: allowed: {', '.join(labels)}") from None
+    accepted = bool(scores[best] >= model.thresholds[best] and distance <= model.farthest)
+    return Classification(likelihoods, filler, scores, best, distance, accepted, margin)

@@ -1,4 +1,4 @@
-"""The recogniser as a process: rigs in, a bus for each, one model for all that name it, run."""
+"""Process of the recognizer: one service per rig, each with its own bus; equal models are shared between rigs."""
 
 import hashlib
 import logging
@@ -8,94 +8,85 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Never
 
-from common.body.anatomy import ANATOMIES, TEN_PARTS, Anatomy
-from common.bus.protocol import BusError
-from common.bus.zenoh_bus import ZenohBus
-from common.bus.zenoh_session import ZenohOptions
-from common.messages import Message, Posture
-from common.runtime.about import about
-from common.runtime.clock import RealClock
-from common.runtime.rig import Rig, RigError
-from common.runtime.service import Event, Service, Subscription, run
-from common.take.reading import TakeError
-from common.take.setup import POSTURES_FILE, RecordedRig, recorded_rig
-from common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
-from services.recognizer.file import PostureModelError, parse_model, read_model
-from services.recognizer.model import PostureModel
-from services.recognizer.ready import load_compiled
-from services.recognizer.states import Setup, Source, State
-from services.recognizer.step import counts, describe, initial_state, step
-from services.recognizer.stream import plan_of
+from zenocap.common.body.anatomy import ANATOMIES, TEN_PARTS, Anatomy
+from zenocap.common.bus.protocol import BusError
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.errors import UserError
+from zenocap.common.messages import Message, Posture
+from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, recorded_rig
+from zenocap.common.rig.rig import Rig
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.compiled import compiling
+from zenocap.common.runtime.service import Event, Service, Subscription, run
+from zenocap.common.runtime.service_info import service_info
+from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
+from zenocap.services.recognizer.jit_warmup import load_compiled
+from zenocap.services.recognizer.model import PostureModel
+from zenocap.services.recognizer.model_file import parse_model, read_model
+from zenocap.services.recognizer.step import Setup, Source, State, counts, describe, initial_state, phase_of, step
+from zenocap.services.recognizer.stream import stream_setup
 
 logger = logging.getLogger(__name__)
 
 ID = "main"
 FAILED = 1
 SOURCES: dict[Source, Topic] = {"integrator": UNIVERSAL_BAP, "tracker": TRACKER_POSE}
-MOST_LABELS = 256  # what a message can say the likelihoods of
 
 
 def recognizer_service(rig: Rig, model: PostureModel) -> Service[Setup, State, Never]:
-    """The recogniser of a rig.  Raises ValueError for a rig without one."""
+    """Recognizer service of a rig.  Raises ValueError for a rig without one."""
     setup = setup_of(recorded_rig(rig), model)
     topics = (Subscription(SOURCES[setup.source]),)
-    return Service("recognizer", ID, setup, initial_state(setup), step, topics, describe, counts, result=Posture)
+    return Service("recognizer", ID, setup, initial_state(setup), step, topics, describe, counts, phase_of, result=Posture)
 
 
 def setup_of(rig: RecordedRig, model: PostureModel) -> Setup:
-    """The recogniser's setup, of a rig or of what a take says of one.  Raises ValueError."""
+    """Setup of the recognizer of a rig or of a take's rig.  Raises ValueError for a rig without one."""
     if rig.recognizer is None:
         raise ValueError(f"rig {rig.name} has no recognizer")
     source = rig.recognizer.source
-    return Setup(plan_of(model, rig.recognizer.strictness), source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
+    stream = stream_setup(model, rig.recognizer.strictness)
+    return Setup(stream, source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
 
 
 def model_of(rig: Rig) -> PostureModel:
-    """The model that a rig names.  Raises RigError and PostureModelError."""
+    """Read the model given in a rig file.  Raises UserError."""
     if rig.recognizer is None:
-        raise RigError(f"rig {rig.name}: allowed for a recogniser: a [recognizer] table")
+        raise UserError(f"rig {rig.name}: allowed for a recognizer: a [recognizer] table")
     path = rig.recognizer.model
     try:
-        return checked(path, read_model(path))
+        return read_model(path)
     except OSError as error:
-        raise PostureModelError(f"{path}: cannot be read: {error.strerror}") from error
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def model_in(rig: RecordedRig, path: Path, attached: bytes | None) -> PostureModel | None:
-    """The model that a take was made with; None where it is not in there.  path: of the take.
+    """Model with which a take was recorded; None where the take does not contain it.  path: of the take.
 
-    Raises TakeError when the attachment is missing, PostureModelError and ValueError when it is not the one it says.
+    Raises UserError when the attachment is missing or cannot be read, ValueError when its digest differs.
     """
     digest = rig.recognizer.model_sha256 if rig.recognizer else None
     if digest is None:
         return None
     if attached is None:
-        raise TakeError(
-            f"{path}: attachment {POSTURES_FILE} is missing: the model that the take was made with is not known"
-        )
+        raise UserError(f"{path}: attachment {POSTURES_FILE} is missing: the take's posture model is unknown")
     found = hashlib.sha256(attached).hexdigest()
     if found != digest:
         raise ValueError(
-            f"{path}: attachment {POSTURES_FILE}: sha256 = {found[:12]}...: allowed: {digest[:12]}..., as made with"
+            f"{path}: attachment {POSTURES_FILE}: sha256 = {found[:12]}...: allowed: {digest[:12]}..., as recorded"
         )
-    return checked(path / POSTURES_FILE, parse_model(path / POSTURES_FILE, attached))
-
-
-def checked(path: Path, model: PostureModel) -> PostureModel:
-    """Raises PostureModelError for a model with more postures than a message can hold."""
-    if len(model.labels) > MOST_LABELS:
-        raise PostureModelError(f"{path}: {len(model.labels)} postures: allowed on the network: {MOST_LABELS}")
-    return model
+    return parse_model(path / POSTURES_FILE, attached)
 
 
 def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[[], bool]) -> int:
-    """Run one recogniser for each rig until `stopped`; returns the exit status, 1 when one of them failed.
+    """Run one recognizer per rig until `stopped`; returns the exit status, 1 when any of them failed.
 
-    A rig that fails is told, and the others go on.  Raises RigError, PostureModelError and ValueError before any runs.
+    A failing rig is logged and does not stop the others.  Raises UserError and ValueError before the first one starts.
     """
     names = [rig.name for rig, _ in rigs]
     if len(set(names)) < len(names):
-        raise RigError(f"rigs {', '.join(names)}: allowed: rigs of different names")
+        raise UserError(f"rigs {', '.join(names)}: allowed: rigs of different names")
     models: dict[Path, PostureModel] = {}
     services: list[Service[Setup, State, Never]] = []
     for rig, _ in rigs:
@@ -103,22 +94,23 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
             models[rig.recognizer.model] = model_of(rig)
         model = models[rig.recognizer.model] if rig.recognizer is not None else model_of(rig)
         services.append(recognizer_service(rig, model))
-    for service in services:
-        load_compiled(service.setup.plan, service.setup.anatomy)
+    with compiling(logger, "recognizer-service", "recognizer"):
+        for service in services:
+            load_compiled(service.setup.stream, service.setup.anatomy)
     statuses = [FAILED] * len(rigs)
 
-    def run_one(place: int) -> None:
-        rig, options = rigs[place]
+    def run_one(index: int) -> None:
+        rig, options = rigs[index]
         try:
-            statuses[place] = _run(rig, options, services[place], stopped)
+            statuses[index] = _run(rig, options, services[index], stopped)
         except BusError as error:
             logger.error("rig %s: %s", rig.name, error)
-        except Exception:  # of one rig; the others have nothing to do with it
+        except Exception:  # a bug in one rig must not end the others
             logger.exception("rig %s failed", rig.name)
-        if statuses[place] and len(rigs) > 1:
-            logger.error("rig %s: its recogniser has ended; the others go on", rig.name)
+        if statuses[index] and len(rigs) > 1:
+            logger.error("rig %s: its recognizer has stopped; the others continue", rig.name)
 
-    threads = [threading.Thread(target=run_one, args=(place,), name=name) for place, name in enumerate(names)]
+    threads = [threading.Thread(target=run_one, args=(index,), name=name) for index, name in enumerate(names)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -129,26 +121,23 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
 def _run(rig: Rig, options: ZenohOptions, service: Service[Setup, State, Never], stopped: Callable[[], bool]) -> int:
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
-        bus.introduce(about(rig, "recognizer", ID, clock.now_ns()))
-        return run(_telling(rig.name, service), bus, clock, stopped=stopped)
+        bus.serve_service_info(service_info(rig, "recognizer", ID, clock.now_ns()))
+        return run(_logged(rig.name, service), bus, clock, stopped=stopped)
 
 
-def _telling(name: str, service: Service[Setup, State, Never]) -> Service[Setup, State, Never]:
-    """The service, which logs every posture as it is said."""
+def _logged(name: str, service: Service[Setup, State, Never]) -> Service[Setup, State, Never]:
+    """The service with a log line for every posture it publishes."""
 
-    def stepped(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
+    def logged_step(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
         state, messages = step(setup, state, event)
         for message in messages:
             if isinstance(message, Posture):
-                logger.info("%s: %s", name, in_words(message))
+                duration_s = (message.end_ns - message.start_ns) / 1e9
+                label = message.label or "unknown movement"
+                logger.info("%s: %s, %.1f s, margin %.2f", name, label, duration_s, message.margin)
         return state, messages
 
-    return replace(service, step=stepped)
-
-
-def in_words(posture: Posture) -> str:
-    lasted_s = (posture.end_ns - posture.start_ns) / 1e9
-    return f"{posture.label or 'none of its postures'}, {lasted_s:.1f} s, margin {posture.margin:.2f}"
+    return replace(service, step=logged_step)
 
 
 def _anatomy(rig: RecordedRig) -> Anatomy:

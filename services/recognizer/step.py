@@ -1,95 +1,130 @@
-"""The recogniser's step: poses in, postures with their begin and end out, as soon as each is known.  [Two-view 5.2]"""
+"""Step of the recognizer: poses in, posture events with start and end out.  [Two-view 5.2]"""
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TypeAlias
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Literal, TypeAlias
 
 import numpy as np
 
-from common.body.anatomy import Floats
-from common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from common.conversion import angles_of
-from common.messages import Message, Posture, TrackerPose, UniversalBap
-from services.recognizer.features import NAMES, features_of
-from services.recognizer.states import Setup, State
-from services.recognizer.stream import GAP, LATE, Answer, beginning, heard
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
+from zenocap.common.conversion import angles_of
+from zenocap.common.messages import Message, Phase, Posture, TrackerPose, UniversalBap
+from zenocap.services.recognizer.features import NAMES, features_of
+from zenocap.services.recognizer.stream import GAP, LATE, Recognition, Stream, StreamSetup, initial_stream, push
 
-__all__ = ["counts", "describe", "initial_state", "step"]
+Source = Literal["integrator", "tracker"]
+Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the recognizer has no frames
 
-Event = FrameLike | Envelope | Alive | Tick  # the loop's; the recogniser has no frames
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """Setup of the recognizer.
+
+    stream: setup of the model's stream.  source: service whose poses are read.  anatomy: of these poses.
+    """
+
+    stream: StreamSetup
+    source: Source
+    anatomy: Anatomy
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """State of the recognizer.
+
+    lost: the person is lost in the latest pose.  last: the latest event.  counts: see `counts`.
+    """
+
+    stream: Stream
+    lost: bool = False
+    last: Posture | None = None
+    counts: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+
+
 Result: TypeAlias = tuple[State, list[Message]]
 
 
 def initial_state(setup: Setup) -> State:
-    return State(beginning(setup.plan))
+    """State before the first pose."""
+    return State(initial_stream(setup.stream))
 
 
 def step(setup: Setup, state: State, event: Event) -> Result:
-    """One event.  Pure: the state and the messages depend on the arguments alone."""
+    """Return the next state and the messages to publish.  Pure: depends on the arguments alone."""
     match event:
         case Envelope(message=UniversalBap(lost=lost) as bap) if setup.source == "integrator":
-            return _hear(setup, state, bap, "person" in lost)
+            return _pose(setup, state, bap, "person" in lost)
         case Envelope(message=TrackerPose(lost=lost) as pose) if setup.source == "tracker":
-            return _hear(setup, state, pose, lost)
+            return _pose(setup, state, pose, lost)
         case _:
             return state, []
 
 
+def phase_of(state: State) -> Phase:
+    """Phase of the recognizer, for its health."""
+    if state.stream.last_ns < 0:
+        return Phase.WAITING_FOR_INPUT
+    return Phase.AWAITING_PERSON if state.lost else Phase.RUNNING
+
+
 def describe(state: State) -> str:
-    """What the recogniser is doing, for its health."""
+    """Health text of the recognizer."""
     if state.stream.last_ns < 0:
         return "waiting for poses"
     if state.lost:
         return "waiting for the person"
     if state.last is None:
-        return "listening"
-    return f"listening; the last was {state.last.label or 'none of its postures'}"
+        return "running"
+    return f"running; last event: {state.last.label or 'unknown movement'}"
 
 
 def counts(state: State) -> Mapping[str, int]:
-    """Postures and unknown movements that were said; poses that were late, of another body, or first after a gap."""
+    """Number of postures and unknown movements; of poses that were late, of another body, or first after a gap."""
     return state.counts
 
 
-def _hear(setup: Setup, state: State, pose: UniversalBap | TrackerPose, lost: bool) -> Result:
+def _pose(setup: Setup, state: State, pose: UniversalBap | TrackerPose, lost: bool) -> Result:
     try:
         features = _features(setup, pose, lost)
     except ValueError:
         return _count(state, "other_body"), []
-    stream, answer, became = heard(setup.plan, state.stream, pose.captured_ns, features)
+    stream, found, use = push(setup.stream, state.stream, pose.captured_ns, features)
     state = replace(state, stream=stream, lost=lost)
-    if became in (LATE, GAP):
-        state = _count(state, became)
-    if answer is None:
+    if use in (LATE, GAP):
+        state = _count(state, use)
+    if found is None:
         return state, []
-    posture = _message(setup, answer, pose)
-    return _count(replace(state, last=posture), "unknown" if answer.label is None else "postures"), [posture]
+    posture = _message(setup, found, pose)
+    return _count(replace(state, last=posture), "unknown" if found.label is None else "postures"), [posture]
 
 
 def _features(setup: Setup, pose: UniversalBap | TrackerPose, lost: bool) -> Floats:
-    """(d,), NaN while the person is lost.  Raises ValueError for a pose of another anatomy."""
+    """Feature vector (d,), NaN while the person is lost.  Raises ValueError for a pose of another anatomy."""
     if lost:
         return np.full(len(NAMES), np.nan)
     if len(pose.angles) != len(setup.anatomy.angles):
         raise ValueError(f"{len(pose.angles)} joint angles: allowed: {len(setup.anatomy.angles)}")
     angles = angles_of(setup.anatomy, pose.angles, setup.anatomy.neutral)
-    return features_of(setup.anatomy, angles, setup.plan.kind)
+    return features_of(setup.anatomy, angles, setup.stream.kind)
 
 
-def _message(setup: Setup, answer: Answer, pose: UniversalBap | TrackerPose) -> Posture:
-    judgement = answer.judgement
-    labels = setup.plan.model.labels
+def _message(setup: Setup, found: Recognition, pose: UniversalBap | TrackerPose) -> Posture:
+    scores = found.classification
+    labels = setup.stream.model.labels
     return Posture(
         frame=pose.frame,
         captured_ns=pose.captured_ns,
-        label=answer.label,
-        start_ns=answer.start_ns,
-        end_ns=answer.end_ns,
-        log_likelihoods={label: float(value) for label, value in zip(labels, judgement.log_likelihoods, strict=True)},
-        score=float(judgement.scores[judgement.best]),
-        margin=judgement.margin / answer.rows,
+        label=found.label,
+        start_ns=found.start_ns,
+        end_ns=found.end_ns,
+        log_likelihoods={label: float(value) for label, value in zip(labels, scores.log_likelihoods, strict=True)},
+        score=float(scores.scores[scores.best]),
+        margin=scores.margin / found.rows,
     )
 
 
-def _count(state: State, what: str) -> State:
-    return replace(state, counts={**state.counts, what: state.counts.get(what, 0) + 1})
+def _count(state: State, name: str) -> State:
+    return replace(state, counts={**state.counts, name: state.counts.get(name, 0) + 1})

@@ -1,1 +1,1 @@
-"""The hybrid tracker: calibrated views, a learnt motion prior, particles refined by force and moment.  [Hybrid]"""
+"""Hybrid tracker: visual hull, learned motion prior, particle filter with refinement.  [Hybrid]"""

@@ -1,30 +1,166 @@
-"""What the tracker's step remembers, besides the person: who sent what, and what waits."""
+"""State of the tracker: setup, phases of tracking one person, frame sets that wait."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
-from common.messages import Silhouette, TrackerBdp, TrackerPose
-from common.pairing import Instant, Pairs
-from common.runtime.clock import Offset
-from services.tracker.phases import TrackState
+import numpy as np
 
-LEAST_VIEWS = 2
-MOST_READY = 2  # instants that may wait for their turn; then the oldest is dropped
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.messages import Silhouette, TrackerBdp, TrackerPose
+from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
+from zenocap.common.runtime.clock_offset import Offset
+from zenocap.common.synchronizer import FrameSet, Synchronizer
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.filter.particles import Cloud, Refinement
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.localization import TPose
+from zenocap.services.tracker.initialization.online_shape import ShapeEstimate
+from zenocap.services.tracker.prior.model import Prior
+from zenocap.services.tracker.view_check.view_consistency import ViewConsistency
+
+Method = Literal["hybrid", "image-force", "particle-filter"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options.  points: contour rays per frame set.  iterations: of the refinement.  seed: of all random numbers.
+
+    filter: where the default differs from the paper.
+    """
+
+    method: Method = "hybrid"
+    particles: int = 40
+    points: int = 400
+    iterations: int = 4
+    seed: int = 0
+    refinement: Refinement = "gauss-newton"
+    filter: FilterOptions = DEFAULT_FILTER
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Setup of the tracker.
+
+    cameras: by viewer, at the working size, in the rig's order.  frame_ns: frame period.  person_height: metres.
+    """
+
+    anatomy: Anatomy
+    cameras: Mapping[str, Camera]
+    frame_ns: int
+    prior: Prior | None
+    options: Options
+    person_height: float | None = None
+
+
+@dataclass(frozen=True)
+class AwaitingPerson:
+    """Waiting for a person in T-pose, or measuring the body.
+
+    scenes, fields, t_poses: rays, silhouette distances and T-pose of the frame sets so far.  rest: frame sets to skip.
+    advice: instruction for the person, shown in health.
+    """
+
+    advice: str = "waiting for a person"
+    scenes: tuple[Floats32, ...] = ()
+    fields: tuple[DistanceField, ...] = ()
+    t_poses: tuple[TPose, ...] = ()
+    rest: int = 0
+
+
+@dataclass(frozen=True)
+class Person:
+    """A measured person.  body: sizes.  model: the same for compiled functions.  stature: metres.
+
+    expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
+    less sharp hull.  heading_known: False while the opposite heading fits about as well.
+    """
+
+    body: Bdp
+    model: BodyModel
+    stature: float
+    shape: ShapeEstimate
+    expected_support: float
+    heading_known: bool = True
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """Tracking a person.  cloud: particles.  estimate: last pose.  velocity: (6 + d,) change of the pose per second.
+
+    prior_fraction: fraction of proposals from the prior.  prior_distance: running mean of the estimate's distance from the
+    prior, radians.  misfits_in_row: consecutive frames in which the body misfits the scene.
+    """
+
+    person: Person
+    cloud: Cloud
+    estimate: RootedPose
+    velocity: Floats
+    captured_ns: int
+    prior_fraction: float
+    prior_distance: float = 0.0
+    misfits_in_row: int = 0
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Searching for a person with a measured body.
+
+    last: the last pose, at seen_ns.  rest: frame sets to skip before the next search.
+    """
+
+    person: Person
+    last: RootedPose | None
+    rest: int = 0
+    seen_ns: int = 0
+
+
+@dataclass(frozen=True)
+class TrackState:
+    """State of tracking one person.  count: frame sets so far, from which the next one's random seed is derived."""
+
+    phase: AwaitingPerson | Tracking | Lost
+    consistency: ViewConsistency
+    count: int = 0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of one frame set.  body: None unless it changed.  pose: None without one.  views: those used.
+
+    spread: (angles + 3,) standard deviations over the particles: joint angles, radians, then position, metres.
+    points: (n, 3) scene points, metres.
+    """
+
+    body: Bdp | None
+    pose: Pose | None
+    spread: Floats
+    likelihood: float
+    effective: float
+    lost: bool
+    views: tuple[str, ...]
+    findings: tuple[str, ...] = ()
+    points: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @dataclass(frozen=True)
 class State:
-    """track: the person.  pairs: silhouettes that wait for those of other views.  ready: instants that wait for a Tick.
+    """State of the tracker.
 
-    pose: the last one said.  offsets: each viewer's clock against the integrator's.  warnings: by viewer, what the person
-    should know of its clock; calibrations: of its camera.  findings: views that disagreed with the others, in words.
-    used: views of the last instant.  points_ns: the last one whose points were said.  counts: what was lost, by reason.
-    said: the body that a tracker before this one had said, if a reader told.  anew: the body is to be measured anew.
+    track: of the person.  pairs: synchronizer of the silhouettes.  ready: frame sets that wait for a Tick.
+    pose: last published.  offsets: clock offset of each viewer to the integrator.  warnings, calibrations: by viewer,
+    health texts about its clock and its camera.  findings: health texts about views.  used: views of the last frame set.
+    points_ns: capture time of the last published scene points.  counts: of lost input, by reason.
+    previous_body: of the tracker before a restart, waiting for its pose.  remeasure: a new measurement was requested, so a
+    previous body is ignored.
     """
 
     track: TrackState
-    pairs: Pairs[Silhouette]
-    ready: tuple[Instant[Silhouette], ...] = ()
+    pairs: Synchronizer[Silhouette]
+    ready: tuple[FrameSet[Silhouette], ...] = ()
     pose: TrackerPose | None = None
     offsets: Mapping[str, Offset] = field(default_factory=dict)
     warnings: Mapping[str, str] = field(default_factory=dict)
@@ -33,5 +169,5 @@ class State:
     used: tuple[str, ...] = ()
     points_ns: int = 0
     counts: Mapping[str, int] = field(default_factory=dict)
-    said: TrackerBdp | None = None
-    anew: bool = False
+    previous_body: TrackerBdp | None = None
+    remeasure: bool = False

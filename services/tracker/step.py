@@ -1,7 +1,7 @@
-"""The tracker's step: silhouettes of any views in; the body once, and the pose of every instant, out.  [Hybrid II]
+"""Step of the tracker: silhouettes of any views in; the body once, and the pose of every frame set, out.  [Hybrid II]
 
-Silhouettes are paired as they come; the work on an instant is put off to a Tick, which comes when nothing else waits.
-So a tracker that cannot keep up drops its oldest instants, and what it says depends on its events alone.
+Silhouettes are synchronized on arrival.  A frame set is tracked on the next Tick, which arrives when the input queue is
+empty: an overloaded tracker drops its oldest frame sets, and the output depends only on the sequence of events.
 """
 
 from collections.abc import Mapping
@@ -10,142 +10,169 @@ from typing import TypeAlias
 
 import numpy as np
 
-from common.body.anatomy import Anatomy, Floats
-from common.body.definition import Pose
-from common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from common.camera.pinhole import Camera
-from common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points
-from common.messages import CameraInfo, Health, Message, Request, ScenePoints, Silhouette, TrackerBdp, TrackerPose
-from common.pairing import Instant, Pairs, offer
-from common.runtime.clock import clock_warning, offset_in, to_integrator_ns
-from common.vision.packing import unpack
-from services.tracker import tracking
-from services.tracker.states import LEAST_VIEWS, MOST_READY, State
-from services.tracker.tracking import Mask, Outcome, Setup
+from zenocap.common.arrays import Floats, Mask
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Pose
+from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points
+from zenocap.common.messages import (
+    CameraInfo,
+    Health,
+    Message,
+    Phase,
+    Request,
+    ScenePoints,
+    Silhouette,
+    TrackerBdp,
+    TrackerPose,
+)
+from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
+from zenocap.common.synchronizer import FrameSet, Synchronizer, push
+from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.tracker import tracking
+from zenocap.services.tracker.parameters import (
+    CAMERA_TOLERANCE,
+    MAX_QUEUED_FRAME_SETS,
+    MAX_SPREAD,
+    MIN_VIEWS,
+    MISSING_FRAMES,
+    POINTS_PERIOD_NS,
+)
+from zenocap.services.tracker.states import State
+from zenocap.services.tracker.tracking import Outcome, Setup
 
-__all__ = ["counts", "describe", "initial_state", "pending", "step"]
+__all__ = ["counts", "describe", "initial_state", "pending", "phase_of", "step"]
 
 Event = FrameLike | Envelope | Alive | Tick  # the loop's; the tracker has no frames
 Result: TypeAlias = tuple[State, list[Message]]
 
-MOST_SPREAD = 100.0  # what the message allows
-POINTS_NS = 100_000_000  # between two instants whose points are said: for people to look at
-SAME_CAMERA = 1e-6  # relative
-
 
 def initial_state(setup: Setup) -> State:
-    return State(tracking.initial_state(setup), Pairs(tuple(setup.cameras), setup.frame_ns // 2))
+    """State before any event."""
+    return State(tracking.initial_state(setup), Synchronizer(tuple(setup.cameras), setup.frame_ns // 2))
 
 
 def step(setup: Setup, state: State, event: Event) -> Result:
-    """One event.  Pure: the state and the messages depend on the arguments alone."""
+    """Process one event: (state, messages).  Pure: the result depends only on the arguments."""
     match event:
         case Tick() if state.ready:
             return _track(setup, replace(state, ready=state.ready[1:]), state.ready[0])
         case Envelope(message=Silhouette() as silhouette):
-            return _pair(state, silhouette), []
+            return _synchronize(state, silhouette), []
         case Envelope(message=Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
             return _set_clock(setup, state, viewer, health), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
-            return _compare(state, camera, setup.cameras[viewer]), []
-        case Envelope(message=TrackerBdp() | TrackerPose() as said) if knows_nobody(state):
-            return _resume(setup, state, said)
+            return _compare_calibration(state, camera, setup.cameras[viewer]), []
+        case Envelope(message=TrackerBdp() | TrackerPose() as previous) if awaiting_person(state):
+            return _resume(setup, state, previous)
         case Envelope(message=Request(what="measure")):
-            return replace(state, track=tracking.initial_state(setup), pose=None, findings=(), said=None, anew=True), []
+            fresh = tracking.initial_state(setup)
+            return replace(state, track=fresh, pose=None, findings=(), previous_body=None, remeasure=True), []
         case _:
             return state, []
 
 
-def knows_nobody(state: State) -> bool:
-    """Whether this tracker would hear what the one before it had said, and has not been told to forget it."""
-    return tracking.knows_nobody(state.track) and not state.anew
+def awaiting_person(state: State) -> bool:
+    """True when body and pose published before a restart would be recovered: no body yet, no measurement requested."""
+    return tracking.awaiting_person(state.track) and not state.remeasure
 
 
 def pending(state: State) -> bool:
-    """Whether an instant waits for a Tick."""
+    """True when a frame set waits for a Tick."""
     return bool(state.ready)
 
 
+def phase_of(state: State) -> Phase:
+    """Phase of the tracker, for its health."""
+    missing = [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > MISSING_FRAMES]
+    if state.pairs.last_ns < 0 or len(state.pairs.viewers) - len(missing) < MIN_VIEWS:
+        return Phase.WAITING_FOR_INPUT
+    return tracking.phase_of(state.track)
+
+
 def describe(state: State) -> str:
-    """What the tracker is doing, for its health."""
-    missing = [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > 2]
+    """Health text of the tracker."""
+    missing = [viewer for viewer in state.pairs.viewers if state.pairs.missed.get(viewer, 0) > MISSING_FRAMES]
     if state.pairs.last_ns < 0:
         return "waiting for silhouettes"
-    if len(state.pairs.viewers) - len(missing) < LEAST_VIEWS:
-        words = f"waiting for a second view; viewer {' and '.join(missing)} not there"
+    if len(state.pairs.viewers) - len(missing) < MIN_VIEWS:
+        text = f"waiting for a second view; viewer {' and '.join(missing)} missing"
     else:
-        words = tracking.describe(state.track) + (f", without viewer {' and '.join(missing)}" if missing else "")
-    return "; ".join([words, *state.findings, *state.warnings.values(), *state.calibrations.values()])
+        text = tracking.describe(state.track) + (f", without viewer {' and '.join(missing)}" if missing else "")
+    return "; ".join([text, *state.findings, *state.warnings.values(), *state.calibrations.values()])
 
 
 def counts(state: State) -> Mapping[str, int]:
-    """Silhouettes that were late, doubled, out of order, damaged; instants that lacked a view or were dropped."""
-    return {f"silhouette_{what}": count for what, count in state.pairs.counts.items()} | dict(state.counts)
+    """Counts of silhouettes that were late, duplicate, out of order or damaged, and of frame sets incomplete or dropped."""
+    return {f"silhouette_{reason}": count for reason, count in state.pairs.counts.items()} | dict(state.counts)
 
 
-def _resume(setup: Setup, state: State, said: TrackerBdp | TrackerPose) -> Result:
-    """What a tracker before this one had said: with body and pose the person can be found.  It is said again."""
+def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> Result:
+    """Recover the body, then the pose, published before a restart, and publish them again."""
     try:
-        match said:
-            case TrackerBdp() if state.said is None:
-                bdp_of(setup.anatomy, said.body)
-                return replace(state, said=said), [said]
-            case TrackerPose() if state.said is not None:
-                body = bdp_of(setup.anatomy, state.said.body)
-                angles = angles_of(setup.anatomy, said.angles, setup.anatomy.neutral)
-                pose = Pose(np.array(said.position), angles)
-                track = tracking.resumed(setup, state.track, body, pose, said.captured_ns)
-                return replace(state, track=track, pose=said, said=None), [said]
-    except ValueError:  # of another anatomy: this rig has been changed meanwhile
+        match previous:
+            case TrackerBdp() if state.previous_body is None:
+                bdp_of(setup.anatomy, previous.body)
+                return replace(state, previous_body=previous), [previous]
+            case TrackerPose() if state.previous_body is not None:
+                body = bdp_of(setup.anatomy, state.previous_body.body)
+                angles = angles_of(setup.anatomy, previous.angles, setup.anatomy.neutral)
+                pose = Pose(np.array(previous.position), angles)
+                track = tracking.resume(setup, state.track, body, pose, previous.captured_ns)
+                return replace(state, track=track, pose=previous, previous_body=None), [previous]
+    except ValueError:  # of another anatomy: the rig has been changed
         return state, []
     return state, []
 
 
-def _pair(state: State, silhouette: Silhouette) -> State:
+def _synchronize(state: State, silhouette: Silhouette) -> State:
     captured_ns = to_integrator_ns(silhouette.captured_ns, state.offsets.get(silhouette.viewer))
-    pairs, instants = offer(state.pairs, silhouette.viewer, captured_ns, silhouette)
+    pairs, frame_sets = push(state.pairs, silhouette.viewer, captured_ns, silhouette)
     state = replace(state, pairs=pairs)
-    enough = [instant for instant in instants if len(instant.items) >= LEAST_VIEWS]
-    state = _count(state, "alone", len(instants) - len(enough))
+    enough = [frame_set for frame_set in frame_sets if len(frame_set.items) >= MIN_VIEWS]
+    state = _count(state, "alone", len(frame_sets) - len(enough))
     ready = (*state.ready, *enough)
-    return _count(replace(state, ready=ready[-MOST_READY:]), "dropped_instants", max(0, len(ready) - MOST_READY))
+    return _count(
+        replace(state, ready=ready[-MAX_QUEUED_FRAME_SETS:]), "dropped_instants", max(0, len(ready) - MAX_QUEUED_FRAME_SETS)
+    )
 
 
-def _track(setup: Setup, state: State, instant: Instant[Silhouette]) -> Result:
-    """Follow the person into one instant."""
+def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Result:
+    """Track the person in one frame set."""
     masks: dict[str, Mask] = {}
-    for viewer, camera in setup.cameras.items():  # in the rig's order, whoever came first
-        silhouette = instant.items.get(viewer)
+    for viewer, camera in setup.cameras.items():  # in the rig's order, not that of arrival
+        silhouette = frame_set.items.get(viewer)
         if silhouette is None:
             continue
         try:
             masks[viewer] = _mask(silhouette, camera)
         except ValueError:
             state = _count(state, "damaged", 1)
-    if len(masks) < LEAST_VIEWS:
+    if len(masks) < MIN_VIEWS:
         return _count(state, "alone", 1), []
-    frame = max(silhouette.frame for silhouette in instant.items.values())
+    frame = max(silhouette.frame for silhouette in frame_set.items.values())
     try:
-        track, outcome = tracking.follow(setup, state.track, instant.captured_ns, masks)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:  # one instant must not end the rest
-        return replace(_count(state, "failed", 1), findings=(f"an instant failed: {problem}",)), []
+        track, outcome = tracking.track(setup, state.track, frame_set.captured_ns, masks)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:  # one frame set must not end the service
+        return replace(_count(state, "failed", 1), findings=(f"a frame set failed: {problem}",)), []
     state = replace(state, track=track, findings=outcome.findings, used=outcome.views)
     messages: list[Message] = []
     if outcome.body is not None:
         body = body_of(setup.anatomy, outcome.body)
-        messages.append(TrackerBdp(frame=frame, captured_ns=instant.captured_ns, body=body))
-    pose = _pose_message(setup.anatomy, state.pose, outcome, frame, instant.captured_ns)
+        messages.append(TrackerBdp(frame=frame, captured_ns=frame_set.captured_ns, body=body))
+    pose = _pose_message(setup.anatomy, state.pose, outcome, frame, frame_set.captured_ns)
     if pose is not None:
         messages.append(pose)
-    if abs(instant.captured_ns - state.points_ns) >= POINTS_NS:
-        state = replace(state, points_ns=instant.captured_ns)
+    if abs(frame_set.captured_ns - state.points_ns) >= POINTS_PERIOD_NS:
+        state = replace(state, points_ns=frame_set.captured_ns)
         points = packed_points(outcome.points)
-        messages.append(ScenePoints(frame=frame, captured_ns=instant.captured_ns, points=points))
+        messages.append(ScenePoints(frame=frame, captured_ns=frame_set.captured_ns, points=points))
     return replace(state, pose=pose or state.pose), messages
 
 
 def _mask(silhouette: Silhouette, camera: Camera) -> Mask:
-    """(height, width).  Raises ValueError when it is damaged, or not of the camera's size."""
+    """Mask (height, width) of a silhouette.  Raises ValueError when it is damaged or not of the camera's size."""
     if silhouette.size != camera.size:
         raise ValueError(f"viewer {silhouette.viewer}: silhouettes of {silhouette.size}, its camera has {camera.size}")
     return unpack(silhouette.size, silhouette.region, silhouette.data)
@@ -154,7 +181,7 @@ def _mask(silhouette: Silhouette, camera: Camera) -> Mask:
 def _pose_message(
     anatomy: Anatomy, last: TrackerPose | None, outcome: Outcome, frame: int, captured_ns: int
 ) -> TrackerPose | None:
-    """The pose of an instant; while the person is lost, the last one known, marked so; None before there was any."""
+    """Pose message of a frame set; the last pose, marked as lost, without one; None before the first."""
     if outcome.pose is None:
         if last is None:
             return None
@@ -164,7 +191,7 @@ def _pose_message(
             effective=0.0, lost=True, views=list(outcome.views),
         )  # fmt: skip
     x, y, z = outcome.pose.position.tolist()
-    spread = np.minimum(outcome.spread, MOST_SPREAD)
+    spread = np.minimum(outcome.spread, MAX_SPREAD)
     return TrackerPose(
         frame=frame, captured_ns=captured_ns, position=(x, y, z),
         angles=angles_by_name(anatomy, outcome.pose.angles),
@@ -179,11 +206,11 @@ def _triple(values: Floats) -> tuple[float, float, float]:
 
 
 def _set_clock(setup: Setup, state: State, viewer: str, health: Health) -> State:
-    """Remember a viewer's clock, and what to tell the person about it."""
+    """Update a viewer's clock offset and the health text about it."""
     offset = offset_in(health)
     if offset is None:
         return state
-    warning = clock_warning(viewer, offset, setup.frame_ns)
+    warning = clock_warning(f"viewer {viewer}", offset, setup.frame_ns)
     warnings = {other: text for other, text in state.warnings.items() if other != viewer}
     return replace(
         state,
@@ -192,18 +219,18 @@ def _set_clock(setup: Setup, state: State, viewer: str, health: Health) -> State
     )
 
 
-def _compare(state: State, heard: CameraInfo, known: Camera) -> State:
-    """Whether a viewer has the calibration that the tracker's rig says; another machine may have an older file."""
-    ours = (known.matrix, known.rotation, known.translation)
-    theirs = (heard.matrix, heard.rotation, heard.translation)
-    same = tuple(heard.size) == known.size and all(
-        np.allclose(np.ravel(our), their, rtol=SAME_CAMERA, atol=SAME_CAMERA)
-        for our, their in zip(ours, theirs, strict=True)
+def _compare_calibration(state: State, received: CameraInfo, configured: Camera) -> State:
+    """Update the health text about a viewer whose calibration differs from this rig file's."""
+    configured_values = (configured.matrix, configured.rotation, configured.translation)
+    received_values = (received.matrix, received.rotation, received.translation)
+    same = tuple(received.size) == configured.size and all(
+        np.allclose(np.ravel(configured_value), received_value, rtol=CAMERA_TOLERANCE, atol=CAMERA_TOLERANCE)
+        for configured_value, received_value in zip(configured_values, received_values, strict=True)
     )
-    others = {viewer: text for viewer, text in state.calibrations.items() if viewer != heard.viewer}
-    text = f"viewer {heard.viewer} has another calibration than this rig file: give both machines the same"
-    return replace(state, calibrations=others if same else {**others, heard.viewer: text})
+    others = {viewer: text for viewer, text in state.calibrations.items() if viewer != received.viewer}
+    text = f"viewer {received.viewer} has another calibration than this rig file: copy the same file to both machines"
+    return replace(state, calibrations=others if same else {**others, received.viewer: text})
 
 
-def _count(state: State, what: str, more: int) -> State:
-    return replace(state, counts={**state.counts, what: state.counts.get(what, 0) + more}) if more else state
+def _count(state: State, reason: str, number: int) -> State:
+    return replace(state, counts={**state.counts, reason: state.counts.get(reason, 0) + number}) if number else state

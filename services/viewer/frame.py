@@ -1,19 +1,17 @@
-"""What a viewer's step sees of a camera: a picture, or, from a take, the silhouette that was found in it."""
+"""Frames, the input events of the viewer's step: an image or, from a take, a recorded silhouette."""
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Image = NDArray[np.uint8]
+from zenocap.common.arrays import Image, Mask
 
 
 @dataclass(frozen=True)
 class Frame:
-    """image: (height, width, 3) blue, green, red at the working size.  captured_ns: since the Unix epoch.
+    """One image of a source.
 
-    frame: a file's frame k has number k, so frames left out leave gaps.  initial: of the separate video of the initial
-    posture, which counts for itself.
+    frame: number; frame k of a file has number k, so dropped frames leave gaps.  captured_ns: ns since the Unix epoch.
+    image: (height, width, 3) blue, green, red at the working size.
+    initial: from the separate video of the T-pose, which has its own frame numbers.
     """
 
     frame: int
@@ -23,9 +21,9 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Masked:
-    """The silhouette of a frame that was seen before.  mask: (height, width), not 0 on the person; None without one."""
+class SegmentedFrame:
+    """Silhouette of a frame.  mask: (height, width), not 0 on the person; None without a person."""
 
     frame: int
     captured_ns: int
-    mask: NDArray[np.uint8] | None
+    mask: Mask | None

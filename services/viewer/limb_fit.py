@@ -1,25 +1,26 @@
-"""One limb taken off the body model, searched in one view, and put back."""
+"""Search of one limb in one view: the limb is removed from the model, searched, and added at the result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import radians
+from math import pi
 
 import numpy as np
 
-from common.body.anatomy import Floats
-from common.vision.model_image import REMOVE
-from services.viewer.body_fit import BodyFit
-from services.viewer.limb_search import full_search, put_back, slant_axis, tri_tree, turn_limb
+from zenocap.common.arrays import Floats
+from zenocap.common.vision.model_image import REMOVE
+from zenocap.services.viewer.body_fit import BodyFit
+from zenocap.services.viewer.limb_search import add_limb, full_search, slant_axis, tri_tree, turn_limb
 
-FREE = radians(180)
+HALF_TURN = pi
 
 
 @dataclass(frozen=True)
 class LimbResult:
-    """directions: (2, 3) in the torso's frame.  score: of the whole model.  visible: how far the view shows the limb, in
-    [0, 1]: the share of its area that torso and other limbs leave bare and that fits the silhouette.
+    """Result of the searches of one limb.
 
-    matchings: of every tri-tree search that found it.
+    directions: (2, 3) in the torso's frame.  score: matching score of the whole model.  visible: visibility of the limb in
+    [0, 1], the share of its area that torso and other limbs leave uncovered and that is in the silhouette.
+    matchings: of every tri-tree search.
     """
 
     directions: Floats
@@ -29,57 +30,56 @@ class LimbResult:
 
 
 class LimbFit:
-    """The searches of one limb.  axis: (3,) the view's axis in the torso's frame."""
+    """Searches of limb k.  axis: (3,) view axis in the torso's frame.  Mutable; made for one step."""
 
     def __init__(self, fit: BodyFit, k: int) -> None:
         self.fit, self.k = fit, k
         self.axis = fit.view_axis
         self.body = fit.limb_body(k)
         self.matchings: tuple[int, ...] = ()
-        fit.limb(k, REMOVE)
+        fit.cover_limb(k, REMOVE)
         self.start(fit.directions[k])
 
     def start(self, directions: Floats) -> None:
-        """Begin anew from `directions` (2, 3)."""
+        """Restart from `directions` (2, 3)."""
         self.directions, self.score = directions, -2.0
 
-    def turn(self, what: int, region: float, axis: Floats | None = None) -> None:
-        """A tri-tree search about `axis`, the view's axis if none is given."""
+    def search(self, segment: int, region: float, axis: Floats | None = None) -> None:
+        """Tri-tree search within `region` radians about `axis` (3,), the view axis by default."""
         axis = self.axis if axis is None else axis
-        angle, score, matchings = tri_tree(self.directions, axis, what, region, -FREE, FREE, self.body, self.fit.picture)
+        # Paper (replaced): 3.5 moves the region into the joint's range; here it stays centred, see `limb_score`.
+        angle, score, matchings = tri_tree(self.directions, axis, segment, region, self.body, self.fit.image)
         self.matchings += (matchings,)
-        self._apply(what, axis, angle, score)
+        self._apply(segment, axis, angle, score)
 
-    def sweep(self, what: int, region: float, step: float) -> None:
-        """Every `step` of a region about the view's axis: for a limb that is lost."""
-        angle, score, _ = full_search(
-            self.directions, self.axis, what, region, -FREE, FREE, step, self.body, self.fit.picture
-        )
-        self._apply(what, self.axis, angle, score)
+    def sweep(self, segment: int, region: float, step: float) -> None:
+        """Full search at every `step` radians of `region` about the view axis, for a lost limb."""
+        angle, score, _ = full_search(self.directions, self.axis, segment, region, step, self.body, self.fit.image)
+        self._apply(segment, self.axis, angle, score)
 
-    def better_of(self, other: Callable[[], None], worth: float) -> None:
-        """Search anew by `other`, and keep what it finds if that gains at least `worth` of matching score."""
+    def retry(self, search: Callable[[], None], gain: float) -> None:
+        """Run another search and keep its result if it improves the matching score by at least `gain`."""
         directions, score = self.directions, self.score
-        other()
-        if self.score < score + worth:
+        search()
+        if self.score < score + gain:
             self.directions, self.score = directions, score
 
-    def _apply(self, what: int, axis: Floats, angle: float, score: float) -> None:
+    def _apply(self, segment: int, axis: Floats, angle: float, score: float) -> None:
         if score >= self.score:
             out = np.empty((2, 3))
-            turn_limb(self.directions, axis, what, angle, out)
+            turn_limb(self.directions, axis, segment, angle, out)
             self.directions, self.score = out, score
 
     def slant_axis(self, part: int) -> Floats:
-        """The axis in the image plane about which a part tips out of it."""
+        """(3,) axis in the image plane about which a part (0 upper, 1 lower) tilts out of it."""
         return slant_axis(self.axis, self.directions[part])
 
-    def done(self) -> LimbResult:
-        """Put the limb back where it was found."""
+    def finish(self) -> LimbResult:
+        """Add the limb to the model at the result of the search."""
         fit, k = self.fit, self.k
         fit.directions[k] = self.directions
-        twin = k ^ 1  # both arms or both legs may lie one over the other
-        own, inside = put_back(self.directions, self.body, fit.directions[twin], fit.limb_body(twin), fit.picture)
+        twin = k ^ 1  # the other arm or leg, which may cover the same pixels
+        own, inside = add_limb(self.directions, self.body, fit.directions[twin], fit.limb_body(twin), fit.image)
         area = fit.limb_areas[k] / fit.metres_per_pixel() ** 2
         visible = min(1.0, own / max(area, 1.0)) * max(0.0, 2 * inside - own) / max(own, 1)
         return LimbResult(self.directions, fit.score(), visible, self.matchings)

@@ -1,28 +1,34 @@
-"""Object tracking: where the person is in one view, and how the torso tilts and turns there.  [Two-view 3.2]"""
+"""Object tracking in one view: position of the navel, tilt and turn of the torso.  [Two-view 3.2]"""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from common.body.anatomy import Floats
-from common.body.torso import TURNS
-from services.viewer.body_fit import ARMLESS, WHOLE, BodyFit, BodyModel, cover_body
-from services.viewer.limb_search import Picture, turn_vector
+from zenocap.common.arrays import Floats
+from zenocap.common.body.segments import YAW_OFFSETS
+from zenocap.common.jit import kernel
+from zenocap.services.viewer.body_fit import ARMLESS, WHOLE, BodyFit, BodyModel, cover_body
+from zenocap.services.viewer.limb_search import CoverImage, turn_vector
+from zenocap.services.viewer.parameters import (
+    LONGEST_LEG,
+    PAPER_ROWS,
+    SHIFT_ROUNDS,
+    SHIFTS_PX,
+    STRAIGHT_KNEE_M,
+    TILT_PIVOTS,
+    TILT_REGION,
+    TILT_STOP,
+)
 
-SHIFTS_PX = np.array([-5, -2, -1, 1, 2, 5])  # [Two-view 3.2]; 0, which the paper leaves out, is where the search stands
-PAPER_ROWS = 120  # the image height those shifts are for
-ROUNDS = 4
-PIVOTS = (1.0, 0.0)  # torso lengths above the navel about which the torso tilts: the neck, then the navel
-LONGEST, STRAIGHT_M = 0.9999, 0.01  # of a stretched leg; how far the knee of a straight one stands out, metres
-TILT_REGION, TILT_STOP = np.radians(32), np.radians(2)
+SHIFTS = np.array(SHIFTS_PX)
 
 
 @dataclass(frozen=True)
-class Sight:
-    """position: (3,) navel at the depth assumed.  score: Eq. 1 there.  tilt: turn of the torso about the view's axis.
+class TorsoEstimate:
+    """Torso in one view.
 
-    turns: log matching scores of the whole body turned by `TURNS` about the vertical.
+    position: (3,) navel at the assumed depth, metres.  score: matching score there.  tilt: turn of the torso about the view
+    axis, radians.  turns: log matching scores of the whole body turned by `YAW_OFFSETS` about the vertical.
     """
 
     position: Floats
@@ -31,31 +37,69 @@ class Sight:
     turns: tuple[float, ...]
 
 
-@njit(cache=True, error_model="numpy")
-def shift_body(
-    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture,
-    metres_per_px: float, coarse: int, planting: bool,
-) -> tuple[Floats, float]:  # fmt: skip
-    """Shift the whole model in the image to its best score, first in steps of `coarse` px, then of one.
+def estimate_torso(
+    fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Floats, *, tilted: bool = True, turned: bool = True
+) -> TorsoEstimate:
+    """Shift the model image to the silhouette, then tilt and turn its torso.  Leaves the fit at the position found.
 
-    planting: the feet stay where they are, see `planted`.
-    Returns the new navel (3,) and the score; cover and totals are those of the last shift tried.
+    position: (3,), torso_to_world: (3, 3), directions: (4, 2, 3) of the predicted pose.
+    tilted, turned: False to leave out the tilt, or the scores of the turns.
     """
+    # Paper (replaced): 3.2 shifts the whole model; without arms an arm that moved does not move the torso.
+    coarse = max(1, round(fit.image_rows / PAPER_ROWS))
+    fit.place(position, torso_to_world, directions)
+    step = fit.metres_per_pixel()
+    shape = fit.model, fit.image
+    found, _ = shift_body(position, torso_to_world, directions, *shape, step, coarse, False)
+    torso, limbs = torso_to_world.copy(), directions.copy()
+    tilt = tilt_of(fit, found, torso, limbs) if tilted else 0.0
+    found, _ = shift_body(found, torso, limbs, *shape, step, coarse, True)
+    turns = turn_scores(found, torso, limbs, *shape, YAW_OFFSETS) if turned else ()
+    score = fit.place(found, torso_to_world, directions)
+    return TorsoEstimate(found, float(score), float(tilt), tuple(float(turn) for turn in turns))
+
+
+def tilt_of(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Floats) -> float:
+    """Turn of the torso about the view axis, radians; position (3,), torso_to_world (3, 3), directions (4, 2, 3) follow it.
+
+    The fit must have been placed with the same torso.
+    """
+    axis = torso_to_world @ fit.view_axis
+    tilt = 0.0
+    for height in TILT_PIVOTS:
+        tilt += tilt_body(
+            position, torso_to_world, directions, axis, height * float(fit.model.neck[1]), fit.model, fit.image
+        )
+    return float(tilt)
+
+
+@kernel
+def shift_body(
+    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, image: CoverImage,
+    metres_per_px: float, coarse: int, keep_feet: bool,
+) -> tuple[Floats, float]:  # fmt: skip
+    """Shift the model without arms in the image to its best matching score, first in steps of `coarse` px, then of one.
+
+    keep_feet: the feet keep their positions, see `keep_feet_in_place`.
+    Returns the new navel (3,) and the score; cover and totals are those of the last trial.
+    """
+    # Paper (corrected): 3.2 omits the shift 0; here it is the current position, so that a good one is kept.
+    # Paper (replaced): 3.2 shifts once along X and once along Y; here repeatedly, from coarse to fine.
     limbs = directions.copy()
     best = position.copy()
-    best_score = cover_body(best, torso_to_world, directions, model, picture, ARMLESS)
+    best_score = cover_body(best, torso_to_world, directions, model, image, ARMLESS)
     scale = coarse
     while True:
-        for _ in range(ROUNDS):
+        for _ in range(SHIFT_ROUNDS):
             start = best.copy()
             for axis in range(2):
-                for shift in SHIFTS_PX:
+                for shift in SHIFTS:
                     trial = start.copy()
                     for k in range(3):
-                        trial[k] += shift * scale * metres_per_px * picture.camera[axis, k]
-                    if planting:
-                        planted(position, torso_to_world, directions, trial, torso_to_world, model, limbs)
-                    score = cover_body(trial, torso_to_world, limbs, model, picture, ARMLESS)
+                        trial[k] += shift * scale * metres_per_px * image.camera[axis, k]
+                    if keep_feet:
+                        keep_feet_in_place(position, torso_to_world, directions, trial, torso_to_world, model, limbs)
+                    score = cover_body(trial, torso_to_world, limbs, model, image, ARMLESS)
                     if score > best_score:
                         best, best_score = trial, score
             if best[0] == start[0] and best[1] == start[1] and best[2] == start[2]:
@@ -65,11 +109,12 @@ def shift_body(
         scale = 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def turn_scores(
-    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, picture: Picture, turns: Floats
+    position: Floats, torso_to_world: Floats, directions: Floats, model: BodyModel, image: CoverImage, turns: Floats
 ) -> Floats:
     """(n,) log matching scores of the whole body turned by `turns` (n,) radians about the vertical."""
+    # Paper (replaced): 3.1 turns the torso by quarter turns; here both viewers score turns about the last yaw.
     scores = np.empty(turns.shape[0])
     turned = np.empty((3, 3))
     for k in range(turns.shape[0]):
@@ -78,20 +123,21 @@ def turn_scores(
             turned[0, column] = c * torso_to_world[0, column] + s * torso_to_world[2, column]
             turned[1, column] = torso_to_world[1, column]
             turned[2, column] = c * torso_to_world[2, column] - s * torso_to_world[0, column]
-        scores[k] = np.log(cover_body(position, turned, directions, model, picture, WHOLE) + 1e-3)
+        scores[k] = np.log(cover_body(position, turned, directions, model, image, WHOLE) + 1e-3)
     return scores
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def tilt_body(
     position: Floats, torso_to_world: Floats, directions: Floats, axis: Floats, height: float, model: BodyModel,
-    picture: Picture,
+    image: CoverImage,
 ) -> float:  # fmt: skip
-    """Turn of torso and head about `axis` (3,) of the world by the overlapped tri-tree.
+    """Tilt torso and head about `axis` (3,) of the world by an overlapped tri-tree search; returns the angle, radians.
 
-    The point at `height` metres above the navel stays, and the feet.  position (3,), torso_to_world (3, 3)
-    and directions (4, 2, 3) become those of the best turn, whose angle is returned.  A tie stays.
+    The point at `height` metres above the navel and the feet keep their positions.  position (3,), torso_to_world (3, 3)
+    and directions (4, 2, 3) are changed in place.  Of equal scores the smaller tilt is taken.
     """
+    # Paper (added): in 3 the torso stays upright, so that a bend of the person appears as a shift.
     trial, turned, turned_directions = np.empty(3), np.empty((3, 3)), np.empty((4, 2, 3))
     best, best_score = 0.0, -1.0
     centre, width = 0.0, TILT_REGION
@@ -99,43 +145,53 @@ def tilt_body(
         winner, winner_score = 0.0, -1.0
         for part in (0.0, -0.5, 0.5):
             angle = centre + part * width
-            _tilted(position, torso_to_world, directions, axis, height, angle, model, trial, turned, turned_directions)
-            score = cover_body(trial, turned, turned_directions, model, picture, ARMLESS)
+            _tilt(position, torso_to_world, directions, axis, height, angle, model, trial, turned, turned_directions)
+            score = cover_body(trial, turned, turned_directions, model, image, ARMLESS)
             if score > winner_score:
                 winner, winner_score = part, score
             if score > best_score or (score == best_score and abs(angle) < abs(best)):
                 best, best_score = angle, score
         centre += winner / 2 * width
         width /= 2
-    _tilted(position, torso_to_world, directions, axis, height, best, model, trial, turned, turned_directions)
-    position[:], torso_to_world[:], directions[:] = trial, turned, turned_directions
+    _tilt(position, torso_to_world, directions, axis, height, best, model, trial, turned, turned_directions)
+    for row in range(3):  # no slice assignments, see `turn_limb`
+        position[row] = trial[row]
+        for k in range(3):
+            torso_to_world[row, k] = turned[row, k]
+    for limb in range(4):
+        for part in range(2):
+            for row in range(3):
+                directions[limb, part, row] = turned_directions[limb, part, row]
     return best
 
 
-@njit(cache=True, error_model="numpy")
-def _tilted(
+@kernel
+def _tilt(
     position: Floats, torso_to_world: Floats, directions: Floats, axis: Floats, height: float, angle: float,
     model: BodyModel, trial: Floats, turned: Floats, turned_directions: Floats,
 ) -> None:  # fmt: skip
-    column = np.empty(3)
+    """Write trial (3,), turned (3, 3), turned_directions (4, 2, 3): navel, torso and limbs after a tilt by `angle`."""
+    column, turned_column = np.empty(3), np.empty(3)
     for k in range(3):
-        turn_vector(torso_to_world[:, k].copy(), axis, angle, column)
         for row in range(3):
-            turned[row, k] = column[row]
+            column[row] = torso_to_world[row, k]
+        turn_vector(column, axis, angle, turned_column)
+        for row in range(3):
+            turned[row, k] = turned_column[row]
     for row in range(3):
         trial[row] = position[row] + height * (torso_to_world[row, 1] - turned[row, 1])
-    planted(position, torso_to_world, directions, trial, turned, model, turned_directions)
+    keep_feet_in_place(position, torso_to_world, directions, trial, turned, model, turned_directions)
 
 
-@njit(cache=True, error_model="numpy")
-def planted(
+@kernel
+def keep_feet_in_place(
     position: Floats, torso_to_world: Floats, directions: Floats, moved: Floats, turned: Floats, model: BodyModel,
     out: Floats,
 ) -> None:  # fmt: skip
-    """Limb directions (4, 2, 3) after the torso went from `position`, `torso_to_world` to `moved`, `turned`.
+    """Write limb directions (4, 2, 3) after the torso moved from `position`, `torso_to_world` to `moved`, `turned`.
 
-    The arms keep their directions in the world, the feet their places: each knee stays on its side of the line from hip to
-    foot, a straight leg bends to the front.  A foot out of reach is drawn along.
+    The arms keep their directions in the world, the feet their positions: each knee stays on its side of the line from hip
+    to foot, and a straight leg bends to the front.  A foot out of reach moves along.
     """
     part = np.empty((2, 3))
     for limb in range(4):
@@ -157,12 +213,12 @@ def planted(
             distance = np.sqrt(distance)
             if distance > abs(upper - lower) + 1e-3:
                 along = foot / distance
-                distance = min(distance, LONGEST * (upper + lower))
+                distance = min(distance, LONGEST_LEG * (upper + lower))
                 side = knee - (knee[0] * along[0] + knee[1] * along[1] + knee[2] * along[2]) * along
                 norm = np.sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2)
-                if norm < STRAIGHT_M:
+                if norm < STRAIGHT_KNEE_M:
                     for row in range(3):
-                        side[row] += STRAIGHT_M * turned[row, 2]
+                        side[row] += STRAIGHT_KNEE_M * turned[row, 2]
                     norm = np.sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2)
                 reach = (upper**2 - lower**2 + distance**2) / (2 * distance)
                 bend = np.sqrt(max(upper**2 - reach**2, 0.0))
@@ -175,23 +231,3 @@ def planted(
                 out[limb, k, column] = 0.0
                 for row in range(3):
                     out[limb, k, column] += turned[row, column] * part[k, row]
-
-
-def sight(fit: BodyFit, position: Floats, torso_to_world: Floats, directions: Floats) -> Sight:
-    """Shift the model image to the silhouette, then tilt and turn its torso.  The fit is left at the found place.
-
-    Without arms: one that is not where it was would be taken for the torso's shape, and the torso moved instead.
-    """
-    coarse = max(1, round(fit.image_rows / PAPER_ROWS))
-    fit.place(position, torso_to_world, directions)
-    step, axis = fit.metres_per_pixel(), torso_to_world @ fit.view_axis
-    shape = fit.model, fit.picture
-    found, _ = shift_body(position, torso_to_world, directions, *shape, step, coarse, False)
-    torso, limbs = torso_to_world.copy(), directions.copy()
-    tilt = 0.0
-    for height in PIVOTS:
-        tilt += tilt_body(found, torso, limbs, axis, height * float(fit.model.neck[1]), *shape)
-    found, _ = shift_body(found, torso, limbs, *shape, step, coarse, True)
-    turns = turn_scores(found, torso, limbs, *shape, TURNS)
-    score = fit.place(found, torso_to_world, directions)
-    return Sight(found, float(score), float(tilt), tuple(float(turn) for turn in turns))

@@ -1,4 +1,4 @@
-"""A viewer as a process: rig in, bus open, source open, run."""
+"""The viewer process: read the rig, open the bus and the source, run."""
 
 import logging
 from collections.abc import Callable, Iterator
@@ -9,48 +9,62 @@ from typing import TypeVar
 import cv2
 import numpy as np
 
-from common.bus.zenoh_bus import ZenohBus
-from common.bus.zenoh_session import ZenohOptions
-from common.camera.pinhole import Camera
-from common.messages import CameraInfo
-from common.runtime.about import about
-from common.runtime.clock import RealClock
-from common.runtime.rig import Rig, Viewer
-from common.runtime.service import Service, Subscription, run
-from common.runtime.specs import BackgroundImage, Device, Stream
-from common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
-from services.viewer import watching
-from services.viewer.beginning import agreed_epoch
-from services.viewer.ready import load_compiled
-from services.viewer.source import open_source
-from services.viewer.sources.fit import Fit
-from services.viewer.sources.frame import Frame, Image, OpenError, Playback
-from services.viewer.sources.video import median_picture
-from services.viewer.states import Setup, State, viewer_setup
-from services.viewer.step import describe, initial_state, step
+from zenocap.common.arrays import Image
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.messages import CameraInfo
+from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.sources import BackgroundImage, Device, Stream
+from zenocap.common.rig.two_view import IMPROVED, Additions
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.compiled import compiling
+from zenocap.common.runtime.service import Service, Subscription, run
+from zenocap.common.runtime.service_info import service_info
+from zenocap.common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.services.viewer import silhouette_step as watching
+from zenocap.services.viewer.epoch import agreed_epoch
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.jit_warmup import load_compiled
+from zenocap.services.viewer.sources.playback import OpenError, Playback
+from zenocap.services.viewer.sources.resize import Fit
+from zenocap.services.viewer.sources.source import open_source
+from zenocap.services.viewer.sources.video import median_picture
+from zenocap.services.viewer.states import Setup, State, viewer_setup
+from zenocap.services.viewer.step import describe, initial_state, phase_of, step
 
 logger = logging.getLogger(__name__)
 
 S = TypeVar("S")
 
 
-def viewer_service(viewer: Viewer) -> Service[Setup, State, Frame]:
-    """One viewer of a two-view rig.
+def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[Setup, State, Frame]:
+    """Service of one viewer of a two-view rig.  additions: to the paper, see `zenocap.common.rig.two_view`.
 
-    Raises OpenError for an unreadable background picture, ValueError for a useless camera.
+    Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
     """
-    setup = _setup(viewer)
+    setup = _setup(viewer, additions)
     topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
-    return Service("viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe)
+    return Service(
+        "viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe, phase=phase_of
+    )
 
 
 def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
-    """One viewer of a rig with a tracker, which asks it for silhouettes alone.  Raises as `viewer_service` does."""
+    """Service of one viewer of a rig with a tracker; publishes silhouettes only.  Raises as `viewer_service` does."""
     setup = _setup(viewer)
-    return Service("viewer", viewer.id, setup, watching.initial_state(setup), watching.step, describe=watching.describe)
+    return Service(
+        "viewer",
+        viewer.id,
+        setup,
+        watching.initial_state(setup),
+        watching.step,
+        describe=watching.describe,
+        phase=watching.phase_of,
+    )
 
 
-def _setup(viewer: Viewer) -> Setup:
+def _setup(viewer: Viewer, additions: Additions = IMPROVED) -> Setup:
     background, plate = viewer.background_in_use, None
     match viewer.background, background:
         case BackgroundImage(path=path), _:
@@ -59,20 +73,21 @@ def _setup(viewer: Viewer) -> Setup:
             plate = median_picture(path, Fit(str(path), viewer.calibrated_size, viewer.camera.size))
         case _:
             pass
-    return viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate)
+    return viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate, additions=additions)
 
 
 def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], bool], epoch_ns: int | None = None) -> int:
-    """Run until `stopped` or the end of a file; epoch_ns: see `Playback`, agreed with the other viewers if None.
+    """Run until `stopped` or the end of a file; returns the exit status.
 
-    Returns the exit status.  Raises RigError, BusError, SourceError and ValueError before it runs.
+    epoch_ns: see `Playback`; None: agreed with the other viewers.  Raises UserError, BusError, SourceError and ValueError
+    before the first frame.
     """
     viewer = rig.viewer(id)
     if rig.tracker is not None:
         return _run(silhouette_service(viewer), rig, viewer, options, stopped, epoch_ns)
-    service = viewer_service(viewer)
-    logger.info("getting ready; the first time ever compiles for some 20 s")
-    load_compiled(service.setup)
+    service = viewer_service(viewer, rig.additions)
+    with compiling(logger, "viewer-service", "tracking"):
+        load_compiled(service.setup)
     return _run(service, rig, viewer, options, stopped, epoch_ns)
 
 
@@ -86,20 +101,20 @@ def _run(
 ) -> int:
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
-        bus.introduce(about(rig, "viewer", viewer.id, clock.now_ns()))
+        bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
         if isinstance(viewer.source, Device | Stream):
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
             with bus.reader() as others:
                 ids = [other.id for other in rig.viewers if other is not viewer]
                 epoch_ns = agreed_epoch(ids, partial(camera_info, viewer), others, clock, stopped)
-        greeting = (camera_info(viewer, epoch_ns),)
+        first_messages = (camera_info(viewer, epoch_ns),)
         frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock))
-        return run(service, bus, clock, frames, stopped, greeting=greeting)
+        return run(service, bus, clock, frames, stopped, first_messages=first_messages)
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:
-    """The calibration of a viewer's camera at the working size; epoch_ns: capture time of frame 0."""
+    """Calibration of the camera at the working size; epoch_ns: capture time of frame 0."""
     camera: Camera = viewer.camera
     return CameraInfo(
         frame=0,
@@ -115,7 +130,7 @@ def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:
 
 
 def _picture(viewer: Viewer, path: Path) -> Image:
-    """A background picture at the viewer's working size.  Raises OpenError and SizeMismatch."""
+    """Read a background picture at the viewer's working size.  Raises OpenError and SizeMismatch."""
     image = cv2.imread(str(path), cv2.IMREAD_COLOR)
     if image is None:
         raise OpenError(f"{path}: not a picture that can be decoded")

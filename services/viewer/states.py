@@ -1,29 +1,30 @@
-"""A viewer's setup and the phases it goes through, as types."""
+"""Setup and states of a viewer."""
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from common.body.anatomy import TEN_PARTS, Anatomy, Floats
-from common.body.definition import Bdp, Pose
-from common.camera.level import LevelView, level_view
-from common.camera.pinhole import Camera
-from common.messages import Assignment
-from common.runtime.specs import BackgroundImage, FirstFrames, MedianFrames, Mog2
-from common.vision.background import Background
-from common.vision.mixture import Mixture
-from common.vision.silhouette import Extents
-from services.viewer.body_fit import BodyFit, BodyModel, camera_rows
+from zenocap.common.arrays import Floats, Image, Mask
+from zenocap.common.body.anatomy import TEN_PARTS, Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.camera.level_view import LevelView, level_view
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.messages import Assignment
+from zenocap.common.rig.sources import BackgroundImage, FirstFrames, MedianFrames, Mog2
+from zenocap.common.rig.two_view import IMPROVED, Additions
+from zenocap.common.vision.background import Background
+from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.silhouette import Extents
+from zenocap.services.viewer.body_fit import BodyModel, camera_rows
 
 BackgroundSpec = FirstFrames | MedianFrames | BackgroundImage | Mog2
-Image = NDArray[np.uint8]
-Mask = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class Setup:
-    """camera: at the working size.  rows: (5, 3) of the level view.  plate: the picture of an image background."""
+    """Setup of a viewer.
+
+    camera: at the working size.  rows: (5, 3) of the level view.  plate: image of an image background, or None.
+    additions: to the paper, see `zenocap.common.rig.two_view`.
+    """
 
     id: str
     camera: Camera
@@ -34,6 +35,7 @@ class Setup:
     publish_preview: bool
     anatomy: Anatomy
     plate: Image | None
+    additions: Additions = IMPROVED
 
 
 def viewer_setup(
@@ -44,24 +46,28 @@ def viewer_setup(
     publish_preview: bool = False,
     plate: Image | None = None,
     anatomy: Anatomy = TEN_PARTS,
+    additions: Additions = IMPROVED,
 ) -> Setup:
-    """plate: (height, width, 3) at the working size, for an image background.
+    """Setup of a viewer.  plate: (height, width, 3) at the working size, for an image background.
 
+    additions: to the paper, see `zenocap.common.rig.two_view`.
     Raises ValueError for a camera that looks straight up or down, or an image background without its plate.
     """
     if isinstance(background, BackgroundImage) and plate is None:
-        raise ValueError(f"viewer {id}: background image {background.path} was not read")
+        raise ValueError(f"viewer {id}: background image {background.path} is missing")
     level = level_view(camera)
     return Setup(
-        id, camera, level, camera_rows(level.camera), background, publish_silhouette, publish_preview, anatomy, plate
-    )
+        id, camera, level, camera_rows(level.camera), background, publish_silhouette, publish_preview, anatomy, plate,
+        additions,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What this viewer knows of the scene: its background model and where the person last was.
+class Scene:
+    """Background model and last extents of the person.
 
     background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
+    A `Mixture` is the one mutable object in a state: OpenCV gives no access to its model.
     """
 
     background: Background | Mixture | None
@@ -71,7 +77,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class LearningBackground:
-    """Collecting frames of the scene; None for one whose picture is not in the take.  bdp: the universal body, if known."""
+    """Collecting images of the scene, None for those not in the take.  bdp: universal BDP, None before one arrives."""
 
     frames: tuple[Image | None, ...] = ()
     bdp: Bdp | None = None
@@ -79,17 +85,22 @@ class LearningBackground:
 
 @dataclass(frozen=True)
 class Pending:
-    """A frame whose sighting is out and whose assignment is awaited."""
+    """A frame whose sighting is published and whose assignment is awaited.
+
+    mask: (height, width) in the level view.  model: body of the sighting; None before a body is known.
+    ray: slopes x and y of the sighting.
+    """
 
     frame: int
     captured_ns: int
     mask: Mask
-    fit: BodyFit | None = None
+    model: BodyModel | None = None
+    ray: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Early:
-    """A universal BAP, of frame `based_on`, that came before its body."""
+class EarlyPose:
+    """A universal BAP, of frame `based_on`, that arrived before its universal BDP."""
 
     pose: Pose
     based_on: int
@@ -97,27 +108,30 @@ class Early:
 
 @dataclass(frozen=True)
 class MeasuringBody:
-    """Waiting for the initial posture, measuring it, or waiting for the integrator to go on with a body that is known.
+    """Waiting for the T-pose, measuring it, or waiting for the pose of a known body.
 
-    The integrator's assignments say which.  bdp: the universal body said last, None if none was heard.
+    The assignments of the integrator decide which.  bdp: last universal BDP, None before one arrives.
+    advice: health text.
     """
 
-    seen: Seen
+    scene: Scene
     bdp: Bdp | None = None
     pending: Pending | None = None
     advice: str = "waiting for a person"
-    early: Early | None = None
+    early: EarlyPose | None = None
 
 
 @dataclass(frozen=True)
 class Tracking:
-    """bdp, model: the universal body.  pose: of the universal BAP last received, of frame `based_on`, with the one before.
+    """Tracking a person.
 
-    typical: the matching score that this person usually reaches in this view.  lost: the last frame fell short of it and
-    was searched widely.  placed_ns: when it was last assigned a place, by the capture time of its own newest frame.
+    bdp, model: universal body.  pose, before: of the last two universal BAPs.  based_on: frame of the last one.
+    assignment: the last one that was answered.  usual_score: matching score that this person usually reaches in this view.
+    lost: the score of the last frame was much lower and its limbs were searched all around.
+    placed_ns: capture time of this viewer's frame at the last assignment.
     """
 
-    seen: Seen
+    scene: Scene
     bdp: Bdp
     model: BodyModel
     pose: Pose
@@ -125,8 +139,7 @@ class Tracking:
     based_on: int = -1
     assignment: Assignment | None = None
     pending: Pending | None = None
-    typical: float = 0.0
-    score: float = 0.0
+    usual_score: float = 0.0
     lost: bool = False
     placed_ns: int | None = None
 

@@ -1,123 +1,195 @@
-"""A viewer's tracking of one frame: a sighting first, and the limbs once the integrator has placed the body."""
+"""Tracking of one frame in a viewer: a sighting, and the limbs once the integrator has placed the body."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from common.body.anatomy import Anatomy, Floats
-from common.body.limbs import LIMBS, Limb, limb_angles, limb_directions, limbs_of, resting_arm
-from common.body.torso import torso_rotation, width_thresholds
-from common.conversion import angles_by_name
-from common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
-from services.viewer.arms import find_arm
-from services.viewer.body_fit import BodyFit, Mask, around
-from services.viewer.hypotheses import arm_ways, chosen, leg_ways, way_scores
-from services.viewer.legs import LEFT, RIGHT, exchange_gain, find_leg_facade, find_leg_flank
-from services.viewer.limb_fit import LimbResult
-from services.viewer.measuring import outline
-from services.viewer.position import Sight, sight
-from services.viewer.states import Pending, Setup, Tracking
-from services.viewer.view import own_view, toes_offset, upper_body_width
+from zenocap.common.arrays import Floats, Mask
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.segments import (
+    LIMBS,
+    YAW_OFFSETS,
+    Limb,
+    hanging_arm,
+    limb_angles,
+    limb_directions,
+    limbs_of,
+    torso_rotation,
+    width_thresholds,
+)
+from zenocap.common.conversion import angles_by_name
+from zenocap.common.messages import Assignment, LimbMatch, Message, PartialBap, Sighting
+from zenocap.common.vision.model_image import ADD, REMOVE
+from zenocap.services.viewer.body_fit import BodyFit, cropped
+from zenocap.services.viewer.joint_angles import (
+    LEFT_LEG,
+    RIGHT_LEG,
+    find_arm,
+    find_leg_facade,
+    find_leg_flank,
+    leg_exchange_gain,
+)
+from zenocap.services.viewer.limb_fit import LimbResult
+from zenocap.services.viewer.limb_hypotheses import arm_hypotheses, combination, hypothesis_scores, leg_hypotheses
+from zenocap.services.viewer.paper.joint_angles import LimbAngles, other_starts
+from zenocap.services.viewer.paper.joint_angles import find_arm_facade as paper_arm_facade
+from zenocap.services.viewer.paper.joint_angles import find_arm_flank as paper_arm_flank
+from zenocap.services.viewer.paper.joint_angles import find_leg_facade as paper_leg_facade
+from zenocap.services.viewer.paper.joint_angles import find_leg_flank as paper_leg_flank
+from zenocap.services.viewer.paper.position import shift
+from zenocap.services.viewer.paper.projection import depth_of_scale, orthographic, point_at
+from zenocap.services.viewer.parameters import (
+    ARM_PRIOR,
+    FASTEST_COS,
+    LEG_PRIOR,
+    LOST_LIMBS,
+    LOST_PERSON,
+    PREDICTED,
+    REST_PRIOR,
+    RESTART_GAIN,
+    USUAL_SCORE_FALL,
+    USUAL_SCORE_RISE,
+)
+from zenocap.services.viewer.position import TorsoEstimate, estimate_torso, tilt_of, turn_scores
+from zenocap.services.viewer.silhouette_features import own_view, silhouette_box, toes_offset, upper_body_width
+from zenocap.services.viewer.states import Pending, Setup, Tracking
 
-PREDICTED = 1.0  # share of the last frame's motion that is expected to go on
-FASTEST = 0.7  # cosine of a limb's turn in one frame beyond which it was found elsewhere and did not move
-# PREDICTED, LEG_DRAW and LOST_SHARE were tried out on the shared clips walk2, bend2 and kick2: no independent test of them.
-LEG_DRAW = 0.03  # as DRAW, for legs
-DRAW = 0.01  # matching score that a limb's motion may cost, see LimbBody.expected
-REST_DRAW = 0.005  # the same towards the hanging arm
-LOST_PERSON, LOST_SHARE = 0.5, 0.92  # of the person's own typical score in this view: look elsewhere, look wider
-RISE, FALL = 0.2, 0.01  # the typical score follows the good ones
+NO_SCORES = np.empty(0)
 
 
 def torso_of(setup: Setup, angles: Floats) -> Floats:
-    """(3, 3) torso to world of a pose's angles."""
+    """(3, 3) torso to world of joint angles (angles,)."""
     index = setup.anatomy.index
     return torso_rotation(*(float(angles[index[f"navel.{axis}"]]) for axis in "yxz"))
 
 
 def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking, Sighting]:
-    """Position, tilt and turn of the body in this view, from where the universal BAP had it.  [Two-view 3.1, 3.2]"""
+    """Position, tilt and turn of the body in this view, searched from the last universal BAP.  [Two-view 3.1, 3.2]"""
+    added = setup.additions
     pose = state.pose
     torso = torso_of(setup, pose.angles)
     directions = limb_directions(setup.anatomy, pose.angles)
-    fit = BodyFit(state.model, *around(setup.rows, pending.mask), pending.mask.shape[0])
-    start = pose.position + PREDICTED * (pose.position - state.before.position)
-    found = sight(fit, start, torso, directions)
-    if state.typical and found.score < LOST_PERSON * state.typical:
-        found = _found_again(setup, state, pending.mask, fit, torso, directions, found.score) or found
+    rows, depth = _projection(setup, state)
+    fit = BodyFit(state.model, *cropped(rows, pending.mask), pending.mask.shape[0])
+    start = _start(setup, state, depth)
+    found = _torso(setup, fit, start, torso, directions)
+    # Paper (added): a person who moved too far is searched at the torso of the silhouette.
+    if "restart" in added and state.usual_score and found.score < LOST_PERSON * state.usual_score:
+        found = _relocalized(setup, pending.mask, fit, depth, torso, directions, found.score) or found
     local = setup.rows[:3] @ found.position + setup.rows[3]
-    shape = outline(pending.mask)
+    box = silhouette_box(pending.mask)
     focal, (_, cy) = setup.level.focal_px(), setup.level.centre_px()
     torso_px = float(state.model.torso[0]) * focal / local[2]
     width = upper_body_width(pending.mask, cy + focal * local[1] / local[2], torso_px)
     metres = width * local[2] / focal
+    # Paper (replaced): 3.1 compares widths in px; here in metres at the depth of the person.
     low, high = width_thresholds(2 * float(state.model.torso[2]), 2 * float(state.model.torso[1]))
     before = state.assignment.views[setup.id].view if state.assignment else "facade"
-    expected = _expected(setup, state, torso)
-    arms = way_scores(fit, 0, arm_ways(expected, resting_arm(torso, float(pose.angles[setup.anatomy.index["navel.y"]]))))
-    legs = way_scores(fit, RIGHT, leg_ways(expected))
-    toes = float(np.clip(toes_offset(pending.mask) * local[2] / focal, -1, 1))
+    arms = legs = NO_SCORES
+    if "hypotheses" in added:
+        expected = _expected(setup, state, torso)
+        resting = hanging_arm(torso, float(pose.angles[setup.anatomy.index["navel.y"]]))
+        arms = hypothesis_scores(fit, 0, arm_hypotheses(expected, resting))
+        legs = hypothesis_scores(fit, RIGHT_LEG, leg_hypotheses(expected))
+    toes = float(np.clip(toes_offset(pending.mask) * local[2] / focal, -1, 1)) if "toes" in added else 0.0
+    # Paper (replaced): 4.2 takes the column of the highest pixel as the position; here that of the matched model.
     message = Sighting(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, present=True,
-        x=float(local[0] / local[2]), y=float(local[1] / local[2]), height=shape.height / focal, width=width / focal,
+        x=float(local[0] / local[2]), y=float(local[1] / local[2]), height=box.height / focal, width=width / focal,
         view=own_view(before, metres, low, high), score=found.score, tilt=found.tilt, turns=list(found.turns),
         toes=toes, arms=arms.tolist(), legs=legs.tolist(), based_on=state.based_on,
     )  # fmt: skip
-    pending = replace(pending, fit=fit)
-    return replace(state, pending=pending, score=found.score), message
+    return replace(state, pending=replace(pending, model=state.model, ray=(message.x, message.y))), message
 
 
-def _found_again(
-    setup: Setup, state: Tracking, mask: Mask, fit: BodyFit, torso: Floats, directions: Floats, score: float
-) -> Sight | None:
-    """The person where the silhouette's torso is, when the last place explains it badly."""
-    shape = outline(mask)
+def _projection(setup: Setup, state: Tracking) -> tuple[Floats, float]:
+    """Camera rows (5, 3) of the model image and depth of the person, metres."""
+    # Paper (replaced): 3.2 draws an orthographic model scaled by r_t; with the addition perspective, in perspective.
+    if "perspective" in setup.additions or state.assignment is None:
+        depth = float(setup.rows[2] @ state.pose.position + setup.rows[3, 2])
+        return (setup.rows if "perspective" in setup.additions else orthographic(setup.rows, depth)), depth
+    depth = depth_of_scale(setup.rows, state.assignment.views[setup.id].scale)
+    return orthographic(setup.rows, depth), depth
+
+
+def _start(setup: Setup, state: Tracking, depth: float) -> Floats:
+    """(3,) position from which the body is searched."""
+    start = state.pose.position
+    # Paper (added): 3.2 and 3.5 start from the last pose; here the last motion is continued.
+    if "prediction" in setup.additions:
+        start = start + PREDICTED * (start - state.before.position)
+    if "perspective" in setup.additions:
+        return start
+    x, y, z = setup.rows[:3] @ start + setup.rows[3]
+    return point_at(setup.rows, float(x / z), float(y / z), depth)
+
+
+def _torso(setup: Setup, fit: BodyFit, start: Floats, torso: Floats, directions: Floats) -> TorsoEstimate:
+    """Torso searched from `start` (3,): by the additions, or by the paper's shifts alone."""
+    if "position" in setup.additions:
+        tilted, turned = "tilt" in setup.additions, "turn" in setup.additions
+        return estimate_torso(fit, start, torso, directions, tilted=tilted, turned=turned)
+    found = shift(fit, start, torso, directions)
+    turns: tuple[float, ...] = ()
+    tilt = 0.0
+    if "tilt" in setup.additions:
+        tilt = tilt_of(fit, found.position.copy(), torso.copy(), directions.copy())
+        fit.place(found.position, torso, directions)
+    if "turn" in setup.additions:
+        scores = turn_scores(found.position, torso, directions, fit.model, fit.image, YAW_OFFSETS)
+        turns = tuple(float(score) for score in scores)
+        fit.place(found.position, torso, directions)
+    return TorsoEstimate(found.position, found.score, tilt, turns)
+
+
+def _relocalized(
+    setup: Setup, mask: Mask, fit: BodyFit, depth: float, torso: Floats, directions: Floats, score: float
+) -> TorsoEstimate | None:
+    """Estimate from the torso of the silhouette instead of the predicted position; None when it scores no higher."""
+    box = silhouette_box(mask)
     focal, (cx, cy) = setup.level.focal_px(), setup.level.centre_px()
-    depth = float(setup.rows[2] @ state.pose.position + setup.rows[3, 2])
-    local = np.array([(shape.column - cx) / focal, (shape.navel_row - cy) / focal, 1.0]) * depth
-    place = setup.rows[:3].T @ (local - setup.rows[3])
-    found = sight(fit, place, torso, directions)
+    local = np.array([(box.column - cx) / focal, (box.navel_row - cy) / focal, 1.0]) * depth
+    position = setup.rows[:3].T @ (local - setup.rows[3])
+    found = _torso(setup, fit, position, torso, directions)
     return found if found.score > score else None
 
 
 def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignment) -> tuple[Tracking, list[Message]]:
-    """Partial BAP of the pending frame with the body where the integrator placed it.  [Two-view 3.3, 3.4]"""
-    anatomy, fit = setup.anatomy, pending.fit
-    if fit is None:
+    """Partial BAP of the pending frame, with the torso as the integrator assigned it.  [Two-view 3.3, 3.4]"""
+    anatomy, added = setup.anatomy, setup.additions
+    if pending.model is None:
         return replace(state, pending=None), []
     torso = torso_rotation(assignment.yaw, assignment.lean, assignment.roll)
-    position = np.array(assignment.position)
+    rows, position = setup.rows, np.array(assignment.position)
+    if "perspective" not in added:  # as printed in [Two-view 4.2]: the model scaled by the factor that was sent
+        depth = depth_of_scale(setup.rows, assignment.views[setup.id].scale)
+        rows, position = orthographic(setup.rows, depth), point_at(setup.rows, *pending.ray, depth)
+    fit = BodyFit(pending.model, *cropped(rows, pending.mask), pending.mask.shape[0])
     expected = _expected(setup, state, torso)
-    resting = resting_arm(torso, assignment.yaw)
+    resting = hanging_arm(torso, assignment.yaw)
     if assignment.arms:
-        expected[:2] = chosen(arm_ways(expected, resting), assignment.arms)
+        expected[:2] = combination(arm_hypotheses(expected, resting), assignment.arms)
     if assignment.legs:
-        expected[2:] = chosen(leg_ways(expected), assignment.legs)
-    fit.expected = DRAW * expected
-    fit.expected[:2] += REST_DRAW * resting
-    fit.expected[2:] *= LEG_DRAW / DRAW
+        expected[2:] = combination(leg_hypotheses(expected), assignment.legs)
+    # Paper (added): Eq. 1 alone does not decide where the silhouette is ambiguous; expected directions add to it.
+    if "draws" in added:
+        fit.expected = ARM_PRIOR * expected
+        fit.expected[:2] += REST_PRIOR * resting
+        fit.expected[2:] *= LEG_PRIOR / ARM_PRIOR
     fit.place(position, torso, expected)
-    view = assignment.views[setup.id].view
-    standing = np.tile(torso.T @ np.array([0.0, -1.0, 0.0]), (2, 1))
-    results: dict[int, LimbResult] = {}
-
-    def search(lost: bool) -> None:
-        for k in (RIGHT, LEFT):
-            if view == "facade":
-                results[k] = find_leg_facade(fit, k, assignment.squatting)
-            else:
-                results[k] = find_leg_flank(fit, k, standing, lost)
-        for k in (0, 1):
-            results[k] = find_arm(fit, k, resting, lost)
-
-    search(lost=False)
-    lost = fit.score() < LOST_SHARE * state.typical
+    search = _search_directions if "directions" in added else _search_angles
+    angles, results = search(setup, state, fit, assignment, lost=False)
+    # Paper (added): limbs whose score falls are searched all around; see 5.2 (1).
+    lost = "restart" in added and fit.score() < LOST_LIMBS * state.usual_score
     if lost:
-        search(lost=True)
+        angles, results = search(setup, state, fit, assignment, lost=True)
     score = fit.score()
-    typical = state.typical + (RISE if score > state.typical else FALL) * (score - state.typical)
-    gain = exchange_gain(fit) if view == "facade" else 0.0
-    angles = limb_angles(anatomy, fit.directions, state.pose.angles)
+    rate = USUAL_SCORE_RISE if score > state.usual_score else USUAL_SCORE_FALL
+    usual_score = state.usual_score + rate * (score - state.usual_score)
+    view = assignment.views[setup.id].view
+    gain = leg_exchange_gain(fit) if view == "facade" and "exchange" in added else 0.0
+    if "directions" in added:
+        angles = limb_angles(anatomy, fit.directions, state.pose.angles)
     named = angles_by_name(anatomy, angles)
     message = PartialBap(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, view=view,
@@ -128,15 +200,72 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
         },
         exchange=float(gain), score=float(score), based_on=state.based_on,
     )  # fmt: skip
-    return replace(state, pending=None, assignment=assignment, typical=typical, lost=lost), [message]
+    return replace(state, pending=None, assignment=assignment, usual_score=usual_score, lost=lost), [message]
+
+
+def _search_directions(
+    setup: Setup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
+) -> tuple[Floats, dict[int, LimbResult]]:
+    """Limbs searched as directions, which stay in the fit: the last angles (angles,), and the result of each limb."""
+    torso = fit.torso_to_world
+    resting = hanging_arm(torso, assignment.yaw)
+    standing = np.tile(torso.T @ np.array([0.0, -1.0, 0.0]), (2, 1))
+    facade = assignment.views[setup.id].view == "facade"
+    results: dict[int, LimbResult] = {}
+    # Paper (replaced): 3.3 and 3.4 estimate the arms first; here the legs.
+    for k in (RIGHT_LEG, LEFT_LEG):
+        if facade:
+            results[k] = find_leg_facade(fit, k, assignment.squatting)
+        else:
+            results[k] = find_leg_flank(fit, k, standing, lost)
+    for k in (0, 1):
+        results[k] = find_arm(fit, k, resting, lost, restart="restart" in setup.additions)
+    return state.pose.angles, results
+
+
+def _search_angles(
+    setup: Setup, state: Tracking, fit: BodyFit, assignment: Assignment, *, lost: bool
+) -> tuple[Floats, dict[int, LimbResult]]:
+    """Limbs searched angle by angle, as printed: angles (angles,) radians, and the result of each limb."""
+    # As printed in [Two-view 3.3, 3.4]: arms before legs; with the addition restart also from other angles.
+    anatomy, facade = setup.anatomy, assignment.views[setup.id].view == "facade"
+    angles = limb_angles(anatomy, fit.directions, state.pose.angles)  # of the directions that the fit was placed with
+    results: dict[int, LimbResult] = {}
+    for k, limb in enumerate(limbs_of(anatomy)):
+        start = LimbAngles(*(float(angles[n]) for n in (limb.z, limb.x, limb.y, limb.flexion)))
+        found, results[k] = _search_limb(fit, k, limb, anatomy.limits, start, assignment.squatting, facade)
+        for other in other_starts(start, limb.is_leg, facade, lost) if "restart" in setup.additions else ():
+            kept = fit.directions[k].copy()
+            retried, result = _search_limb(fit, k, limb, anatomy.limits, other, assignment.squatting, facade)
+            if result.score >= results[k].score + RESTART_GAIN:
+                found, results[k] = retried, result
+            else:
+                fit.cover_limb(k, REMOVE)
+                fit.directions[k] = kept
+                fit.cover_limb(k, ADD)
+        angles[[limb.z, limb.x, limb.y, limb.flexion]] = found.z, found.x, found.y, found.bend
+    return angles, results
+
+
+def _search_limb(
+    fit: BodyFit, k: int, limb: Limb, limits: Floats, start: LimbAngles, squatting: bool, facade: bool
+) -> tuple[LimbAngles, LimbResult]:
+    """Limb k searched angle by angle from `start`; limits: (angles, 2) radians."""
+    if not limb.is_leg:
+        return (paper_arm_facade if facade else paper_arm_flank)(fit, k, start)
+    if facade:
+        return paper_leg_facade(fit, k, start, limits[limb.z], squatting)
+    return paper_leg_flank(fit, k, start, limits[limb.x], limits[limb.flexion])
 
 
 def _expected(setup: Setup, state: Tracking, torso: Floats) -> Floats:
-    """(4, 2, 3) where the limbs should be in the frame of `torso` (3, 3) if their last motion goes on."""
+    """(4, 2, 3) limb directions in the frame of `torso` (3, 3) if their last motion continues."""
     anatomy = setup.anatomy
     directions = limb_directions(anatomy, state.pose.angles) @ torso_of(setup, state.pose.angles).T @ torso
+    if "prediction" not in setup.additions:
+        return directions
     before = limb_directions(anatomy, state.before.angles) @ torso_of(setup, state.before.angles).T @ torso
-    moving = np.sum(directions * before, axis=2, keepdims=True) > FASTEST
+    moving = np.sum(directions * before, axis=2, keepdims=True) > FASTEST_COS
     expected: Floats = directions + PREDICTED * np.where(moving, directions - before, 0.0)
     expected /= np.linalg.norm(expected, axis=2, keepdims=True)
     return expected

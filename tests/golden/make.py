@@ -1,9 +1,9 @@
-"""Make the golden takes anew, after results were changed on purpose: python -m tests.golden.make
+"""Write the golden takes again after an intended change of results: python -m tests.golden.make
 
-Each NAME.mcap has a NAME.txt beside it that says in words and numbers what is in it: read its difference before committing.
+Each NAME.mcap has a NAME.txt beside it with its content as text: read the difference of the text before committing.
 
-arms: the synthetic actor raises both arms, tracked offline.  live: 20 s of the demo, three processes, with the order
-and the gaps that they really had.
+arms: the simulated person raises both arms, tracked offline.  live: 20 s of the demo, three processes, with the actual
+order and gaps of their messages.
 """
 
 import subprocess
@@ -13,12 +13,12 @@ from dataclasses import replace
 from math import degrees
 from pathlib import Path
 
-from common.messages import UniversalBap, UniversalBdp
-from common.runtime.rig import demo_rig, demo_rig_file
-from common.runtime.rig_file import LogTable
-from common.runtime.specs import Actor
-from common.take.reading import Take, envelope
-from services.takes.track import track
+from zenocap.common.messages import UniversalBap, UniversalBdp
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.rig.file import LogTable
+from zenocap.common.rig.rig import demo_rig, demo_rig_file
+from zenocap.common.rig.sources import Actor
+from zenocap.tools.recordings.track import track
 
 HERE = Path(__file__).parent
 NAMES = ("arms", "live")
@@ -29,7 +29,7 @@ SHOWN = (
 
 
 def readable(path: Path) -> str:
-    """The content of a take: how many messages of each kind, the body, and every pose."""
+    """The content of a take as text: number of messages of each kind, the body, and every pose."""
     counts: dict[str, int] = {}
     lines: list[str] = []
     for recorded in Take(path).messages():
@@ -69,7 +69,7 @@ def make_live(path: Path) -> None:
             (folder / file.name).write_text(text)
         rig = folder / demo_rig_file().name
         rig.write_text(rig.read_text() + "\n[log]\nfoxglove = false\n")
-        command = [sys.executable, "-m", "services.cli", "up", str(rig), "--seconds", "20", "--recordings", name]
+        command = [sys.executable, "-m", "zenocap", "up", str(rig), "--seconds", "20", "--recordings", name]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         (take,) = folder.glob("*.mcap")
         path.write_bytes(take.read_bytes())

@@ -1,24 +1,26 @@
-"""The golden takes: what is in them is in the text beside each, and today's steps still say the same, byte for byte.
+"""Golden takes: the content equals the text beside each, and the current steps recompute it byte for byte.
 
-On another kind of processor than the take was made on, the last digits may differ.
+On another type of processor than that of the recording, the last digits may differ.
 """
 
 import pytest
 
-from common.runtime.versions import processor
-from services.takes.verify.recompute import verify
 from tests.golden.make import HERE, NAMES, readable
+from zenocap.common.runtime.service_info import processor
+from zenocap.tools.verify.recompute import verify
+
+pytestmark = pytest.mark.slow
 
 OTHER_PROCESSOR = 1e-6
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_text_says_what_is_in_the_take(name: str) -> None:
+def test_the_text_equals_the_content_of_the_take(name: str) -> None:
     assert readable(HERE / f"{name}.mcap") == (HERE / f"{name}.txt").read_text()
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_steps_of_today_say_what_is_in_the_take(name: str) -> None:
+def test_the_current_steps_recompute_the_take(name: str) -> None:
     found = verify([HERE / f"{name}.mcap"])
     if found.versions["processor"] != processor():
         found = verify([HERE / f"{name}.mcap"], OTHER_PROCESSOR)

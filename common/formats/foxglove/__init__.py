@@ -1,1 +1,1 @@
-"""What Foxglove and Lichtblick can show of a rig's messages: channels beside our own in the log."""
+"""Channels for the panels of Foxglove and Lichtblick, in addition to the MessagePack channels of a rig."""

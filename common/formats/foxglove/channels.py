@@ -1,8 +1,8 @@
-"""The table of the channels beside our own: where they are, and how their bytes are described.
+"""Table of the Foxglove channels of a rig: topics and schemas.
 
-They lie below `foxglove/{rig}/`, so that no key of ours can be one of them.  A viewer's images and its calibration share
-everything up to the last slash: by that Lichtblick's image panel finds the calibration.  JSON Schemas keep to what
-Lichtblick reads: objects, arrays of one type, numbers, integers, booleans and strings, without references.
+Topics begin with `foxglove/{rig}/`, unlike all keys of zenocap.  A viewer's images and its calibration have the same topic
+up to the last slash: Lichtblick's image panel finds the calibration by it.  JSON Schemas use only the types that
+Lichtblick supports: objects, arrays of one type, numbers, integers, booleans and strings, without references.
 """
 
 from collections.abc import Mapping
@@ -14,24 +14,24 @@ import foxglove.messages as fox
 import msgspec
 from foxglove import Schema
 
-from common.body.anatomy import Anatomy
-from common.take.recording import Channel
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.recording.writer import Channel
 
 JsonSchema = dict[str, object]
 
-ROOT = "map"  # Z up, as 3-D panels have it; one of the frames that Lichtblick shows by itself
-WORLD = "world"  # Y up: our own
-PERSON = "person"  # the entity of the scene
+ROOT = "map"  # Z up, as in 3-D panels; a frame that Lichtblick shows by default
+WORLD = "world"  # Y up
+PERSON = "person"  # id of the scene entity
 
 
-class Beside(NamedTuple):
-    """One message for a channel beside ours."""
+class FoxgloveMessage(NamedTuple):
+    """A message of a Foxglove channel."""
 
     channel: Channel
     data: bytes
 
 
-class Described(Protocol):
+class MessageType(Protocol):
     """A message type of foxglove-sdk."""
 
     @staticmethod
@@ -39,8 +39,8 @@ class Described(Protocol):
 
 
 @dataclass(frozen=True)
-class Row:
-    """topic: with {rig}, {viewer} or {service} and {id} to fill in.  The other fields are a `Channel`'s."""
+class ChannelTemplate:
+    """Template of a `Channel`.  topic: with the fields {rig}, {viewer}, or {service} and {id}."""
 
     topic: str
     encoding: str
@@ -49,21 +49,22 @@ class Row:
     schema: bytes
 
     def channel(self, **names: str) -> Channel:
+        """Channel with the fields of the topic filled in."""
         return _channel(self, tuple(names.items()))
 
 
 def camera_frame(viewer: str) -> str:
-    """Name of the frame of a viewer's camera: x right, y down, z forward."""
+    """Frame name of a viewer's camera: x right, y down, z forward."""
     return f"viewer/{viewer}"
 
 
-def _protobuf(topic: str, kind: type[Described]) -> Row:
+def _protobuf(topic: str, kind: type[MessageType]) -> ChannelTemplate:
     schema = kind.get_schema()
-    return Row(topic, "protobuf", schema.name, schema.encoding, schema.data)
+    return ChannelTemplate(topic, "protobuf", schema.name, schema.encoding, schema.data)
 
 
-def _json(topic: str, name: str, schema: JsonSchema) -> Row:
-    return Row(topic, "json", name, "jsonschema", msgspec.json.encode(schema | {"title": name}))
+def _json(topic: str, name: str, schema: JsonSchema) -> ChannelTemplate:
+    return ChannelTemplate(topic, "json", name, "jsonschema", msgspec.json.encode(schema | {"title": name}))
 
 
 def _object(fields: Mapping[str, JsonSchema]) -> JsonSchema:
@@ -109,7 +110,8 @@ HEALTH = _json(
     "foxglove/{rig}/{service}/{id}/health",
     "zenocap.plot.Health",
     _object({
-        "state": _TEXT, "rate": _NUMBER, "clock_offset_ms": _NUMBER, "clock_error_ms": _NUMBER, "memory_mb": _NUMBER,
+        "phase": _TEXT, "state": _TEXT, "rate": _NUMBER, "clock_offset_ms": _NUMBER, "clock_error_ms": _NUMBER,
+        "memory_mb": _NUMBER,
         "stages": _array(_object({"name": _TEXT, "ms": _NUMBER})),
         "counts": _array(_object({"name": _TEXT, "count": _COUNT})),
     }),
@@ -117,10 +119,10 @@ HEALTH = _json(
 
 
 @cache
-def pose_row(anatomy: Anatomy) -> Row:
+def pose_template(anatomy: Anatomy) -> ChannelTemplate:
     """Joint angles in degrees by joint and axis (`angles_deg.right_elbow.x`), position and scores, for plots.
 
-    likelihood, effective, spread_mm: of the tracker alone; the spread is the navel's.
+    likelihood, effective, spread_mm: of the tracker only; the spread is the navel's.
     """
     joints = {joint.name: _object(dict.fromkeys(joint.axes, _NUMBER)) for joint in anatomy.joints if joint.axes}
     return _json(
@@ -136,6 +138,6 @@ def pose_row(anatomy: Anatomy) -> Row:
     )  # fmt: skip
 
 
-@lru_cache(maxsize=1024)  # a rig has few
-def _channel(row: Row, names: tuple[tuple[str, str], ...]) -> Channel:
+@lru_cache(maxsize=1024)  # bounds the memory; a rig has fewer
+def _channel(row: ChannelTemplate, names: tuple[tuple[str, str], ...]) -> Channel:
     return Channel(row.topic.format_map(dict(names)), row.encoding, row.schema_name, row.schema_encoding, row.schema)

@@ -1,17 +1,17 @@
-"""What a plot panel reads of our messages, as JSON: one name for each number, degrees and milliseconds for people."""
+"""JSON of messages for plot panels: one name per number, in degrees and milliseconds."""
 
 from math import degrees, hypot
 
 import msgspec
 
-from common import messages as m
+from zenocap.common import messages as m
 
-DECIMALS = 3
+DECIMALS = 3  # of scores and degrees
 _encode = msgspec.json.Encoder().encode
 
 
 def pose_json(bap: m.UniversalBap) -> bytes:
-    """Of `pose_row`.  Without position and angles while the person is lost, so that a plot has a gap."""
+    """JSON of `pose_template`.  Position and angles are omitted while the person is lost: plots have a gap."""
     tracked = "person" not in bap.lost
     content: dict[str, object] = {
         "frame": bap.frame,
@@ -30,7 +30,7 @@ def pose_json(bap: m.UniversalBap) -> bytes:
 
 
 def tracker_json(pose: m.TrackerPose) -> bytes:
-    """Of `pose_row`; as `pose_json`."""
+    """JSON of `pose_template`, as `pose_json`."""
     content: dict[str, object] = {
         "frame": pose.frame,
         "tracked": not pose.lost,
@@ -48,9 +48,9 @@ def tracker_json(pose: m.TrackerPose) -> bytes:
 
 
 def posture_json(posture: m.Posture) -> bytes:
-    """Of `POSTURE`.  start_s, end_s: since the Unix epoch.  late_s: the answer came so long after the end."""
+    """JSON of `POSTURE`.  start_s, end_s: since the Unix epoch.  late_s: delay of the result after the end."""
     return _encode({
-        "frame": posture.frame, "label": posture_words(posture), "known": posture.label is not None,
+        "frame": posture.frame, "label": posture_label(posture), "known": posture.label is not None,
         "start_s": posture.start_ns / 1e9, "end_s": posture.end_ns / 1e9,
         "lasted_s": (posture.end_ns - posture.start_ns) / 1e9, "late_s": (posture.captured_ns - posture.end_ns) / 1e9,
         "score": posture.score, "margin": posture.margin,
@@ -58,12 +58,13 @@ def posture_json(posture: m.Posture) -> bytes:
     })  # fmt: skip
 
 
-def posture_words(posture: m.Posture) -> str:
-    return posture.label or "none of its postures"
+def posture_label(posture: m.Posture) -> str:
+    """Label of a posture for display."""
+    return posture.label or "unknown movement"
 
 
 def sighting_json(sighting: m.Sighting) -> bytes:
-    """Of `SIGHTING`."""
+    """JSON of `SIGHTING`."""
     return _encode({
         "frame": sighting.frame, "present": sighting.present, "view": sighting.view, "score": sighting.score,
         "x": sighting.x, "y": sighting.y, "height": sighting.height, "width": sighting.width,
@@ -72,9 +73,9 @@ def sighting_json(sighting: m.Sighting) -> bytes:
 
 
 def health_json(health: m.Health) -> bytes:
-    """Of `HEALTH`."""
+    """JSON of `HEALTH`."""
     return _encode({
-        "state": health.state, "rate": health.rate, "clock_offset_ms": health.clock_offset_ns / 1e6,
+        "phase": health.phase, "state": health.state, "rate": health.rate, "clock_offset_ms": health.clock_offset_ns / 1e6,
         "clock_error_ms": health.clock_error_ns / 1e6, "memory_mb": health.memory_bytes / 1e6,
         "stages": [{"name": name, "ms": value} for name, value in health.stages_ms.items()],
         "counts": [{"name": name, "count": value} for name, value in health.counts.items()],

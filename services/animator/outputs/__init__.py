@@ -1,1 +1,1 @@
-"""Poses out to the tools that people animate with: VMC, Foxglove, UDP with JSON lines, LSL."""
+"""Outputs that send poses to other programs: VMC, Foxglove, UDP with JSON lines, LSL."""

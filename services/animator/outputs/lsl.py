@@ -1,6 +1,6 @@
-"""Lab Streaming Layer: joint centres as a stream of numbers, beside whatever else an experiment measures.
+"""LSL output: joint centres as a Lab Streaming Layer stream, to be recorded with other measurements.
 
-45 channels: of every joint centre X, Y and Z, metres, right-handed, Y up; NaN while the person is lost.  Samples are
+45 channels: X, Y and Z of every joint centre, metres, right-handed, Y up; NaN while the person is lost.  Samples are
 irregular (no nominal rate) and carry their capture time on LSL's clock.
 """
 
@@ -12,30 +12,30 @@ from typing import Protocol
 
 import numpy as np
 
-from common.body.anatomy import Anatomy
-from common.body.kinematics import joint_centres
-from common.bus.protocol import Envelope
-from common.runtime.animator_table import LslTable
-from common.runtime.clock import Clock
-from services.animator.outputs.output import OutputError
-from services.animator.snapshot import Actor
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.rig.animator import LslTable
+from zenocap.common.runtime.clock import Clock
+from zenocap.services.animator.outputs.output import OutputError
+from zenocap.services.animator.parameters import MAX_LSL_AGE_NS
+from zenocap.services.animator.states import Actor
 
-MOST_AGE_NS = 10_000_000_000  # an older capture time is that of a replayed take: the sample is dated now
-QUIET = "[log]\nlevel = -2\n"  # LSL's own log: errors that end a stream, as ours are lines of ours
-ON_THIS_MACHINE = "[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n[ports]\nIPv6 = disable\n"
+LOG_CONFIG = "[log]\nlevel = -2\n"  # of LSL's own log: fatal errors only
+THIS_MACHINE_CONFIG = "[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n[ports]\nIPv6 = disable\n"
 
 
 class Outlet(Protocol):
-    """Of pylsl, which has no types."""
+    """Outlet of pylsl, which has no types."""
 
     def push_sample(self, x: list[float], timestamp: float) -> None: ...
 
 
 class LslOutput:
-    """One outlet, opened with the first pose, whose anatomy decides the channels."""
+    """One outlet, opened with the first pose: its anatomy determines the channels."""
 
     def __init__(self, table: LslTable, rig: str, clock: Clock) -> None:
-        """Raises OutputError when pylsl or LSL's own library is not there."""
+        """Load the library.  Raises OutputError when pylsl or the LSL library is missing."""
         try:
             self._lsl: ModuleType = import_module("pylsl")
         except (ImportError, RuntimeError) as error:
@@ -43,12 +43,12 @@ class LslOutput:
         self._name = table.stream or rig
         self.title = f"animator.lsl {self._name}"
         self._rig, self._clock = rig, clock
-        self._lsl.set_config_content(QUIET + (ON_THIS_MACHINE if table.reach == "machine" else ""))
+        self._lsl.set_config_content(LOG_CONFIG + (THIS_MACHINE_CONFIG if table.reach == "machine" else ""))
         self._anatomy: Anatomy | None = None
         self.outlet: Outlet | None = None
         self._counts = Counter[str]()
 
-    def hear(self, envelope: Envelope) -> None:
+    def receive(self, envelope: Envelope) -> None:
         pass
 
     def send(self, actor: Actor, posture: str | None) -> None:
@@ -61,7 +61,7 @@ class LslOutput:
         else:
             sample = joint_centres(actor.anatomy, actor.body, actor.pose).ravel()
         age_ns = self._clock.now_ns() - actor.captured_ns
-        age_s = age_ns / 1e9 if 0 <= age_ns <= MOST_AGE_NS else 0.0
+        age_s = age_ns / 1e9 if 0 <= age_ns <= MAX_LSL_AGE_NS else 0.0
         outlet.push_sample(sample.tolist(), self._lsl.local_clock() - age_s)
         self._counts["sent"] += 1
 
@@ -69,12 +69,12 @@ class LslOutput:
         return self._counts
 
     def close(self) -> None:
-        self.outlet = None  # LSL closes an outlet that nobody has
+        self.outlet = None  # LSL closes an outlet without references
 
     def _info(self, anatomy: Anatomy) -> object:
-        """The stream's description, with LSL's own words for motion capture."""
+        """Return the stream's description in the terms of LSL's motion capture metadata."""
         markers = [marker.name for marker in anatomy.markers]
-        source = f"zenocap-{self._rig}-{anatomy.name}"  # by which a receiver finds it again after a restart
+        source = f"zenocap-{self._rig}-{anatomy.name}"  # receivers recover the stream by it after a restart
         info = self._lsl.StreamInfo(self._name, "MoCap", 3 * len(markers), 0.0, "float32", source)
         description = info.desc()
         channels = description.append_child("channels")

@@ -1,4 +1,4 @@
-"""UDP with JSON lines: one datagram for each pose, one line of JSON, for programs that one writes oneself."""
+"""UDP output: one datagram with one line of JSON for each pose, for programs of your own."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal
@@ -6,30 +6,30 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from common.body.kinematics import joint_centres
-from common.bus.protocol import Envelope
-from common.conversion import angles_by_name
-from common.runtime.animator_table import UdpTable
-from services.animator.outputs.datagrams import Datagrams
-from services.animator.snapshot import Actor, Source
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.conversion import angles_by_name
+from zenocap.common.rig.animator import UdpTable
+from zenocap.services.animator.outputs.output import DatagramSender
+from zenocap.services.animator.states import Actor, Source
 
-METRES_DECIMALS, RADIANS_DECIMALS = 4, 5
+METRES_DIGITS, RADIANS_DIGITS = 4, 5  # after the point
 
 Point = tuple[float, float, float]
 
 
 class PoseLine(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One pose.  Metres and radians; right-handed, Y up, the origin on the ground; the person's own left and right."""
+    """One pose.  Metres and radians; right-handed, Y up, origin on the ground; left and right are the person's own."""
 
     zenocap: Annotated[Literal[1], Meta(description="Version of this schema.")] = 1
     rig: Annotated[str, Meta(description="Name of the rig.")]
     frame: Annotated[int, Meta(ge=0, description="Frame number.")]
-    captured_ns: Annotated[int, Meta(ge=0, description="When it was captured, nanoseconds since the Unix epoch.")]
-    source: Annotated[Source, Meta(description="Who found the pose.")]
-    lost: Annotated[bool, Meta(description="The person is being searched for; position, joints and angles are null.")]
-    searched: Annotated[list[str], Meta(description="Limbs that are being searched for.")]
-    posture: Annotated[str | None, Meta(description="Recognised posture; null when there is none.")]
-    position: Annotated[Point | None, Meta(description="Of the navel joint, metres.")]
+    captured_ns: Annotated[int, Meta(ge=0, description="Capture time, nanoseconds since the Unix epoch.")]
+    source: Annotated[Source, Meta(description="What estimated the pose: the two-view system or the tracker.")]
+    lost: Annotated[bool, Meta(description="The person is being localized; position, joints and angles are null.")]
+    searched: Annotated[list[str], Meta(description="Limbs that are being localized.")]
+    posture: Annotated[str | None, Meta(description="Recognized posture; null when there is none.")]
+    position: Annotated[Point | None, Meta(description="Position of the navel joint, metres.")]
     joints: Annotated[dict[str, Point] | None, Meta(description="Joint centres by HALPE name, metres.")]
     angles: Annotated[dict[str, float] | None, Meta(description="Joint angles, joint.axis, radians.")]
 
@@ -38,17 +38,17 @@ _encode = msgspec.json.Encoder().encode
 
 
 def pose_line(rig: str, actor: Actor, posture: str | None) -> bytes:
-    """The line of one pose, its end included."""
+    """Return the JSON line of one pose, newline included."""
     lost = "person" in actor.lost
     position: Point | None = None
     joints: dict[str, Point] | None = None
     angles: dict[str, float] | None = None
     if not lost:
-        rows = joint_centres(actor.anatomy, actor.body, actor.pose).round(METRES_DECIMALS).tolist()
+        rows = joint_centres(actor.anatomy, actor.body, actor.pose).round(METRES_DIGITS).tolist()
         joints = {marker.name: (x, y, z) for marker, (x, y, z) in zip(actor.anatomy.markers, rows, strict=True)}
-        x, y, z = actor.pose.position.round(METRES_DECIMALS).tolist()
+        x, y, z = actor.pose.position.round(METRES_DIGITS).tolist()
         position = x, y, z
-        angles = angles_by_name(actor.anatomy, actor.pose.angles.round(RADIANS_DECIMALS))
+        angles = angles_by_name(actor.anatomy, actor.pose.angles.round(RADIANS_DIGITS))
     line = PoseLine(
         rig=rig,
         frame=actor.frame,
@@ -65,25 +65,25 @@ def pose_line(rig: str, actor: Actor, posture: str | None) -> bytes:
 
 
 class UdpOutput:
-    """Sends every pose as it comes."""
+    """Sends every pose to one receiver."""
 
     def __init__(self, table: UdpTable, rig: str) -> None:
         """Raises OutputError."""
-        self._to = Datagrams("animator.udp", table.host, table.port)
+        self._sender = DatagramSender("animator.udp", table.host, table.port)
         self._rig = rig
 
     @property
     def title(self) -> str:
-        return self._to.title
+        return self._sender.title
 
-    def hear(self, envelope: Envelope) -> None:
+    def receive(self, envelope: Envelope) -> None:
         pass
 
     def send(self, actor: Actor, posture: str | None) -> None:
-        self._to.send(pose_line(self._rig, actor, posture))
+        self._sender.send(pose_line(self._rig, actor, posture))
 
     def counts(self) -> Mapping[str, int]:
-        return self._to.counts
+        return self._sender.counts
 
     def close(self) -> None:
-        self._to.close()
+        self._sender.close()

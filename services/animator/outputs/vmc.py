@@ -1,65 +1,146 @@
-"""Virtual Motion Capture protocol (protocol.vmc.info): the actor drives avatars in programs that show them.
+"""VMC output: the Virtual Motion Capture protocol (protocol.vmc.info) for programs that show avatars.
 
-We are its "performer", the receiver is its "marionette".  The model's root stays in the world's origin, on the ground;
-the hips have their place in it.  Each pose is one bundle or two, none larger than a network's packet.
+VMC is Open Sound Control (OSC) 1.0 over UDP.  This is the protocol's "performer", the receiver its "marionette".  The
+model's root stays at the world origin on the ground; the hips carry the position.  Each pose is one or two OSC bundles,
+none larger than a network packet.
+
+Avatars use Unity's humanoid: X right, Y up, Z forward, left-handed.  This is the world frame with X mirrored, so a rotation
+R becomes A R A^T.  The rest pose is a T-pose facing Z, in which every bone's rotation is the identity.
 """
 
-from collections.abc import Mapping
+import struct
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from common.bus.protocol import Envelope
-from common.runtime.animator_table import VmcTable
-from services.animator.outputs import osc
-from services.animator.outputs.datagrams import Datagrams
-from services.animator.outputs.humanoid import Humanoid
-from services.animator.snapshot import Actor
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.kinematics import part_frames
+from zenocap.common.body.rotations import matrix_to_quaternion
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.formats.skeleton import skeleton_of, turned_bones
+from zenocap.common.formats.trajectories import MATRICES, convert
+from zenocap.common.rig.animator import VmcTable
+from zenocap.services.animator.outputs.output import DatagramSender
+from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
+from zenocap.services.animator.states import Actor
 
-PACKET = 1400  # bytes of a datagram that networks do not divide
-LOADED, CALIBRATED, NORMAL = 1, 3, 0
-ROOT = osc.message("/VMC/Ext/Root/Pos", "root", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-BONE = osc.text("/VMC/Ext/Bone/Pos") + osc.text(",sfffffff")
-NOT_LOADED = osc.message("/VMC/Ext/OK", 0, 0, 0, 0)
+OSC_BUNDLE_HEADER = b"#bundle\0" + (1).to_bytes(8, "big")  # with OSC's time tag for "immediately"
+OUR_WORLD_TO_UNITY = MATRICES["unity"]
+UNITY_NAMES: Mapping[str, str] = {  # names in Unity's HumanBodyBones, where they differ from ours
+    "Spine1": "Chest",
+    "LeftArm": "LeftUpperArm",
+    "LeftForeArm": "LeftLowerArm",
+    "LeftUpLeg": "LeftUpperLeg",
+    "LeftLeg": "LeftLowerLeg",
+    "RightArm": "RightUpperArm",
+    "RightForeArm": "RightLowerArm",
+    "RightUpLeg": "RightUpperLeg",
+    "RightLeg": "RightLowerLeg",
+}
+
+
+def osc_string(value: str) -> bytes:
+    """OSC string: UTF-8, terminated by one to four zero bytes up to a multiple of four bytes."""
+    data = value.encode()
+    return data + b"\0" * (4 - len(data) % 4)
+
+
+def osc_message(address: str, *arguments: str | int | float) -> bytes:
+    """One OSC message; int: 32 bits, float: single precision.  Raises struct.error for numbers outside these."""
+    tags, data = ",", b""
+    for argument in arguments:
+        match argument:
+            case str():
+                tags, data = tags + "s", data + osc_string(argument)
+            case int():
+                tags, data = tags + "i", data + struct.pack(">i", argument)
+            case _:
+                tags, data = tags + "f", data + struct.pack(">f", argument)
+    return osc_string(address) + osc_string(tags) + data
+
+
+def osc_bundles(messages: Iterable[bytes], max_bytes: int) -> Sequence[bytes]:
+    """The messages in order, in bundles of at most `max_bytes`; a larger message gets a bundle of its own."""
+    found: list[bytes] = []
+    parts, size = [OSC_BUNDLE_HEADER], len(OSC_BUNDLE_HEADER)
+    for message in messages:
+        if len(parts) > 1 and size + 4 + len(message) > max_bytes:
+            found.append(b"".join(parts))
+            parts, size = [OSC_BUNDLE_HEADER], len(OSC_BUNDLE_HEADER)
+        parts += [len(message).to_bytes(4, "big"), message]
+        size += 4 + len(message)
+    return [*found, b"".join(parts)] if len(parts) > 1 else found
+
+
+LOADED, CALIBRATED, NORMAL_MODE = 1, 3, 0  # arguments of /VMC/Ext/OK
+ROOT = osc_message("/VMC/Ext/Root/Pos", "root", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+BONE_HEADER = osc_string("/VMC/Ext/Bone/Pos") + osc_string(",sfffffff")
+NOT_LOADED = osc_message("/VMC/Ext/OK", 0, 0, 0, 0)
+
+
+class Humanoid:
+    """Unity humanoid of one body.
+
+    names: bones in Unity's HumanBodyBones, parents first.  parents: index of each bone's parent, -1 for the hips.
+    """
+
+    def __init__(self, anatomy: Anatomy, body: Bdp) -> None:
+        """Raises ValueError for an anatomy without a skeleton."""
+        self._anatomy, self._body = anatomy, body
+        self._skeleton = skeleton_of(anatomy, body)
+        self.names = tuple(UNITY_NAMES.get(name, name) for name in self._skeleton.names)
+        self.parents = self._skeleton.parents
+        self._offsets = convert(self._skeleton.offsets, "unity")
+
+    def bones(self, pose: Pose) -> Floats:
+        """Bones in their parent's frame, the hips in the world: (bones, 7) position (m) and quaternion x, y, z, w."""
+        frames = part_frames(self._anatomy, self._body, pose)
+        rotations = OUR_WORLD_TO_UNITY @ turned_bones(self._skeleton, frames[None])[0] @ OUR_WORLD_TO_UNITY.T
+        positions = self._offsets.copy()
+        positions[0] = convert(pose.position, "unity")
+        return np.concatenate([positions, matrix_to_quaternion(rotations)], axis=1)
 
 
 class VmcOutput:
-    """Sends every pose; while the person is lost, only that there is no tracking, so that avatars stay as they are."""
+    """Sends each pose to one receiver; while the person is lost, only the tracking status: avatars keep their pose."""
 
     def __init__(self, table: VmcTable) -> None:
         """Raises OutputError."""
-        self._to = Datagrams("animator.vmc", table.host, table.port)
+        self._sender = DatagramSender("animator.vmc", table.host, table.port)
         self._humanoid: Humanoid | None = None
-        self._body: object = None
-        self._heads: list[bytes] = []
+        self._body: Bdp | None = None
+        self._bone_headers: list[bytes] = []
         self._start_ns: int | None = None
 
     @property
     def title(self) -> str:
-        return self._to.title
+        return self._sender.title
 
-    def hear(self, envelope: Envelope) -> None:
+    def receive(self, envelope: Envelope) -> None:
         pass
 
     def send(self, actor: Actor, posture: str | None) -> None:
         if self._humanoid is None or self._body is not actor.body:
             self._humanoid, self._body = Humanoid(actor.anatomy, actor.body), actor.body
-            self._heads = [BONE + osc.text(name) for name in self._humanoid.names]
+            self._bone_headers = [BONE_HEADER + osc_string(name) for name in self._humanoid.names]
         if self._start_ns is None:
             self._start_ns = actor.captured_ns
         lost = "person" in actor.lost
-        since = osc.message("/VMC/Ext/T", (actor.captured_ns - self._start_ns) / 1e9)
-        messages = [osc.message("/VMC/Ext/OK", LOADED, CALIBRATED, NORMAL, int(not lost)), since]
+        time_s = osc_message("/VMC/Ext/T", (actor.captured_ns - self._start_ns) / 1e9)
+        messages = [osc_message("/VMC/Ext/OK", LOADED, CALIBRATED, NORMAL_MODE, int(not lost)), time_s]
         if not lost:
             numbers = self._humanoid.bones(actor.pose).astype(np.dtype(">f4"))
             messages.append(ROOT)
-            messages += [head + row.tobytes() for head, row in zip(self._heads, numbers, strict=True)]
-        for bundle in osc.bundles(messages, PACKET):
-            self._to.send(bundle)
+            messages += [header + row.tobytes() for header, row in zip(self._bone_headers, numbers, strict=True)]
+        for bundle in osc_bundles(messages, MAX_DATAGRAM_BYTES):
+            self._sender.send(bundle)
 
     def counts(self) -> Mapping[str, int]:
-        return self._to.counts
+        return self._sender.counts
 
     def close(self) -> None:
-        """Tells the receiver that no more comes."""
-        self._to.send(NOT_LOADED)
-        self._to.close()
+        """Send "not loaded", so that the receiver shows that the stream has ended."""
+        self._sender.send(NOT_LOADED)
+        self._sender.close()

@@ -1,1 +1,1 @@
-"""The live page: what browsers are sent and may ask for, and the server that does it."""
+"""Live page: messages, their distribution, and the server."""

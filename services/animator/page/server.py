@@ -1,8 +1,8 @@
-"""The server of the page: files and a WebSocket on one port, in a thread of its own.
+"""Server of the page: files and a WebSocket on one port, in a thread of its own.
 
-Only who may look gets an answer.  On an address of this machine alone, the browser must have asked for such an address by
-name: a page of somebody else, whose name was made to lead here, cannot.  On any other, a token is needed.  A WebSocket is
-opened only to a page that this server served.  The page is told to load nothing from elsewhere.
+Access: on a loopback address, the browser must have requested a loopback host by name, which stops DNS rebinding; on any
+other address a token is required.  A WebSocket is opened only for a page from this server.  The content security policy
+forbids the page to load anything from elsewhere.
 """
 
 import asyncio
@@ -19,38 +19,33 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from common.runtime.animator_table import PageTable, is_loopback
-from services.animator.page.hub import Hub, Page
-from services.animator.page.wire import Got, Notice, Wish, encode, wish_of
+from zenocap.common.errors import UserError
+from zenocap.common.rig.animator import PageTable, is_loopback
+from zenocap.services.animator.page.broadcast import Broadcaster, PageQueue
+from zenocap.services.animator.page.page_messages import Acknowledge, Command, NoticeUpdate, decode_command, encode
+from zenocap.services.animator.parameters import CLOSE_TIMEOUT_S, MAX_COMMAND_BYTES, PING_PERIOD_S, PING_TIMEOUT_S
 
-logger = logging.getLogger(__name__)
-
-SOCKET = "/socket"
-KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
-POLICY = (
+SOCKET_PATH = "/socket"
+CONTENT_TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
+CONTENT_SECURITY_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-LONGEST_WISH = 4096  # bytes
-PING_S, PATIENCE_S = 10.0, 20.0  # a page that does not answer is let go
-LINGER_S = 1.0
-
-
-class PageError(Exception):
-    """The page cannot be served; the text is for the person who started the program."""
 
 
 class PageServer:
-    """Serves from `start` to `close`.
+    """Serves the page from `start` to `close`.
 
-    heard: called, in the server's thread, with what a page asks for, and the page.  opened: see `Hub`.
+    on_command: called in the server's thread with every command of a page.  on_first_page: see `Broadcaster`.
     """
 
-    def __init__(self, table: PageTable, heard: Callable[[Page, Wish], None], opened: Callable[[], None]) -> None:
-        self._table, self._heard = table, heard
+    def __init__(
+        self, table: PageTable, on_command: Callable[[PageQueue, Command], None], on_first_page: Callable[[], None]
+    ) -> None:
+        self._table, self._on_command = table, on_command
         self._files = _files()
         self._loop = asyncio.new_event_loop()
-        self.hub = Hub(self._loop, opened)
+        self.broadcaster = Broadcaster(self._loop, on_first_page)
         self._ended = asyncio.Event()
         self._started = threading.Event()
         self._problem: OSError | None = None
@@ -59,28 +54,28 @@ class PageServer:
 
     @property
     def address(self) -> str:
-        """Where a browser on this machine finds the page, token included."""
+        """URL of the page for a browser on this machine, token included."""
         own = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._table.host, self._table.host)
         host = f"[{own}]" if ":" in own else own
         token = f"?token={self._table.token}" if self._table.token else ""
         return f"http://{host}:{self._port}/{token}"
 
     def start(self) -> None:
-        """Raises PageError when its address cannot be had."""
+        """Listen.  Raises UserError when the port is not available."""
         self._thread.start()
         self._started.wait()
         if self._problem is not None:
             self._thread.join()
-            raise PageError(
+            raise UserError(
                 f"animator.page: {self._table.host}:{self._table.port} cannot be served: "
-                f"{self._problem.strerror or self._problem}: another program, or another animator, may be there; "
-                "allowed: another animator.page.port, or 0 for any free one"
+                f"{self._problem.strerror or self._problem}: another program, such as a second animator, may use the port; "
+                "allowed: another animator.page.port (or --port), or 0 for any free one"
             )
 
     def close(self) -> None:
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._ended.set)
-            self._thread.join(2 * LINGER_S)
+            self._thread.join(2 * CLOSE_TIMEOUT_S)
 
     def _run(self) -> None:
         try:
@@ -96,52 +91,53 @@ class PageServer:
             self._attend,
             self._table.host,
             self._table.port,
-            process_request=self._answer,
-            compression=None,  # costs more time than loopback or a house's network needs
-            max_size=LONGEST_WISH,
+            process_request=self._respond,
+            compression=None,  # costs more time than it saves on loopback or a local network
+            max_size=MAX_COMMAND_BYTES,
             max_queue=8,
-            ping_interval=PING_S,
-            ping_timeout=PATIENCE_S,
-            close_timeout=LINGER_S,
+            ping_interval=PING_PERIOD_S,
+            ping_timeout=PING_TIMEOUT_S,
+            close_timeout=CLOSE_TIMEOUT_S,
             server_header=None,
-            logger=_quiet(),
+            logger=_websockets_logger(),
         ) as server:
             self._port = _port(server)
             self._started.set()
             await self._ended.wait()
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """A file, or None to go on to a WebSocket."""
+    def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Return a file or an error, or None to open a WebSocket."""
         parts = urlsplit(request.path)
         problem = self._refusal(request, parts.query, parts.path)
         if problem is not None:
             return _text(HTTPStatus.FORBIDDEN, problem)
-        if parts.path == SOCKET:
+        if parts.path == SOCKET_PATH:
             return None
         found = self._files.get(parts.path.lstrip("/") or "index.html")
         if found is None:
-            return _text(HTTPStatus.NOT_FOUND, "there is nothing here")
+            return _text(HTTPStatus.NOT_FOUND, "not found")
         return _response(HTTPStatus.OK, *found)
 
     def _refusal(self, request: Request, query: str, path: str) -> str | None:
-        """Why this request is not answered."""
+        """Return the reason for refusing a request; None for a permitted one."""
         host = request.headers.get("Host", "")
-        if is_loopback(self._table.host) and not is_loopback(_name(host)):
-            return "this page is for its own machine: open it as http://127.0.0.1 or http://localhost"
-        if path == SOCKET:
+        if is_loopback(self._table.host) and not is_loopback(_host_name(host)):
+            return "this page is served to its own machine only: open it as http://127.0.0.1 or http://localhost"
+        if path == SOCKET_PATH:
             origin = request.headers.get("Origin")
             if origin is not None and urlsplit(origin).netloc != host:
-                return "opened by another site"
-        if self._table.token is not None and path in ("/", "/index.html", SOCKET):
+                return "requested by a page of another site"
+        if self._table.token is not None and path in ("/", "/index.html", SOCKET_PATH):
             given = parse_qs(query).get("token", [""])[0]
             if not hmac.compare_digest(given.encode(), self._table.token.encode()):
-                return "a token is needed: open the address that the animator says"
+                return "a token is required: open the address that the animator prints"
         return None
 
     async def _attend(self, connection: ServerConnection) -> None:
-        page = Page()
+        """Serve one page until it closes."""
+        page = PageQueue()
         try:
-            self.hub.enter(page)
+            self.broadcaster.add(page)
         except ValueError as problem:
             await connection.close(1013, str(problem))
             return
@@ -149,28 +145,28 @@ class PageServer:
         try:
             async for text in connection:
                 try:
-                    wish = wish_of(text)
-                    if isinstance(wish, Got):
-                        page.got()
+                    command = decode_command(text)
+                    if isinstance(command, Acknowledge):
+                        page.acknowledge()
                     else:
-                        self._heard(page, wish)
+                        self._on_command(page, command)
                 except ValueError as problem:
-                    await connection.send(b"[" + encode(Notice(str(problem))) + b"]", text=True)
+                    await connection.send(b"[" + encode(NoticeUpdate(str(problem))) + b"]", text=True)
         except ConnectionClosed:
             pass
         finally:
-            self.hub.leave(page)
+            self.broadcaster.remove(page)
             sender.cancel()
 
 
-def _quiet() -> logging.Logger:
-    """The library calls every file that is served a rejected connection."""
+def _websockets_logger() -> logging.Logger:
+    """Logger that drops warnings: the library logs every served file as a rejected connection."""
     own = logging.getLogger("websockets.page")
     own.setLevel(logging.ERROR)
     return own
 
 
-async def _send(connection: ServerConnection, page: Page) -> None:
+async def _send(connection: ServerConnection, page: PageQueue) -> None:
     try:
         while True:
             await connection.send(await page.take(), text=True)
@@ -182,28 +178,27 @@ def _port(server: Server) -> int:
     return int(next(iter(server.sockets)).getsockname()[1])
 
 
-def _name(host: str) -> str:
-    """The name in a Host header, without its port."""
+def _host_name(host: str) -> str:
+    """Return the name in a Host header without its port."""
     return urlsplit(f"//{host}").hostname or ""
 
 
 def _files() -> dict[str, tuple[bytes, str]]:
-    """Content and type of everything that is served, by name: nothing else can be asked for."""
-    folder = resources.files("services.animator.page").joinpath("static")
-    return {
-        file.name: (file.read_bytes(), KINDS[file.name.rpartition(".")[2]]) for file in folder.iterdir() if file.is_file()
-    }
+    """Return content and type of every served file by name; nothing else can be requested."""
+    folder = resources.files("zenocap.services.animator.page").joinpath("static")
+    files = [file for file in folder.iterdir() if file.is_file()]
+    return {file.name: (file.read_bytes(), CONTENT_TYPES[file.name.rpartition(".")[2]]) for file in files}
 
 
-def _text(status: HTTPStatus, words: str) -> Response:
-    return _response(status, f"{words}\n".encode(), "text/plain")
+def _text(status: HTTPStatus, text: str) -> Response:
+    return _response(status, f"{text}\n".encode(), "text/plain")
 
 
-def _response(status: HTTPStatus, body: bytes, kind: str) -> Response:
+def _response(status: HTTPStatus, body: bytes, content_type: str) -> Response:
     headers = Headers()
-    headers["Content-Type"] = f"{kind}; charset=utf-8"
+    headers["Content-Type"] = f"{content_type}; charset=utf-8"
     headers["Content-Length"] = str(len(body))
-    headers["Content-Security-Policy"] = POLICY
+    headers["Content-Security-Policy"] = CONTENT_SECURITY_POLICY
     headers["X-Content-Type-Options"] = "nosniff"
     headers["Referrer-Policy"] = "no-referrer"
     headers["Cache-Control"] = "no-store"

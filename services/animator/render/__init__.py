@@ -1,1 +1,1 @@
-"""A take as a picture or a film, without a screen: the actor as smooth shaded solids on a floor."""
+"""Rendering of a take to a picture or a film, without a screen: the body as shaded solids on a floor."""

@@ -1,66 +1,97 @@
-"""What is written on a picture: whose it is, when, what was recognised, and how far the film is."""
+"""Captions of a picture: title, time, recognized posture, and progress of the film."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from services.animator.render.look import Bgr, Look, bgr
-
-Image = NDArray[np.uint8]
+from zenocap.common.arrays import Image
+from zenocap.common.codec import BadMessage
+from zenocap.common.messages import Posture
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.topics import POSTURE, topic_at
+from zenocap.services.animator.parameters import CAPTION_HEIGHT_PX, FONT_OVERSAMPLING
+from zenocap.services.animator.render.theme import Bgr, Theme, bgr
 
 FONT = cv2.FONT_HERSHEY_DUPLEX
-FINER = 3  # letters are drawn so much larger, because their lines have whole widths
-AT_HEIGHT = 720  # of a picture in which sizes are as they are here
 
 
 @dataclass(frozen=True)
 class Caption:
-    """title, moment: below on the left and on the right.  label: above, such as a posture; "" for none.
+    """Texts of a picture.  title, time: bottom left and bottom right.  label: top left, such as a posture; "" for none.
 
-    warning: in its place, such as that the person is lost.  share: of the film that has been seen; None without a bar.
+    warning: in place of the label, such as "person lost".  progress: share of the film; None for no progress bar.
     """
 
     title: str
-    moment: str
+    time: str
     label: str = ""
     warning: str = ""
-    share: float | None = None
+    progress: float | None = None
 
 
-def write(image: Image, caption: Caption, look: Look) -> None:
-    """Write on an image (h, w, 3) in place."""
+def write(image: Image, caption: Caption, theme: Theme) -> None:
+    """Write a caption onto an image (h, w, 3) in place."""
     height, width = image.shape[:2]
-    unit = min(height, width) / AT_HEIGHT
+    unit = min(height, width) / CAPTION_HEIGHT_PX
     margin = round(28 * unit)
-    text, faint, accent = bgr(look.text), bgr(look.faint), bgr(look.accent)
+    text, faint, accent = bgr(theme.text), bgr(theme.faint), bgr(theme.accent)
     line = height - margin - round(10 * unit)
     _put(image, caption.title, (margin, line), 0.60 * unit, text)
-    _put(image, caption.moment, (width - margin, line), 0.60 * unit, faint, right=True)
+    _put(image, caption.time, (width - margin, line), 0.60 * unit, faint, right=True)
     if caption.warning or caption.label:
         colour = faint if caption.warning else accent
         _put(image, caption.warning or caption.label, (margin, margin + round(26 * unit)), 1.05 * unit, colour)
-    if caption.share is not None:
+    if caption.progress is not None:
         thick = max(2, round(4 * unit))
-        ended = round(width * min(max(caption.share, 0.0), 1.0))
+        ended = round(width * min(max(caption.progress, 0.0), 1.0))
         image[height - thick :] = (0.75 * image[height - thick :] + 0.25 * np.array(faint)).astype(np.uint8)
         image[height - thick :, :ended] = accent
 
 
-def _put(image: Image, words: str, place: tuple[int, int], scale: float, colour: Bgr, right: bool = False) -> None:
-    """Words on a line that begins, or with `right` ends, at `place`; what is outside the image is left out."""
-    thick = max(1, round(1.3 * FINER * scale))
-    (width, above), below = cv2.getTextSize(words, FONT, scale * FINER, thick)
+def _put(image: Image, text: str, at: tuple[int, int], scale: float, colour: Bgr, right: bool = False) -> None:
+    """Write a line of text that starts, or with `right` ends, at a pixel; clipped at the image border."""
+    thick = max(1, round(1.3 * FONT_OVERSAMPLING * scale))
+    (width, above), below = cv2.getTextSize(text, FONT, scale * FONT_OVERSAMPLING, thick)
     if not width:
         return
-    pad = 2 * FINER
+    pad = 2 * FONT_OVERSAMPLING
     mask = np.zeros((above + below + 2 * pad, width + 2 * pad), dtype=np.uint8)
-    cv2.putText(mask, words, (pad, pad + above), FONT, scale * FINER, 255, thick, cv2.LINE_AA)
-    size = (max(1, mask.shape[1] // FINER), max(1, mask.shape[0] // FINER))
-    share = cv2.resize(mask, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
-    left, top = place[0] - (size[0] if right else 0), place[1] - (pad + above) // FINER
+    cv2.putText(mask, text, (pad, pad + above), FONT, scale * FONT_OVERSAMPLING, 255, thick, cv2.LINE_AA)
+    size = (max(1, mask.shape[1] // FONT_OVERSAMPLING), max(1, mask.shape[0] // FONT_OVERSAMPLING))
+    coverage = cv2.resize(mask, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    left, top = at[0] - (size[0] if right else 0), at[1] - (pad + above) // FONT_OVERSAMPLING
     x, y = max(left, 0), max(top, 0)
     part = image[y : top + size[1], x : left + size[0]]
-    share = share[y - top : y - top + part.shape[0], x - left : x - left + part.shape[1], None]
-    part[:] = (part + share * (np.array(colour, dtype=np.float32) - part)).astype(np.uint8)
+    coverage = coverage[y - top : y - top + part.shape[0], x - left : x - left + part.shape[1], None]
+    part[:] = (part + coverage * (np.array(colour, dtype=np.float32) - part)).astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class PostureSpan:
+    """A posture between two times, both inclusive, nanoseconds since the Unix epoch."""
+
+    label: str
+    start_ns: int
+    end_ns: int
+
+
+def read_labels(take: Path) -> tuple[PostureSpan, ...]:
+    """Return the recognized postures of a take, by their start.  Raises UserError."""
+    found = []
+    for recorded in Take(take).messages():
+        if topic_at(recorded.topic) is not POSTURE:
+            continue
+        try:
+            received = envelope(recorded)
+        except BadMessage:
+            continue  # of a version that this one cannot read
+        if received is not None and isinstance(received.message, Posture) and received.message.label is not None:
+            found.append(PostureSpan(received.message.label, received.message.start_ns, received.message.end_ns))
+    return tuple(sorted(found, key=lambda span: span.start_ns))
+
+
+def label_at(spans: tuple[PostureSpan, ...], at_ns: int) -> str:
+    """Return the posture at a time, of several the one that started last; "" for none."""
+    return next((span.label for span in reversed(spans) if span.start_ns <= at_ns <= span.end_ns), "")

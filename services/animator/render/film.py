@@ -1,4 +1,4 @@
-"""`zenocap animator TAKE --render FILE`: the poses of a take as a film or a picture."""
+"""`zenocap render`: the poses of a take as a film or a picture."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -9,38 +9,37 @@ from typing import Literal
 import cv2
 import numpy as np
 
-from common.body.anatomy import Floats
-from common.body.kinematics import joint_centres, part_frames
-from common.body.limbs import limbs_of
-from common.camera.pinhole import Camera
-from common.conversion import camera_of
-from common.formats.poses import Poses, read_poses
-from common.formats.resampling import resampled
-from common.formats.track import Bound, PoseTrack, between
-from common.formats.trc import FormatError
-from common.formats.whole import whole_file
-from common.messages import CameraInfo
-from services.animator.render.caption import Caption, write
-from services.animator.render.labels import label_at, read_labels
-from services.animator.render.look import LOOKS
-from services.animator.render.path import Shot, path_of
-from services.animator.render.scene import Image, Stage
-from services.animator.render.solids import Surface, joined, posed, solids
-from services.animator.render.trails import trails
+from zenocap.common.arrays import Floats, Image
+from zenocap.common.atomic_write import atomic_file
+from zenocap.common.body.kinematics import joint_centres, part_frames
+from zenocap.common.body.segments import limbs_of
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.conversion import camera_of
+from zenocap.common.errors import UserError
+from zenocap.common.formats.pose_track import Bound, PoseTrack, between
+from zenocap.common.formats.resampling import resampled
+from zenocap.common.formats.take_poses import Poses, read_poses
+from zenocap.common.messages import CameraInfo
+from zenocap.services.animator.parameters import FILM_SAMPLES, PICTURE_SAMPLES
+from zenocap.services.animator.render.camera_path import Shot, camera_path
+from zenocap.services.animator.render.caption import Caption, label_at, read_labels, write
+from zenocap.services.animator.render.scene import Scene
+from zenocap.services.animator.render.surfaces import Surface, body_surface, concatenated, posed_surface, trails
+from zenocap.services.animator.render.theme import THEMES
 
 Codec = Literal["vp9", "mpeg4"]
 
 FILMS, PICTURES = (".mp4",), (".png", ".jpg")
 CODECS: Mapping[Codec, str] = {"vp9": "vp09", "mpeg4": "mp4v"}
 EXTREMITIES = ("LWrist", "RWrist", "LAnkle", "RAnkle")
-PICTURE_SAMPLES, FILM_SAMPLES = 4, 2
 
 
 @dataclass(frozen=True)
-class Wishes:
-    """first, last: of the take's frames, both included.  fps: of a film; None for the take's.  size: width, height, px.
+class RenderOptions:
+    """Options of a picture or film.
 
-    poses: how many a picture shows together, evenly spread.  trails_s: how long hands and feet leave a trail, 0 for none.
+    first, last: frames of the take, inclusive.  fps: of a film; None for that of the take.  size: width, height, px.
+    poses: number of poses in one picture, evenly spaced.  trails_s: length of the trails of hands and feet, 0 for none.
     """
 
     first: Bound | None = None
@@ -48,7 +47,7 @@ class Wishes:
     fps: float | None = None
     size: tuple[int, int] = (1280, 720)
     shot: Shot = field(default_factory=Shot)
-    look: str = "light"
+    theme: str = "light"
     poses: int = 1
     trails_s: float = 0.0
     captions: bool = True
@@ -57,145 +56,154 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Rendered:
-    """pictures: that were drawn.  lost: without a person among them.  cut: what is missing of the take, None if whole."""
+    """Result of rendering.
+
+    pictures: number drawn.  lost: those without a person.  cut: missing content of the take, None if complete.
+    """
 
     pictures: int
     lost: int
     cut: str | None
 
 
-def render(take: Path, output: Path, wishes: Wishes, watch: Callable[[int, int], None] = lambda done, of: None) -> Rendered:
-    """Write `output`, a film or a picture by its suffix, which appears whole or not at all.
+def render(
+    take: Path, output: Path, options: RenderOptions, on_progress: Callable[[int, int], None] = lambda done, total: None
+) -> Rendered:
+    """Write a film or a picture, by the suffix of `output`; an incomplete file never appears there.
 
-    watch: told how many pictures of how many are drawn.  Raises FormatError and TakeError.
+    on_progress: called with the number of drawn pictures and their total.  Raises UserError.
     """
     suffix = output.suffix.lower()
     if suffix not in (*FILMS, *PICTURES):
-        raise FormatError(f"--render {output}: allowed: a file that ends in {', '.join((*FILMS, *PICTURES))}")
+        raise UserError(f"--output {output}: allowed: a file name that ends in {', '.join((*FILMS, *PICTURES))}")
     poses = read_poses(take)
-    track = between(poses.track(), wishes.first, wishes.last)
+    track = between(poses.track(), options.first, options.last)
     if not track.known.any():
-        raise FormatError(f"{take}: the person is lost in every frame that is wanted: nothing to draw")
+        raise UserError(f"{take}: the person is lost in every selected frame: nothing to draw")
     try:
         if suffix in PICTURES:
-            return _picture(output, poses, track, wishes, watch)
-        return _film(output, poses, track, wishes, watch)
+            return _picture(output, poses, track, options, on_progress)
+        return _film(output, poses, track, options, on_progress)
     except OSError as error:
-        raise FormatError(f"{output}: cannot be written: {error.strerror or error}") from error
+        raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
 
 
-def _picture(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch: Callable[[int, int], None]) -> Rendered:
-    """The poses that are wanted, all in one picture, from the first that is known to the last."""
+def _picture(
+    output: Path, poses: Poses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
+) -> Rendered:
+    """Draw poses from the first known to the last known one into one picture."""
     known = np.flatnonzero(track.known)
-    chosen = known[np.unique(np.round(np.linspace(0, len(known) - 1, wishes.poses)).astype(int))]
-    drawing = Drawing(poses, track, wishes, track.rows(chosen), PICTURE_SAMPLES)
+    chosen = known[np.unique(np.round(np.linspace(0, len(known) - 1, options.poses)).astype(int))]
+    drawing = Drawing(poses, track, options, track.rows(chosen), PICTURE_SAMPLES)
     surfaces = [*(drawing.body(int(row)) for row in chosen), drawing.trail(int(chosen[-1]))]
-    image = drawing.stage(0).picture(joined([one for one in surfaces if one is not None]))
-    if wishes.captions:
+    image = drawing.scene(0).picture(concatenated([one for one in surfaces if one is not None]))
+    if options.captions:
         first, last = int(chosen[0]), int(chosen[-1])
-        write(image, drawing.caption_of_picture(first, last), LOOKS[wishes.look])
-    with whole_file(output) as unfinished:
+        write(image, drawing.caption_of_picture(first, last), THEMES[options.theme])
+    with atomic_file(output) as unfinished:
         if not cv2.imwrite(str(unfinished), image):
-            raise FormatError(f"{output}: cannot be written")
-    watch(1, 1)
+            raise UserError(f"{output}: cannot be written")
+    on_progress(1, 1)
     return Rendered(1, 0, poses.cut)
 
 
-def _film(output: Path, poses: Poses, track: PoseTrack, wishes: Wishes, watch: Callable[[int, int], None]) -> Rendered:
-    fps = wishes.fps or round(track.rate, 3)
+def _film(
+    output: Path, poses: Poses, track: PoseTrack, options: RenderOptions, on_progress: Callable[[int, int], None]
+) -> Rendered:
+    fps = options.fps or round(track.rate, 3)
     if fps <= 0:
-        raise FormatError(f"{output}: one frame has no frame rate: allowed: two frames or more, or a picture (.png)")
-    even = resampled(track, fps)  # a film's pictures are evenly spaced, those of a live take are not
+        raise UserError(f"{output}: a film needs two frames or more; allowed: a longer range, or a picture (.png)")
+    even = resampled(track, fps)  # pictures of a film are evenly spaced, frames of a live take are not
     if not even.known.any():
-        raise FormatError(f"{output}: at --fps {fps:g} no picture has a pose: allowed: a higher rate")
-    drawing = Drawing(poses, even, wishes, even, FILM_SAMPLES)
+        raise UserError(f"{output}: at --fps {fps:g} no picture has a pose; allowed: a higher rate")
+    drawing = Drawing(poses, even, options, even, FILM_SAMPLES)
     count = len(even.frames)
-    with whole_file(output) as unfinished:
-        film = opened_film(unfinished, wishes.codec, fps, wishes.size)
+    with atomic_file(output) as unfinished:
+        film = open_film(unfinished, options.codec, fps, options.size)
         try:
             for row in range(count):
-                film.write(drawing.drawn(row))
-                watch(row + 1, count)
+                film.write(drawing.picture(row))
+                on_progress(row + 1, count)
         finally:
             film.release()
     return Rendered(count, int(np.count_nonzero(~even.known)), poses.cut)
 
 
-def opened_film(path: Path, codec: Codec, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
-    """A film to write to.  Raises FormatError."""
+def open_film(path: Path, codec: Codec, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
+    """Open a film for writing.  Raises UserError."""
     film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*CODECS[codec]), fps, size)
     if not film.isOpened():
         others = ", ".join(other for other in CODECS if other != codec)
-        raise FormatError(f"--codec {codec}: this OpenCV cannot write it: allowed: {others}")
+        raise UserError(f"--codec {codec}: the installed OpenCV cannot write it; allowed: {others}")
     return film
 
 
 class Drawing:
-    """Draws rows of a track.  seen: the rows that are to be in the picture."""
+    """Draws rows of a track.  framed: the rows that the camera must have in the picture."""
 
-    def __init__(self, poses: Poses, track: PoseTrack, wishes: Wishes, seen: PoseTrack, samples: int) -> None:
-        """Raises FormatError for a view that the take does not have."""
-        self._track, self._wishes, self._samples = track, wishes, samples
+    def __init__(self, poses: Poses, track: PoseTrack, options: RenderOptions, framed: PoseTrack, samples: int) -> None:
+        """Raises UserError for an unknown view."""
+        self._track, self._options, self._samples = track, options, samples
         self._title, self._start_ns = poses.path.stem, poses.start_ns
-        self._labels = read_labels(poses.path) if wishes.captions else ()
-        self._solids = solids(track.anatomy, track.bdp)
+        self._labels = read_labels(poses.path) if options.captions else ()
+        self._body = body_surface(track.anatomy, track.bdp)
         self._limbs = {limb.name: {limb.upper, limb.lower} for limb in limbs_of(track.anatomy)}
         self._names = [marker.name for marker in track.anatomy.markers]
         self._centres = self._all_centres(track)
-        self._look = LOOKS[wishes.look]
+        self._theme = THEMES[options.theme]
         viewers = _usable(poses.cameras)
         try:
-            self._path = path_of(self._all_centres(seen), seen.times_s, wishes.shot, wishes.size, viewers)
+            self._path = camera_path(self._all_centres(framed), framed.times_s, options.shot, options.size, viewers)
         except ValueError as error:
-            raise FormatError(f"--{error}") from error
-        self._stage: Stage | None = None
+            raise UserError(f"--{error}") from error
+        self._scene: Scene | None = None
 
-    def drawn(self, row: int) -> Image:
-        """The picture of one row, (h, w, 3)."""
+    def picture(self, row: int) -> Image:
+        """Return the picture of one row, (h, w, 3)."""
         body, trail = self.body(row), self.trail(row)
-        there = [one for one in (body, trail) if one is not None]
-        image = self.stage(row).picture(joined(there) if there else None)
-        if self._wishes.captions:
-            write(image, self.caption(row), self._look)
+        surfaces = [one for one in (body, trail) if one is not None]
+        image = self.scene(row).picture(concatenated(surfaces) if surfaces else None)
+        if self._options.captions:
+            write(image, self.caption(row), self._theme)
         return image
 
-    def stage(self, row: int) -> Stage:
-        """The floor that the camera of a row sees; the same while it stands still."""
-        if self._stage is None or self._path.moving:
+    def scene(self, row: int) -> Scene:
+        """Return the empty scene as the camera of a row sees it; cached while the camera stands still."""
+        if self._scene is None or self._path.moving:
             camera, ground, sun = self._path.at(row)
-            self._stage = Stage(camera, ground, self._look, sun, self._samples)
-        return self._stage
+            self._scene = Scene(camera, ground, self._theme, sun, self._samples)
+        return self._scene
 
     def body(self, row: int) -> Surface | None:
-        """The body of a row in the world; None while the person is lost."""
+        """Return the body surface of a row in the world; None while the person is lost."""
         track = self._track
         if not track.known[row]:
             return None
-        searched = {part for limb in track.lost[row].split() for part in self._limbs.get(limb, ())}
-        return posed(self._solids, part_frames(track.anatomy, track.bdp, track.pose(row)), searched)
+        lost_parts = {part for limb in track.lost[row].split() for part in self._limbs.get(limb, ())}
+        return posed_surface(self._body, part_frames(track.anatomy, track.bdp, track.pose(row)), lost_parts)
 
     def caption(self, row: int) -> Caption:
-        """Of a film's picture."""
+        """Return the caption of one picture of a film."""
         times_s = self._track.times_s
         share = float((times_s[row] - times_s[0]) / max(times_s[-1] - times_s[0], 1e-9))
         warning = "" if self._track.known[row] else "person lost"
         return Caption(self._title, f"{times_s[row]:.2f} s", self.label(row), warning, share)
 
     def label(self, row: int) -> str:
-        """The posture that was recognised then; "" for none."""
+        """Return the posture that was recognized at a row; "" for none."""
         return label_at(self._labels, self._start_ns + round(float(self._track.times_s[row]) * 1e9))
 
     def caption_of_picture(self, first: int, last: int) -> Caption:
-        """Of a picture that shows a row, or several from the first to the last."""
+        """Return the caption of a picture with poses from the first row to the last."""
         times_s = self._track.times_s
         until = f" to {times_s[last]:.2f} s" if last > first else " s"
         return Caption(self._title, f"{times_s[first]:.2f}{until}", "" if last > first else self.label(first))
 
     def trail(self, row: int) -> Surface | None:
-        """Where hands and feet were before a row; None without trails."""
-        if self._wishes.trails_s <= 0:
+        """Return the trails of hands and feet up to a row; None without trails."""
+        if self._options.trails_s <= 0:
             return None
-        rows = self._rows_since(row, self._wishes.trails_s)
+        rows = self._rows_since(row, self._options.trails_s)
         return trails({name: self._centres[rows, self._names.index(name)] for name in EXTREMITIES})
 
     def _rows_since(self, row: int, seconds: float) -> slice:
@@ -203,7 +211,7 @@ class Drawing:
         return slice(first, row + 1)
 
     def _all_centres(self, track: PoseTrack) -> Floats:
-        """(n, markers, 3) metres, NaN while the person is lost."""
+        """Return joint centres (n, markers, 3), metres, NaN while the person is lost."""
         centres = np.full((len(track.frames), len(track.anatomy.markers), 3), np.nan)
         for row in np.flatnonzero(track.known):
             centres[row] = joint_centres(track.anatomy, track.bdp, track.pose(int(row)))
@@ -211,7 +219,7 @@ class Drawing:
 
 
 def _usable(cameras: Mapping[str, CameraInfo]) -> dict[str, Camera]:
-    """By viewer; from one that says what no camera can be there is no view."""
+    """Return the cameras by viewer, without impossible ones."""
     found = {}
     for viewer, info in cameras.items():
         with suppress(ValueError):

@@ -1,17 +1,17 @@
-"""Compiled floor: a plane with a grid that fades into the backdrop, and what hides the light from it."""
+"""Compiled floor: a plane with a grid that fades into the background, and shadows on it."""
 
 import numpy as np
-from numba import njit
 
-from services.animator.render.raster import Ints, Singles
+from zenocap.common.arrays import Floats32, Ints32
+from zenocap.common.jit import kernel
 
 
-@njit(cache=True, error_model="numpy")
-def draw_floor(out: Singles, camera: Singles, floor: Singles) -> None:
-    """Paint floor and backdrop into `out` (h, w, 3), linear light.
+@kernel
+def draw_floor(out: Floats32, camera: Floats32, floor: Floats32) -> None:
+    """Draw floor and background into `out` (h, w, 3), linear light.
 
-    camera: see `light_body`.  floor: (7, 3): colours of the floor, of its fine and its bold lines, of the backdrop low and
-    high, (x, z of the lit middle, its radius in metres), (metres between bold lines, unused).
+    camera: see `light_body`.  floor: (7, 3): colours of the floor, its fine and its bold lines, the background low and
+    high; (x, z, radius) of the lit area, metres; (distance of bold lines, metres, unused).
     """
     height, width = out.shape[0], out.shape[1]
     focal, apart = float(camera[4, 0]), float(floor[6, 0])
@@ -33,7 +33,7 @@ def draw_floor(out: Singles, camera: Singles, floor: Singles) -> None:
             seen = _seen(floor, x, z)
             if seen < 0.002:
                 continue
-            # How many metres of floor a pixel covers, along and across; lines are never thinner than that.
+            # Metres of floor that a pixel covers, along and across; lines are never thinner.
             footprint = distance * size / focal
             along = footprint * size / -dy
             level = max(np.sqrt(dx * dx + dz * dz), 1e-6)
@@ -47,14 +47,14 @@ def draw_floor(out: Singles, camera: Singles, floor: Singles) -> None:
                 out[row, col, k] += (colour - out[row, col, k]) * seen
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def darken_floor(
-    out: Singles, region: Ints, camera: Singles, floor: Singles, dark: Singles, place: Singles, share: float
+    out: Floats32, region: Ints32, camera: Floats32, floor: Floats32, dark: Floats32, place: Floats32, share: float
 ) -> None:
-    """Take light off the floor in a region (left, top, right, bottom, all included) of the picture `out` (h, w, 3).
+    """Darken the floor in a region (left, top, right, bottom, inclusive) of the picture `out` (h, w, 3).
 
-    dark: (h, w) how much of it is hidden, in [0, 1], 0 along its border; place: (3, 4) from the world to its column and
-    row.  share: of the light that is taken where all is hidden.
+    dark: (h, w) shadow map in [0, 1], 0 along its border; place: (3, 4) from the world to its column and row.  share: of
+    the light that is removed at 1.
     """
     focal = camera[4, 0]
     for row in range(region[1], region[3] + 1):
@@ -78,9 +78,9 @@ def darken_floor(
                     out[row, col, k] *= light
 
 
-@njit(cache=True, error_model="numpy")
-def between(image: Singles, x: float, y: float) -> float:
-    """The value of an image (h, w) between its samples; that of the border outside."""
+@kernel
+def between(image: Floats32, x: float, y: float) -> float:
+    """Value of an image (h, w) by bilinear interpolation; outside, that of the border."""
     height, width = image.shape
     x = min(max(x, 0.0), width - 1.001)
     y = min(max(y, 0.0), height - 1.001)
@@ -91,17 +91,17 @@ def between(image: Singles, x: float, y: float) -> float:
     return float(low * (1.0 - t) + high * t)
 
 
-@njit(cache=True, error_model="numpy")
-def _seen(floor: Singles, x: float, z: float) -> float:
-    """How much of the floor is seen there; it fades into the backdrop with the distance from its lit middle."""
+@kernel
+def _seen(floor: Floats32, x: float, z: float) -> float:
+    """Visibility of the floor at a point; it fades into the background with the distance from the lit area."""
     away_x, away_z = (x - floor[5, 0]) / floor[5, 2], (z - floor[5, 1]) / floor[5, 2]
     away = away_x * away_x + away_z * away_z
     return float(np.exp(-1.1 * away)) if away < 6.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _line(place: float, apart: float, thick: float, pixel: float) -> float:
-    """How much of a pixel of so many metres a grid's line covers, about; nothing of lines that would run together."""
+    """Share of a pixel (side `pixel`, metres) that a grid line covers, approximately; 0 where lines would merge."""
     off = abs(place - np.rint(place / apart) * apart)
     half = 0.5 * (thick + pixel)
     covered = min(max((half - off) / max(pixel, 1e-6), 0.0), min(1.0, thick / max(pixel, 1e-6)))

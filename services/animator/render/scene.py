@@ -1,91 +1,98 @@
-"""One picture: floor, shadows, and bodies in the light."""
+"""One picture: floor, shadows and lit surfaces."""
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from common.body.anatomy import Floats
-from common.camera.pinhole import Camera
-from services.animator.render.floor import darken_floor, draw_floor
-from services.animator.render.lighting import light_body
-from services.animator.render.look import GAMMA, Look, linear
-from services.animator.render.raster import NEAR_M, Ints, Singles, develop, fill
-from services.animator.render.solids import Surface
+from zenocap.common.arrays import Floats, Floats32, Image, Ints32
+from zenocap.common.camera.pinhole import Camera
+from zenocap.services.animator.parameters import (
+    CONTACT_BLUR_M,
+    CONTACT_HEIGHT_M,
+    CONTACT_MARGIN_M,
+    CONTACT_TEXEL_M,
+    GRID_M,
+    MAX_TEXELS,
+    PENUMBRA_M,
+    SHADOW_MARGIN_M,
+    SHADOW_TEXEL_M,
+    SUN_AZIMUTH_DEG,
+    SUN_ELEVATION_DEG,
+)
+from zenocap.services.animator.render.floor import darken_floor, draw_floor
+from zenocap.services.animator.render.rasterizer import NEAR_M, develop, fill, light_body
+from zenocap.services.animator.render.surfaces import Surface
+from zenocap.services.animator.render.theme import GAMMA, Theme, linear
 
-Image = NDArray[np.uint8]
-
-SUN_DEG = (48.0, 52.0)  # to the camera's left, and above the horizontal
-SUN_TEXEL_M, SUN_MARGIN_M, PENUMBRA_M = 0.008, 0.12, 0.022
-CONTACT_TEXEL_M, CONTACT_MARGIN_M, CONTACT_BLUR_M, CONTACT_HIGH_M = 0.02, 0.3, 0.055, 0.35
-MOST_TEXELS = 2048  # along either side of a map
-LINES_M = 1.0  # between bold lines; a fine one each quarter
-ABOVE = 1.0  # added to heights, so that all count as near
+HEIGHT_OFFSET = 1.0  # added to heights, because `fill` takes 0 for nothing
 LEVELS = 4096
-TABLE = np.rint(np.linspace(0.0, 1.0, LEVELS) ** (1 / GAMMA) * 255).astype(np.uint8)
+SRGB_TABLE = np.rint(np.linspace(0.0, 1.0, LEVELS) ** (1 / GAMMA) * 255).astype(np.uint8)
 
 
 @dataclass(frozen=True)
 class Ground:
-    """middle: (2,) x and z of what is lit, metres.  radius: metres, beyond which the floor fades."""
+    """Lit part of the floor.
+
+    middle: (2,) x and z of the lit area, metres.  radius: metres, at which the floor fades into the background.
+    """
 
     middle: Floats
     radius: float
 
 
 @dataclass(frozen=True)
-class _Map:
-    """values: (h, w).  place: (3, 4) from the world to column, row and height."""
+class _HeightMap:
+    """Map of heights above a plane.  values: (h, w).  world_to_map: (3, 4), to column, row and height."""
 
-    values: Singles
-    place: Singles
+    values: Floats32
+    world_to_map: Floats32
 
     @property
     def texel(self) -> float:
-        """Metres."""
-        return 1.0 / float(np.linalg.norm(self.place[0, :3]))
+        """Side of one element, metres."""
+        return 1.0 / float(np.linalg.norm(self.world_to_map[0, :3]))
 
 
-class Stage:
-    """An empty floor as one camera sees it, on which bodies are put, picture by picture.
+class Scene:
+    """Empty floor as one camera sees it, into which surfaces are drawn, picture by picture.
 
-    sun: (3,) unit vector towards it.  samples: along either side of each pixel of a body.
+    sun: (3,) unit vector towards it.  samples: along either side of every pixel of a surface.
     """
 
-    def __init__(self, camera: Camera, ground: Ground, look: Look, sun: Floats, samples: int = 2) -> None:
-        self._camera, self._look, self._sun, self._samples = camera, look, sun, samples
+    def __init__(self, camera: Camera, ground: Ground, theme: Theme, sun: Floats, samples: int = 2) -> None:
+        self._camera, self._theme, self._sun, self._samples = camera, theme, sun, samples
         matrix = camera.matrix
         lens = (matrix[0, 0], matrix[0, 2], matrix[1, 2])
         self._eye = np.array([*camera.rotation, camera.centre, lens], dtype=np.float32)
-        colours = [linear(colour) for colour in (look.floor, look.fine, look.bold, look.low, look.high)]
-        self._floor = np.array([*colours, (*ground.middle, ground.radius), (LINES_M, 0.0, 0.0)], dtype=np.float32)
+        colours = [linear(colour) for colour in (theme.floor, theme.fine, theme.bold, theme.low, theme.high)]
+        self._floor = np.array([*colours, (*ground.middle, ground.radius), (GRID_M, 0.0, 0.0)], dtype=np.float32)
         self._empty = np.empty((camera.size[1], camera.size[0], 3), dtype=np.float32)
         draw_floor(self._empty, self._eye, self._floor)
 
     def picture(self, surface: Surface | None) -> Image:
-        """(h, w, 3) blue, green, red: the surface on the floor, or the empty floor."""
+        """Return the picture of a surface on the floor, or of the empty floor: (h, w, 3) blue, green, red."""
         out = self._empty.copy()
         if surface is not None:
             depths = _depths(surface, self._sun)
-            self._darken(out, _hidden(depths), self._look.shadow)
-            self._darken(out, _contact(surface), self._look.contact)
+            self._darken(out, _sun_shadow(depths), self._theme.shadow)
+            self._darken(out, _contact_shadow(surface), self._theme.contact)
             self._draw(out, surface, depths)
         image = np.empty(out.shape, dtype=np.uint8)
-        develop(out, TABLE, image)
+        develop(out, SRGB_TABLE, image)
         return image
 
-    def _darken(self, out: Singles, dark: _Map, share: float) -> None:
-        """By a map, in that part of the picture where the floor has it."""
+    def _darken(self, out: Floats32, dark: _HeightMap, share: float) -> None:
+        """Darken the floor by a shadow map, in the region of the picture that the map covers."""
         height, width = dark.values.shape
         corners = np.array([[0, 0], [width, 0], [width, height], [0, height]])
-        turn = dark.place[:2, [0, 2]].astype(np.float64)  # of the floor's x and z
-        x, z = np.linalg.solve(turn, (corners - dark.place[:2, 3]).T)
+        turn = dark.world_to_map[:2, [0, 2]].astype(np.float64)  # from x and z of the floor
+        x, z = np.linalg.solve(turn, (corners - dark.world_to_map[:2, 3]).T)
         region = self._region(np.stack([x, np.zeros(4), z], axis=1), behind=True)
         if region is not None:
-            darken_floor(out, region, self._eye, self._floor, dark.values, dark.place, share)
+            darken_floor(out, region, self._eye, self._floor, dark.values, dark.world_to_map, share)
 
-    def _draw(self, out: Singles, surface: Surface, depths: _Map) -> None:
+    def _draw(self, out: Floats32, surface: Surface, depths: _HeightMap) -> None:
         camera, samples = self._camera, self._samples
         region = self._region(surface.points, behind=False)
         if region is None:
@@ -95,18 +102,18 @@ class Stage:
         pixels = (local @ camera.matrix.T)[:, :2] * near[:, None]
         rows, columns = (region[3] - region[1] + 1) * samples, (region[2] - region[0] + 1) * samples
         buffer, row = np.zeros((rows, columns, 4), dtype=np.float32), np.zeros((rows, columns), dtype=np.uint8)
-        fine = ((pixels - region[:2] + 0.5) * samples - 0.5).astype(np.float32)  # in the middles of a pixel's cells
+        fine = ((pixels - region[:2] + 0.5) * samples - 0.5).astype(np.float32)  # at the centres of the cells
         normals = surface.normals.astype(np.float32)
         fill(fine, near.astype(np.float32), normals, surface.shades, surface.triangles, buffer, row)
-        lights, palette = self._look.lights(self._sun), self._look.palette()
+        lights, palette = self._theme.lights(self._sun), self._theme.palette()
         light_body(
-            buffer, row, region, samples, self._eye, lights, palette, depths.values, depths.place, out
+            buffer, row, region, samples, self._eye, lights, palette, depths.values, depths.world_to_map, out
         )  # fmt: skip
 
-    def _region(self, points: Floats, behind: bool) -> Ints | None:
-        """(4,) left, top, right, bottom of the picture that points (n, 3) fill; None where none is in it.
+    def _region(self, points: Floats, behind: bool) -> Ints32 | None:
+        """Return the bounding box (4,) of points (n, 3) in the picture: left, top, right, bottom; None if it is empty.
 
-        behind: with a point behind the camera it is the whole picture; otherwise such points do not count.
+        behind: a point behind the camera makes it the whole picture; otherwise such points are ignored.
         """
         camera = self._camera
         local = points @ camera.rotation.T + camera.translation
@@ -124,45 +131,45 @@ class Stage:
 
 
 def sun_of(azimuth: float) -> Floats:
-    """(3,) unit vector to a sun that stands to the left of a camera at that azimuth, radians."""
-    turn, up = azimuth - np.radians(SUN_DEG[0]), np.radians(SUN_DEG[1])
+    """Return the unit vector (3,) to a sun to the left of a camera at an azimuth, radians."""
+    turn, up = azimuth - np.radians(SUN_AZIMUTH_DEG), np.radians(SUN_ELEVATION_DEG)
     return np.array([np.cos(up) * np.sin(turn), np.sin(up), np.cos(up) * np.cos(turn)])
 
 
-def _map(surface: Surface, axes: Floats, texel: float, margin: float) -> _Map:
-    """The surface along the third of `axes` (3, 3), rows: heights of what is highest there, plus ABOVE; 0 for nothing."""
+def _height_map(surface: Surface, axes: Floats, texel: float, margin: float) -> _HeightMap:
+    """Return the largest height of a surface along the third row of `axes` (3, 3), plus HEIGHT_OFFSET; 0 for nothing."""
     local = surface.points @ axes.T
     low, high = local.min(axis=0) - margin, local.max(axis=0) + margin
-    texel = max(texel, float((high - low)[:2].max()) / MOST_TEXELS)
+    texel = max(texel, float((high - low)[:2].max()) / MAX_TEXELS)
     width, height = (np.ceil((high - low)[:2] / texel).astype(int) + 1).tolist()
     out, row = np.zeros((height, width, 4), dtype=np.float32), np.zeros((height, width), dtype=np.uint8)
     pixels = ((local[:, :2] - low[:2]) / texel).astype(np.float32)
-    heights = (local[:, 2] - low[2] + ABOVE).astype(np.float32)
+    heights = (local[:, 2] - low[2] + HEIGHT_OFFSET).astype(np.float32)
     fill(pixels, heights, surface.normals.astype(np.float32), surface.shades, surface.triangles, out, row)
-    place = np.zeros((3, 4), dtype=np.float32)
-    place[:2, :3], place[:2, 3] = axes[:2] / texel, -low[:2] / texel
-    place[2, :3], place[2, 3] = axes[2], ABOVE - low[2]
-    return _Map(np.ascontiguousarray(out[..., 0]), place)
+    world_to_map = np.zeros((3, 4), dtype=np.float32)
+    world_to_map[:2, :3], world_to_map[:2, 3] = axes[:2] / texel, -low[:2] / texel
+    world_to_map[2, :3], world_to_map[2, 3] = axes[2], HEIGHT_OFFSET - low[2]
+    return _HeightMap(np.ascontiguousarray(out[..., 0]), world_to_map)
 
 
-def _depths(surface: Surface, sun: Floats) -> _Map:
-    """What the sun sees."""
+def _depths(surface: Surface, sun: Floats) -> _HeightMap:
+    """Return the height map of a surface as seen from the sun."""
     across = np.cross([0.0, 1.0, 0.0], sun)
     across = across / np.linalg.norm(across)
-    return _map(surface, np.stack([across, np.cross(sun, across), sun]), SUN_TEXEL_M, SUN_MARGIN_M)
+    return _height_map(surface, np.stack([across, np.cross(sun, across), sun]), SHADOW_TEXEL_M, SHADOW_MARGIN_M)
 
 
-def _hidden(depths: _Map) -> _Map:
-    """Share of the sun that is hidden from the floor, with a soft edge."""
+def _sun_shadow(depths: _HeightMap) -> _HeightMap:
+    """Return the share of sunlight that is blocked from the floor, with a soft edge."""
     hidden = (depths.values > 0).astype(np.float32)
     soft = cv2.GaussianBlur(hidden, (0, 0), max(PENUMBRA_M / depths.texel, 0.5)).astype(np.float32)
-    return _Map(soft, depths.place)
+    return _HeightMap(soft, depths.world_to_map)
 
 
-def _contact(surface: Surface) -> _Map:
-    """Share of the sky that low parts hide from the floor below them, about."""
+def _contact_shadow(surface: Surface) -> _HeightMap:
+    """Return approximately the share of sky light that low parts block from the floor below them."""
     axes = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
-    found = _map(surface, axes, CONTACT_TEXEL_M, CONTACT_MARGIN_M)
-    lowest = found.place[2, 3] - found.values  # the world's y of what is lowest
-    hidden = np.where(found.values > 0, np.clip(1.0 - lowest / CONTACT_HIGH_M, 0.0, 1.0), 0.0).astype(np.float32)
-    return _Map(cv2.GaussianBlur(hidden, (0, 0), CONTACT_BLUR_M / found.texel).astype(np.float32), found.place)
+    found = _height_map(surface, axes, CONTACT_TEXEL_M, CONTACT_MARGIN_M)
+    lowest = found.world_to_map[2, 3] - found.values  # smallest world y
+    hidden = np.where(found.values > 0, np.clip(1.0 - lowest / CONTACT_HEIGHT_M, 0.0, 1.0), 0.0).astype(np.float32)
+    return _HeightMap(cv2.GaussianBlur(hidden, (0, 0), CONTACT_BLUR_M / found.texel).astype(np.float32), found.world_to_map)

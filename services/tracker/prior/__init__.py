@@ -1,1 +1,1 @@
-"""The motion prior: regions of poses with a linear subspace each, and transitions between them.  [Hybrid IV]"""
+"""Motion prior: regions of poses, a linear subspace for each, transitions between them.  [Hybrid IV]"""

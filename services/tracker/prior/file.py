@@ -1,7 +1,7 @@
-"""Priors as files: data only, every field checked, with a sum over all of it.
+"""Prior files (data only, every field checked, with a checksum), and the priors shipped with zenocap, by name.
 
-A header (magic, version, CRC-32 and length of what follows), then one MessagePack map; arrays are their shape and
-little-endian float64.  The same prior gives the same bytes.
+A header (magic, version, CRC-32 and length of the rest), then one MessagePack map; arrays are shape and little-endian
+float64.  Equal priors give equal bytes.
 """
 
 import struct
@@ -15,10 +15,14 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy, Floats
-from common.body.coordinates import coordinates_of
-from common.camera.durable import write_durably
-from services.tracker.prior.model import Prior, Reconstruction, Training
+from zenocap.common.arrays import Floats
+from zenocap.common.atomic_write import write_atomically
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.errors import UserError
+from zenocap.common.rig import tracker as tracker_table
+from zenocap.data import PRIORS
+from zenocap.services.tracker.prior.model import Prior, Reconstruction, Training
 
 MAGIC = b"zenocap prior\n"
 VERSION = 1
@@ -26,10 +30,6 @@ HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")
 MAX_BYTES = 64 << 20
 ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS, FOURTEEN_PARTS)}
 ROUNDING = 1e-6
-
-
-class PriorError(ValueError):
-    """A file that is no prior, or not one for this use; the text names file, field, value and what is allowed."""
 
 
 Count = Annotated[int, Meta(ge=0, le=1 << 40)]
@@ -78,42 +78,42 @@ ARRAYS = ("centres", "bases", "variances", "residuals", "transitions", "occupanc
 
 
 def write_prior(path: Path, prior: Prior) -> None:
-    """The file appears whole or not at all.  Raises OSError, and PriorError for a prior that could not be read back."""
+    """Write a prior atomically.  Raises OSError, and UserError for a prior that could not be read back."""
     content: dict[str, object] = {name: _packed(getattr(prior, name)) for name in ARRAYS}
     content |= {"anatomy": prior.anatomy, "names": prior.names, "rate": prior.rate, "training": asdict(prior.training)}
     body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
     data = HEADER.pack(MAGIC, VERSION, zlib.crc32(body), len(body)) + body
     parse_prior(path, data)
-    write_durably(path, data)
+    write_atomically(path, data)
 
 
 def read_prior(path: Path, anatomy: Anatomy | None = None) -> Prior:
-    """The prior in a file.  anatomy: that of the body it is wanted for.  Raises PriorError, and OSError."""
+    """Prior in a file.  anatomy: required one.  Raises UserError and OSError."""
     size = path.stat().st_size
     if size > MAX_BYTES:
-        raise PriorError(f"{path}: {size} bytes: allowed: at most {MAX_BYTES} of a prior")
+        raise UserError(f"{path}: {size} bytes: allowed: at most {MAX_BYTES} of a prior")
     return parse_prior(path, path.read_bytes(), anatomy)
 
 
 def parse_prior(path: Path, data: bytes, anatomy: Anatomy | None = None) -> Prior:
-    """The prior in the bytes of a file that errors call `path`.  Raises PriorError."""
+    """Prior in the bytes of a file; path: for errors.  Raises UserError."""
     if data[: len(MAGIC)] != MAGIC[: len(data)] or not data:
-        raise PriorError(f"{path}: begins with {data[: len(MAGIC)]!r}: allowed: {MAGIC!r}, a file of `zenocap prior train`")
+        raise UserError(f"{path}: begins with {data[: len(MAGIC)]!r}: allowed: {MAGIC!r}, a file of `zenocap prior train`")
     if len(data) < HEADER.size:
-        raise PriorError(f"{path}: cut: {len(data)} bytes: allowed: {HEADER.size} or more")
+        raise UserError(f"{path}: cut: {len(data)} bytes: allowed: {HEADER.size} or more")
     _, version, checksum, length = HEADER.unpack_from(data)
     body = data[HEADER.size :]
     if version != VERSION:
-        raise PriorError(f"{path}: version = {version}: allowed: {VERSION}; train it again with this zenocap")
+        raise UserError(f"{path}: version = {version}: allowed: {VERSION}; train it again with this zenocap")
     if len(body) != length:
-        how = "cut" if len(body) < length else "something follows the prior"
-        raise PriorError(f"{path}: {how}: {len(body)} bytes behind the header: allowed: {length}")
+        how = "cut" if len(body) < length else "bytes after the prior"
+        raise UserError(f"{path}: {how}: {len(body)} bytes after the header: allowed: {length}")
     if zlib.crc32(body) != checksum:
-        raise PriorError(f"{path}: damaged: checksum = {zlib.crc32(body):08x}: allowed: {checksum:08x}")
+        raise UserError(f"{path}: damaged: checksum = {zlib.crc32(body):08x}: allowed: {checksum:08x}")
     try:
         contents = msgspec.msgpack.decode(body, type=_Contents)
     except msgspec.MsgspecError as error:
-        raise PriorError(f"{path}: {error}") from None
+        raise UserError(f"{path}: {error}") from None
     _check_anatomy(path, contents, anatomy)
     prior = _unpacked(path, contents)
     _check_values(path, prior)
@@ -125,7 +125,7 @@ def _packed(array: Floats) -> dict[str, object]:
 
 
 def _unpacked(path: Path, contents: _Contents) -> Prior:
-    """With every array of the shape that the names, the centres and the bases ask for."""
+    """Prior whose arrays have the shapes given by the names, the centres and the bases."""
     regions = contents.centres.shape[0] if contents.centres.shape else 0
     d = len(contents.names)
     m = contents.bases.shape[-1] if contents.bases.shape else 0
@@ -141,15 +141,15 @@ def _unpacked(path: Path, contents: _Contents) -> Prior:
         "speeds": (d,),
     }
     arrays = {name: _array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
-    told = contents.training
+    record = contents.training
     training = Training(
-        tuple(told.motions),
-        tuple(told.held),
-        told.frames,
-        told.mirrored,
-        told.seed,
-        tuple(Reconstruction(row.regions, row.training, row.held) for row in told.errors),
-        told.distances,
+        tuple(record.motions),
+        tuple(record.held),
+        record.frames,
+        record.mirrored,
+        record.seed,
+        tuple(Reconstruction(row.regions, row.training, row.held) for row in record.errors),
+        record.distances,
     )
     return Prior(contents.anatomy, tuple(contents.names), contents.rate, **arrays, training=training)
 
@@ -165,11 +165,11 @@ def _array(path: Path, name: str, packed: _Array, shape: tuple[int, ...]) -> Flo
     return array
 
 
-def _check_anatomy(path: Path, contents: _Contents, wanted: Anatomy | None) -> None:
+def _check_anatomy(path: Path, contents: _Contents, required: Anatomy | None) -> None:
     if contents.anatomy not in ANATOMIES:
         _fail(path, "anatomy", repr(contents.anatomy), ", ".join(ANATOMIES))
-    if wanted is not None and contents.anatomy != wanted.name:
-        _fail(path, "anatomy", repr(contents.anatomy), f"{wanted.name!r}, the body that is tracked")
+    if required is not None and contents.anatomy != required.name:
+        _fail(path, "anatomy", repr(contents.anatomy), f"{required.name!r}, the body that is tracked")
     expected = list(coordinates_of(ANATOMIES[contents.anatomy]).names)
     if contents.names != expected:
         _fail(path, "names", contents.names, f"those of {contents.anatomy}: {expected}")
@@ -199,4 +199,21 @@ def _check_values(path: Path, prior: Prior) -> None:
 
 
 def _fail(path: Path, field: str, value: object, allowed: object) -> None:
-    raise PriorError(f"{path}: {field} = {value}: allowed: {allowed}")
+    raise UserError(f"{path}: {field} = {value}: allowed: {allowed}")
+
+
+PRIOR_FOLDER = PRIORS
+SUFFIX = tracker_table.SUFFIX
+
+
+def shipped_names() -> tuple[str, ...]:
+    """Names of the shipped priors."""
+    return tuple(sorted(path.stem for path in PRIOR_FOLDER.glob(f"*{SUFFIX}")))
+
+
+def find_prior(text: str) -> Path:
+    """Path of a prior given by a shipped name, or as a path from the working directory.  Raises UserError."""
+    try:
+        return tracker_table.find_prior(text, Path())
+    except tracker_table.TrackerError as error:
+        raise UserError(str(error)) from None

@@ -1,27 +1,23 @@
-"""The motion prior as arrays: Voronoi regions of poses, a subspace for each, transitions between them.  [Hybrid IV]
+"""Motion prior as arrays: Voronoi regions of poses, a subspace for each, transitions between them.  [Hybrid IV]
 
-d is the number of coordinates of a pose (`common.body.coordinates`), m that of a subspace, M that of the regions.
+d is the number of coordinates of a pose (`zenocap.common.body.coordinates`), m that of a subspace, M that of the regions.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from common.body.anatomy import Floats
-from services.tracker.prior.rates import power_of_transitions
-from services.tracker.prior.sampling import CLAMP, NEARNESS
-from services.tracker.prior.tables import Tables, tables_of
-
-NEARLY_WHOLE = 2e-3  # of a number of steps
+from zenocap.common.arrays import Floats, Ints
+from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP
+from zenocap.services.tracker.prior.sampling import CompiledPrior, compile_prior
 
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """Reconstruction errors with this many regions, in radians: root mean square over frames and coordinates.
+    """Reconstruction errors with a number of regions, radians: root mean square over frames and coordinates.
 
-    held: on motion that was not learnt from.
+    held: on held-out motion.
     """
 
     regions: int
@@ -31,11 +27,11 @@ class Reconstruction:
 
 @dataclass(frozen=True)
 class Training:
-    """What a prior was learnt from.
+    """Provenance of a prior.
 
-    motions: their names.  held: of those that were only measured on; empty where stretches of the motions were held out.
-    frames: learnt from, mirrored ones included.  errors: by number of regions, the paper's Fig. 4.
-    distances: (3,) the 50th, 90th and 99th percentile of held-out poses' distances to the prior, radians.
+    motions: names.  held: names of motions only measured on; empty where stretches of the motions were held out.
+    frames: used, mirrored ones included.  errors: by number of regions, the paper's Fig. 4.
+    distances: (3,) the 50th, 90th and 99th percentile of held-out poses' distances from the prior, radians.
     """
 
     motions: tuple[str, ...]
@@ -49,12 +45,12 @@ class Training:
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What poses a kind of motion has and which follow on which; all but the root.
+    """Poses of a kind of motion and transitions between them, without the root.
 
     anatomy: its name.  names: (d,) of the coordinates.  rate: frames per second that `transitions` are for.
     centres: (M, d) r_i, radians.  bases: (M, d, m) P_i, orthonormal columns.  variances: (M, m) the diagonal of
-    Lambda_i, radians squared, falling.  residuals: (M, d) variance left of every coordinate, radians squared.
-    transitions: (M, M) a_ij from i to j, rows sum to 1.  occupancy: (M,) share of the frames, sums to 1.
+    Lambda_i, radians squared, falling.  residuals: (M, d) remaining variance of every coordinate, radians squared.
+    transitions: (M, M) a_ij from i to j, rows sum to 1.  occupancy: (M,) fraction of the frames, sums to 1.
     speeds: (d,) root mean square of every coordinate's velocity, radians per second.
     """
 
@@ -79,18 +75,16 @@ class Prior:
         return len(self.bases[0, 0])
 
     @cached_property
-    def tables(self) -> Tables:
-        """The same for compiled code."""
-        return tables_of(self.centres, self.bases, self.variances, self.residuals, self.transitions, self.occupancy)
+    def compiled(self) -> CompiledPrior:
+        """Layout for compiled functions."""
+        return compile_prior(self.centres, self.bases, self.variances, self.residuals, self.transitions, self.occupancy)
 
 
 def project(prior: Prior, region: int, poses: Floats) -> Floats:
-    """Coordinates (..., m) of poses (..., d) in a region's subspace, clamped to 2.5 standard deviations.  [Hybrid Eq. 18]
-
-    The paper does not clamp: a pose far from the region would be projected to where no pose was ever seen.
-    """
+    """Coordinates (..., m) of poses (..., d) in a region's subspace, clamped to PRIOR_CLAMP deviations.  [Hybrid Eq. 18]"""
+    # Paper (corrected): Eq. 18 is not clamped; a pose far from the region would have values that were never observed.
     z = (poses - prior.centres[region]) @ prior.bases[region]
-    limit = CLAMP * np.sqrt(prior.variances[region])
+    limit = PRIOR_CLAMP * np.sqrt(prior.variances[region])
     clamped: Floats = np.clip(z, -limit, limit)
     return clamped
 
@@ -104,27 +98,28 @@ def reconstruct(prior: Prior, region: int, z: Floats) -> Floats:
 def distances(prior: Prior, poses: Floats) -> Floats:
     """d(x, r_i) (T, M) in radians squared, of poses (T, d).  [Hybrid Eq. 9, 10]
 
-    The residual of the clamped projection and, which the paper leaves out, NEARNESS of the squared distance to the
-    centre within the subspace: subspaces are unbounded, and without it a region claims poses far from its own.
+    The residual of the clamped projection, and PRIOR_CENTRE_WEIGHT of the squared distance to the centre within the
+    subspace.
     """
+    # Paper (corrected): Eq. 9 has no such term; subspaces are unbounded, and a region would claim poses far from its own.
     return np.stack([_distance(prior, region, poses) for region in range(prior.regions)], axis=1)
 
 
 def _distance(prior: Prior, region: int, poses: Floats) -> Floats:
     left = poses - reconstruct(prior, region, project(prior, region, poses))
     within = (poses - prior.centres[region]) @ prior.bases[region]
-    distance: Floats = np.sum(left**2, axis=1) + NEARNESS * np.sum(within**2, axis=1)
+    distance: Floats = np.sum(left**2, axis=1) + PRIOR_CENTRE_WEIGHT * np.sum(within**2, axis=1)
     return distance
 
 
-def assign(prior: Prior, poses: Floats) -> NDArray[np.int64]:
-    """The region (T,) of every pose (T, d): that of the smallest distance.  [Hybrid Eq. 8]"""
-    regions: NDArray[np.int64] = np.argmin(distances(prior, poses), axis=1)
+def assign(prior: Prior, poses: Floats) -> Ints:
+    """(T,) region of smallest distance of every pose (T, d).  [Hybrid Eq. 8]"""
+    regions: Ints = np.argmin(distances(prior, poses), axis=1)
     return regions
 
 
-def encoded(prior: Prior, poses: Floats) -> Floats:
-    """Poses (T, d) as their regions reconstruct them."""
+def reconstruct_poses(prior: Prior, poses: Floats) -> Floats:
+    """Poses (T, d) reconstructed by their regions."""
     regions = assign(prior, poses)
     result = np.empty_like(poses)
     for region in np.unique(regions):
@@ -135,21 +130,4 @@ def encoded(prior: Prior, poses: Floats) -> Floats:
 
 def reconstruction_error(prior: Prior, poses: Floats) -> float:
     """Root mean square over frames and coordinates of poses (T, d) less their reconstructions, radians."""
-    return float(np.sqrt(np.mean((poses - encoded(prior, poses)) ** 2)))
-
-
-@lru_cache(maxsize=8)
-def at_rate(prior: Prior, rate: float) -> Prior:
-    """The prior for another number of frames per second.  Raises ValueError unless it is positive and finite.
-
-    Steps that are nearly whole are whole: 29.97 is half of 60, and frame times are whole nanoseconds.  May be asked every
-    frame: the last few are kept.
-    """
-    if not (np.isfinite(rate) and rate > 0):
-        raise ValueError(f"rate = {rate}: allowed: a positive number of frames per second")
-    steps = prior.rate / rate
-    if abs(steps - round(steps)) <= NEARLY_WHOLE * steps:
-        steps = float(round(steps))
-    if steps == 1.0:
-        return prior
-    return replace(prior, rate=rate, transitions=power_of_transitions(prior.transitions, steps))
+    return float(np.sqrt(np.mean((poses - reconstruct_poses(prior, poses)) ** 2)))

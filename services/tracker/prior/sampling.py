@@ -1,31 +1,67 @@
-"""Proposals from the prior, compiled: a new region, and a new pose in its subspace.  [Hybrid V-A, Eq. 24-28]
+"""Compiled motion prior: proposals, regions and distances of poses.  [Hybrid V-A, Eq. 24-28]
 
-Chance is an argument: the caller draws the numbers.  Nothing here allocates; called for every particle of every frame.
+Random numbers are arguments.  The functions do not allocate; they run for every particle of every frame.
 """
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
 
-from common.body.anatomy import Floats
-from services.tracker.prior.tables import Tables
+from zenocap.common.arrays import Floats
+from zenocap.common.jit import kernel
+from zenocap.services.tracker.parameters import PRIOR_CENTRE_WEIGHT, PRIOR_CLAMP, PRIOR_DEVIATION_FLOOR_DEG
 
-# Here because compiled code keeps them: a cache knows only of changes in its own file.
-CLAMP = 2.5  # standard deviations from a region's centre within its subspace
-NEARNESS = 0.05  # weight of the distance to the centre beside the residual's
+VARIANCE_FLOOR = np.radians(PRIOR_DEVIATION_FLOOR_DEG) ** 2  # radians squared: least variance of a coordinate
 
 
-@njit(cache=True, error_model="numpy")
-def propose(tables: Tables, region: int, pose: Floats, uniform: float, normals: Floats, scale: float, out: Floats) -> int:
-    """Draw the region that follows on `region` and write a pose of it to out (d,); returns the new region.
+class CompiledPrior(NamedTuple):
+    """Motion prior for compiled functions.
 
-    pose: (d,) radians, the particle's last.  uniform: within [0, 1).  normals: (m,) standard normal.
+    centres: (M, d) radians.  axes: (M, m, d) unit vectors of the subspaces.  deviations: (M, m) radians.
+    cumulative: (M, M) transitions summed along rows; the last column is 1.
+    spreads: (M,) variance of a pose off its subspace, per direction, radians squared.
+    heights: (M,) log density at the centre, times occupancy.
+    """
+
+    centres: Floats
+    axes: Floats
+    deviations: Floats
+    cumulative: Floats
+    spreads: Floats
+    heights: Floats
+
+
+def compile_prior(
+    centres: Floats, bases: Floats, variances: Floats, residuals: Floats, transitions: Floats, occupancy: Floats
+) -> CompiledPrior:
+    """Layout of a prior for compiled functions.
+
+    centres: (M, d), bases: (M, d, m), variances: (M, m), residuals: (M, d), transitions: (M, M), occupancy: (M,).
+    """
+    regions, d, m = bases.shape
+    cumulative = np.cumsum(transitions, axis=1)
+    cumulative[:, -1] = 1.0
+    spreads = np.maximum(residuals.sum(axis=1) / max(d - m, 1), VARIANCE_FLOOR)
+    log_volume = np.log(variances).sum(axis=1) + (d - m) * np.log(spreads) + d * np.log(2 * np.pi)
+    heights = np.log(np.maximum(occupancy, 1e-3 / regions)) - 0.5 * log_volume
+    axes = np.ascontiguousarray(bases.transpose(0, 2, 1))
+    return CompiledPrior(np.ascontiguousarray(centres), axes, np.sqrt(variances), cumulative, spreads, heights)
+
+
+@kernel
+def propose(
+    compiled: CompiledPrior, region: int, pose: Floats, uniform: float, normals: Floats, scale: float, out: Floats
+) -> int:
+    """Draw the region that follows `region` and write a pose of it to out (d,); returns the new region.
+
+    pose: (d,) radians, of the particle before.  uniform: within [0, 1).  normals: (m,) standard normal.
     scale: of the variance in z ~ N(z', scale Lambda); the paper has 1.
     """
-    cumulative = tables.cumulative[region]
+    cumulative = compiled.cumulative[region]
     new, last = 0, cumulative.shape[0] - 1
     while new < last and cumulative[new] <= uniform:
         new += 1
-    centre, axes, deviations = tables.centres[new], tables.axes[new], tables.deviations[new]
+    centre, axes, deviations = compiled.centres[new], compiled.axes[new], compiled.deviations[new]
     d = centre.shape[0]
     for k in range(d):
         out[k] = centre[k]
@@ -34,7 +70,8 @@ def propose(tables: Tables, region: int, pose: Floats, uniform: float, normals: 
         z = 0.0
         for k in range(d):
             z += axes[j, k] * (pose[k] - centre[k])
-        limit = CLAMP * deviations[j]
+        # Paper (corrected): projections and samples are unbounded, and leave the poses of the region.
+        limit = PRIOR_CLAMP * deviations[j]
         z = min(max(z, -limit), limit) + step * deviations[j] * normals[j]
         z = min(max(z, -limit), limit)
         for k in range(d):
@@ -42,11 +79,14 @@ def propose(tables: Tables, region: int, pose: Floats, uniform: float, normals: 
     return new
 
 
-@njit(cache=True, error_model="numpy")
-def against(tables: Tables, region: int, pose: Floats) -> tuple[float, float, float, float]:
-    """A pose (d,) against a region's subspace, all squared: its distance from it, how far its projection is beyond the
-    clamp, how far from the centre (radians squared), and the last in variances."""
-    centre, axes, deviations = tables.centres[region], tables.axes[region], tables.deviations[region]
+@kernel
+def subspace_residuals(compiled: CompiledPrior, region: int, pose: Floats) -> tuple[float, float, float, float]:
+    """Squared residuals of a pose (d,) in a region's subspace.
+
+    Returns distance from the subspace, excess of the projection over the clamp, distance from the centre within the
+    subspace (radians squared), and the last as squared Mahalanobis distance.
+    """
+    centre, axes, deviations = compiled.centres[region], compiled.axes[region], compiled.deviations[region]
     off = 0.0
     for k in range(centre.shape[0]):
         off += (pose[k] - centre[k]) ** 2
@@ -55,7 +95,7 @@ def against(tables: Tables, region: int, pose: Floats) -> tuple[float, float, fl
         z = 0.0
         for k in range(centre.shape[0]):
             z += axes[j, k] * (pose[k] - centre[k])
-        over = max(abs(z) - CLAMP * deviations[j], 0.0)
+        over = max(abs(z) - PRIOR_CLAMP * deviations[j], 0.0)
         off -= z * z
         beyond += over * over
         within += z * z
@@ -63,41 +103,46 @@ def against(tables: Tables, region: int, pose: Floats) -> tuple[float, float, fl
     return max(off, 0.0), beyond, within, in_variances
 
 
-@njit(cache=True, error_model="numpy")
-def assign(tables: Tables, pose: Floats) -> int:
-    """The region of a pose (d,) in radians, such as a refined one.  [Hybrid Eq. 8]"""
+@kernel
+def assign(compiled: CompiledPrior, pose: Floats) -> int:
+    """Region of a pose (d,) in radians.  [Hybrid Eq. 8]"""
     best, least = 0, np.inf
-    for region in range(tables.centres.shape[0]):
-        off, beyond, within, _ = against(tables, region, pose)
-        squared = off + beyond + NEARNESS * within
+    for region in range(compiled.centres.shape[0]):
+        off, beyond, within, _ = subspace_residuals(compiled, region, pose)
+        # Paper (corrected): Eq. 9 has no term for the centre, so that regions reach along their subspaces without end.
+        squared = off + beyond + PRIOR_CENTRE_WEIGHT * within
         if squared < least:
             best, least = region, squared
     return best
 
 
-@njit(cache=True, error_model="numpy")
-def distance(tables: Tables, pose: Floats) -> float:
-    """How unfamiliar a pose (d,) is: root mean square over the coordinates of what its region cannot reconstruct,
-    radians.  `Training.distances` says what familiar motion has."""
-    off, beyond, _, _ = against(tables, assign(tables, pose), pose)
+@kernel
+def prior_distance(compiled: CompiledPrior, pose: Floats) -> float:
+    """Distance of a pose (d,) from the prior: root mean square reconstruction error over the coordinates, radians.
+
+    `Training.distances` has its percentiles on held-out motion.
+    """
+    off, beyond, _, _ = subspace_residuals(compiled, assign(compiled, pose), pose)
     return float(np.sqrt((off + beyond) / pose.shape[0]))
 
 
-@njit(cache=True, error_model="numpy")
-def all_distances(tables: Tables, poses: Floats, out: Floats) -> None:
-    """`distance` of every pose (n, d), written to out (n,)."""
+@kernel
+def prior_distances(compiled: CompiledPrior, poses: Floats, out: Floats) -> None:
+    """Write `prior_distance` of every pose (n, d) to out (n,)."""
     for k in range(poses.shape[0]):
-        out[k] = distance(tables, poses[k])
+        out[k] = prior_distance(compiled, poses[k])
 
 
-@njit(cache=True, error_model="numpy")
-def log_density(tables: Tables, pose: Floats) -> float:
-    """Log density of a pose (d,) per radian^d: the regions' Gaussians weighted by occupancy, each with Lambda in its
-    subspace and one variance off it."""
+@kernel
+def log_density(compiled: CompiledPrior, pose: Floats) -> float:
+    """Log density of a pose (d,) per radian^d: a mixture of the regions' Gaussians weighted by occupancy.
+
+    Each has Lambda in its subspace and one variance off it.
+    """
     highest, total = -np.inf, 0.0
-    for region in range(tables.centres.shape[0]):
-        off, _, _, in_variances = against(tables, region, pose)
-        height = tables.heights[region] - 0.5 * (in_variances + off / tables.spreads[region])
+    for region in range(compiled.centres.shape[0]):
+        off, _, _, in_variances = subspace_residuals(compiled, region, pose)
+        height = compiled.heights[region] - 0.5 * (in_variances + off / compiled.spreads[region])
         if height > highest:
             total = total * np.exp(highest - height) + 1.0
             highest = height

@@ -1,25 +1,23 @@
-"""Motion made ready to be learnt: another rate, left and right exchanged, stretches held out."""
+"""Preparation of motion for training: frame rate, mirroring, held-out stretches."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from common.body.anatomy import Floats
-from common.body.coordinates import BALL, HINGE, Coordinates
-
-HELD_EVERY = 5  # stretches, of which one is held out
-STRETCH_S = 1.0
+from zenocap.common.arrays import Floats
+from zenocap.common.body.coordinates import BALL, HINGE, Coordinates
+from zenocap.services.tracker.parameters import HELD_OUT_EVERY, HELD_OUT_STRETCH_S
 
 
-def resampled(coordinates: Coordinates, poses: Floats, rate: float, wanted: float) -> Floats:
-    """Poses (T, d) at `rate` frames per second as (T', d) at `wanted`, from the same first instant on.
+def resampled(coordinates: Coordinates, poses: Floats, rate: float, target_rate: float) -> Floats:
+    """Poses (T, d) at `rate` frames per second as (T', d) at `target_rate`, starting at the same time.
 
-    Hinges in straight lines, ball joints along the shortest turn.
+    Hinges by linear interpolation, ball joints along the shortest rotation.
     """
-    if rate == wanted or len(poses) < 2:
+    if rate == target_rate or len(poses) < 2:
         return poses
-    at = np.arange(int(np.floor((len(poses) - 1) * wanted / rate + 1e-6)) + 1) * (rate / wanted)
+    at = np.arange(int(np.floor((len(poses) - 1) * target_rate / rate + 1e-6)) + 1) * (rate / target_rate)
     before = np.minimum(at.astype(np.int64), len(poses) - 2)
     share = (at - before)[:, None]
     result = np.empty((len(at), poses.shape[1]))
@@ -31,12 +29,12 @@ def resampled(coordinates: Coordinates, poses: Floats, rate: float, wanted: floa
         else:
             turned = Rotation.from_rotvec(start)
             turn = (turned.inv() * Rotation.from_rotvec(end)).as_rotvec()
-            result[:, columns] = _near(start, (turned * Rotation.from_rotvec(share * turn)).as_rotvec())
+            result[:, columns] = _nearest_vectors(start, (turned * Rotation.from_rotvec(share * turn)).as_rotvec())
     return result
 
 
-def _near(near: Floats, vectors: Floats) -> Floats:
-    """The same rotations (n, 3), as vectors of whatever length is nearest to `near` (n, 3): turns past pi go on."""
+def _nearest_vectors(near: Floats, vectors: Floats) -> Floats:
+    """The same rotations (n, 3), as the rotation vectors nearest to `near` (n, 3): rotations past pi continue."""
     angles = np.linalg.norm(vectors, axis=1, keepdims=True)
     axes = vectors / np.maximum(angles, 1e-12)
     turns = np.round((np.sum(axes * near, axis=1, keepdims=True) - angles) / (2 * np.pi))
@@ -45,7 +43,7 @@ def _near(near: Floats, vectors: Floats) -> Floats:
 
 
 def mirrored(coordinates: Coordinates, poses: Floats) -> Floats:
-    """Poses (T, d) with left and right exchanged: of a rotation vector, the turns about Y and Z change their sign."""
+    """Poses (T, d) with left and right exchanged: of a rotation vector, the components about Y and Z change sign."""
     result = np.empty_like(poses)
     joints = coordinates.anatomy.joints
     index = {joint.name: k for k, joint in enumerate(joints)}
@@ -60,38 +58,38 @@ def mirrored(coordinates: Coordinates, poses: Floats) -> Floats:
     return result
 
 
-def whole_runs(poses: Floats) -> list[Floats]:
-    """The runs of poses (T, d) between rows that are not finite."""
+def finite_runs(poses: Floats) -> list[Floats]:
+    """Runs of poses (T, d) between rows that are not finite."""
     known = np.isfinite(poses).all(axis=1)
     edges = np.flatnonzero(np.diff(known.astype(np.int8), prepend=0, append=0))
     return [poses[start:end] for start, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def held_out(sequences: Sequence[Floats], rate: float) -> tuple[list[Floats], list[Floats]]:
-    """The sequences in stretches of a second, or a fifth if shorter: what to learn from, and every fifth stretch.
+    """Sequences split in stretches of HELD_OUT_STRETCH_S, shorter ones in fifths: training and held-out ones.
 
-    Stretches that follow on each other stay one sequence.
+    Consecutive stretches stay one sequence.
     """
-    learnt, held = [], []
+    kept, held = [], []
     for poses in sequences:
-        length = max(1, min(round(STRETCH_S * rate), len(poses) // HELD_EVERY))
-        period = HELD_EVERY * length
+        length = max(1, min(round(HELD_OUT_STRETCH_S * rate), len(poses) // HELD_OUT_EVERY))
+        period = HELD_OUT_EVERY * length
         for start in range(0, len(poses), period):
             middle = start + period - length
-            learnt.append(poses[start:middle])
+            kept.append(poses[start:middle])
             if middle < len(poses):
                 held.append(poses[middle : start + period])
-    return [poses for poses in learnt if len(poses)], held
+    return [poses for poses in kept if len(poses)], held
 
 
-def speeds(sequences: Sequence[Floats], rate: float) -> Floats:
-    """Root mean square velocity of every coordinate (d,), radians per second."""
+def rms_velocities(sequences: Sequence[Floats], rate: float) -> Floats:
+    """(d,) root mean square velocity of every coordinate, radians per second."""
     changes = np.concatenate([np.diff(poses, axis=0) for poses in sequences])
     return np.asarray(rate * np.sqrt(np.mean(changes**2, axis=0)))
 
 
 def _joints(coordinates: Coordinates) -> list[tuple[int, int]]:
-    """First coordinate and number of coordinates of every joint that has any."""
+    """First coordinate and number of coordinates of every joint with coordinates."""
     joints = coordinates.anatomy.joints
     found = [(int(first), len(joint.axes)) for joint, first in zip(joints, coordinates.first, strict=True) if first >= 0]
     assert all(kind in (BALL, HINGE) for _, kind in found)

@@ -1,51 +1,55 @@
-"""From motions to a prior: the number of regions is chosen on motion that was not learnt from.  [Hybrid IV, Fig. 4]"""
+"""Training of a prior from motions; the number of regions is chosen on held-out motion.  [Hybrid IV, Fig. 4]"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
-from common.body.anatomy import Floats
-from common.body.coordinates import Coordinates
-from services.tracker.prior.learning import Learnt, error_of, learn
-from services.tracker.prior.model import Prior, Reconstruction, Training, encoded
-from services.tracker.prior.sequences import held_out, mirrored, resampled, speeds, whole_runs
-
-CANDIDATES = (5, 10, 15, 20, 30, 40, 60, 80)
-TOLERANCE = 0.05  # of the best held-out error, for fewer regions
-FRAMES_A_REGION = 5  # at least; the paper's 20 regions were learnt from 100 frames
-PERCENTILES = (50, 90, 99)
-
-
-class MotionError(ValueError):
-    """Motion that no prior can be learnt from; the text names what is wrong and what is allowed."""
+from zenocap.common.arrays import Floats
+from zenocap.common.body.coordinates import Coordinates
+from zenocap.common.errors import UserError
+from zenocap.services.tracker.parameters import (
+    ERROR_PERCENTILES,
+    MIN_FRAMES_PER_REGION,
+    REGION_CANDIDATES,
+    REGION_TOLERANCE,
+)
+from zenocap.services.tracker.prior.learning import LearnedRegions, error_of, learn
+from zenocap.services.tracker.prior.model import Prior, Reconstruction, Training, reconstruct_poses
+from zenocap.services.tracker.prior.sequences import finite_runs, held_out, mirrored, resampled, rms_velocities
 
 
 @dataclass(frozen=True)
 class Plan:
-    """regions: None to choose.  dims: of the subspaces.  rate: frames per second.  mirror: learn left and right exchanged
-    as well.  Raises MotionError when made with values out of range."""
+    """Settings of a training.  Raises UserError for values out of range.
+
+    regions: None to choose.  dims: of the subspaces.  rate: frames per second.  mirror: add motions with left and right
+    exchanged.
+    """
 
     dims: int = 3
     rate: float = 60.0
     mirror: bool = True
     seed: int = 0
     regions: int | None = None
-    candidates: tuple[int, ...] = CANDIDATES
+    candidates: tuple[int, ...] = REGION_CANDIDATES
 
     def __post_init__(self) -> None:
         if not 1 <= self.dims <= 10:
-            raise MotionError(f"dims = {self.dims}: allowed: 1 to 10")
+            raise UserError(f"dims = {self.dims}: allowed: 1 to 10")
         if not (np.isfinite(self.rate) and 1 <= self.rate <= 1000):
-            raise MotionError(f"rate = {self.rate}: allowed: 1 to 1000 frames per second")
+            raise UserError(f"rate = {self.rate}: allowed: 1 to 1000 frames per second")
         for regions in (*self.candidates, *([] if self.regions is None else [self.regions])):
             if not 1 <= regions <= 500:
-                raise MotionError(f"regions = {regions}: allowed: 1 to 500")
+                raise UserError(f"regions = {regions}: allowed: 1 to 500")
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A motion of some file.  poses: (T, d) coordinates in radians, NaN where there is none.  rate: frames per second."""
+    """Motion of a file.  poses: (T, d) coordinates in radians, NaN without a pose.  rate: frames per second."""
 
     name: str
     rate: float
@@ -57,79 +61,81 @@ def train(
     motions: Sequence[Recording],
     held: Sequence[Recording],
     plan: Plan,
-    report: Callable[[int, int, str], None] = lambda done, of, words: None,
+    report: Callable[[int, int, str], None] = lambda done, of, text: None,
 ) -> Prior:
-    """A prior of `motions`.  held: motions to choose the number of regions on; without them stretches are held out.
+    """Prior of `motions`.  held: motions on which the number of regions is chosen; without them stretches are held out.
 
-    report: is told how many trainings are done, of how many, and what comes next.  Raises MotionError.
+    report: called with trainings done, their number, and the next one.  Raises UserError.
     """
-    everything = prepared(coordinates, motions, plan)
+    all_sequences = prepare(coordinates, motions, plan)
     if held:
-        learnt, unseen = everything, prepared(coordinates, held, plan)
+        used, validation = all_sequences, prepare(coordinates, held, plan)
     else:
-        learnt, unseen = held_out(everything, plan.rate)
-    frames = sum(map(len, learnt))
+        used, validation = held_out(all_sequences, plan.rate)
+    frames = sum(map(len, used))
     counts = sorted({count for count in (*plan.candidates, *((plan.regions,) if plan.regions else ())) if count})
-    counts = [count for count in counts if count * FRAMES_A_REGION <= frames]
+    counts = [count for count in counts if count * MIN_FRAMES_PER_REGION <= frames]
     if not counts or (plan.regions and plan.regions not in counts):
-        wanted = plan.regions or min(plan.candidates)
-        least = wanted * FRAMES_A_REGION
-        raise MotionError(
-            f"{frames} frames to learn from: allowed: {least} or more at {plan.rate:g}/s, for {wanted} regions"
-        )
-    found: list[tuple[Reconstruction, Learnt]] = []
+        requested = plan.regions or min(plan.candidates)
+        least = requested * MIN_FRAMES_PER_REGION
+        raise UserError(f"{frames} training frames: allowed: {least} or more at {plan.rate:g}/s, for {requested} regions")
+    found: list[tuple[Reconstruction, LearnedRegions]] = []
     total = len(counts) + (not held)
     for done, count in enumerate(counts):
         report(done, total, f"{count} regions")
-        result = learn(learnt, count, plan.dims, np.random.default_rng((plan.seed, count)))
-        errors = [error_of(result.regions, np.concatenate(some), plan.dims) for some in (learnt, unseen)]
+        result = learn(used, count, plan.dims, np.random.default_rng((plan.seed, count)))
+        errors = [error_of(result.regions, np.concatenate(sequences), plan.dims) for sequences in (used, validation)]
         found.append((Reconstruction(count, *errors), result))
-    chosen = chosen_of([errors for errors, _ in found], plan.regions)
+    chosen = choose_regions([errors for errors, _ in found], plan.regions)
     result = next(result for errors, result in found if errors.regions == chosen)
-    distances = _distances(_prior(coordinates, result, learnt, plan, _untold(motions)), unseen)
+    distances = _distances(_prior(coordinates, result, used, plan, _names_only(motions)), validation)
     if not held:
         report(total - 1, total, f"{chosen} regions of all")
-        result = learn(everything, chosen, plan.dims, np.random.default_rng((plan.seed, chosen)))
+        result = learn(all_sequences, chosen, plan.dims, np.random.default_rng((plan.seed, chosen)))
     report(total, total, "done")
     training = Training(
         tuple(motion.name for motion in motions),
         tuple(motion.name for motion in held),
-        sum(map(len, everything)),
+        sum(map(len, all_sequences)),
         plan.mirror,
         plan.seed,
         tuple(errors for errors, _ in found),
         distances,
     )
-    return _prior(coordinates, result, everything, plan, training)
+    return _prior(coordinates, result, all_sequences, plan, training)
 
 
-def chosen_of(errors: Sequence[Reconstruction], wanted: int | None = None) -> int:
-    """`wanted`, or the smallest number of regions whose held-out error is within TOLERANCE of the best."""
-    if wanted is not None:
-        return wanted
+def choose_regions(errors: Sequence[Reconstruction], requested: int | None = None) -> int:
+    """`requested`, or the smallest number of regions whose held-out error is within REGION_TOLERANCE of the best."""
+    if requested is not None:
+        return requested
+    # Paper (replaced): IV chooses M by the error on the training data; here on held-out motion.
     best = min(row.held for row in errors)
-    return min(row.regions for row in errors if row.held <= (1 + TOLERANCE) * best)
+    return min(row.regions for row in errors if row.held <= (1 + REGION_TOLERANCE) * best)
 
 
-def prepared(coordinates: Coordinates, motions: Sequence[Recording], plan: Plan) -> list[Floats]:
-    """Sequences at the plan's rate, then the same mirrored.  Raises MotionError."""
+def prepare(coordinates: Coordinates, motions: Sequence[Recording], plan: Plan) -> list[Floats]:
+    """Sequences at the plan's rate, then the same mirrored.  Raises UserError."""
     sequences: list[Floats] = []
     for motion in motions:
         if motion.poses.ndim != 2 or motion.poses.shape[1] != coordinates.dimension:
             allowed = f"{coordinates.dimension} coordinates of {coordinates.anatomy.name}"
-            raise MotionError(f"{motion.name}: poses of shape {motion.poses.shape}: allowed: {allowed}")
-        runs = [resampled(coordinates, run, motion.rate, plan.rate) for run in whole_runs(motion.poses)]
+            raise UserError(f"{motion.name}: poses of shape {motion.poses.shape}: allowed: {allowed}")
+        runs = [resampled(coordinates, run, motion.rate, plan.rate) for run in finite_runs(motion.poses)]
         if not any(len(run) > 1 for run in runs):
-            raise MotionError(f"{motion.name}: {len(motion.poses)} frames, no two with poses: allowed: two or more")
+            raise UserError(f"{motion.name}: {len(motion.poses)} frames, no two with poses: allowed: two or more")
         sequences += [run for run in runs if len(run) > 1]
+    # Paper (added): every motion also mirrored.
     if plan.mirror:
         sequences += [mirrored(coordinates, poses) for poses in sequences]
     return sequences
 
 
-def _prior(coordinates: Coordinates, learnt: Learnt, sequences: Sequence[Floats], plan: Plan, training: Training) -> Prior:
+def _prior(
+    coordinates: Coordinates, used: LearnedRegions, sequences: Sequence[Floats], plan: Plan, training: Training
+) -> Prior:
     poses = np.concatenate(sequences)
-    regions = learnt.regions
+    regions = used.regions
     bare = Prior(
         coordinates.anatomy.name,
         coordinates.names,
@@ -138,24 +144,40 @@ def _prior(coordinates: Coordinates, learnt: Learnt, sequences: Sequence[Floats]
         np.ascontiguousarray(regions.vectors[:, :, : plan.dims]),
         np.ascontiguousarray(regions.spectrum[:, : plan.dims]),
         np.zeros(regions.centres.shape),
-        learnt.transitions,
-        np.bincount(learnt.labels, minlength=len(regions.centres)) / len(learnt.labels),
-        speeds(sequences, plan.rate),
+        used.transitions,
+        np.bincount(used.labels, minlength=len(regions.centres)) / len(used.labels),
+        rms_velocities(sequences, plan.rate),
         training,
     )
-    left = (poses - encoded(bare, poses)) ** 2
+    left = (poses - reconstruct_poses(bare, poses)) ** 2
     for region in range(bare.regions):
-        bare.residuals[region] = left[learnt.labels == region].mean(axis=0)
+        bare.residuals[region] = left[used.labels == region].mean(axis=0)
     return bare
 
 
-def _distances(prior: Prior, unseen: Sequence[Floats]) -> tuple[float, float, float]:
-    """PERCENTILES of the root mean square residual of poses that were not learnt from, radians."""
-    poses = np.concatenate(unseen)
-    left = np.sqrt(np.mean((poses - encoded(prior, poses)) ** 2, axis=1))
-    middle, high, highest = (float(value) for value in np.percentile(left, PERCENTILES))
+def _distances(prior: Prior, validation: Sequence[Floats]) -> tuple[float, float, float]:
+    """ERROR_PERCENTILES of the root mean square residual of held-out poses, radians."""
+    poses = np.concatenate(validation)
+    left = np.sqrt(np.mean((poses - reconstruct_poses(prior, poses)) ** 2, axis=1))
+    middle, high, highest = (float(value) for value in np.percentile(left, ERROR_PERCENTILES))
     return middle, high, highest
 
 
-def _untold(motions: Sequence[Recording]) -> Training:
+def _names_only(motions: Sequence[Recording]) -> Training:
     return Training(tuple(motion.name for motion in motions), (), 0, False, 0, (), (0.0, 0.0, 0.0))
+
+
+def draw_errors(path: Path, prior: Prior) -> None:
+    """Write a figure of the reconstruction error by number of regions, format by `path`'s suffix.  Raises OSError."""
+    rows = prior.training.errors
+    regions = [row.regions for row in rows]
+    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.plot(regions, np.degrees([row.training for row in rows]), "o-", label="training")
+    axes.plot(regions, np.degrees([row.held for row in rows]), "s--", label="held out")
+    axes.axvline(prior.regions, color="grey", linewidth=0.8, label=f"this prior: {prior.regions}")
+    axes.set(xlabel="regions M", ylabel="reconstruction error, RMS (degrees)", ylim=(0, None))
+    axes.set_title(", ".join(prior.training.motions[:3]) + (" ..." if len(prior.training.motions) > 3 else ""))
+    axes.legend()
+    figure.savefig(path, dpi=150)

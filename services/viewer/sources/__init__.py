@@ -1,1 +1,1 @@
-"""Where a viewer's frames come from: devices, streams, video files, pictures and the synthetic actor."""
+"""Frame sources of a viewer: devices, streams, video files, pictures and the simulated person."""

@@ -1,4 +1,4 @@
-"""Cameras and streams: they never end, and come back by themselves after they were lost."""
+"""Cameras and streams: sources without end, reopened automatically after a failure."""
 
 import os
 import sys
@@ -10,17 +10,18 @@ from urllib.parse import urlsplit
 import cv2
 import numpy as np
 
-from common.runtime.specs import Device, Stream
-from services.viewer.sources.fit import Fit
-from services.viewer.sources.frame import AccessDenied, Frame, OpenError, Playback, Size
+from zenocap.common.rig.sources import Device, Stream
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import AccessDenied, OpenError, Playback, Size
+from zenocap.services.viewer.sources.resize import Fit
 
-FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # back-off doubles
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time
 TIMEOUT_MS = 5000
 EARLY = 0.25  # share of a period by which a frame may be early and still be the next
 
 
 class Capture(Protocol):
-    """What is used of cv2.VideoCapture."""
+    """The used part of cv2.VideoCapture."""
 
     def isOpened(self) -> bool: ...
 
@@ -35,13 +36,13 @@ Opener = Callable[[Device | Stream, Size, float], Capture]
 
 
 def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
-    """The camera or stream, asked for images of `size` at `fps`; it may deliver others."""
+    """Open the camera or stream and request images of `size` at `fps`; it may deliver others."""
     if isinstance(source, Stream):
         timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, TIMEOUT_MS]
         stream: Capture = cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts)
         return stream
     capture = cv2.VideoCapture(source.number, cv2.CAP_V4L2 if sys.platform == "linux" else cv2.CAP_ANY)
-    # Uncompressed, most webcams reach their full rate only in small images.
+    # Most webcams reach their full rate uncompressed only for small images.
     capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
     capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
     capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
@@ -52,7 +53,7 @@ def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
 
 
 def shown(source: Device | Stream) -> str:
-    """The source's name for people, without password."""
+    """Display name of the source, without password."""
     if isinstance(source, Device):
         return f"camera {source.number} (/dev/video{source.number})" if sys.platform == "linux" else str(source.number)
     parts = urlsplit(source.url)
@@ -67,22 +68,22 @@ def camera_frames(
     playback: Playback,
     opener: Opener = open_capture,
 ) -> Iterator[Frame]:
-    """Frames for ever, stamped when they were grabbed, `fps` of them per second at most.
+    """Yield frames without end, with the time of grabbing, at most `fps` per second.
 
-    Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch whenever its images do not
-    fit.  A camera that is lost later is reported, and opened again with growing pauses until it is back.
+    Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch for images of a wrong size.  A
+    camera that fails later is reported and reopened, with increasing waits, until it delivers images.
     """
     name, fit = shown(source), Fit(shown(source), calibrated, working)
     capture = _opened(source, calibrated, fps, opener)
     if capture is None:
-        raise _why(source)
+        raise _open_error(source)
     index, due_ns, period_ns = 0, 0, round(1e9 / fps)
     try:
         while True:
             if not capture.grab():
                 capture.release()
                 playback.report(f"{name}: lost after {index} frames: unplugged, or the stream ended; trying again")
-                capture, tries = _again(source, calibrated, fps, opener, playback)
+                capture, tries = _reopen(source, calibrated, fps, opener, playback)
                 playback.report(f"{name}: back after {tries} tries")
                 continue
             captured_ns = playback.clock.now_ns()
@@ -91,7 +92,7 @@ def camera_frames(
             decoded, image = capture.retrieve()
             if not decoded:
                 continue
-            # A camera's own jitter keeps to the grid of periods; one that is slower than asked starts a new grid.
+            # Jitter stays on the grid of frame periods; a camera slower than requested starts a new grid.
             due_ns = (captured_ns if index == 0 else max(due_ns, captured_ns - period_ns // 2)) + period_ns
             yield Frame(index, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
             index += 1
@@ -99,7 +100,7 @@ def camera_frames(
         capture.release()
 
 
-def _again(source: Device | Stream, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
+def _reopen(source: Device | Stream, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
     wait_s, tries = FIRST_WAIT_S, 0
     while True:
         playback.sleep(wait_s)
@@ -111,7 +112,7 @@ def _again(source: Device | Stream, size: Size, fps: float, opener: Opener, play
 
 
 def _opened(source: Device | Stream, size: Size, fps: float, opener: Opener) -> Capture | None:
-    """The capture once a first frame has come; None otherwise."""
+    """Open the capture and grab one frame; None when this fails."""
     capture = opener(source, size, fps)
     if capture.isOpened() and capture.grab():
         return capture
@@ -119,7 +120,7 @@ def _opened(source: Device | Stream, size: Size, fps: float, opener: Opener) -> 
     return None
 
 
-def _why(source: Device | Stream) -> OpenError | AccessDenied:
+def _open_error(source: Device | Stream) -> OpenError | AccessDenied:
     name = shown(source)
     if isinstance(source, Stream):
         return OpenError(f"{name}: the stream does not open within {TIMEOUT_MS // 1000} s: is the address right?")
@@ -127,6 +128,6 @@ def _why(source: Device | Stream) -> OpenError | AccessDenied:
     if path.exists() and not os.access(path, os.R_OK | os.W_OK):
         return AccessDenied(f"{name}: no permission: add this user to the group `video` and log in again")
     if sys.platform == "linux" and not path.exists():
-        there = ", ".join(sorted(str(found) for found in Path("/dev").glob("video*"))) or "none"
-        return OpenError(f"{name}: no such camera; there are: {there}")
-    return OpenError(f"{name}: gives no image: another program may be using it")
+        cameras = ", ".join(sorted(str(found) for found in Path("/dev").glob("video*"))) or "none"
+        return OpenError(f"{name}: no such camera; there are: {cameras}")
+    return OpenError(f"{name}: delivers no image: another program may be using it")

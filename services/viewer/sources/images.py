@@ -1,4 +1,4 @@
-"""Numbered pictures as a source: `images/*.png`."""
+"""Numbered picture files as a source: `images/*.png`."""
 
 import re
 from collections.abc import Iterator
@@ -7,18 +7,19 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from common.runtime.specs import Images
-from services.viewer.sources.fit import Fit
-from services.viewer.sources.frame import AccessDenied, EndedEarly, Frame, OpenError, Playback, Size
+from zenocap.common.rig.sources import Images
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import AccessDenied, EndedEarly, OpenError, Playback, Size
+from zenocap.services.viewer.sources.resize import Fit
 
 
 def numbered(path: Path) -> tuple[tuple[int, str], ...]:
-    """Sort key by which 9.png comes before 10.png."""
+    """Sort key that places 9.png before 10.png."""
     return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name))
 
 
 def image_frames(source: Images, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
-    """Every picture, by number, as a video of `fps` frames per second.  Raises SourceError."""
+    """Yield the pictures in the order of their numbers, as a video of `fps` frames per second.  Raises SourceError."""
     shown = source.folder / source.pattern
     paths = sorted((path for path in source.folder.glob(source.pattern) if path.is_file()), key=numbered)
     if not paths:

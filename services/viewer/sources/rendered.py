@@ -1,21 +1,22 @@
-"""Pictures rendered beforehand as a source that costs next to nothing: for measuring everything else."""
+"""Pictures rendered beforehand as a source of negligible cost, for load tests."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from common.runtime.specs import Rendered
-from services.viewer.sources.fit import Fit
-from services.viewer.sources.frame import AccessDenied, Frame, OpenError, Playback, Size
+from zenocap.common.arrays import Bytes
+from zenocap.common.rig.sources import Rendered
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import AccessDenied, OpenError, Playback, Size
+from zenocap.services.viewer.sources.resize import Fit
 
 
 def rendered_frames(source: Rendered, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
-    """Frame n at `epoch_ns` + n / fps.  Raises OpenError, AccessDenied, SizeMismatch.
+    """Yield frame n with the time `epoch_ns` + n / fps.  Raises OpenError, AccessDenied, SizeMismatch.
 
-    Live, it goes on for ever, there and back through the file at the file's own pace, so that a motion never jumps;
-    frames that are late are left out.  Otherwise every picture of the file once, `fps` of them per second at most.
+    Live, the file is played forward and backward without end at its own rate, so that the motion is continuous; late frames
+    are dropped.  Otherwise every picture of the file is yielded once, at most `fps` per second.
     """
     pictures = opened(source.path)
     fit = Fit(str(source.path), calibrated, working)
@@ -30,17 +31,17 @@ def rendered_frames(source: Rendered, fps: float, calibrated: Size, working: Siz
 
 
 def there_and_back(step: int, count: int) -> int:
-    """0, 1, ... count - 1, count - 2, ... 1, 0, 1, ..."""
+    """Picture index of a step: 0, 1, ... count - 1, count - 2, ... 1, 0, 1, ..."""
     if count == 1:
         return 0
     step %= 2 * (count - 1)
     return min(step, 2 * (count - 1) - step)
 
 
-def opened(path: Path) -> NDArray[np.uint8]:
-    """The pictures of a file, (count, height, width, 3) uint8, read when they are looked at.  Raises as the source does."""
+def opened(path: Path) -> Bytes:
+    """Memory map of the pictures of a file, (count, height, width, 3) uint8.  Raises as the source does."""
     try:
-        pictures: NDArray[np.uint8] = np.load(path, mmap_mode="r", allow_pickle=False)
+        pictures: Bytes = np.load(path, mmap_mode="r", allow_pickle=False)
     except PermissionError as error:
         raise AccessDenied(f"{path}: no permission to read this file") from error
     except (OSError, ValueError, EOFError) as error:

@@ -1,4 +1,4 @@
-"""Video files: every frame at once, or at their own pace."""
+"""Video files as a source: every frame without delay, or in real time."""
 
 import os
 from collections.abc import Generator, Iterator
@@ -7,12 +7,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from common.runtime.specs import VideoFile
-from services.viewer.sources.fit import Fit
-from services.viewer.sources.frame import AccessDenied, EndedEarly, Frame, Image, OpenError, Playback, Size
+from zenocap.common.arrays import Image
+from zenocap.common.rig.sources import VideoFile
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import AccessDenied, EndedEarly, OpenError, Playback, Size
+from zenocap.services.viewer.sources.resize import Fit
 
-MISCOUNTED = 0.01  # share of the declared frames by which containers are wrong about themselves
-LATE_FRAMES = 1.0  # how far behind a live file may be before frames are left out
+MISCOUNTED = 0.01  # share by which the frame count of a container may be wrong
+LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped
 
 
 class _Reader:
@@ -33,24 +35,24 @@ class _Reader:
             self.close()
             raise OpenError(f"{path}: frame rate {self.fps}: allowed: above 0 to 1000 a second; convert the video")
 
-    def next(self, wanted: bool) -> tuple[bool, Image | None]:
-        """Whether there is one more frame, and its picture if wanted, at the working size."""
+    def next(self, decode: bool) -> tuple[bool, Image | None]:
+        """Return whether there is another frame, and, with `decode`, its image at the working size."""
         if not self._capture.grab():
-            self._complain()
+            self._check_length()
             return False, None
         self._read += 1
-        if not wanted:
+        if not decode:
             return True, None
         decoded, image = self._capture.retrieve()
         if not decoded:
             raise EndedEarly(f"{self._path}: frame {self._read - 1} of {self.declared} cannot be decoded")
         return True, self._fit(np.asarray(image, dtype=np.uint8))
 
-    def _complain(self) -> None:
-        short = self.declared - self._read
-        if self._read == 0 or short > max(1.0, MISCOUNTED * self.declared):
-            what = "the file is empty or damaged" if self._read == 0 else "the file is cut or damaged"
-            raise EndedEarly(f"{self._path}: {self._read} frames read, {self.declared} declared: {what}")
+    def _check_length(self) -> None:
+        missing = self.declared - self._read
+        if self._read == 0 or missing > max(1.0, MISCOUNTED * self.declared):
+            problem = "the file is empty or damaged" if self._read == 0 else "the file is cut or damaged"
+            raise EndedEarly(f"{self._path}: {self._read} frames read, {self.declared} declared: {problem}")
 
     @property
     def read(self) -> int:
@@ -61,17 +63,17 @@ class _Reader:
 
 
 def taken(index: int, fps: float, own_fps: float) -> bool:
-    """Whether frame `index` of a file of `own_fps` is one of `fps` per second: the first in each of its periods."""
+    """True for the first frame of each period of 1/fps s; `index`: frame of a file with rate `own_fps`."""
     return index == 0 or int(index * fps / own_fps + 1e-6) > int((index - 1) * fps / own_fps + 1e-6)
 
 
 def video_frames(
     source: VideoFile, fps: float, calibrated: Size, working: Size, playback: Playback, preroll: int = 0
 ) -> Iterator[Frame]:
-    """The frames of a file, `fps` of them per second at most; before them those of its video of the initial posture.
+    """Yield the frames of a file, at most `fps` per second, preceded by those of its T-pose video, if any.
 
-    preroll: so many frames come however late they are, for a viewer that must learn the empty scene at the start.
-    Raises SourceError.  The file's first frame has number 0 and the time `epoch_ns`; the initial posture lies before.
+    preroll: number of first frames that are never dropped, for the background model.  Raises SourceError.
+    The first frame of the file has number 0 and the time `epoch_ns`; the times of the T-pose video are earlier.
     """
     if source.initial is not None:
         yield from _initial(source.initial, fps, calibrated, working, playback)
@@ -84,16 +86,16 @@ def video_frames(
 
 
 def median_picture(path: Path, fit: Fit, count: int = 41) -> Image:
-    """The median of `count` frames spread over a file, at the working size.  Raises SourceError."""
+    """Median of `count` frames spread over a file, at the working size.  Raises SourceError."""
     reader = _Reader(path, fit)
     try:
         every = max(1, reader.declared // count)
         pictures = []
         while True:
-            there, image = reader.next(reader.read % every == every // 2)
+            has_frame, image = reader.next(reader.read % every == every // 2)
             if image is not None:
                 pictures.append(image)
-            if not there:
+            if not has_frame:
                 return np.asarray(np.median(np.stack(pictures), axis=0), dtype=np.uint8)
     finally:
         reader.close()
@@ -104,8 +106,8 @@ def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: 
     try:
         index = 0
         while True:
-            there, image = reader.next(taken(index, fps, reader.fps))
-            if not there:
+            has_frame, image = reader.next(taken(index, fps, reader.fps))
+            if not has_frame:
                 return
             if image is not None:
                 captured_ns = playback.time_of(index - reader.declared, reader.fps)
@@ -118,7 +120,7 @@ def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: 
 
 
 def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int, preroll: int) -> Generator[Frame, None, int]:
-    """One pass whose frames count from `first`; returns how many frames the file has."""
+    """Yield the frames of one pass, numbered from `first`; returns the number of frames of the file."""
     reader = _Reader(path, fit)
     try:
         taken_frames = 0
@@ -126,8 +128,8 @@ def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int, prer
             index = first + reader.read
             captured_ns = playback.time_of(index, reader.fps)
             late = playback.live and playback.clock.now_ns() - captured_ns > LATE_FRAMES * 1e9 / min(fps, reader.fps)
-            there, image = reader.next(taken(reader.read, fps, reader.fps) and (not late or taken_frames < preroll))
-            if not there:
+            has_frame, image = reader.next(taken(reader.read, fps, reader.fps) and (not late or taken_frames < preroll))
+            if not has_frame:
                 return reader.read
             if image is not None:
                 if playback.live:
@@ -139,7 +141,7 @@ def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int, prer
 
 
 def declared_frames(path: Path, fps: float) -> int:
-    """How many frames a file says it has, at `fps` per second at most; 0 when it cannot be told."""
+    """Number of frames that a file declares, at most `fps` per second; 0 when unknown."""
     capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     count, own_fps = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
     capture.release()

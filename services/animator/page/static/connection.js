@@ -1,13 +1,13 @@
-// The one connection to the animator: lists of what is new in, wishes out; it comes back by itself.
+// WebSocket to the animator: lists of updates in, commands out; it reconnects by itself.
 
-const FIRST_PAUSE_MS = 250;
-const LONGEST_PAUSE_MS = 4000;
+const FIRST_PAUSE_MS = 250;  // before reconnecting; doubled after every failure
+const MAX_PAUSE_MS = 4000;
 
 export class Connection {
-  // handlers: by the word in `is`.  changed: called with whether the animator is there.
-  constructor(handlers, changed) {
+  // handlers: by type of update.  onChange: called with whether the animator is connected.
+  constructor(handlers, onChange) {
     this.handlers = handlers;
-    this.changed = changed;
+    this.onChange = onChange;
     this.pause = FIRST_PAUSE_MS;
     this.open();
   }
@@ -15,25 +15,25 @@ export class Connection {
   open() {
     const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
     this.socket = new WebSocket(`${scheme}://${location.host}/socket${location.search}`);
-    this.socket.onopen = () => { this.pause = FIRST_PAUSE_MS; this.changed(true); };
+    this.socket.onopen = () => { this.pause = FIRST_PAUSE_MS; this.onChange(true); };
     this.socket.onmessage = ({ data }) => {
       try {
-        for (const piece of JSON.parse(data)) this.handlers[piece.is]?.(piece);
+        for (const update of JSON.parse(data)) this.handlers[update.type]?.(update);
       } finally {
-        this.wish({ is: 'got' });  // only then is more sent, so that a slow page is never behind
+        this.send({ type: 'acknowledge' });  // only then more is sent, so that a slow page is never behind
       }
     };
     this.socket.onclose = () => {
-      this.changed(false);
+      this.onChange(false);
       setTimeout(() => this.open(), this.pause);
-      this.pause = Math.min(2 * this.pause, LONGEST_PAUSE_MS);
+      this.pause = Math.min(2 * this.pause, MAX_PAUSE_MS);
     };
   }
 
-  // False when nobody is there to hear it.
-  wish(what) {
+  // Returns false without a connection.
+  send(command) {
     if (this.socket.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify(what));
+    this.socket.send(JSON.stringify(command));
     return true;
   }
 }

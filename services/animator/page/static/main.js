@@ -1,225 +1,244 @@
-// Everything together: what the animator says goes to stage, views, plots and panels; wishes go back.
-import { minus, add, times } from './algebra.js';
+// Connects everything: updates from the animator go to the scene, views, plots and panels; commands go back.
+import { placedCapsules, limbEnds, jointCentre, shapesOf } from './capsules.js';
+import { CameraViews } from './camera_views.js';
 import { Connection } from './connection.js';
-import { Guide } from './guide.js';
-import { centre, placed, shapesOf, tips } from './mannequin.js';
-import { LOOKS, orbit } from './orbit.js';
-import * as panels from './panels.js';
-import { Plots } from './plots.js';
-import { Stage } from './stage.js';
-import { Transport } from './transport.js';
-import { Views } from './views.js';
+import { add, minus, times } from './linear_algebra.js';
+import { MeasureDialog } from './measure_dialog.js';
+import { PRESETS, orbitControls } from './orbit_controls.js';
+import { PlayerControls } from './player_controls.js';
+import { AnglePlots } from './angle_plots.js';
+import { Scene } from './scene.js';
+import * as panel from './side_panel.js';
 
 const el = (id) => document.getElementById(id);
-const FRUSTUM = 0.22;  // depth of what is drawn of a camera, in distances from the middle of the room
-const FOLLOW = 0.06;
-const SCENE_MS = 1500;  // points that are older are of no scene any more
-const TRACE_POSES = 400;
-const KEPT_LATENCIES = 4096;
-const CAMERA = [0.56, 0.66, 0.8];
-const STALE = [1.0, 0.36, 0.42];
+const FRUSTUM_DEPTH = 0.22;  // of a drawn camera, relative to its distance from the world origin
+const FOLLOW_SHARE = 0.06;  // of the way to the person that the look-at point moves with every pose
+const POINTS_TIMEOUT_MS = 1500;  // older scene points are removed
+const MAX_TRAIL_POSES = 400;
+const MAX_LATENCIES = 4096;
+const LATENCY_POSES = 60;  // over which the median latency is taken
+const RATE_MS = 2000;  // over which the rate of poses is counted
+const CAMERA_COLOUR = [0.56, 0.66, 0.8];
+const STALE_COLOUR = [1.0, 0.36, 0.42];
+const LAYERS = {
+  actor: 'virtual actor', floor: 'floor', cameras: 'cameras', silhouettes: 'silhouettes', outlines: 'model outlines',
+  trails: 'trails of hands and feet', points: 'scene points', plots: 'joint angles',
+};
 
-const stage = new Stage(el('stage'));
-const look = orbit(stage);
-const plots = new Plots(el('plots'));
-const wanted = { silhouettes: true, outlines: true };
-const views = new Views(el('views'), (viewer, picture) => {
+const scene = new Scene(el('scene'));
+const orbit = orbitControls(scene);
+const plots = new AnglePlots(el('plots'));
+const drawnInViews = { silhouettes: true, outlines: true };
+const views = new CameraViews(el('views'), (viewer, picture) => {
   const camera = state.cameras.get(viewer);
-  if (camera) { stage.setPicture(viewer, picture, corners(camera)); stage.changed(); }
+  if (camera) { scene.setPicture(viewer, picture, imageCorners(camera)); scene.requestDraw(); }
 });
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
-  trail: [], trail_s: 2, arrivals: [], latencies: [], ages: [], count: 0, scene_ms: 0,  // late since the animator had a pose, and since its capture
+  trail: [], trailSeconds: 2, arrivals: [], count: 0, pointsMs: 0,
+  latencies: [],  // ms from the receipt of a pose by the animator until it is in the scene
+  ages: [],  // ms from its capture until then
 };
 const connection = new Connection({
-  hello, body, pose, points, camera, view, preview: (piece) => views.preview(piece), rows, posture,
-  checks: (piece) => { panels.checks(piece); guide.advise(piece.advice); },
-  takes: ({ takes }) => panels.takes(takes, (take) => transport.play(take)),
-  player: (piece) => transport.show(piece),
-  notice: ({ text }) => panels.alarm('notice', text),
-}, (there) => {
-  panels.alarm('connection', there ? '' : 'no connection to the animator');
-  document.body.classList.toggle('apart', !there);
-  if (there && state.feed !== 'live') connection.wish({ is: 'watch', feed: state.feed });
+  hello: showHello, body: setBody, pose: setPose, points: setPoints, camera: setCamera, services: setServices,
+  posture: setPosture,
+  view: (update) => views.show(update, state.source, drawnInViews),
+  preview: (update) => views.setPreview(update),
+  checks: (update) => { panel.showChecks(update); dialog.setAdvice(update.advice); },
+  takes: ({ takes }) => panel.listTakes(takes, (take) => player.play(take)),
+  player: (update) => player.show(update),
+  notice: ({ text }) => panel.setAlert('notice', text),
+}, (connected) => {
+  panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');
+  document.body.classList.toggle('disconnected', !connected);
+  if (connected && state.feed !== 'live') connection.send({ type: 'select_feed', feed: state.feed });
 });
-const guide = new Guide(el('guide'), () => connection.wish({ is: 'ask', what: 'measure' }));
-const transport = new Transport((what) => connection.wish(what), turnTo);
+const dialog = new MeasureDialog(el('measure-dialog'), () => connection.send({ type: 'request', what: 'measure' }));
+const player = new PlayerControls((command) => connection.send(command), selectFeed);
 
-const chooseTab = panels.tabs();
-const setSources = panels.choice(el('sources'), (name) => { choose(name); });
-panels.choice(el('looks'), (name) => look.look(name))(Object.keys(LOOKS), 'corner');
-panels.switches(el('layers'), ['actor', 'floor', 'cameras', 'silhouettes', 'outlines', 'trails', 'points', 'plots'], () => true, (name, on) => {
-  if (name in wanted) { wanted[name] = on; views.again(state.source, wanted); }
+const chooseTab = panel.tabs();
+const setSources = panel.choice(el('sources'), chooseSource);
+panel.choice(el('presets'), (name) => orbit.look(name))(Object.keys(PRESETS), 'corner');
+panel.switches(el('layers'), LAYERS, (name, on) => {
+  if (name in drawnInViews) { drawnInViews[name] = on; views.redraw(state.source, drawnInViews); }
   if (name === 'plots') el('plots').hidden = !on;
-  else stage.layers[name] = name === 'silhouettes' ? true : on;
-  if (name === 'cameras') stage.layers.silhouettes = on;
-  stage.changed();
+  else scene.layers[name] = name === 'silhouettes' ? true : on;
+  if (name === 'cameras') scene.layers.silhouettes = on;
+  scene.requestDraw();
 });
-el('trail').oninput = () => { state.trail_s = Number(el('trail').value); trailWords(); lines(); };
-el('measure').onclick = () => guide.start();
-el('record').onclick = () =>
-  connection.wish({ is: 'ask', what: el('record').classList.contains('on') ? 'stop_recording' : 'record' });
-document.querySelector('[data-tab=takes]').addEventListener('click', () => connection.wish({ is: 'list' }));
-trailWords();
-new ResizeObserver(middle).observe(el('bottom'));
-addEventListener('resize', middle);
+el('trail').oninput = () => { state.trailSeconds = Number(el('trail').value); showTrailLength(); updateLines(); };
+el('measure').onclick = () => dialog.start();
+el('record').onclick = () => {
+  const recording = el('record').classList.contains('on');
+  connection.send({ type: 'request', what: recording ? 'stop_recording' : 'record' });
+};
+document.querySelector('[data-tab=takes]').addEventListener('click', () => connection.send({ type: 'list_takes' }));
+showTrailLength();
+new ResizeObserver(centreScene).observe(el('bottom'));
+addEventListener('resize', centreScene);
 setInterval(() => plots.draw(), 100);
-setInterval(numbers, 500);
+setInterval(updateNumbers, 500);
 
-function trailWords() { el('trail-out').textContent = state.trail_s ? `${state.trail_s} s` : 'off'; }
+function showTrailLength() { el('trail-out').textContent = state.trailSeconds ? `${state.trailSeconds} s` : 'off'; }
 
-function hello(piece) {
-  state.hello = piece;
-  el('rig').textContent = `${piece.rig} · ${piece.method}`;
-  document.title = `zenocap · ${piece.rig}`;
+function showHello(update) {
+  state.hello = update;
+  el('rig').textContent = update.live ? `rig ${update.rig} · ${update.method}` : `take ${update.rig}`;
+  document.title = `zenocap · ${update.rig}`;
+  document.body.classList.toggle('take-only', !update.live);
+  if (!update.live) selectFeed('take');
 }
 
-function turnTo(feed) {
+// Show the live rig or the take that is being played: 'live' or 'take'.
+function selectFeed(feed) {
+  if (state.hello && !state.hello.live) feed = 'take';
   if (state.feed === feed) return;
   state.feed = feed;
   document.body.dataset.feed = feed;
   el('feed').textContent = feed;
-  for (const kept of [state.bodies, state.poses, state.cameras, state.conditions, stage.pictures]) kept.clear();
+  for (const entries of [state.bodies, state.poses, state.cameras, state.conditions, scene.pictures]) entries.clear();
   Object.assign(state, { trail: [], arrivals: [], latencies: [], source: null });
-  stage.capsules = [];
-  stage.setPoints(new Float32Array(0));
+  scene.capsules = [];
+  scene.setPoints(new Float32Array(0));
   views.clear();
   plots.clear();
-  panels.alarm('services', '');
-  connection.wish({ is: 'watch', feed });
-  lines();
+  panel.setAlert('services', '');
+  connection.send({ type: 'select_feed', feed });
+  updateLines();
 }
 
-function body(piece) {
-  const again = state.bodies.has(piece.source);
-  state.bodies.set(piece.source, { ...piece, shapes: shapesOf(piece) });
-  if (!state.source || !state.bodies.has(state.source)) choose(piece.source);
+function setBody(update) {
+  const known = state.bodies.has(update.source);
+  state.bodies.set(update.source, { ...update, shapes: shapesOf(update) });
+  if (!state.source || !state.bodies.has(state.source)) chooseSource(update.source);
   setSources([...state.bodies.keys()], state.source);
-  if (again || guide.phase === 'measuring') guide.measured(piece.height);
+  if (known || dialog.phase === 'measuring') dialog.measured(update.height);
 }
 
-function choose(source) {
+function chooseSource(source) {
   state.source = source;
   Object.assign(state, { trail: [], arrivals: [], latencies: [] });
   plots.clear();
-  const last = state.poses.get(source);
-  if (last) show(last);
-  views.again(source, wanted);
+  const pose = state.poses.get(source);
+  if (pose) showPose(pose);
+  views.redraw(source, drawnInViews);
 }
 
-function pose(piece) {
-  state.poses.set(piece.source, piece);
-  if (piece.source === state.source) show(piece);
+function setPose(update) {
+  state.poses.set(update.source, update);
+  if (update.source === state.source) showPose(update);
 }
 
-function show(piece) {
-  const shape = state.bodies.get(piece.source);
-  if (!shape) return;
-  stage.capsules = placed(shape, shape.shapes, piece);
-  if (look.follows && !piece.lost.includes('person'))
-    for (const axis of [0, 2]) stage.eye.target[axis] += FOLLOW * (piece.positions[axis] - stage.eye.target[axis]);
+function showPose(pose) {
+  const body = state.bodies.get(pose.source);
+  if (!body) return;
+  const lost = pose.lost.includes('person');
+  scene.capsules = placedCapsules(body, pose);
+  if (orbit.follows && !lost)
+    for (const axis of [0, 2]) scene.eye.target[axis] += FOLLOW_SHARE * (pose.positions[axis] - scene.eye.target[axis]);
   const now = performance.now();
-  for (const [kept, since] of [[state.latencies, piece.received_ms], [state.ages, piece.captured_ms]]) {
-    kept.push(performance.timeOrigin + now - since);
-    if (kept.length > KEPT_LATENCIES) kept.shift();
+  for (const [kept, sinceMs] of [[state.latencies, pose.received_ms], [state.ages, pose.captured_ms]]) {
+    kept.push(performance.timeOrigin + now - sinceMs);
+    if (kept.length > MAX_LATENCIES) kept.shift();
   }
   state.arrivals.push(now);
   state.count++;
   const last = state.trail.at(-1);
-  if (last && piece.captured_ms <= last.ms) state.trail = [];
-  state.trail.push({ ms: piece.captured_ms, tips: piece.lost.includes('person') ? null : tips(shape, piece) });
-  if (state.trail.length > TRACE_POSES) state.trail.shift();
-  plots.add(shape.angles, piece);
-  lines();
+  if (last && pose.captured_ms <= last.ms) state.trail = [];  // another take, or an earlier position in it
+  state.trail.push({ ms: pose.captured_ms, ends: lost ? null : limbEnds(body, pose) });
+  if (state.trail.length > MAX_TRAIL_POSES) state.trail.shift();
+  plots.add(body.angles, pose);
+  updateLines();
 }
 
-// 16-bit millimetres, little-endian as every browser's machine is.
-function points({ data }) {
+// data: base64 of 16-bit millimetres, little-endian like every browser's machine.
+function setPoints({ data }) {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-  state.scene_ms = performance.now();
-  stage.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
+  state.pointsMs = performance.now();
+  scene.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
 }
 
-function camera(piece) {
-  state.cameras.set(piece.viewer, piece);
-  views.view(piece.viewer);
-  lines();
+function setCamera(update) {
+  state.cameras.set(update.viewer, update);
+  views.view(update.viewer);
+  updateLines();
 }
 
-// The picture of a camera in front of it: left top, right top, right bottom, left bottom.
-function corners({ centre: at, corners: flat }) {
-  const depth = FRUSTUM * Math.hypot(at[0], at[2]);
-  return [0, 3, 6, 9].map((k) => add(at, times(minus(flat.slice(k, k + 3), at), depth)));
+// Corners of a camera's image in front of it, in the world: top left, top right, bottom right, bottom left.
+function imageCorners({ centre, corners }) {
+  const depth = FRUSTUM_DEPTH * Math.hypot(centre[0], centre[2]);
+  return [0, 3, 6, 9].map((k) => add(centre, times(minus(corners.slice(k, k + 3), centre), depth)));
 }
 
-// The middle of what the panels leave free, for the stage.
-function middle() {
-  const free = el('bottom').getBoundingClientRect();
-  const [width, height] = [innerWidth, innerHeight];
-  stage.shift = [(free.left + free.right) / width - 1, 1 - free.top / height];
-  stage.changed();
+// Move the centre of the scene to the middle of what the panels leave free.
+function centreScene() {
+  const bottom = el('bottom').getBoundingClientRect();
+  scene.shift = [(bottom.left + bottom.right) / innerWidth - 1, 1 - bottom.top / innerHeight];
+  scene.requestDraw();
 }
 
-function view(piece) { views.show(piece, state.source, wanted); }
-
-// Frusta and trails.
-function lines() {
-  const out = [];
-  for (const one of state.cameras.values()) {
-    const ill = ['stale', 'gone'].includes(state.conditions.get(one.viewer));
-    const colour = [...(ill ? STALE : CAMERA), ill ? 0.95 : 0.6];
-    const frame = corners(one);
-    frame.forEach((corner, k) => {
-      out.push({ from: one.centre, to: corner, width: 1.3, colour, layer: 'cameras' });
-      out.push({ from: corner, to: frame[(k + 1) % 4], width: ill ? 2.6 : 1.6, colour, layer: 'cameras' });
+// Lines of the scene: camera frusta and trails.
+function updateLines() {
+  const lines = [];
+  for (const camera of state.cameras.values()) {
+    const silent = ['stale', 'gone'].includes(state.conditions.get(camera.viewer));
+    const colour = [...(silent ? STALE_COLOUR : CAMERA_COLOUR), silent ? 0.95 : 0.6];
+    const corners = imageCorners(camera);
+    corners.forEach((corner, k) => {
+      lines.push({ from: camera.centre, to: corner, width: 1.3, colour, layer: 'cameras' });
+      lines.push({ from: corner, to: corners[(k + 1) % 4], width: silent ? 2.6 : 1.6, colour, layer: 'cameras' });
     });
   }
   const end = state.trail.at(-1)?.ms || 0;
-  const fade = (ms) => Math.max(0, 1 - (end - ms) / (1000 * state.trail_s)) ** 1.5 * 0.85;
-  for (let k = 1; k < state.trail.length && state.trail_s; k++) {
+  const lengthMs = 1000 * state.trailSeconds;
+  const opacity = (ms) => Math.max(0, 1 - (end - ms) / lengthMs) ** 1.5 * 0.85;
+  for (let k = 1; k < state.trail.length && lengthMs; k++) {
     const [before, after] = [state.trail[k - 1], state.trail[k]];
-    if (!before.tips || !after.tips || end - before.ms > 1000 * state.trail_s) continue;
-    after.tips.forEach(({ at, colour }, n) => out.push({
-      from: before.tips[n].at, to: at, width: 3, colour: [...colour, fade(after.ms)], fade: fade(before.ms), layer: 'trails',
+    if (!before.ends || !after.ends || end - before.ms > lengthMs) continue;
+    after.ends.forEach(({ at, colour }, n) => lines.push({
+      from: before.ends[n].at, to: at, width: 3, colour: [...colour, opacity(after.ms)], fromOpacity: opacity(before.ms),
+      layer: 'trails',
     }));
   }
-  stage.lines = out;
-  stage.changed();
+  scene.lines = lines;
+  scene.requestDraw();
 }
 
-function rows(piece) {
-  panels.recording(piece, state.hello?.can_record);
+function setServices(update) {
+  panel.showRecording(update);
   if (state.feed === 'take') return;
-  panels.services(piece.rows);
-  for (const row of piece.rows)
-    if (row.name === 'viewer') {
-      views.condition(row.id, row.condition, row.silent_s);
-      state.conditions.set(row.id, row.condition);
+  panel.showServices(update.services);
+  for (const service of update.services)
+    if (service.name === 'viewer') {
+      views.setCondition(service.id, service.condition, service.silent_s);
+      state.conditions.set(service.id, service.condition);
     }
-  lines();
+  updateLines();
 }
 
-function posture({ label, margin, likeliest }) {
+function setPosture({ label, margin, best }) {
   el('posture').textContent = label ? label.replaceAll('_', ' ').replaceAll('-', ' ') : '–';
-  el('posture').title = [`margin ${margin.toFixed(2)}`, ...likeliest.map(([name, value]) => `${name} ${value.toFixed(1)}`)].join('\n');
+  const models = best.map(([name, value]) => `${name} ${value.toFixed(1)}`);
+  el('posture').title = [`margin ${margin.toFixed(2)}; log-likelihoods of the best models:`, ...models].join('\n');
 }
 
-function numbers() {
-  if (state.feed === 'live' && performance.now() - state.scene_ms > SCENE_MS) stage.setPoints(new Float32Array(0));
-  const since = performance.now() - 2000;
+function updateNumbers() {
+  if (state.feed === 'live' && performance.now() - state.pointsMs > POINTS_TIMEOUT_MS) scene.setPoints(new Float32Array(0));
+  const since = performance.now() - RATE_MS;
   state.arrivals = state.arrivals.filter((at) => at > since);
-  el('rate').textContent = state.arrivals.length ? (state.arrivals.length / 2).toFixed(0) : '–';
-  const recent = state.latencies.slice(-60).sort((a, b) => a - b);
+  el('rate').textContent = state.arrivals.length ? (1000 * state.arrivals.length / RATE_MS).toFixed(0) : '–';
+  const recent = state.latencies.slice(-LATENCY_POSES).sort((a, b) => a - b);
   el('latency').textContent = state.arrivals.length && recent.length ? recent[recent.length >> 1].toFixed(1) : '–';
 }
 
-// For tests and for the curious: where things are on the page, and how late they came.
+// For tests and measurements.
 window.zenocap = {
-  state, stage, look, guide, chooseTab,
-  where(name) {
-    const shape = state.bodies.get(state.source);
-    const last = state.poses.get(state.source);
-    const at = shape && last && centre(shape, last, name);
-    return at && { frame: last.frame, world: at, page: stage.place(at) };
+  state, scene, orbit, dialog, chooseTab,
+  // Frame, world position and position on the page (CSS pixels) of a joint centre, such as 'RWrist'.
+  locate(name) {
+    const body = state.bodies.get(state.source);
+    const pose = state.poses.get(state.source);
+    const at = body && pose && jointCentre(body, pose, name);
+    return at && { frame: pose.frame, world: at, page: scene.toPage(at) };
   },
 };

@@ -1,25 +1,25 @@
-// Programs of the stage.  Everything is shaded in linear light and written as sRGB.
+// Shaders of the scene.  Colours are computed in linear light and written as sRGB.
 
 const LIGHT = `
 const vec3 KEY = vec3(0.42, 0.83, 0.37);
 vec3 srgb(vec3 c) { return pow(clamp(c, 0.0, 1.0), vec3(1.0 / 2.2)); }
 `;
 
-// A tapered capsule with elliptic ends.  ring: cos and sin around it.  row: which end, cos and sin of the cap.
+// Tapered capsule with elliptic cross-sections.  ring: cos and sin around the axis.  row: which end, cos and sin of the cap.
 export const CAPSULE_VERTEX = `#version 300 es
 layout(location=0) in vec2 ring; layout(location=1) in vec3 row;
-uniform mat4 camera; uniform vec3 origin; uniform vec4 turn; uniform vec2 near, far; uniform float reach; uniform vec2 caps;
+uniform mat4 camera; uniform vec3 origin; uniform vec4 rotation; uniform vec2 near, far; uniform float axis; uniform vec2 caps;
 out vec3 normal; out vec3 at;
-vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+vec3 rotated(vec3 v) { return v + 2.0 * cross(rotation.xyz, cross(rotation.xyz, v) + rotation.w * v); }
 void main() {
   vec2 radius = mix(near, far, row.x);
   float cap = mix(caps.x, caps.y, row.x);
-  vec3 local = vec3(radius.x * row.y * ring.x, row.x * reach + row.z * cap, radius.y * row.y * ring.y);
-  float slope = (near.x - far.x + near.y - far.y) / (2.0 * max(reach, 0.001));
+  vec3 local = vec3(radius.x * row.y * ring.x, row.x * axis + row.z * cap, radius.y * row.y * ring.y);
+  float slope = (near.x - far.x + near.y - far.y) / (2.0 * max(axis, 0.001));
   vec3 out_ward = vec3(row.y * ring.x / radius.x, row.z / cap, row.y * ring.y / radius.y);
   out_ward = normalize(out_ward) + vec3(0.0, slope * row.y, 0.0);
-  normal = turned(normalize(out_ward));
-  at = origin + turned(local);
+  normal = rotated(normalize(out_ward));
+  at = origin + rotated(local);
   gl_Position = camera * vec4(at, 1.0);
 }`;
 
@@ -39,7 +39,7 @@ void main() {
   pixel = vec4(srgb(lit) * colour.a, colour.a);
 }`;
 
-// What the capsules (from, to: their ends; to.w: radius) take from a soft light, and from the sky.
+// Light on the floor: red: share of the key light, green: share of the sky hidden by capsules (from, to: ends; to.w: radius).
 export const SHADOW_VERTEX = `#version 300 es
 layout(location=0) in vec2 corner; uniform vec2 middle; uniform float size; out vec2 at;
 void main() { at = middle + corner * size; gl_Position = vec4(corner, 0.0, 1.0); }`;
@@ -70,7 +70,7 @@ void main() {
   pixel = vec4(lit, sky, 0.0, 1.0);
 }`;
 
-// The floor: a grid that fades away, with that shadow on it.
+// Floor: a grid that fades with the distance, with that shadow on it.
 export const FLOOR_VERTEX = `#version 300 es
 layout(location=0) in vec2 corner; uniform mat4 camera; uniform float size; out vec2 at;
 void main() { at = corner * size; gl_Position = camera * vec4(at.x, 0.0, at.y, 1.0); }`;
@@ -109,7 +109,7 @@ void main() {
   pixel = vec4(c + noise, 1.0);
 }`;
 
-// Lines of a width in pixels: each corner knows both ends.
+// Lines with a width in pixels: each vertex has both ends of its line.
 export const LINE_VERTEX = `#version 300 es
 layout(location=0) in vec3 here; layout(location=1) in vec3 there; layout(location=2) in vec2 side; layout(location=3) in vec4 tint;
 uniform mat4 camera; uniform vec2 screen; out vec4 colour;
@@ -124,7 +124,7 @@ void main() {
 export const LINE_FRAGMENT = `#version 300 es
 precision highp float; in vec4 colour; out vec4 pixel; void main() { pixel = vec4(colour.rgb * colour.a, colour.a); }`;
 
-// Points of one size in the world, as soft discs.
+// Points of one world size, as soft discs.
 export const POINT_VERTEX = `#version 300 es
 layout(location=0) in vec3 place; uniform mat4 camera; uniform float size;
 void main() { gl_Position = camera * vec4(place, 1.0); gl_PointSize = clamp(size / gl_Position.w, 1.5, 16.0); }`;
@@ -133,7 +133,7 @@ export const POINT_FRAGMENT = `#version 300 es
 precision highp float; uniform vec4 colour; out vec4 pixel;
 void main() { pixel = colour * (1.0 - smoothstep(0.7, 1.0, 2.0 * length(gl_PointCoord - 0.5))); }`;
 
-// A picture on four corners in the world, such as what a camera sees.
+// Picture on four corners in the world, such as a camera's view.
 export const PICTURE_VERTEX = `#version 300 es
 layout(location=0) in vec3 place; layout(location=1) in vec2 spot; uniform mat4 camera; out vec2 at;
 void main() { at = spot; gl_Position = camera * vec4(place, 1.0); }`;

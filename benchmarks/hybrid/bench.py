@@ -1,0 +1,139 @@
+"""Runs of many cases in several processes, each cached for the current code."""
+
+import hashlib
+import json
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import numba
+
+from benchmarks.hybrid.priors import Priors
+from benchmarks.hybrid.runs import Case, Run, run
+from benchmarks.hybrid.silhouettes import ROOT, Clip, load_clip
+from zenocap.services.tracker.prior.file import read_prior
+
+TRACKER_CODE = ("services/tracker", "common/body", "common/camera")
+CACHE_VERSION = 1  # version of cached runs: increased when the definition of a figure changes
+
+
+@dataclass(frozen=True)
+class Places:
+    """clips, motions: input folders.  out: output folder."""
+
+    clips: Path
+    motions: Path
+    out: Path
+
+
+Task = tuple[Places, Case, Path]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """jobs: number of processes.  seeds: of every figure."""
+
+    places: Places
+    jobs: int
+    seeds: int
+
+    @property
+    def priors(self) -> Priors:
+        return Priors(self.places.clips, self.places.motions, self.places.out / "priors")
+
+    def clip(self, name: str) -> Clip:
+        return clip_of(self.places, name)
+
+    def runs(self, cases: Sequence[Case], seeds: int | None = None) -> dict[Case, list[Run]]:
+        """Runs of every case (its own seed is ignored) for seeds 0, 1, 2 ..., in the cases' order."""
+        each = {case: [_seeded(case, seed) for seed in range(seeds or self.seeds)] for case in cases}
+        every = list(dict.fromkeys(case for some in each.values() for case in some))
+        for case in every:
+            if case.prior:
+                self.priors.path(case.prior)  # trained here, so that several processes do not train it at once
+        missing = [case for case in every if not self._cache_path(case).is_file()]
+        for done, case in enumerate(self._computed([(self.places, case, self._cache_path(case)) for case in missing]), 1):
+            print(f"  {time.strftime('%H:%M:%S')} {done:4d} of {len(missing)}: {_title(case)}", flush=True)
+        return {case: [_read(self._cache_path(one)) for one in some] for case, some in each.items()}
+
+    def _computed(self, tasks: Sequence[Task]) -> Iterator[Case]:
+        """Cases in order of completion."""
+        if self.jobs <= 1 or len(tasks) <= 1:
+            _use_one_core()
+            yield from map(_compute, tasks)
+            return
+        with get_context("spawn").Pool(self.jobs, _use_one_core) as pool:
+            clips = dict.fromkeys(case.clip for _, case, _ in tasks)
+            pool.starmap(_prepare_clip, [(self.places, clip) for clip in clips], chunksize=1)
+            yield from pool.imap_unordered(_compute, tasks)
+
+    def _cache_path(self, case: Case) -> Path:
+        digest = hashlib.sha256(_code().encode())
+        digest.update(f"{CACHE_VERSION} {case!r}".encode())
+        if case.prior:
+            digest.update(self.priors.path(case.prior).read_bytes())
+        return self.places.out / "runs" / f"{case.clip}-{digest.hexdigest()[:20]}.json"
+
+
+@lru_cache(maxsize=8)
+def clip_of(places: Places, name: str) -> Clip:
+    return load_clip(places.clips / name, places.out / "silhouettes")
+
+
+def _use_one_core() -> None:
+    """Restrict a process to one core."""
+    cv2.setNumThreads(1)
+    numba.set_num_threads(1)
+
+
+def _prepare_clip(places: Places, clip: str) -> None:
+    """Compute the silhouettes of a clip in one process before several read them."""
+    clip_of(places, clip)
+    clip_of.cache_clear()
+
+
+def _compute(task: Task) -> Case:
+    places, case, path = task
+    prior = (
+        read_prior(Priors(places.clips, places.motions, places.out / "priors").path(case.prior), case.anatomy)
+        if case.prior
+        else None
+    )
+    result = run(clip_of(places, case.clip), case, prior)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps({"case": repr(case), "run": result.plain()}))
+    part.replace(path)
+    return case
+
+
+def _read(path: Path) -> Run:
+    plain = json.loads(path.read_text())["run"]
+    return Run(**{**plain, "errors": tuple(plain["errors"])})
+
+
+def _seeded(case: Case, seed: int) -> Case:
+    return replace(case, seed=seed)
+
+
+def _title(case: Case) -> str:
+    default = Case(case.clip)
+    changes = [
+        f"{name}={value}" for name, value in vars(case).items() if value != getattr(default, name) and name != "clip"
+    ]
+    return f"{case.clip} {' '.join(changes)}"
+
+
+@lru_cache(maxsize=1)
+def _code() -> str:
+    """Digest of the code that the figures depend on."""
+    digest = hashlib.sha256()
+    for place in TRACKER_CODE:
+        path = ROOT / place
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]

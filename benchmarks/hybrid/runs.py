@@ -1,0 +1,198 @@
+"""One run of the tracker over a clip's silhouettes, and its figures."""
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, replace
+from unittest.mock import patch
+
+import numpy as np
+
+from benchmarks.hybrid.silhouettes import Clip
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.formats.pose_track import Bound
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.rig.tracker import ITERATIONS, PRESETS
+from zenocap.services.tracker.filter import filter_step
+from zenocap.services.tracker.filter.particles import Refinement
+from zenocap.services.tracker.prior.model import Prior
+from zenocap.services.tracker.states import Method, Options, Setup
+from zenocap.services.tracker.tracking import initial_state, track
+from zenocap.tools.recordings.evaluate import Selection, accuracy
+
+ANATOMY = FOURTEEN_PARTS
+NAMES = tuple(marker.name for marker in ANATOMY.markers)
+FRACTIONS = ("PRIOR_FRACTION", "MIN_PRIOR_FRACTION", "MAX_PRIOR_FRACTION")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One configuration.  views: none for all.  prior: as in `priors.Priors.path`; none without one.
+
+    share: fixed fraction of the proposals from the prior; None to adapt.  empty_from: first of `empty_frames` frames with
+    all views empty.  skipped: frames of the motion not scored, because the prior was trained on them.
+    preset: gives anatomy and filter.
+    """
+
+    clip: str
+    seed: int = 0
+    views: tuple[str, ...] = ()
+    prior: str = ""
+    method: Method = "hybrid"
+    particles: int = 40
+    points: int = 400
+    iterations: int = ITERATIONS["gauss-newton"]
+    refinement: Refinement = "gauss-newton"
+    share: float | None = None
+    empty_from: int | None = None
+    empty_frames: int = 10
+    skipped: int = 0
+    preset: str = "default"
+
+    @property
+    def anatomy(self) -> Anatomy:
+        """Anatomy of the tracked body."""
+        return ANATOMIES[PRESETS[self.preset].anatomy]
+
+
+@dataclass(frozen=True)
+class Run:
+    """mean, rmse, shape, median: millimetres, as in `score_trc.py`.  lost_pct: of the ground truth's joints.
+
+    losses: number of track losses in the scored part.  started: frame of the first pose; -1 for none.  wall_ms, cpu_ms:
+    median of a scored frame.  load: of the machine.  errors: mean over the joints by scored frame, mm.  first: frame of
+    errors[0].
+    """
+
+    mean_mm: float
+    rmse_mm: float
+    shape_mm: float
+    median_mm: float
+    lost_pct: float
+    per_joint_mm: dict[str, float]
+    losses: int
+    started: int
+    wall_ms: float
+    cpu_ms: float
+    load: float
+    first: int
+    errors: tuple[float, ...]
+
+    def plain(self) -> dict[str, object]:
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class TrackedPath:
+    """poses: by frame, with the body of that frame.  lost: frames of track loss.
+
+    wall_ms, cpu_ms: by frame.  anatomy: of the poses.
+    """
+
+    poses: dict[int, tuple[Bdp, Pose]]
+    lost: tuple[int, ...]
+    wall_ms: dict[int, float]
+    cpu_ms: dict[int, float]
+    anatomy: Anatomy = ANATOMY
+
+
+def setup_of(clip: Clip, case: Case, prior: Prior | None) -> Setup:
+    options = Options(
+        method=case.method, particles=case.particles, points=case.points, iterations=case.iterations, seed=case.seed,
+        refinement=case.refinement, filter=PRESETS[case.preset].filter,
+    )  # fmt: skip
+    return Setup(case.anatomy, clip.of_views(case.views).cameras, clip.frame_ns, prior, options)
+
+
+def track_clip(clip: Clip, case: Case, prior: Prior | None) -> TrackedPath:
+    """Track every frame set of the clip."""
+    setup = setup_of(clip, case, prior)
+    gap = range(0) if case.empty_from is None else range(case.empty_from, case.empty_from + case.empty_frames)
+    poses: dict[int, tuple[Bdp, Pose]] = {}
+    lost: list[int] = []
+    wall: dict[int, float] = {}
+    cpu: dict[int, float] = {}
+    body: Bdp | None = None
+    with fixed_prior_fraction(case.share):
+        state, was_lost = initial_state(setup), False
+        for instant in clip.instants:
+            masks = clip.masks(instant, setup.cameras)
+            if instant.captured_ns >= 0 and instant.frame in gap:
+                masks = {view: np.zeros_like(mask) for view, mask in masks.items()}
+            wall_s, cpu_s = time.perf_counter(), time.process_time()
+            state, outcome = track(setup, state, instant.captured_ns, masks)
+            wall_s, cpu_s = time.perf_counter() - wall_s, time.process_time() - cpu_s
+            body = body if outcome.body is None else outcome.body
+            if instant.captured_ns < 0:
+                continue
+            wall[instant.frame], cpu[instant.frame] = 1e3 * wall_s, 1e3 * cpu_s
+            if outcome.pose is not None and body is not None:
+                poses[instant.frame] = body, outcome.pose
+            if outcome.lost and not was_lost:
+                lost.append(instant.frame)
+            was_lost = outcome.lost
+    return TrackedPath(poses, tuple(lost), wall, cpu, case.anatomy)
+
+
+def run(clip: Clip, case: Case, prior: Prior | None) -> Run:
+    """Track the person, and score the result."""
+    path = track_clip(clip, case, prior)
+    return scored(path, clip.truth, clip.motion_from + case.skipped)
+
+
+def scored(path: TrackedPath, truth: Trajectories, first: int) -> Run:
+    """Figures of a path from frame `first` on; without a pose everything is lost."""
+    nan = float("nan")
+    load = os.getloadavg()[0]
+    timed = [frame for frame in path.wall_ms if frame >= first]
+    wall = float(np.median([path.wall_ms[frame] for frame in timed])) if timed else nan
+    cpu = float(np.median([path.cpu_ms[frame] for frame in timed])) if timed else nan
+    losses = sum(frame >= first for frame in path.lost)
+    if not any(frame >= first for frame in path.poses):
+        return Run(nan, nan, nan, nan, 100.0, {}, max(1, losses), min(path.poses, default=-1), wall, cpu, load, first, ())
+    track = trajectories(path, truth)
+    found = accuracy(track, truth, Selection(first=Bound(first)))
+    frames, errors = frame_errors(track, truth)
+    kept = frames >= first
+    return Run(
+        found.mpjpe_mm, found.rmse_mm, found.shape_mm, found.median_mm, found.lost_pct, found.per_joint_mm, losses,
+        min(path.poses), wall, cpu, load, int(frames[kept][0]), tuple(round(float(e), 3) for e in errors[kept]),
+    )  # fmt: skip
+
+
+def trajectories(path: TrackedPath, truth: Trajectories) -> Trajectories:
+    """Joint centres of the path, metres."""
+    frames = np.array(sorted(path.poses), dtype=np.int64)
+    points = np.array([joint_centres(path.anatomy, *path.poses[int(frame)]) for frame in frames])
+    return Trajectories(NAMES, frames, frames / truth.rate, points, truth.rate)
+
+
+def frame_errors(track: Trajectories, truth: Trajectories) -> tuple[Ints, Floats]:
+    """Frames of the ground truth, and the mean distance over the joints in each, millimetres; NaN without a pose."""
+    names = [name for name in truth.names if name in track.names]
+    expected = truth.points[:, [truth.names.index(name) for name in names]]
+    found = np.full_like(expected, np.nan)
+    rows = {int(frame): k for k, frame in enumerate(track.frames)}
+    for k, frame in enumerate(truth.frames):
+        if int(frame) in rows:
+            found[k] = track.points[rows[int(frame)]][[track.names.index(name) for name in names]]
+    errors: Floats = 1e3 * np.linalg.norm(found - expected, axis=2).mean(axis=1)
+    return truth.frames, errors
+
+
+@contextmanager
+def fixed_prior_fraction(share: float | None) -> Iterator[None]:
+    """Fix the fraction of proposals from the prior inside the context; None: it adapts."""
+    with ExitStack() as stack:
+        if share is not None:
+            for name in FRACTIONS:
+                stack.enter_context(patch.object(filter_step, name, share))
+        yield
+
+
+def of_seed(case: Case, seed: int) -> Case:
+    return replace(case, seed=seed)

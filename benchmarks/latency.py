@@ -1,0 +1,126 @@
+"""End-to-end latency over loopback with three processes: from the later capture to the universal BAP; lost frames.
+
+    python -m benchmarks.latency [--seconds N] [--rates 15 30 60] [--size 160x120]
+
+Two viewers play rendered videos at the frame rate of cameras; this process subscribes.  Frames count from
+the first universal BAP on; a frame without a universal BAP of both viewers is lost.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from benchmarks.table import table
+from tests.support.simulated_cameras import paper_cameras
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.messages import UniversalBap
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import UNIVERSAL_BAP
+from zenocap.simulation.body.person import person
+from zenocap.simulation.motion.timeline import demo_timeline
+from zenocap.simulation.rendering.camera import SimulatedCamera
+from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+
+EMPTY = 30  # frames of empty scene
+START_NS = 15_000_000_000  # until all processes have started and loaded their kernels (ns)
+
+
+def main(seconds: float, rates: list[float], size: tuple[int, int]) -> None:
+    subprocess.run([sys.executable, "-m", "zenocap", "warmup"], check=True, stdout=subprocess.DEVNULL)
+    rows = []
+    for fps in rates:
+        with tempfile.TemporaryDirectory() as folder:
+            rig, frames = film(Path(folder), seconds, fps, size)
+            rows.append([f"{fps:g}", *measured(rig, frames, seconds, fps)])
+    print(
+        table(
+            "End to end over loopback, three processes",
+            ["frames/s", "poses", "p50 ms", "p99 ms", "worst ms", "lost", "of"],
+            rows,
+        )
+    )
+
+
+def film(folder: Path, seconds: float, fps: float, size: tuple[int, int]) -> tuple[Path, int]:
+    """Write a rig of two rendered videos to `folder`; return its file and the number of frames."""
+    subject = person(0)
+    script = demo_timeline(subject, 0)
+    cameras = dict(zip(("cam01", "cam02"), paper_cameras(size), strict=True))
+    first_s = script.segments[0].end_s - EMPTY / fps
+    frames = int(seconds * fps)
+    viewers = ""
+    for number, (name, camera) in enumerate(cameras.items(), start=1):
+        renderer = SimulatedCamera(camera, subject, 0)
+        video = cv2.VideoWriter(str(folder / f"{name}.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
+        for k in range(frames):
+            video.write(renderer.render(script.pose_at(first_s + k / fps), k))
+        video.release()
+        viewers += (
+            f'[[viewer]]\nid = "{number}"\ncamera = "{name}"\nsource = "{name}.mp4"\nbackground = "first:{EMPTY - 1}"\n'
+            f"size = [{size[0]}, {size[1]}]\nfps = {fps}\n"
+        )
+    write_calibration(folder / "calibration.toml", {name: cam for name, cam in zip(cameras, cameras.values(), strict=True)})
+    rig = folder / "rig.toml"
+    rig.write_text(f'name = "latency"\ncalibration = "calibration.toml"\n{viewers}', encoding="utf-8")
+    return rig, frames
+
+
+def measured(rig: Path, frames: int, seconds: float, fps: float) -> list[str]:
+    """Poses, p50, p99 and maximum latency (ms), lost frames, expected frames."""
+    clock = RealClock()
+    places = peer_mesh(free_ports(4))
+    services = (["integrator"], ["viewer", "--id", "1"], ["viewer", "--id", "2"])
+    epoch_ns = clock.now_ns() + START_NS
+    processes = []
+    for (name, *arguments), place in zip(services, places, strict=False):
+        zenoh = ["--listen", place.listen, "--no-multicast-scouting"]
+        for endpoint in place.connect:
+            zenoh += ["--connect", endpoint]
+        epoch = ["--epoch-ns", str(epoch_ns)] if name == "viewer" else ["--no-log"]
+        command = [sys.executable, "-m", "zenocap", name, str(rig), *arguments, *epoch, *zenoh]
+        processes.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
+    own = ZenohOptions(listen=(places[3].listen,), connect=places[3].connect, multicast_scouting=False)
+    delays: dict[int, float] = {}
+    first = None
+    try:
+        with ZenohBus.open(own, "latency", clock) as bus:
+            bus.subscribe(UNIVERSAL_BAP, every=True)
+            while clock.now_ns() < epoch_ns + (seconds + 1) * 1e9:
+                event = bus.receive(0.1)
+                if isinstance(event, Envelope) and isinstance(event.message, UniversalBap):
+                    message = event.message
+                    if first is None:
+                        first = message.frame  # the first pose waits for several frames, so its latency does not count
+                    elif not message.stale:
+                        delays[message.frame] = (event.received_ns - message.captured_ns) / 1e6
+    finally:
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.wait(10)
+    if first is None:
+        raise RuntimeError(f"no universal BAP at {fps:g} frames/s")
+    values = np.array(list(delays.values()))
+    due = frames - 1 - first
+    return [
+        str(values.size), f"{np.percentile(values, 50):.1f}", f"{np.percentile(values, 99):.1f}", f"{values.max():.1f}",
+        str(due - values.size), str(due),
+    ]  # fmt: skip
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--rates", type=float, nargs="+", default=[15.0, 30.0, 60.0])
+    parser.add_argument("--size", default="160x120", metavar="WxH")
+    options = parser.parse_args()
+    width, height = (int(n) for n in options.size.split("x"))
+    main(options.seconds, options.rates, (width, height))

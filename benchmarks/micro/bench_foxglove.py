@@ -1,0 +1,139 @@
+"""Cost of the Foxglove channels.  `make benchmark` times each kind of message; `python -m benchmarks.micro.bench_foxglove`
+adds up a second of 8 viewers at 60 frames/s, with the share of one core and of the file.
+"""
+
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import numpy as np
+import pytest
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.definition import neutral_pose
+from zenocap.common.body.kinematics import end_ellipses, part_frames
+from zenocap.common.body.proportions import average_lengths, body_from_lengths
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.codec import encode
+from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.formats.foxglove.converter import FoxgloveConverter
+from zenocap.common.recording.writer import Recording, no_conversion
+from zenocap.common.rig.rig import demo_rig
+from zenocap.common.topics import topic_of
+from zenocap.common.vision.mask_codec import pack
+
+VIEWERS, RATE, SECONDS = 8, 60, 5
+SIZES = ((160, 120), (640, 480))
+ANGLES = angles_by_name(TEN_PARTS, TEN_PARTS.neutral)
+BODY = body_from_lengths(TEN_PARTS, average_lengths(1.75))
+BDP = m.UniversalBdp(frame=0, captured_ns=0, body=body_of(TEN_PARTS, BODY), ratio=1.0)
+
+
+def silhouette(size: tuple[int, int], viewer: str, frame: int) -> m.Silhouette:
+    """Silhouette of the model with a ragged edge, as from a camera."""
+    camera = demo_rig().viewers[0].camera.resized(size)
+    mask = np.zeros((size[1], size[0]), np.uint8)
+    pose = neutral_pose(TEN_PARTS, np.array([0.002 * frame, 0.95, 0.0]))
+    for part_to_world, part in zip(part_frames(TEN_PARTS, BODY, pose), BODY.sizes, strict=True):
+        hull = cv2.convexHull(camera.project(end_ellipses(part_to_world, part)).astype(np.float32))
+        cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
+    noise = np.random.default_rng(frame).random(mask.shape) < 0.3
+    mask[(cv2.dilate(mask, np.ones((3, 3), np.uint8)) > mask) & noise] = 1
+    region, data = pack(mask)
+    return m.Silhouette(frame=frame, captured_ns=0, viewer=viewer, size=size, region=region, data=data)
+
+
+def sighting(viewer: str, frame: int) -> m.Sighting:
+    return m.Sighting(
+        frame=frame, captured_ns=0, viewer=viewer, present=True, x=0.1, y=0.2, height=1.0, width=0.3, view="facade",
+        score=0.5, turns=[-1.5] * 5, arms=[-2.5] * 12, legs=[-3.5] * 12,
+    )  # fmt: skip
+
+
+def partial_bap(viewer: str, frame: int) -> m.PartialBap:
+    limb = m.LimbMatch(score=0.7, visible=0.6, matchings=[7, 8])
+    limbs = dict.fromkeys(("right_arm", "left_arm", "right_leg", "left_leg"), limb)
+    return m.PartialBap(
+        frame=frame, captured_ns=0, viewer=viewer, view="facade", angles=dict(list(ANGLES.items())[:11]), limbs=limbs,
+        exchange=0.1, score=0.7,
+    )  # fmt: skip
+
+
+def universal_bap(frame: int) -> m.UniversalBap:
+    viewers = [str(k) for k in range(VIEWERS)]
+    return m.UniversalBap(
+        frame=frame, captured_ns=0, position=(0.002 * frame, 0.95, 0.0), angles=ANGLES, scores=dict.fromkeys(viewers, 0.7),
+        views=dict.fromkeys(viewers, "facade"), stale=[], lost=[],
+    )  # fmt: skip
+
+
+def enveloped(message: m.Message, received_ns: int = 0) -> Envelope:
+    topic = topic_of(type(message))
+    return Envelope(topic.at("r", **topic.names_of(message)), topic, message, received_ns, encode(message))
+
+
+def converter() -> FoxgloveConverter:
+    made = FoxgloveConverter(TEN_PARTS, "r")
+    made.convert(enveloped(BDP))
+    return made
+
+
+@pytest.mark.parametrize(
+    "message",
+    [universal_bap(1), silhouette(SIZES[0], "1", 1), silhouette(SIZES[1], "1", 1), sighting("1", 1), partial_bap("1", 1)],
+    ids=["UniversalBap", "Silhouette 160x120", "Silhouette 640x480", "Sighting", "PartialBap"],
+)
+def test_convert(benchmark: BenchmarkFixture, message: m.Message) -> None:
+    envelope = enveloped(message)
+    assert isinstance(benchmark(converter().convert, envelope), list)
+
+
+def mixture(size: tuple[int, int]) -> list[Envelope]:
+    """All messages of 8 viewers and an integrator during `SECONDS`."""
+    messages: list[Envelope] = [enveloped(BDP)]
+    drawn = [silhouette(size, "0", frame) for frame in range(RATE)]
+    for frame in range(SECONDS * RATE):
+        now_ns = frame * 10**9 // RATE
+        for viewer in map(str, range(VIEWERS)):
+            drawn_mask = drawn[frame % RATE]
+            silhouette_message = m.Silhouette(
+                frame=frame, captured_ns=0, viewer=viewer, size=size, region=drawn_mask.region, data=drawn_mask.data
+            )
+            messages += [
+                enveloped(each, now_ns)
+                for each in (silhouette_message, sighting(viewer, frame), partial_bap(viewer, frame))
+            ]
+        messages.append(enveloped(universal_bap(frame), now_ns))
+    return messages
+
+
+def main() -> None:
+    for size in SIZES:
+        messages = mixture(size)
+        live_converter = converter()
+        started_s = time.process_time()
+        for envelope in messages:
+            live_converter.convert(envelope)
+        share = (time.process_time() - started_s) / SECONDS
+        print(f"{VIEWERS} viewers, {size[0]}x{size[1]}, {RATE}/s: convert() {100 * share:.1f} % of a core")
+        for label, convert in (("without", no_conversion), ("with", FoxgloveConverter(TEN_PARTS, "r").convert)):
+            with TemporaryDirectory() as folder:
+                path = Path(folder) / "take.mcap"
+                started_s = time.process_time()
+                recording = Recording(path, rig="r", start_ns=0, convert=convert)
+                for envelope in messages:
+                    recording.record(envelope)
+                end = recording.close()
+                spent_s = time.process_time() - started_s
+                size_mb = path.stat().st_size / 1e6
+            print(
+                f"  log {label} Foxglove's channels: {100 * spent_s / SECONDS:.1f} % of a core, "
+                f"{end.messages / SECONDS:.0f} messages/s, {size_mb / SECONDS:.2f} MB/s of file"
+            )
+
+
+if __name__ == "__main__":
+    main()

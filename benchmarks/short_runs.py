@@ -1,0 +1,63 @@
+"""Run every evaluation in its shortest form, to check that it runs; its figures have no meaning.
+
+    python -m benchmarks.short_runs [NAME ...]
+
+Results of the last run are in build/short-runs.
+"""
+
+import argparse
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+OUT = Path("build") / "short-runs"
+ARGUMENTS: dict[str, tuple[str, ...]] = {
+    "animator": ("--seconds", "2", "--pages", "1"),
+    "bodies": ("--people", "1", "--jobs", "1"),
+    "clips": ("walk2", "--jobs", "1"),
+    "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
+    "faults": ("--short",),
+    "hull": ("--people", "1", "--points", "50"),
+    "hybrid": ("--only", "beam", "--seeds", "1", "--out", str(OUT / "hybrid")),
+    "kills": ("--count", "2", "--within", "2"),
+    "latency": ("--seconds", "12", "--rates", "15"),
+    "load": ("--only", "network", "--seconds", "2", "--out", str(OUT / "load")),
+    "logging": ("--seconds", "2", "--viewers", "2", "--messages", "500"),
+    "look": ("0", "squat", "0", str(OUT / "look")),
+    "matchings": ("--people", "1", "--every", "100"),
+    "postures": ("--quick", "--posture", "squat"),
+    "recognition": ("--only", "truth", "--seeds", "1", "--people", "3", "--out", str(OUT / "recognition")),
+    "replay_timing": ("--seconds", "12", "--rates", "1", "--runs", "1"),
+    "scorer": ("--searches", "20"),
+    "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
+    "stages": ("--takes", "1"),
+}
+
+
+def run(name: str, seconds: float | None = None) -> subprocess.CompletedProcess[str]:
+    """Run one evaluation with its short arguments.  seconds: time limit."""
+    command = [sys.executable, "-m", f"benchmarks.{name}", *ARGUMENTS[name]]
+    return subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("name", nargs="*", default=list(ARGUMENTS), help=f"of {', '.join(ARGUMENTS)}")
+    names = parser.parse_args().name
+    if unknown := sorted(set(names) - set(ARGUMENTS)):
+        parser.error(f"{', '.join(unknown)}: allowed: {', '.join(ARGUMENTS)}")
+    failed = []
+    for name in names:
+        started_s = time.monotonic()
+        done = run(name)
+        print(f"{name}: status {done.returncode}, {time.monotonic() - started_s:.0f} s", flush=True)
+        if done.returncode != 0:
+            failed.append(name)
+            print(done.stdout + done.stderr, flush=True)
+    print(f"failed: {', '.join(failed)}" if failed else f"all {len(names)} run")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

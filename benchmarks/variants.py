@@ -1,0 +1,144 @@
+"""The two-view method as printed, with each addition alone, without each, and with all: the table of docs/papers.md.
+
+    python -m benchmarks.variants [--only NAME ...] [--seeds 3] [--people 12] [--size 160x120] [--clips] [--jobs 2]
+
+NAME is `paper`, `improved`, `+ADDITION` (the paper with one addition) or `-ADDITION` (without one).  Simulated people, 15
+postures, two takes each, scored from the start of the posture against the true body; the worst seed in brackets.
+--clips: the shared clips instead, by `score_trc.py`.
+"""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import Pool
+from pathlib import Path
+from time import perf_counter
+
+import cv2
+import numpy as np
+
+from benchmarks.clips import SCORE, SHARED, scored
+from benchmarks.errors import FrameError, frame_error, summary
+from benchmarks.loop import track_film
+from benchmarks.table import Cell, table
+from benchmarks.takes import PEOPLE, Take, default_folder, film, takes
+from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
+from zenocap.simulation.motion.posture_style import POSTURES
+
+CLIPS = ("walk2", "bend2", "kick2", "turned2")
+NAMES = ("paper", *(f"+{name}" for name in ADDITIONS), *(f"-{name}" for name in ADDITIONS), "improved")
+
+
+@dataclass(frozen=True)
+class TakeResult:
+    """errors: of the scored frames.  searches: tri-tree searches by limb kind, with their matchings.  ms: per frame."""
+
+    errors: tuple[FrameError, ...]
+    matchings: tuple[float, float, float]
+    ms: float
+
+
+def additions(name: str) -> Additions:
+    """Additions of a name in NAMES."""
+    if name == "paper":
+        return PAPER
+    if name == "improved":
+        return IMPROVED
+    return PAPER | {name[1:]} if name[0] == "+" else IMPROVED - {name[1:]}
+
+
+def tracked(take: Take, name: str, folder: Path | None) -> TakeResult:
+    """One take by one variant."""
+    cv2.setNumThreads(1)
+    rendered = film(take, folder)
+    started_s = perf_counter()
+    track = track_film(rendered, take.fps, additions(name))
+    ms = 1000 * (perf_counter() - started_s) / len(rendered.truths)
+    errors = []
+    for k in range(rendered.motion_from, len(rendered.truths)):
+        true = rendered.truths[k]
+        assert true is not None, "the person is in the scene from the initial posture on"
+        errors.append(frame_error(track.estimate(k), true))
+    arms = [sum(bap.limbs[limb].matchings) for bap in track.partials for limb in bap.limbs if "arm" in limb]
+    legs = [sum(bap.limbs[limb].matchings) for bap in track.partials for limb in bap.limbs if "leg" in limb]
+    frames = [sum(sum(limb.matchings) for limb in bap.limbs.values()) for bap in track.partials]
+    means = [float(np.mean(counts)) if counts else float("nan") for counts in (arms, legs, frames)]
+    return TakeResult(tuple(errors), (means[0], means[1], means[2]), ms)
+
+
+def worst(values: Sequence[float], digits: int = 1) -> str:
+    """Mean, and the largest in brackets."""
+    return f"{np.mean(values):.{digits}f} ({np.max(values):.{digits}f})"
+
+
+def people_rows(names: Sequence[str], options: argparse.Namespace, size: tuple[int, int]) -> list[list[Cell]]:
+    rows: list[list[Cell]] = []
+    with Pool(options.jobs) as pool:
+        for name in names:
+            results: list[list[TakeResult]] = []
+            for seed in range(options.seeds):
+                chosen = takes(options.first_seed + seed, options.people, tuple(options.posture), size)
+                results.append(pool.map(partial(tracked, name=name, folder=default_folder()), chosen, chunksize=1))
+            columns = np.array([summary([e for one in found for e in one.errors]) for found in results])
+            every = [one for found in results for one in found]
+            counts = np.nanmean([one.matchings for one in every], axis=0)
+            row: list[Cell] = [
+                name,
+                worst(columns[:, 1].tolist()),
+                worst(columns[:, 2].tolist()),
+                worst(columns[:, 3].tolist(), 0),
+            ]
+            row += [worst(columns[:, 4].tolist()), worst(columns[:, 5].tolist()), *(f"{count:.0f}" for count in counts)]
+            rows.append([*row, f"{np.median([one.ms for one in every]):.1f}"])
+            print("  ".join(str(cell) for cell in rows[-1]), flush=True)
+    return rows
+
+
+def clip_rows(names: Sequence[str], jobs: int, size: tuple[int, int]) -> list[list[Cell]]:
+    rows: list[list[Cell]] = []
+    with Pool(jobs) as pool:
+        for name in names:
+            found = pool.map(
+                partial(scored, clips=SHARED / "clips", additions=additions(name)), [(clip, size) for clip in CLIPS], 1
+            )
+            cells = [
+                f"{one['mpjpe_mm']:.0f} / {one['shape_mm']:.0f} / {one['lost_pct']:.1f}" if one else "never starts"
+                for one in found
+            ]
+            rows.append([name, *cells])
+            print("  ".join(str(cell) for cell in rows[-1]), flush=True)
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, metavar="NAME")
+    parser.add_argument("--seeds", type=int, default=3, help="sets of people (default 3)")
+    parser.add_argument("--first-seed", type=int, default=0, help="the first set (default 0)")
+    parser.add_argument("--people", type=int, default=PEOPLE, help=f"of a set (default {PEOPLE})")
+    parser.add_argument("--posture", nargs="+", choices=POSTURES, default=POSTURES, metavar="NAME")
+    parser.add_argument("--size", default="160x120", metavar="WxH")
+    parser.add_argument("--clips", action="store_true", help="the shared clips")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    options = parser.parse_args()
+    width, height = (int(number) for number in options.size.split("x"))
+    if options.clips:
+        missing = [str(path) for path in (SCORE, *(SHARED / "clips" / name for name in CLIPS)) if not path.exists()]
+        if missing:
+            print(
+                f"variants: skipped: {', '.join(missing)} missing (the shared test clips are expected beside the checkout)"
+            )
+            return
+        rows = clip_rows(options.only, options.jobs, (width, height))
+        print(table("Clips: mean mm / shape mm / lost %", ("variant", *CLIPS), rows))
+        return
+    rows = people_rows(options.only, options, (width, height))
+    columns = (
+        "variant", "segment deg", "median", "joint mm", "yaw deg", "lost %", "matchings arm", "leg", "view", "ms a frame"
+    )  # fmt: skip
+    print(table(f"{options.seeds} sets of {options.people} people, {options.size}; worst set in brackets", columns, rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,98 @@
+"""Queries over Zenoh that are answered immediately on Zenoh's threads: the integrator's clock, and service information."""
+
+import logging
+
+import zenoh
+
+from zenocap.common import codec
+from zenocap.common.bus.inbox import Inbox
+from zenocap.common.bus.protocol import RoundTrip
+from zenocap.common.messages import ClockQuery, ServiceInfo
+from zenocap.common.runtime.clock import Clock
+from zenocap.common.topics import CLOCK, SERVICE_INFO
+
+logger = logging.getLogger(__name__)
+
+ENCODING = "application/msgpack"
+QUERY_TIMEOUT_S = 1.0  # of a round trip, chosen by hand
+MAX_REPLIES = 256  # largest number read for one service information query
+
+
+class ZenohClock:
+    """Round trips to the integrator's clock.  Results and invalid queries go to `inbox`."""
+
+    def __init__(self, session: zenoh.Session, rig: str, clock: Clock, inbox: Inbox) -> None:
+        self._session, self._clock, self._inbox = session, clock, inbox
+        self._key = CLOCK.format(rig=rig)
+        self._queries = 0
+
+    def serve(self) -> zenoh.Queryable[None]:
+        """Reply with this clock until the returned queryable is undeclared."""
+        return self._session.declare_queryable(self._key, self._reply, complete=True)
+
+    def query(self) -> None:
+        """Start one round trip; a `RoundTrip` is queued when the reply arrives."""
+        sent_ns = self._clock.now_ns()
+        self._queries += 1
+        frame = self._queries
+
+        def take(reply: zenoh.Reply) -> None:
+            received_ns = self._clock.now_ns()
+            if reply.ok is None:
+                return
+            answer = self._decoded(str(reply.ok.key_expr), reply.ok.payload.to_bytes())
+            if answer is not None and answer.frame == frame:
+                self._inbox.put_event(RoundTrip(sent_ns, answer.captured_ns, received_ns))
+
+        payload = codec.encode(ClockQuery(frame=frame, captured_ns=sent_ns))
+        self._session.get(self._key, take, payload=payload, encoding=ENCODING, timeout=QUERY_TIMEOUT_S, express=True)
+
+    def _reply(self, query: zenoh.Query) -> None:
+        with query:
+            question = self._decoded(str(query.key_expr), query.payload.to_bytes() if query.payload else b"")
+            if question is not None:
+                reply = ClockQuery(frame=question.frame, captured_ns=self._clock.now_ns())
+                query.reply(query.key_expr, codec.encode(reply), encoding=ENCODING, express=True)
+
+    def _decoded(self, key: str, data: bytes) -> ClockQuery | None:
+        try:
+            return codec.decode(data, ClockQuery)
+        except codec.BadMessage as error:
+            self._inbox.reject(key, "invalid", str(error))
+            return None
+
+
+def serve_service_info(session: zenoh.Session, rig: str, info: ServiceInfo) -> zenoh.Queryable[None]:
+    """Reply with `info` until the returned queryable is undeclared."""
+    payload = codec.encode(info)
+    key = SERVICE_INFO.format(rig=rig, service=info.service, id=info.id)
+
+    def reply(query: zenoh.Query) -> None:
+        with query:
+            try:
+                query.reply(key, payload, encoding=ENCODING)
+            except zenoh.ZError as error:
+                logger.debug("%s: the querying process is gone: %s", key, error)
+
+    return session.declare_queryable(key, reply, complete=True)
+
+
+def query_service_info(session: zenoh.Session, rig: str, timeout_s: float) -> dict[tuple[str, str], ServiceInfo | str]:
+    """Service information of all services of a rig that reply within `timeout_s`, by name and id.
+
+    The value is an error text where a reply is invalid.
+    """
+    found: dict[tuple[str, str], ServiceInfo | str] = {}
+    every = SERVICE_INFO.format(rig=rig, service="*", id="*")
+    for reply in session.get(every, timeout=timeout_s, consolidation=zenoh.ConsolidationMode.NONE):
+        if reply.ok is None or len(found) >= MAX_REPLIES:
+            continue
+        *_, service, id = str(reply.ok.key_expr).split("/")
+        try:
+            info = codec.decode(reply.ok.payload.to_bytes(), ServiceInfo)
+        except codec.BadMessage as error:
+            found[(service, id)] = str(error)
+            continue
+        agrees = (info.service, info.id) == (service, id)
+        found[(service, id)] = info if agrees else f"the reply names {info.service} {info.id}"
+    return found

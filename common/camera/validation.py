@@ -1,0 +1,134 @@
+"""Validation of calibrations of all file formats."""
+
+import difflib
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import UserError
+
+# Plausible ranges, chosen by hand.
+MAX_SIDE_PX = 16384
+MAX_DISTANCE_M = 1000.0
+MAX_FOCAL_PX = 1e6
+MAX_SKEW = 1e-3  # relative to fx
+ROTATION_TOLERANCE = 1e-3  # of the elements of R R^T
+
+DISTORTION_COUNTS = (4, 5, 8, 12, 14)  # numbers of coefficients of OpenCV's lens models
+# Z-up world to Y-up world: (x, y, z)_y-up = (y, z, x)_z-up, as in TRC files.
+Z_UP_TO_Y_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+UP_AXES = ("y", "z")
+
+
+class Entry:
+    """Entry of one camera in a file, for errors.  key: of its table, "" for the file."""
+
+    def __init__(self, path: Path, key: str) -> None:
+        self.path, self.key = path, key
+
+    def error(self, key: str, value: object, allowed: str) -> UserError:
+        """Error about the value of a key."""
+        where = f"{self.key}.{key}" if self.key else key
+        return UserError(f"{self.path}: {where} = {value}: allowed: {allowed}")
+
+    def missing(self, key: str, present: Collection[str]) -> UserError:
+        """Error about a missing key.  present: keys that are present."""
+        similar = difflib.get_close_matches(key, list(present), 1)
+        hint = f"; did you mean {similar[0]!r}?" if similar else ""
+        where = f"{self.key}.{key}" if self.key else key
+        return UserError(f"{self.path}: {where} is missing; there are: {', '.join(sorted(present)) or 'none'}{hint}")
+
+    def numbers(self, key: str, value: object, *shapes: tuple[int, ...]) -> Floats:
+        """Return `value` as finite floats of one of `shapes`; UserError otherwise."""
+        allowed = " or ".join(" x ".join(map(str, shape)) for shape in shapes) + " finite numbers"
+        if not _only_numbers(value):
+            raise self.error(key, value, allowed)
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise self.error(key, value, allowed) from None
+        if array.shape not in shapes or not np.all(np.isfinite(array)):
+            raise self.error(key, value, allowed)
+        return array
+
+
+def checked_camera(
+    entry: Entry,
+    name: str,
+    size: object,
+    matrix: object,
+    distortions: object,
+    rotation: object,
+    translation: object,
+    up_axis: str,
+) -> Camera:
+    """Return the camera in the Y-up world, from a file's values in OpenCV's convention, world to camera, metres.
+
+    size: 2.  matrix: 3 x 3 px.  rotation: Rodrigues vector (3) or matrix (3 x 3).  Raises UserError.
+    """
+    if not name:
+        raise entry.error("name", repr(name), "at least one character")
+    width, height = checked_size(entry, size)
+    world_to_camera = checked_rotation(entry, rotation)
+    shift = entry.numbers("translation", translation, (3,))
+    if np.linalg.norm(shift) > MAX_DISTANCE_M:
+        raise entry.error("translation", translation, f"metres, at most {MAX_DISTANCE_M:g} long; are these millimetres?")
+    if up_axis == "z":
+        world_to_camera = world_to_camera @ Z_UP_TO_Y_UP.T
+    lens = entry.numbers("distortions", distortions, *((n,) for n in DISTORTION_COUNTS))
+    return Camera(name, (width, height), checked_matrix(entry, matrix, (width, height)), lens, world_to_camera, shift)
+
+
+def checked_size(entry: Entry, size: object) -> tuple[int, int]:
+    """Return (width, height) in pixels."""
+    sides = entry.numbers("size", size, (2,))
+    if np.any(sides != np.round(sides)) or np.any(sides < 1) or np.any(sides > MAX_SIDE_PX):
+        raise entry.error("size", size, f"width and height in whole pixels, from 1 to {MAX_SIDE_PX}")
+    return int(sides[0]), int(sides[1])
+
+
+def checked_matrix(entry: Entry, value: object, size: tuple[int, int]) -> Floats:
+    """Return the camera matrix (3, 3) px: no skew, focal lengths above 0, principal point near the image."""
+    matrix = entry.numbers("matrix", value, (3, 3))
+    if not np.array_equal(matrix[2], [0.0, 0.0, 1.0]) or matrix[1, 0] != 0:
+        raise entry.error("matrix", value, "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+    if abs(matrix[0, 1]) > MAX_SKEW * abs(matrix[0, 0]):
+        raise entry.error("matrix", value, "no skew: [0][1] is 0")
+    for axis, name in ((0, "fx"), (1, "fy")):
+        if not 0 < matrix[axis, axis] <= MAX_FOCAL_PX:
+            raise entry.error(f"matrix[{axis}][{axis}] ({name})", matrix[axis, axis], "focal length, above 0 to 1e6 px")
+        if not -size[axis] <= matrix[axis, 2] <= 2 * size[axis]:
+            limits = f"principal point, from {-size[axis]} to {2 * size[axis]} px for an image of {size[0]} x {size[1]}"
+            raise entry.error(f"matrix[{axis}][2] (c{'xy'[axis]})", matrix[axis, 2], limits)
+    return matrix
+
+
+def checked_rotation(entry: Entry, value: object) -> Floats:
+    """Return the rotation (3, 3) of a Rodrigues vector (3) or a matrix (3 x 3), made exactly orthonormal."""
+    rotation = entry.numbers("rotation", value, (3,), (3, 3))
+    if rotation.shape == (3,):
+        return np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64)
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(rotation) < 0:
+        raise entry.error("rotation", value, "a rotation: orthonormal rows and determinant +1")
+    left, _, right = np.linalg.svd(rotation)  # removes the file's rounding
+    nearest: Floats = left @ right
+    return nearest
+
+
+def checked_up_axis(path: Path, up_axis: str) -> str:
+    """Return `up_axis` if it is "y" or "z"; UserError otherwise."""
+    if up_axis not in UP_AXES:
+        raise UserError(f"{path}: up_axis = {up_axis!r}: allowed: 'y' or 'z'")
+    return up_axis
+
+
+def _only_numbers(value: object) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind in "fiu"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return all(_only_numbers(item) for item in value)
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,182 @@
+"""Joint centres of BVH files by HALPE name, metres, Y up, under the naming conventions of common programs.
+
+Supported names: MotionBuilder and CMU (LeftUpLeg), Mixamo (mixamorig:LeftUpLeg), Reallusion (CC_Base_L_Thigh), Daz and
+Poser (lThigh), 3ds Max (Bip01 L Thigh), Blender (thigh.L), SMPL (L_Hip) and zenocap.
+"""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.arrays import Bools, Floats
+from zenocap.common.body.inverse_kinematics import WAIST
+from zenocap.common.errors import UserError
+from zenocap.common.formats.bvh_reader import END, Bvh, read_bvh
+from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Trajectories, Unit
+
+# Names by role in the order of preference, without side, in lower case, letters only.
+STEMS: Mapping[str, tuple[str, ...]] = {
+    "Hip": ("upleg", "thigh", "upperleg", "femur", "hip"),
+    "Knee": ("knee", "leg", "shin", "calf", "lowerleg", "lowleg", "tibia"),
+    "Ankle": ("ankle", "foot"),
+    "Shoulder": ("arm", "shldr", "upperarm", "uparm", "humerus", "shoulder"),
+    "Elbow": ("elbow", "forearm", "lowerarm", "lowarm"),
+    "Wrist": ("wrist", "hand"),
+    "Toe": ("toebase", "toe", "toes", "ball", "foot"),
+}
+CROWNS = ("headend", "headtopend", "headtop", "headnub")
+OPTIONAL = ("Toe",)
+PREFIX = re.compile(r"^(.*:|mixamorig\d*_?|cc_base_|bip\d*[ _]|rl_)", re.IGNORECASE)
+SIDED = (
+    re.compile(r"^(left|right|[lr](?=[A-Z _.\-]))[ _.\-]*(.*)$", re.IGNORECASE),
+    re.compile(r"^(.*?)[ _.\-](left|right|l|r)$", re.IGNORECASE),
+)
+LETTER_SIDE = re.compile(r"^[lr](?![A-Z _.\-])")  # `leg` is not `eg` of the left side
+
+METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254, "CMU's 0.45 inches": 0.0254 / 0.45}
+LEG_M = (0.60, 1.10)  # hip to ankle of an adult; narrower than the ratio of any two units; chosen by hand
+LEG_SHARE = 0.491  # hip to ankle over body height, Drillis and Contini (1966) as in Winter; cited from memory
+CROWN_SHARE = 0.125  # height of the crown above the joint of the head, over body height; chosen by hand
+NEAREST_CROWN_M = 0.05  # smallest length of a head bone that ends at the crown; chosen by hand
+STRAIGHT = 0.7  # quantile of the hips' extension above which the person stands; chosen by hand
+
+
+def read_bvh_centres(path: Path, *, axes: Axes | None = None, unit: Unit | None = None) -> Trajectories:
+    """Read the joint centres of a BVH file: the fifteen HALPE names, `Waist`, and `RToe`, `LToe` if present.
+
+    Default axes: up is the direction of the head, and knees flex backward, which detects left-handed worlds.  Default
+    unit: that in which the legs have an adult's length.  The heading in the world is the file's.  Raises UserError.
+    """
+    return centres_of(read_bvh(path), path, axes, unit)
+
+
+def centres_of(file: Bvh, path: Path, axes: Axes | None = None, unit: Unit | None = None) -> Trajectories:
+    """See `read_bvh_centres`.  path: of the file, for errors."""
+    at = roles_of(file.names, path)
+    points = {role: file.points[:, k] for role, k in at.items()}
+    to_metres = 1.0 / PER_METRE[unit] if unit else _to_metres(points, path)
+    to_y_up = MATRICES[axes].T if axes else _to_y_up(points)
+    centres = {role: place @ (to_metres * to_y_up).T for role, place in points.items()}
+    centres["Hip"] = 0.5 * (centres["RHip"] + centres["LHip"])
+    centres["Neck"] = 0.5 * (centres["RShoulder"] + centres["LShoulder"])
+    trunk, standing = centres["Neck"] - centres["Hip"], _standing(centres)
+    pelvis = _common_ancestor(file.parents, at["RHip"], at["LHip"])
+    upward = _fixed_line(to_y_up @ file.rotations[:, pelvis], trunk, standing)
+    centres["Waist"] = centres["Hip"] + WAIST * np.linalg.norm(trunk, axis=1, keepdims=True) * upward
+    end = _bone_end(file, at["Head"])
+    if end is not None:
+        centres["Head"] = file.points[:, end] @ (to_metres * to_y_up).T
+    if end is None or _median_length(centres["Head"] - points["Head"] @ (to_metres * to_y_up).T) < NEAREST_CROWN_M:
+        height = _leg(centres) / LEG_SHARE
+        upward = _fixed_line(to_y_up @ file.rotations[:, at["Head"]], trunk, standing)
+        centres["Head"] = points["Head"] @ (to_metres * to_y_up).T + CROWN_SHARE * height * upward
+    names = tuple(centres)
+    frames = np.arange(len(trunk), dtype=np.int64)
+    return Trajectories(names, frames, frames / file.rate, np.stack([centres[name] for name in names], axis=1), file.rate)
+
+
+def roles_of(names: tuple[str, ...], path: Path) -> dict[str, int]:
+    """Indices of joints by role: `Head`, and Hip, Knee, Ankle, Shoulder, Elbow, Wrist and Toe prefixed by R or L.
+
+    `Toe` is optional.  Raises UserError that lists the missing roles and the joints of the file.
+    """
+    by_name = {_plain(name): k for k, name in reversed(list(enumerate(names)))}
+    found: dict[str, int] = {}
+    for letter in "RL":
+        for role, stems in STEMS.items():
+            joint = next((by_name[f"{letter}.{stem}"] for stem in stems if f"{letter}.{stem}" in by_name), None)
+            if role == "Toe" and (joint is None or joint == found.get(f"{letter}Ankle")):
+                ankle = found.get(f"{letter}Ankle")
+                joint = by_name.get(_plain(names[ankle] + END)) if ankle is not None else None
+            if joint is not None:
+                found[f"{letter}{role}"] = joint
+    if "head" in by_name:
+        found["Head"] = by_name["head"]
+    required = ["Head", *(f"{letter}{role}" for letter in "RL" for role in STEMS if role not in OPTIONAL)]
+    missing = [role for role in required if role not in found]
+    if missing:
+        joint_names = ", ".join(name for name in names if not name.endswith(END))
+        raise UserError(f"{path}: no joint for {', '.join(missing)}; there are: {joint_names[:600]}")
+    return found
+
+
+def _plain(name: str) -> str:
+    """Normalized name: `R.` or `L.` if it has a side, then the letters of the rest in lower case."""
+    rest = name
+    while (short := PREFIX.sub("", rest)) != rest:
+        rest = short
+    side = ""
+    if not LETTER_SIDE.match(rest):
+        for pattern, order in ((SIDED[0], (1, 2)), (SIDED[1], (2, 1))):
+            if match := pattern.match(rest):
+                side, rest = match[order[0]][0].upper() + ".", match[order[1]]
+                break
+    return side + re.sub(r"[^a-z]", "", rest.lower())
+
+
+def _to_metres(points: Mapping[str, Floats], path: Path) -> float:
+    leg = _leg(points)
+    for metres in METRES.values():
+        if LEG_M[0] <= leg * metres <= LEG_M[1]:
+            return metres
+    known = ", ".join(METRES)
+    raise UserError(f"{path}: a leg is {leg:.4g} long: allowed: {LEG_M[0]} to {LEG_M[1]} m in {known}, or give the unit")
+
+
+def _leg(points: Mapping[str, Floats]) -> float:
+    """Length of the leg, hip to ankle, in the file's unit."""
+    return sum(_median_length(points[a] - points[b]) for a, b in (("RHip", "RKnee"), ("RKnee", "RAnkle")))
+
+
+def _median_length(vectors: Floats) -> float:
+    return float(np.median(np.linalg.norm(vectors, axis=1)))
+
+
+def _to_y_up(points: Mapping[str, Floats]) -> Floats:
+    """Matrix (3, 3) from the file's axes to Y up: up is from ankles to shoulders, and knees point forward."""
+    ankles, shoulders = points["RAnkle"] + points["LAnkle"], points["RShoulder"] + points["LShoulder"]
+    up = np.mean(shoulders - ankles, axis=0)
+    axis = int(np.argmax(np.abs(up)))
+    matrix = (np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]), np.eye(3), MATRICES["z-up"].T)[axis].copy()
+    if up[axis] < 0:
+        matrix[:, [axis, (axis + 1) % 3]] *= -1.0
+    left = (points["LHip"] - points["RHip"]) @ matrix.T
+    front = np.zeros_like(left)
+    for side in "RL":
+        hip, knee, ankle = (points[f"{side}{name}"] @ matrix.T for name in ("Hip", "Knee", "Ankle"))
+        front += 2.0 * knee - hip - ankle
+    if float(np.mean(left[:, 2] * front[:, 0] - left[:, 0] * front[:, 2])) > 0.0:  # Y component of left × front: down
+        matrix[0] *= -1.0
+    return matrix
+
+
+def _standing(centres: Mapping[str, Floats]) -> Bools:
+    """(n,) whether the trunk is in line with the thighs, compared with the other frames."""
+    thighs = centres["RHip"] + centres["LHip"] - centres["RKnee"] - centres["LKnee"]
+    trunk = centres["Neck"] - centres["Hip"]
+    straight = np.sum(thighs * trunk, axis=1) / (np.linalg.norm(thighs, axis=1) * np.linalg.norm(trunk, axis=1))
+    standing: Bools = straight >= np.quantile(straight, STRAIGHT)
+    return standing
+
+
+def _fixed_line(rotations: Floats, direction: Floats, standing: Bools) -> Floats:
+    """Unit vectors (n, 3) of the line fixed in a bone that is parallel to `direction` (n, 3) while the person stands."""
+    own = np.einsum("nji,nj->ni", rotations[standing], direction[standing]).mean(axis=0)
+    carried: Floats = rotations @ (own / np.linalg.norm(own))
+    return carried
+
+
+def _common_ancestor(parents: tuple[int, ...], one: int, other: int) -> int:
+    while one != other:  # parents come before their children
+        one, other = (parents[one], other) if one > other else (one, parents[other])
+    return one
+
+
+def _bone_end(file: Bvh, joint: int) -> int | None:
+    """Index of a joint's End Site, or of the joint named as its end; None without one."""
+    for k, (name, parent) in enumerate(zip(file.names, file.parents, strict=True)):
+        if parent == joint and _plain(name) in CROWNS:
+            return k
+    return None

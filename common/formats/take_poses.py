@@ -1,0 +1,232 @@
+"""Poses of a take, from the two-view method or the tracker, as arrays of the human model."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from zenocap.common import messages as m
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.codec import BadMessage
+from zenocap.common.conversion import anatomy_of, angles_of, bdp_of
+from zenocap.common.errors import UserError
+from zenocap.common.formats.pose_track import PoseTrack, rate_of
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.topics import CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, topic_at
+
+Bap: TypeAlias = m.UniversalBap | m.TrackerPose
+NO_VIEW = ("", np.nan)
+TOPICS_USED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE)
+USED_ROLE = "used"  # role of a view in the tracker
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Body, poses and cameras of a take.
+
+    baps: in the order of their capture times, one each.  bdp: the last one.  start_ns: capture time of frame 0.
+    cameras: by viewer.  cut: description of the damage, None for an intact file.
+    """
+
+    path: Path
+    anatomy: Anatomy
+    bdp: Bdp
+    baps: tuple[Bap, ...]
+    start_ns: int
+    cameras: dict[str, m.CameraInfo]
+    cut: str | None
+
+    def pose(self, bap: Bap) -> Pose:
+        """Pose of one of `baps`, as arrays."""
+        return pose_of(self.anatomy, bap)
+
+    @property
+    def frames(self) -> Ints:
+        """Frame numbers (n,) of `baps`, see `rising_frames`."""
+        return rising_frames(np.array([bap.frame for bap in self.baps], dtype=np.int64), self.times_s)
+
+    @property
+    def times_s(self) -> Floats:
+        """Capture times (n,) of `baps`, seconds since frame 0."""
+        return np.array([(bap.captured_ns - self.start_ns) / 1e9 for bap in self.baps])
+
+    def rate(self) -> float:
+        """Frames per second."""
+        return rate_of(self.frames, self.times_s)
+
+    def track(self) -> PoseTrack:
+        """Return the poses as arrays."""
+        views = [views_of(bap) for bap in self.baps]
+        viewers = sorted({viewer for view in views for viewer in view} | set(self.cameras))
+        positions = np.full((len(self.baps), 3), np.nan)
+        angles = np.full((len(self.baps), len(self.anatomy.angles)), np.nan)
+        for row, bap in enumerate(self.baps):
+            if not is_lost(bap):
+                pose = self.pose(bap)
+                positions[row], angles[row] = pose.position, pose.angles
+        return PoseTrack(
+            anatomy=self.anatomy,
+            bdp=self.bdp,
+            frames=self.frames,
+            times_s=self.times_s,
+            positions=positions,
+            angles=angles,
+            scores={viewer: np.array([view.get(viewer, NO_VIEW)[1] for view in views]) for viewer in viewers},
+            views={viewer: tuple(view.get(viewer, NO_VIEW)[0] for view in views) for viewer in viewers},
+            lost=tuple(" ".join(lost_parts(bap)) for bap in self.baps),
+            rate=self.rate(),
+        )
+
+    def trajectories(self) -> Trajectories:
+        """Joint centres of every pose; NaN while the person is lost."""
+        return self.track().trajectories()
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Body, frame numbers and times of a take, without its poses.
+
+    kind: of the pose messages.  frames, captured_ns: (n,) of the poses, rising.  start_ns: capture time of frame 0.
+    cut: description of the damage, None for an intact file.
+    """
+
+    anatomy: Anatomy
+    bdp: Bdp
+    kind: type[Bap]
+    frames: Ints
+    captured_ns: Ints
+    start_ns: int
+    cut: str | None
+
+
+def summary_of(path: Path) -> Summary:
+    """Return the summary of the take at `path`, read once, in memory of 16 bytes a pose.  Raises as `read_poses`."""
+    take = Take(path)
+    bodies: dict[type[Bap], m.Body] = {}
+    frames: dict[type[Bap], dict[int, int]] = {m.UniversalBap: {}, m.TrackerPose: {}}
+    cameras: dict[str, int] = {}
+    for received in envelopes_of(take):
+        match received.message:
+            case m.UniversalBdp(body=found):
+                bodies[m.UniversalBap] = found
+            case m.TrackerBdp(body=found):
+                bodies[m.TrackerPose] = found
+            case m.UniversalBap() | m.TrackerPose() as bap:
+                frames[type(bap)][bap.captured_ns] = bap.frame
+            case m.CameraInfo() as camera:
+                cameras[camera.viewer] = camera.captured_ns
+    kind: type[Bap] = m.TrackerPose if frames[m.TrackerPose] or m.TrackerPose in bodies else m.UniversalBap
+    start_ns = min(cameras.values(), default=0)
+    captured_ns = np.array(sorted(ns for ns in frames[kind] if ns >= start_ns), dtype=np.int64)
+    anatomy, bdp = _body_of(path, kind, bodies.get(kind), len(captured_ns))
+    if not cameras:
+        start_ns = int(captured_ns[0])
+    numbers = np.array([frames[kind][ns] for ns in captured_ns.tolist()], dtype=np.int64)
+    numbers = rising_frames(numbers, (captured_ns - start_ns) / 1e9)
+    return Summary(anatomy, bdp, kind, numbers, captured_ns, start_ns, take.cut)
+
+
+def rising_frames(numbers: Ints, times_s: Floats) -> Ints:
+    """Return strictly rising frame numbers (n,).
+
+    After a restart of a viewer, whose numbers begin again, all are computed from their times and the rate before it.
+    """
+    again = np.flatnonzero(np.diff(numbers) <= 0)
+    if not len(again):
+        return numbers
+    steps = np.diff(times_s)
+    step_s = float(np.median(steps[: again[0]])) if again[0] else float(np.median(steps))
+    counted = numbers[0] + np.round((times_s - times_s[0]) / step_s).astype(np.int64)
+    return np.maximum.accumulate(counted - np.arange(len(counted))) + np.arange(len(counted))
+
+
+def read_poses(path: Path) -> Poses:
+    """Read the poses of the take at `path`, without those of a separate video of the T-pose.
+
+    Raises UserError for a take without poses and for a file that is not a take.
+    """
+    take = Take(path)
+    return poses_of(path, envelopes_of(take), take)
+
+
+def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take) -> Poses:
+    """See `read_poses`.  path: of the take, for errors."""
+    bodies: dict[type[Bap], m.Body] = {}
+    baps: dict[type[Bap], dict[int, Bap]] = {m.UniversalBap: {}, m.TrackerPose: {}}
+    cameras: dict[str, m.CameraInfo] = {}
+    for received in envelopes:
+        match received.message:
+            case m.UniversalBdp(body=found):
+                bodies[m.UniversalBap] = found
+            case m.TrackerBdp(body=found):
+                bodies[m.TrackerPose] = found
+            case m.UniversalBap() | m.TrackerPose() as bap:
+                baps[type(bap)][bap.captured_ns] = bap
+            case m.CameraInfo() as camera:
+                cameras[camera.viewer] = camera
+    kind: type[Bap] = m.TrackerPose if baps[m.TrackerPose] or m.TrackerPose in bodies else m.UniversalBap
+    start_ns = min((camera.captured_ns for camera in cameras.values()), default=0)
+    # A separate video of the T-pose has capture times before frame 0 and frame numbers of its own.
+    moving = [bap for captured_ns, bap in sorted(baps[kind].items()) if captured_ns >= start_ns]
+    anatomy, bdp = _body_of(path, kind, bodies.get(kind), len(moving))
+    if not cameras:
+        start_ns = moving[0].captured_ns
+    return Poses(path, anatomy, bdp, tuple(moving), start_ns, cameras, take.cut)
+
+
+def _body_of(path: Path, kind: type[Bap], body: m.Body | None, poses: int) -> tuple[Anatomy, Bdp]:
+    """Return anatomy and body.  Raises UserError without body or poses, and for an unknown anatomy."""
+    if body is None or not poses:
+        name = "tracker" if kind is m.TrackerPose else "universal"
+        missing = f"{name} BDP: no T-pose was measured" if body is None else f"{name} BAP"
+        raise UserError(f"{path}: no {missing}; nothing can be exported")
+    try:
+        anatomy = anatomy_of(body)
+        return anatomy, bdp_of(anatomy, body)
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from error
+
+
+def is_lost(bap: Bap) -> bool:
+    """Whether the person is lost, so that the pose is invalid."""
+    return bap.lost if isinstance(bap, m.TrackerPose) else "person" in bap.lost
+
+
+def lost_parts(bap: Bap) -> Sequence[str]:
+    """Names of lost limbs, or "person"."""
+    return (["person"] if bap.lost else []) if isinstance(bap, m.TrackerPose) else bap.lost
+
+
+def views_of(bap: Bap) -> Mapping[str, tuple[str, float]]:
+    """Role and matching score by viewer; the score is NaN where unknown."""
+    if isinstance(bap, m.TrackerPose):
+        return {viewer: (USED_ROLE, np.nan) for viewer in bap.views}
+    viewers = dict.fromkeys([*bap.views, *bap.scores])
+    return {viewer: (bap.views.get(viewer, ""), bap.scores.get(viewer, np.nan)) for viewer in viewers}
+
+
+def pose_of(anatomy: Anatomy, bap: Bap) -> Pose:
+    """Return a BAP as arrays; missing angles are those of the neutral pose.
+
+    Raises ValueError for an angle that the anatomy does not have.
+    """
+    return Pose(np.array(bap.position, dtype=np.float64), angles_of(anatomy, bap.angles, anatomy.neutral))
+
+
+def envelopes_of(take: Take) -> Iterable[Envelope]:
+    """Yield the messages of a take with bodies, poses and cameras, except those that this version cannot decode."""
+    for recorded in take.messages():
+        if topic_at(recorded.topic) not in TOPICS_USED:
+            continue
+        try:
+            received = envelope(recorded)
+        except BadMessage:
+            continue  # of another schema version
+        if received is not None:
+            yield received

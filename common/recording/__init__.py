@@ -1,0 +1,1 @@
+"""Takes (recordings of a rig in MCAP files): writing, reading and repairing."""

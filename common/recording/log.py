@@ -1,0 +1,145 @@
+"""Recording of all topics of a rig in a separate thread, and a warning before the disk is full."""
+
+import logging
+import shutil
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from time import monotonic, thread_time_ns
+
+from zenocap.common.bus.protocol import Bus, Envelope
+from zenocap.common.recording.parts import Parts
+from zenocap.common.recording.writer import Recording, Statistics
+from zenocap.common.topics import TOPICS, Topic
+
+logger = logging.getLogger(__name__)
+
+FLUSH_S = 1.0  # period of writes to disk without messages; chosen by hand
+DRAIN_S = 5.0  # longest time to write queued messages at the end; chosen by hand
+
+
+class Log:
+    """Records topics between `start` and `close`.  bus: a separate reader (`bus.reader()`); its queue is the buffer."""
+
+    def __init__(self, bus: Bus, recording: Recording | Parts, topics: Sequence[Topic] = TOPICS) -> None:
+        self._bus = bus
+        self._recording = recording
+        self._topics = topics
+        self._space = DiskSpace(recording.path.parent)
+        self._cpu_ns = 0
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._write, name="log", daemon=True)
+
+    def start(self) -> None:
+        """Subscribe and start the thread."""
+        if self._recording.failure is None:
+            for topic in self._topics:
+                self._bus.subscribe(topic, every=True)
+        self._thread.start()
+
+    @property
+    def statistics(self) -> Statistics:
+        """Statistics of the recording; `lost` includes messages dropped by the queue."""
+        written = self._recording.statistics
+        dropped = sum(self._bus.counters.dropped.values())
+        return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure, written.unconverted)
+
+    @property
+    def cpu_ns(self) -> int:
+        """Processor time of the log's thread, updated once a second."""
+        return self._cpu_ns
+
+    @property
+    def free_bytes(self) -> int | None:
+        """Free space of the disk, updated once a second; None if unknown."""
+        return self._space.free_bytes
+
+    def counts(self) -> dict[str, int]:
+        """Counts for the health of the service that owns the log."""
+        now, free = self.statistics, self._space.free_bytes
+        counts = {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
+        counts["log_unshown"] = now.unconverted
+        counts["log_rejected"] = sum(self._bus.counters.rejected.values())
+        return counts if free is None else counts | {"log_free_mb": free // 1_000_000}
+
+    def close(self) -> Statistics:
+        """Write queued messages, finish the file, and log the statistics."""
+        self._bus.close()
+        self._closing.set()
+        self._bus.wake()
+        if self._thread.ident is not None:
+            self._thread.join(2 * DRAIN_S)
+        if self._thread.is_alive():
+            logger.error("%s: the disk does not respond; the file is left unfinished", self._recording.path)
+        else:
+            self._recording.close()
+        end = self.statistics
+        logger.log(
+            logging.WARNING if end.lost or end.failure else logging.INFO,
+            "%s: %d messages, %d bytes, %d lost%s",
+            self._recording.path,
+            end.messages,
+            end.bytes,
+            end.lost,
+            ", stopped early" if end.failure else "",
+        )
+        return end
+
+    def _write(self) -> None:
+        flush_s = monotonic() + FLUSH_S
+        end_s: float | None = None
+        before = 0
+        while self._recording.failure is None:
+            closing = self._closing.is_set()
+            event = self._bus.receive(0.0 if closing else FLUSH_S / 2)
+            if isinstance(event, Envelope):
+                self._recording.record(event)
+            now_s = monotonic()
+            if now_s >= flush_s:
+                self._recording.flush()
+                written = self._recording.statistics.bytes
+                self._space.check((written - before) / (now_s - flush_s + FLUSH_S))
+                flush_s, before = now_s + FLUSH_S, written
+                self._cpu_ns = thread_time_ns()
+            if closing:
+                end_s = end_s or now_s + DRAIN_S
+                if event is None or now_s > end_s:
+                    break
+        self._cpu_ns = thread_time_ns()
+        self._bus.close()
+
+
+logger = logging.getLogger(__name__)
+
+FEW_BYTES = 1_000_000_000  # free space below which the disk is nearly full; chosen by hand
+FEW_S = 600.0  # remaining recording time below which the disk is nearly full; chosen by hand
+
+
+class DiskSpace:
+    """Free space of the disk of `folder`; warns each time it becomes nearly full."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._warned = False
+        self.free_bytes: int | None = None  # at the last check; None if unknown
+
+    def check(self, bytes_per_s: float) -> None:
+        """Check the free space.  bytes_per_s: current rate of writing."""
+        try:
+            self.free_bytes = shutil.disk_usage(self._folder).free
+        except OSError:
+            self.free_bytes = None
+            return
+        warning = shortage(self.free_bytes, bytes_per_s)
+        if warning and not self._warned:
+            logger.warning("%s: %s", self._folder, warning)
+        self._warned = warning is not None
+
+
+def shortage(free_bytes: int, bytes_per_s: float) -> str | None:
+    """Warning when less than FEW_BYTES or FEW_S are left, else None."""
+    left_s = free_bytes / bytes_per_s if bytes_per_s > 0 else float("inf")
+    if free_bytes >= FEW_BYTES and left_s >= FEW_S:
+        return None
+    lasts = f", {left_s / 60:.0f} minutes at the current rate" if left_s < 100 * FEW_S else ""
+    return f"the disk is nearly full: {free_bytes / 1e6:.0f} MB free{lasts}"

@@ -1,0 +1,251 @@
+"""The records of an MCAP file in order, also of a truncated, damaged or malicious file.
+
+Intact records are read; the others become a `Damage`, after which reading continues at the next record.  A record is
+accepted when its length agrees with the lengths inside it.  The sizes of records, chunks and uncompressed data are
+bounded.  Checksums of chunks, attachments, all data and the index are verified.
+"""
+
+import re
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import SEEK_END
+from typing import BinaryIO, TypeAlias
+
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
+
+from zenocap.common.recording.mcap_content import (
+    LAYOUT,
+    MAX_CHUNK,
+    OF_INDEX,
+    BrokenChunk,
+    BrokenRecord,
+    chunk_records,
+    chunk_span,
+    decode_record,
+)
+
+MAGIC = b"\x89MCAP0\r\n"
+MAX_RECORD = 256 << 20  # bytes; longer records are damage
+HEAD = struct.Struct("<BQ")
+NEAR, WINDOW = 512, 1 << 20  # bytes searched at once: first (records are often close together), and at most
+
+RECORD_START = re.compile(rb"[\x01-\x0f](?=.{4}\0{4})", re.DOTALL)  # record kind and a length below 4 GiB
+
+
+class NotMcap(Exception):
+    """The file has neither the beginning of an MCAP file nor any record of one."""
+
+
+@dataclass(frozen=True)
+class Damage:
+    """length: unreadable bytes of the file from `offset` on; 0 for missing data or a wrong checksum.  why: for display.
+
+    chunk: it is one whole chunk, of messages logged within span_ns.  index: it is after the data, where no message is.
+    cut: the file ends here, before its end record.
+    """
+
+    offset: int
+    length: int
+    why: str
+    chunk: bool = False
+    span_ns: tuple[int, int] | None = None
+    index: bool = False
+    cut: bool = False
+
+
+@dataclass(frozen=True)
+class ChunkEnd:
+    """End of a chunk: the items since the last one belong to it."""
+
+
+Item: TypeAlias = Header | Schema | Channel | Message | Metadata | Attachment | ChunkEnd | Damage
+
+
+class Records:
+    """The records of an open file from its beginning, in the order of the file, without indexes.
+
+    Schemas and channels of an intact index come first, so that they are available when their chunk is damaged.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._size = file.seek(0, SEEK_END)
+        self._chunked = False
+        self._intact = True  # no damage so far: the checksums over many records can be verified
+        self._checksum = 0
+        self._index_at: int | None = None  # offset of the end of the data
+
+    def __iter__(self) -> Iterator[Item]:
+        """Iterate over the items.  Raises NotMcap before the first item, and OSError."""
+        offset = len(MAGIC)
+        if self._read_at(0, offset) != MAGIC:
+            offset = self._next_record(0)
+            if offset >= self._size:
+                raise NotMcap
+            yield self._damage(0, offset, "the magic bytes at its beginning are wrong")
+        yield from self._index()
+        self._checksum = zlib.crc32(MAGIC)
+        while offset < self._size:
+            record = self._record_at(offset)
+            if record is None:
+                after = self._next_record(offset + 1)
+                if after == self._size:
+                    yield self._damage(offset, after - offset, "cut within a record", cut=True)
+                    return
+                yield self._damage(offset, after - offset, "no record")
+                offset = after
+                continue
+            kind, end = record
+            head, body = self._read_at(offset, HEAD.size), self._read_at(offset + HEAD.size, end - offset - HEAD.size)
+            yield from self._record(offset, kind, head, body)
+            offset = end
+            if kind == Opcode.FOOTER:
+                if self._read_at(end, len(MAGIC) + 1) != MAGIC:
+                    yield self._damage(end, self._size - end, "the magic bytes at its end are wrong")
+                return
+        yield Damage(self._size, 0, "cut before its end", index=self._index_at is not None, cut=True)
+
+    def _record(self, offset: int, kind: int, head: bytes, body: bytes) -> Iterator[Item]:
+        if kind == Opcode.DATA_END:
+            (expected,) = struct.unpack("<I", body)
+            if self._intact and expected and expected != self._checksum:
+                yield self._damage(offset, 0, "the checksum of its data is wrong: an index, metadata or a name was changed")
+            self._index_at, self._checksum = offset + len(head) + len(body), 0
+            return
+        if kind == Opcode.FOOTER:
+            yield from self._footer(offset, head, body)
+            return
+        if self._index_at is not None and kind not in OF_INDEX:
+            self._index_at = None  # it was not the end of the data
+            yield self._damage(offset, 0, "data after its data end record")
+        self._checksum = zlib.crc32(body, zlib.crc32(head, self._checksum))
+        length = len(head) + len(body)
+        match kind:
+            case Opcode.CHUNK:
+                self._chunked = True
+                try:
+                    yield from chunk_records(body)
+                except BrokenChunk as error:
+                    yield self._damage(offset, length, str(error), chunk=True, span_ns=chunk_span(body))
+                else:
+                    yield ChunkEnd()
+            case Opcode.MESSAGE if len(body) >= 22:
+                channel_id, sequence, log_ns, publish_ns = struct.unpack_from("<HIQQ", body)
+                yield Message(channel_id, log_ns, body[22:], publish_ns, sequence)
+            case _:
+                try:
+                    found = decode_record(kind, body)
+                except BrokenRecord:
+                    yield self._damage(offset, length, f"a broken {Opcode(kind).name.lower().replace('_', ' ')}")
+                else:
+                    if found is not None:
+                        yield found
+
+    def _footer(self, offset: int, head: bytes, body: bytes) -> Iterator[Damage]:
+        start, _, expected = struct.unpack("<QQI", body)
+        if self._index_at is None:
+            yield self._damage(offset, 0, "its data end record is missing")
+        elif self._intact and start and start != self._index_at:
+            yield self._damage(offset, 0, "its index is not at the stated offset")
+        elif self._intact and expected and zlib.crc32(head + body[:16], self._checksum) != expected:
+            yield self._damage(offset, 0, "the checksum of its index is wrong")
+
+    def _index(self) -> Iterator[Schema | Channel]:
+        """The schemas and channels of an intact index."""
+        tail = self._read_at(max(0, self._size - 37), 37)
+        if len(tail) != 37 or tail[29:] != MAGIC or tail[:9] != HEAD.pack(Opcode.FOOTER, 20):
+            return
+        start, offsets, expected = struct.unpack("<QQI", tail[9:29])
+        footer = self._size - 37
+        # At its declared offset; or, when bytes before it are missing or inserted, at the offset that follows from its
+        # length: the bytes between both starts, and summary offsets of 26 bytes each.
+        places = [start, *(footer - 26 * count - (offsets - start) for count in range(8) if offsets >= start)]
+        for start in places:
+            if 0 < start < footer and footer - start <= MAX_CHUNK:
+                summary = self._read_at(start, footer - start)
+                if zlib.crc32(tail[:25], zlib.crc32(summary)) == expected:
+                    break
+        else:
+            return
+        offset = start
+        while (record := self._record_at(offset)) is not None and record[0] != Opcode.FOOTER:
+            kind, end = record
+            if kind in (Opcode.SCHEMA, Opcode.CHANNEL):
+                try:
+                    found = decode_record(kind, summary[offset + HEAD.size - start : end - start])
+                except BrokenRecord:
+                    return
+                if isinstance(found, Schema | Channel):
+                    yield found
+            offset = end
+
+    def _damage(
+        self,
+        offset: int,
+        length: int,
+        why: str,
+        *,
+        chunk: bool = False,
+        span_ns: tuple[int, int] | None = None,
+        cut: bool = False,
+    ) -> Damage:
+        self._intact = False
+        return Damage(offset, length, why, chunk, span_ns, index=self._index_at is not None, cut=cut)
+
+    def _record_at(self, offset: int) -> tuple[int, int] | None:
+        """Kind and end of the record at `offset`; None when there is none.
+
+        A message has no lengths inside: it is accepted where messages are outside of chunks and a record follows.
+        """
+        found = self._record_by_lengths(offset)
+        if found is None or found[0] != Opcode.MESSAGE:
+            return found
+        if self._chunked:
+            return None
+        head = self._read_at(found[1], HEAD.size)
+        if len(head) < HEAD.size or self._record_by_lengths(found[1]):
+            return found
+        kind, length = HEAD.unpack(head)
+        cut = kind in (Opcode.MESSAGE, *LAYOUT) and self._size - found[1] - HEAD.size < length <= MAX_RECORD
+        return found if cut else None
+
+    def _record_by_lengths(self, offset: int) -> tuple[int, int] | None:
+        """Kind and end of the record, from the lengths of the record alone."""
+        head = self._read_at(offset, HEAD.size)
+        if len(head) < HEAD.size:
+            return None
+        kind, length = HEAD.unpack(head)
+        start, end = offset + HEAD.size, offset + HEAD.size + length
+        if end > self._size or length > MAX_RECORD:
+            return None
+        if kind == Opcode.MESSAGE:
+            return (kind, end) if length >= 22 else None
+        at = start
+        for part in LAYOUT.get(kind, (-1,)):
+            if isinstance(part, int):
+                at += part
+            else:
+                size = struct.calcsize(part)
+                number = self._read_at(at, size)
+                if len(number) < size or at + size > end:
+                    return None
+                at += size + struct.unpack(part, number)[0]
+        return (kind, end) if at == end else None
+
+    def _next_record(self, offset: int) -> int:
+        """Offset of the next record at or after `offset`; the size of the file when there is none."""
+        length = NEAR
+        while offset < self._size:
+            for found in RECORD_START.finditer(self._read_at(offset, length + HEAD.size)):
+                if self._record_at(offset + found.start()):
+                    return offset + found.start()
+            offset += length
+            length = min(2 * length, WINDOW)
+        return self._size
+
+    def _read_at(self, offset: int, length: int) -> bytes:
+        self._file.seek(offset)
+        return self._file.read(length)

@@ -1,0 +1,88 @@
+"""Opening the take of a rig, with its metadata and attachments."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.formats.foxglove.converter import FoxgloveConverter
+from zenocap.common.recording.parts import PartLimits, Parts, take_path
+from zenocap.common.recording.setup_file import (
+    PARAMETERS_FILE,
+    POSTURES_FILE,
+    PRIOR_FILE,
+    SETUP_FILE,
+    Parameters,
+    postures_of,
+    prior_of,
+    recorded_rig,
+    write_parameters,
+    write_setup,
+)
+from zenocap.common.recording.writer import Attachment, Recording, no_conversion
+from zenocap.common.rig.rig import Rig
+from zenocap.common.runtime.service_info import versions
+
+
+def new_parts(
+    rig: Rig,
+    path: Path,
+    start_ns: int,
+    parameters: Parameters,
+    *,
+    must_open: bool = True,
+    limits: PartLimits | None = None,
+) -> Parts:
+    """Open the take of a rig, in parts if the rig or `limits` sets them.  parameters: of the services of the rig.
+
+    must_open, errors: see `Parts`.
+    """
+    files = attachments(rig, parameters)
+
+    def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
+        return _recording(rig, path, start_ns, files, part=part)
+
+    named_by_time = path.name.startswith(f"{rig.name}-")
+    return Parts(
+        open_part,
+        path,
+        start_ns,
+        PartLimits.of(rig.log.part_mb, rig.log.part_minutes) if limits is None else limits,
+        (lambda now_ns: take_path(rig.name, path.parent, now_ns)) if named_by_time else None,
+        must_open=must_open,
+    )
+
+
+def new_recording(rig: Rig, path: Path, start_ns: int, parameters: Parameters, *, overwrite: bool = False) -> Recording:
+    """Open the take of a rig as one file.  parameters: of the services of the rig.  Raises RecordingError."""
+    return _recording(rig, path, start_ns, attachments(rig, parameters), overwrite=overwrite)
+
+
+def _recording(
+    rig: Rig,
+    path: Path,
+    start_ns: int,
+    files: tuple[Attachment, ...],
+    *,
+    overwrite: bool = False,
+    part: Mapping[str, str] | None = None,
+) -> Recording:
+    """part: metadata of one part of a take in parts."""
+    metadata = {"versions": versions(), "rig": {"name": rig.name, "method": rig.method, "digest": rig.digest}}
+    return Recording(
+        path,
+        rig=rig.name,
+        start_ns=start_ns,
+        metadata=metadata | ({"part": part} if part else {}),
+        attachments=files,
+        overwrite=overwrite,
+        convert=FoxgloveConverter(TEN_PARTS, rig.name).convert if rig.log.foxglove else no_conversion,
+    )
+
+
+def attachments(rig: Rig, parameters: Parameters) -> tuple[Attachment, ...]:
+    """Files of a rig, the setup of its steps, the parameters of its services (none if empty), and its models."""
+    setup = Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(rig)))
+    contents = ((PRIOR_FILE, prior_of(rig)), (POSTURES_FILE, postures_of(rig)))
+    models = (Attachment(name, "application/octet-stream", content) for name, content in contents if content is not None)
+    values = [Attachment(PARAMETERS_FILE, "application/json", write_parameters(parameters))] if parameters else []
+    return (*(Attachment(file.name, "text/plain", file.read_bytes()) for file in rig.files), setup, *values, *models)

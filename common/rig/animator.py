@@ -1,0 +1,93 @@
+"""The `[animator]` table of a rig: address of the page, and the outputs to which poses are sent.
+
+Each output has its own table.  A table that is present enables its output, unless it contains `enabled = false`.
+Without a table nothing is sent and no port is opened.
+"""
+
+from collections.abc import Mapping
+from ipaddress import ip_address
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+Host = Annotated[str, Meta(min_length=1, max_length=253)]  # a name or a numeric address
+Port = Annotated[int, Meta(ge=1, le=65535)]
+StreamName = Annotated[str, Meta(min_length=1, max_length=64)]
+
+
+class PageTable(msgspec.Struct, frozen=True, kw_only=True):
+    """The live page.  host: the local address to listen on.  port: 0 for any free one.
+
+    token: access token of the page, required for an address that other machines can reach.
+    """
+
+    enabled: bool = True
+    host: Host = "127.0.0.1"
+    port: Annotated[int, Meta(ge=0, le=65535)] = 8080
+    token: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_\-]{16,128}$")] | None = None
+
+
+class VmcTable(msgspec.Struct, frozen=True, kw_only=True):
+    """Output in the Virtual Motion Capture protocol, to a program that displays an avatar."""
+
+    enabled: bool = True
+    host: Host = "127.0.0.1"
+    port: Port = 39539  # default port of a "marionette" (receiver) in that protocol
+
+
+class UdpTable(msgspec.Struct, frozen=True, kw_only=True):
+    """Output of JSON lines, one UDP datagram per pose."""
+
+    enabled: bool = True
+    host: Host = "127.0.0.1"
+    port: Port = 39600
+
+
+class FoxgloveTable(msgspec.Struct, frozen=True, kw_only=True):
+    """WebSocket server for Foxglove and Lichtblick.  host: the local address to listen on."""
+
+    enabled: bool = True
+    host: Host = "127.0.0.1"
+    port: Port = 8765
+
+
+class LslTable(msgspec.Struct, frozen=True, kw_only=True):
+    """A Lab Streaming Layer outlet.  stream: its name; default: the rig's.  reach: network scope in which it is visible."""
+
+    enabled: bool = True
+    stream: StreamName | None = None
+    reach: Literal["machine", "network"] = "machine"
+
+
+class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
+    page: PageTable = PageTable()
+    vmc: VmcTable | None = None
+    udp: UdpTable | None = None
+    foxglove: FoxgloveTable | None = None
+    lsl: LslTable | None = None
+
+
+# The tables inside, to detect unknown keys in them.
+WITHIN: Mapping[str, type[msgspec.Struct]] = {
+    "page": PageTable,
+    "vmc": VmcTable,
+    "udp": UdpTable,
+    "foxglove": FoxgloveTable,
+    "lsl": LslTable,
+}
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach `host`."""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def open_page_problem(page: PageTable) -> str | None:
+    """Reason why a page is not allowed at its address; None when it is."""
+    if page.enabled and page.token is None and not is_loopback(page.host):
+        return "allowed: an address of this machine only, such as 127.0.0.1, or any together with page.token"
+    return None

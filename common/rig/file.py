@@ -1,0 +1,183 @@
+"""Rig file: keys, types and ranges.  `zenocap.common.rig.rig` reads the files it refers to."""
+
+import difflib
+import re
+import tomllib
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from zenocap.common.errors import UserError
+from zenocap.common.rig.animator import WITHIN, AnimatorTable, open_page_problem
+from zenocap.common.rig.recognizer import RecognizerTable
+from zenocap.common.rig.tracker import PARTICLES, TrackerTable
+
+TRACKER_METHODS = tuple(PARTICLES)  # hybrid and the two methods it is compared with, for two or more views
+METHODS = ("two-view", *TRACKER_METHODS)
+MODES = ("peer", "client", "router")
+NAME = re.compile(r"[A-Za-z0-9_.\-]{1,64}")  # allowed in messages and keys
+NAME_ALLOWED = "1 to 64 letters, digits, _ . and -"
+
+Side = Annotated[int, Meta(ge=16, le=16384)]
+Rate = Annotated[float, Meta(gt=0, le=1000)]
+
+
+class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
+    """One `[[viewer]]`.  initial: a separate video of the T-pose, shown before a file's own."""
+
+    id: str
+    camera: str
+    source: int | str
+    background: str = "first:60"
+    size: tuple[Side, Side] | None = None
+    fps: Rate | None = None
+    initial: str | None = None
+    preview: bool = False
+    silhouette: bool = True
+
+
+class ZenohTable(msgspec.Struct, frozen=True, kw_only=True):
+    """Network settings, as in Zenoh's own tools.  config: a Zenoh configuration file."""
+
+    mode: str = "peer"
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    config: str | None = None
+    multicast_scouting: bool = True
+
+
+class LogTable(msgspec.Struct, frozen=True, kw_only=True):
+    """part_mb, part_minutes: largest size (10^6 bytes) and duration (minutes) of a part of a take; 0 for unlimited.
+
+    foxglove: whether to add channels that Foxglove and Lichtblick display.
+    """
+
+    folder: str = "recordings"
+    enabled: bool = True
+    part_mb: Annotated[float, Meta(ge=0, le=1e9)] = 0.0
+    part_minutes: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
+    foxglove: bool = True
+
+
+class SecurityTable(msgspec.Struct, frozen=True, kw_only=True):
+    """certificates: folder of the certificates made by `zenocap certs`, relative to the rig file."""
+
+    certificates: Annotated[str, Meta(min_length=1)] = "certs"
+
+
+class RigFile(msgspec.Struct, frozen=True, kw_only=True):
+    """recognizer, security: None for a rig without them.  variant, additions, without: of two-view, see `two_view`."""
+
+    name: str
+    calibration: str
+    viewer: tuple[ViewerTable, ...]
+    up_axis: str = "y"
+    method: str = "two-view"
+    variant: str = "improved"
+    additions: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    person_height: Annotated[float, Meta(ge=0.5, le=2.5)] | None = None  # metres; replaces measuring in the T-pose
+    tracker: TrackerTable = TrackerTable()
+    recognizer: RecognizerTable | None = None
+    zenoh: ZenohTable = ZenohTable()
+    log: LogTable = LogTable()
+    animator: AnimatorTable = AnimatorTable()
+    security: SecurityTable | None = None
+
+
+TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (
+    ("tracker", TrackerTable), ("recognizer", RecognizerTable), ("zenoh", ZenohTable), ("log", LogTable),
+    ("animator", AnimatorTable), ("security", SecurityTable),
+)  # fmt: skip
+
+
+def read_toml(path: Path) -> dict[str, object]:
+    """The tables of a TOML file.  Raises UserError."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: not TOML: {error}") from error
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
+    """The checked content of the file at `path`.  Raises UserError."""
+    _known(path, "", tables, RigFile)
+    for key, kind in TABLES:
+        _known(path, key, tables.get(key), kind)
+    animator = tables.get("animator")
+    for key, within in WITHIN.items():
+        _known(path, f"animator.{key}", animator.get(key) if isinstance(animator, dict) else None, within)
+    viewers = tables.get("viewer")
+    if isinstance(viewers, dict):
+        raise UserError(f"{path}: [viewer] is one table: allowed: [[viewer]], once per viewer")
+    for number, viewer in enumerate(viewers if isinstance(viewers, list) else ()):
+        _known(path, f"viewer[{number}]", viewer, ViewerTable)
+    try:
+        content = msgspec.convert(tables, RigFile)
+    except msgspec.ValidationError as error:
+        raise _user_error(path, tables, str(error)) from error
+    _choice(path, "method", content.method, METHODS)
+    _choice(path, "up_axis", content.up_axis, ("y", "z"))
+    _choice(path, "zenoh.mode", content.zenoh.mode, MODES)
+    problem = open_page_problem(content.animator.page)
+    if problem:
+        raise UserError(f"{path}: animator.page.host = {content.animator.page.host!r}: {problem}")
+    _name(path, "name", content.name)
+    seen: dict[str, int] = {}
+    for number, table in enumerate(content.viewer):
+        _name(path, f"viewer[{number}].id", table.id)
+        if table.id in seen:
+            other = f"viewer[{seen[table.id]}]"
+            raise UserError(f"{path}: viewer[{number}].id = {table.id!r}: allowed: an id that {other} does not have")
+        seen[table.id] = number
+    return content
+
+
+def did_you_mean(text: str, known: tuple[str, ...]) -> str:
+    similar = difflib.get_close_matches(text, known, 1)
+    return f"; did you mean {similar[0]!r}?" if similar else ""
+
+
+def _choice(path: Path, key: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        values = ", ".join(repr(word) for word in allowed)
+        raise UserError(f"{path}: {key} = {value!r}: allowed: {values}{did_you_mean(value, allowed)}")
+
+
+def _name(path: Path, key: str, value: str) -> None:
+    if not NAME.fullmatch(value):
+        raise UserError(f"{path}: {key} = {value!r}: allowed: {NAME_ALLOWED}")
+
+
+def _known(path: Path, where: str, table: object, kind: type[msgspec.Struct]) -> None:
+    """Raise UserError for a key that `kind` does not have."""
+    if not isinstance(table, dict):
+        return
+    for key, value in table.items():
+        if key not in kind.__struct_fields__:
+            full = f"{where}.{key}" if where else key
+            known = kind.__struct_fields__
+            raise UserError(
+                f"{path}: {full} = {value!r}: no such key; allowed: {', '.join(known)}{did_you_mean(key, known)}"
+            )
+
+
+def _user_error(path: Path, tables: dict[str, object], text: str) -> UserError:
+    """UserError from msgspec's message (such as "Expected `float` <= 1000 - at `$.viewer[0].fps`"), with the value."""
+    found = re.fullmatch(r"(.*?)(?: - at `\$\.?(.*)`)?", text, re.DOTALL)
+    message, key = (found[1], found[2] or "") if found else (text, "")
+    if missing := re.fullmatch(r"Object missing required field `(.*)`", message):
+        return UserError(f"{path}: {key + '.' if key else ''}{missing[1]} is missing")
+    numbers = re.findall(r"\w+", key)
+    value: object = tables
+    for step in numbers:
+        if isinstance(value, dict):
+            value = value.get(step)
+        elif isinstance(value, list) and step.isdecimal() and int(step) < len(value):
+            value = value[int(step)]
+    expected = re.sub(r",? (?:but )?got .*", "", message.removeprefix("Expected ")).replace("`", "")
+    return UserError(f"{path}: {key} = {value!r}: allowed: {expected.replace('array', 'list')}")

@@ -1,0 +1,114 @@
+"""A folder in the Pose2Sim layout as a rig: `calibration.toml`, `videos/`, and optional files.
+
+videos/NAME.mp4        one per camera that takes part
+background/NAME.png    a picture of the empty scene; else
+clip.toml              empty_frames = the first frames of each video that are empty; up_axis; fps
+stretched/NAME.mp4     the T-pose, where the main video does not show it
+"""
+
+import re
+from pathlib import Path
+
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.errors import UserError
+from zenocap.common.rig.file import LogTable, RigFile, ViewerTable, ZenohTable, read_toml
+
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg")
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
+
+
+def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
+    """Rig file content equivalent to the folder, and notes for the user.  Raises UserError."""
+    calibration = folder / "calibration.toml"
+    if not calibration.is_file():
+        raise UserError(f"{folder}: calibration.toml is missing: allowed: a rig file or a folder with it and videos/")
+    clip_path = folder / "clip.toml"
+    clip = read_toml(clip_path) if clip_path.is_file() else {}
+    up_axis, fps, empty = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
+    cameras = list(read_calibration(calibration, str(up_axis)))
+    videos, notes = _videos(folder, cameras)
+    viewers = []
+    for name, video in videos.items():
+        plate = _camera_file(folder / "background", name, video.stem, IMAGE_SUFFIXES)
+        background = f"image:{plate}" if plate else f"first:{empty}" if empty else "median"
+        if background == "median":
+            notes.append(f"{name}: no background picture and no empty_frames: the median of its video is used")
+        initial = _camera_file(folder / "stretched", name, video.stem, VIDEO_SUFFIXES)
+        viewers.append(
+            ViewerTable(
+                id=plain_name(name),
+                camera=name,
+                source=str(video.relative_to(folder)),
+                background=background,
+                fps=None if fps is None else float(str(fps)),
+                initial=initial,
+            )
+        )
+    content = RigFile(
+        name=plain_name(folder.resolve().name),
+        calibration=calibration.name,
+        viewer=tuple(viewers),
+        up_axis=str(up_axis),
+        method=method,
+        zenoh=ZenohTable(),
+        log=LogTable(),
+    )
+    return content, tuple(notes)
+
+
+CLIP_KEYS: tuple[tuple[str, object, str], ...] = (
+    ("up_axis", "y", "'y' or 'z'"),
+    ("fps", None, "above 0 to 1000"),
+    ("empty_frames", 0, "a whole number from 0 to 10000"),
+)
+
+
+def _clip_value(path: Path, clip: dict[str, object], key: str, default: object, allowed: str) -> object:
+    value = clip.get(key, default)
+    match key:
+        case "up_axis":
+            good = value in ("y", "z")
+        case "fps":
+            good = value is None or (isinstance(value, int | float) and 0 < value <= 1000)
+        case _:
+            good = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 10_000
+    if not good:
+        raise UserError(f"{path}: {key} = {value!r}: allowed: {allowed}")
+    return value
+
+
+def plain_name(text: str) -> str:
+    """`text` without characters that are not allowed in keys and messages."""
+    return re.sub(r"[^A-Za-z0-9_.\-]", "-", text)[:64] or "rig"
+
+
+def _videos(folder: Path, cameras: list[str]) -> tuple[dict[str, Path], list[str]]:
+    """Video by camera: matched by name, or by order when no name matches, as in Pose2Sim."""
+    found = sorted(p for p in (folder / "videos").glob("*") if p.suffix.lower() in VIDEO_SUFFIXES)
+    if not found:
+        raise UserError(f"{folder}: videos/ has no video: allowed: NAME{' NAME'.join(VIDEO_SUFFIXES)}, NAME of a camera")
+    by_stem: dict[str, Path] = {}
+    for path in found:
+        if path.stem in by_stem:
+            raise UserError(f"{path}: {by_stem[path.stem].name} exists too: allowed: one video per camera")
+        by_stem[path.stem] = path
+    paired = {name: by_stem[name] for name in cameras if name in by_stem}
+    if not paired and len(found) == len(cameras):
+        pairs = dict(zip(cameras, found, strict=True))
+        pairing = ", ".join(f"{name} = {path.name}" for name, path in pairs.items())
+        return pairs, [f"no video is named after a camera: assigned in order: {pairing}"]
+    if unmatched := [path.name for path in found if path.stem not in paired]:
+        raise UserError(
+            f"{folder}: videos/{unmatched[0]} belongs to no camera of calibration.toml; there are: {', '.join(cameras)}"
+        )
+    notes = [f"{name}: no video: this camera is not used" for name in cameras if name not in paired]
+    return paired, notes
+
+
+def _camera_file(folder: Path, name: str, stem: str, suffixes: tuple[str, ...]) -> str | None:
+    """Relative path, `folder` and file name, of this camera's file; None when there is none."""
+    for candidate in (name, stem):
+        for suffix in suffixes:
+            if (folder / f"{candidate}{suffix}").is_file():
+                return f"{folder.name}/{candidate}{suffix}"
+    return None

@@ -1,0 +1,72 @@
+"""The `[recognizer]` table of a rig: posture model and source of the poses.  [Two-view 5]
+
+Also finds the model: a file relative to the rig, or one that is included in the package.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from zenocap.common.errors import UserError
+from zenocap.data import POSTURES
+
+Source = Literal["integrator", "tracker"]  # service that publishes the poses
+SUFFIX = ".postures"
+STRICTNESS = 0.18  # chosen on synthetic people tracked from video: see `zenocap.services.recognizer.segmentation`
+Strictness = Annotated[float, Meta(ge=0, le=10)]
+
+
+class RecognizerTable(msgspec.Struct, frozen=True, kw_only=True):
+    """model: a file relative to the rig, or the name of one included in the package.
+
+    source: "integrator" or "tracker"; default: the one that computes the poses in the rig's method.
+    strictness: required gain in likelihood of a posture over movements made of parts of postures, as a fraction of the
+    expected gain; higher values give fewer false and fewer correct detections.
+    """
+
+    model: str = "fifteen"
+    source: str | None = None
+    strictness: Strictness = STRICTNESS
+
+
+@dataclass(frozen=True)
+class RecognizerSpec:
+    """Recognizer settings with all defaults resolved.  model: file."""
+
+    model: Path
+    source: Source
+    strictness: float = STRICTNESS
+
+
+class RecognizerError(UserError):
+    """The text contains the key, its value and the allowed values."""
+
+
+def recognizer_spec(table: RecognizerTable, method: str, tracks: bool, base: Path, *, files: bool = True) -> RecognizerSpec:
+    """Resolve a table of a rig in the folder `base` for a method.  Raises RecognizerError.
+
+    tracks: whether the method has a tracker, which is then the default source.  files: see `load_rig`.
+    """
+    source: Source = "tracker" if tracks else "integrator"
+    if table.source not in (None, source):
+        raise RecognizerError(
+            f"source = {table.source!r}: allowed: {source!r}, which publishes the poses of method {method!r}"
+        )
+    return RecognizerSpec(find_postures(table.model, base, must_exist=files), source, table.strictness)
+
+
+def find_postures(text: str, base: Path, *, must_exist: bool = True) -> Path:
+    """Path of the included model of that name, or else of the file relative to `base`.
+
+    must_exist: raise RecognizerError when there is neither.  ./NAME selects a file with the name of an included model.
+    """
+    shipped, own = POSTURES / f"{text}{SUFFIX}", base / text
+    if "/" not in text and shipped.is_file():
+        return shipped
+    if must_exist and not own.is_file():
+        names = ", ".join(sorted(path.stem for path in POSTURES.glob(f"*{SUFFIX}"))) or "none included in this version"
+        raise RecognizerError(f"model = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
+    return own

@@ -1,0 +1,175 @@
+"""A rig: an installation of cameras, from one TOML file or from a folder in the Pose2Sim layout."""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
+from zenocap.common.errors import UserError
+from zenocap.common.rig.animator import AnimatorTable
+from zenocap.common.rig.file import METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, read_toml, rig_file
+from zenocap.common.rig.folder import folder_rig
+from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
+from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec
+from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
+from zenocap.common.rig.viewers import Viewer, rig_viewers, size_notes
+from zenocap.data import DEMO_RIG
+
+__all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig"]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """base: the folder that the paths in the file are relative to.  notes: messages for the user.
+
+    digest: hash of the rig and calibration files, equal on every machine of the rig.
+    files: the rig file and the calibration, for the log.
+    person_height: metres, replaces measuring in the T-pose; None to measure the body.
+    tracker: None for a method without one.  recognizer: None for a rig without one.
+    animator: page and outputs.  security: folder of certificates; None for an open rig.
+    additions: to the paper's two-view method, see `zenocap.common.rig.two_view`.
+    """
+
+    name: str
+    method: str
+    viewers: tuple[Viewer, ...]
+    notes: tuple[str, ...]
+    base: Path
+    digest: str
+    zenoh: ZenohTable
+    log: LogTable
+    files: tuple[Path, ...]
+    person_height: float | None = None
+    tracker: TrackerSpec | None = None
+    recognizer: RecognizerSpec | None = None
+    animator: AnimatorTable = field(default_factory=AnimatorTable)
+    security: Path | None = None
+    additions: Additions = IMPROVED
+
+    @classmethod
+    def load(cls, path: Path | str, method: str | None = None, variant: str | None = None) -> "Rig":
+        """Read a rig file, or a folder with `calibration.toml` and `videos/`.  See `load_rig`."""
+        return load_rig(path, method, variant)
+
+    def viewer(self, id: str) -> Viewer:
+        """The viewer of that id.  Raises UserError, which lists the existing ids."""
+        for viewer in self.viewers:
+            if viewer.id == id:
+                return viewer
+        raise UserError(f"rig {self.name}: no viewer {id!r}; there are: {', '.join(v.id for v in self.viewers)}")
+
+
+def load_rig(path: Path | str, method: str | None = None, variant: str | None = None, *, files: bool = True) -> Rig:
+    """The rig of a TOML file or of a folder in the Pose2Sim layout.
+
+    method, variant: replace the rig's own.  files: False when the sources may be on other machines; missing videos and
+    pictures are then no error.  Raises UserError, whose text contains file, key, value and allowed values.
+    """
+    path = Path(path)
+    if method is not None and method not in METHODS:
+        raise UserError(f"method = {method!r}: allowed: {', '.join(METHODS)}")
+    notes: tuple[str, ...] = ()
+    if path.is_dir():
+        base = path
+        content, notes = folder_rig(path, method or METHODS[0])
+        content_bytes = repr(content).encode()
+        own_file = path / "clip.toml"
+    elif path.exists():
+        base, content_bytes = path.parent, path.read_bytes()
+        content = rig_file(path, read_toml(path))
+        own_file = path
+    else:
+        raise UserError(f"{path}: no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/")
+    method, own = method or content.method, method in (None, content.method)
+    calibration = base / content.calibration
+    if not calibration.is_file():
+        raise UserError(f"{path}: calibration = {content.calibration!r}: no file {calibration}")
+    additions = _additions(path, content, method, variant)
+    cameras = read_calibration(calibration, content.up_axis)
+    viewers = rig_viewers(path, base, content, cameras, files)
+    tracker = None
+    if method in TRACKER_METHODS:
+        try:
+            tracker = tracker_spec(content.tracker, method, own, base, files=files)
+        except TrackerError as error:
+            raise UserError(f"{path}: tracker.{error}") from error
+    recognizer = None
+    if content.recognizer is not None:
+        try:
+            recognizer = recognizer_spec(content.recognizer, method, tracker is not None, base, files=files)
+        except RecognizerError as error:
+            raise UserError(f"{path}: recognizer.{error}") from error
+    viewers, chosen = _viewers_in_use(path, method, viewers)
+    parts = [content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions)]
+    digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
+    all_notes = (*notes, *chosen, *size_notes(content, viewers))
+    files_of_rig = tuple(file for file in (own_file, calibration) if file.is_file())
+    return Rig(
+        content.name,
+        method,
+        viewers,
+        all_notes,
+        base,
+        digest,
+        content.zenoh,
+        content.log,
+        files_of_rig,
+        content.person_height,
+        tracker,
+        recognizer,
+        content.animator,
+        None if content.security is None else base / content.security.certificates,
+        additions,
+    )
+
+
+def demo_rig_file() -> Path:
+    """Return the rig file of `zenocap demo`, which is package data."""
+    return DEMO_RIG
+
+
+def demo_rig() -> Rig:
+    """The rig of `zenocap demo`: two orthogonal viewers of the simulated person, as in the paper."""
+    return load_rig(demo_rig_file())
+
+
+def _variant_bytes(additions: Additions) -> list[bytes]:
+    """The additions for the digest, where they are not the usual ones."""
+    return [] if additions == IMPROVED else [",".join(sorted(additions)).encode()]
+
+
+def _additions(path: Path, content: RigFile, method: str, variant: str | None) -> Additions:
+    """Additions to the paper's two-view method.  variant: replaces that of the file.  Raises UserError."""
+    if variant is not None:
+        if method != "two-view":
+            raise UserError(f"variant = {variant!r}: allowed: only with method 'two-view'; the method is {method!r}")
+        content = msgspec.structs.replace(content, variant=variant, additions=(), without=())
+    elif content.method != "two-view" and content.variant != VARIANTS[0]:
+        raise UserError(f"{path}: variant = {content.variant!r}: allowed: only with method = 'two-view'")
+    try:
+        return additions_of(content.variant, content.additions, content.without)
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from error
+
+
+def _viewers_in_use(path: Path, method: str, viewers: tuple[Viewer, ...]) -> tuple[tuple[Viewer, ...], tuple[str, ...]]:
+    """The viewers in use, and notes: two-view uses the most nearly orthogonal pair of more than two."""
+    if len(viewers) < 2:
+        raise UserError(f"{path}: {len(viewers)} viewer(s): allowed: 2 or more [[viewer]] for method {method!r}")
+    without_silhouette = [f"viewer {viewer.id}" for viewer in viewers if not viewer.silhouette]
+    if method in TRACKER_METHODS and without_silhouette:
+        raise UserError(f"{path}: {', '.join(without_silhouette)}: silhouette = False: allowed: true for method {method!r}")
+    if method != "two-view" or len(viewers) == 2:
+        return viewers, ()
+    by_id = {viewer.id: viewer for viewer in viewers}
+    pair = most_orthogonal_pair({id: viewer.camera for id, viewer in by_id.items()})
+    first, second = (by_id[id] for id in pair)
+    angle = angle_between_deg(first.camera, second.camera)
+    note = (
+        f"method two-view uses two of the {len(viewers)} cameras: {first.id} (front) and {second.id}, "
+        f"{angle:.0f} degrees apart, the most nearly orthogonal pair"
+    )
+    return (first, second), (note,)

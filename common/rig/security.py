@@ -1,0 +1,62 @@
+"""Security of a rig: certificates of its members, and the access rules derived from them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from zenocap.common.bus.access import READER, RECORDER, REPLAY, ROUTER, Member, access_control
+from zenocap.common.bus.security import Security
+from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import SERVICES, services_of
+
+AUTHORITY = "authority"
+
+
+def certificate_file(folder: Path, name: str) -> Path:
+    """Certificate of a member, or of the AUTHORITY, which every machine has."""
+    return folder / f"{name}.pem"
+
+
+def key_file(folder: Path, name: str) -> Path:
+    """Private key of a member."""
+    return folder / f"{name}-key.pem"
+
+
+def host_of(endpoint: str) -> str:
+    """Host of an endpoint such as tls/192.168.1.10:7447 or tls/[fe80::1]:7447."""
+    return endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+
+
+def allowed_members(rig: Rig) -> tuple[Member, ...]:
+    """Members that the access rules of a rig name, with or without a certificate; routers excepted."""
+    viewers = (Member("viewer", viewer.id) for viewer in rig.viewers)
+    others = (kind.name for kind in SERVICES if kind.name != "viewer")
+    return (*viewers, *map(Member, (*others, READER, RECORDER, REPLAY)))
+
+
+def needed_members(rig: Rig) -> tuple[Member, ...]:
+    """Members that get a certificate by default: the services that the rig runs, readers, the recorder and routers."""
+    services = (Member(name, id) for name, id in services_of(rig))
+    return (*services, *map(Member, (READER, RECORDER, ROUTER)))
+
+
+def security_in(folder: Path, name: str) -> Security:
+    """Security of member `name` as a client, from a folder of certificates."""
+    return Security(certificate_file(folder, AUTHORITY), certificate_file(folder, name), key_file(folder, name), None)
+
+
+def security_of(rigs: Sequence[Rig], name: str) -> Security | None:
+    """Security of member `name`, such as viewer-1, in the rigs; None when they are not secured.
+
+    Raises ValueError when only some of the rigs are secured, or when their folders of certificates differ.
+    """
+    folders = {rig.name: None if rig.security is None else rig.security.resolve() for rig in rigs}
+    if len(set(folders.values())) > 1:
+        folders_text = ", ".join(f"{rig}: {folder or 'none'}" for rig, folder in folders.items())
+        raise ValueError(
+            f"security.certificates differ ({folders_text}): allowed together: rigs of one folder of certificates"
+        )
+    folder = next(iter(folders.values()), None)
+    if folder is None:
+        return None
+    return replace(security_in(folder, name), access=access_control({rig.name: allowed_members(rig) for rig in rigs}))

@@ -1,0 +1,138 @@
+"""The table of services: one row per kind of process of a rig.
+
+Launcher, doctor, monitor, page, certificates, `zenocap health`, verification and warm-up derive from it.  The command of a
+service and its folder below `services/` have its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+if TYPE_CHECKING:  # keeps `--help` of the command line, which imports this module, fast
+    from zenocap.common.rig.rig import Rig
+
+MAIN = "main"  # id of a service that a rig runs once
+ServiceKey: TypeAlias = tuple[str, str]  # name and id, such as ("viewer", "1") and ("integrator", "main")
+
+
+class _HasId(Protocol):
+    @property
+    def id(self) -> str: ...
+
+
+class RigLike(Protocol):
+    """The fields of a rig that determine its services: of a `Rig`, or of the `RecordedRig` of a take."""
+
+    @property
+    def viewers(self) -> Sequence[_HasId]: ...
+
+    @property
+    def tracker(self) -> object | None: ...
+
+    @property
+    def recognizer(self) -> object | None: ...
+
+
+@dataclass(frozen=True)
+class ServiceKind:
+    """ids: ids that a rig runs; empty when it runs none.
+
+    required: whether the rig stops when it fails.  makes_poses: whether poses depend on it: compiled before the rig starts.
+    recomputed: whether a take of the rig holds all its inputs, so that `zenocap verify` recomputes its messages.
+    warmup: the parts of `zenocap warmup` that it needs, in order.
+    files: files that it reads besides the rig file and the calibration, with titles.
+    """
+
+    name: str
+    ids: Callable[[RigLike], tuple[str, ...]]
+    recomputed: Callable[[RigLike], bool]
+    required: bool = True
+    makes_poses: bool = True
+    warmup: Callable[[Rig], tuple[str, ...]] = lambda rig: ()
+    files: Callable[[Rig], tuple[tuple[str, Path], ...]] = lambda rig: ()
+
+
+def _always(rig: RigLike) -> tuple[str, ...]:
+    return (MAIN,)
+
+
+def _is_two_view(rig: RigLike) -> bool:
+    return rig.tracker is None
+
+
+def _viewer_warmup(rig: Rig) -> tuple[str, ...]:
+    actor = ("actor",) if any(viewer.is_synthetic for viewer in rig.viewers) else ()
+    return ("silhouettes", *actor, *_two_view_warmup(rig))
+
+
+def _two_view_warmup(rig: Rig) -> tuple[str, ...]:
+    return ("tracking",) if _is_two_view(rig) else ()
+
+
+def _prior(rig: Rig) -> tuple[tuple[str, Path], ...]:
+    return () if rig.tracker is None or rig.tracker.prior is None else (("motion prior", rig.tracker.prior),)
+
+
+def _postures(rig: Rig) -> tuple[tuple[str, Path], ...]:
+    return () if rig.recognizer is None else (("postures", rig.recognizer.model),)
+
+
+SERVICES: tuple[ServiceKind, ...] = (
+    ServiceKind("viewer", lambda rig: tuple(viewer.id for viewer in rig.viewers), _is_two_view, warmup=_viewer_warmup),
+    ServiceKind("integrator", _always, _is_two_view, warmup=_two_view_warmup),
+    ServiceKind(
+        "tracker",
+        lambda rig: () if rig.tracker is None else (MAIN,),
+        lambda rig: True,
+        warmup=lambda rig: ("tracker",),
+        files=_prior,
+    ),
+    ServiceKind(
+        "recognizer",
+        lambda rig: () if rig.recognizer is None else (MAIN,),
+        lambda rig: True,
+        makes_poses=False,
+        warmup=lambda rig: ("recognizer",),
+        files=_postures,
+    ),
+    ServiceKind("animator", _always, lambda rig: False, required=False, makes_poses=False),
+)
+TIMEKEEPER = "integrator"  # provides the clock and the log: started first and stopped last
+ORDER = {kind.name: number for number, kind in enumerate(SERVICES)}
+
+
+def kinds_of(rig: RigLike) -> tuple[ServiceKind, ...]:
+    """The kinds of service that a rig runs, in the order of the table."""
+    return tuple(kind for kind in SERVICES if kind.ids(rig))
+
+
+def services_of(rig: RigLike, *, required: bool = False) -> tuple[ServiceKey, ...]:
+    """The services that a rig runs, in the order of the table.  required: only those that it needs."""
+    return tuple((kind.name, id) for kind in SERVICES if kind.required or not required for id in kind.ids(rig))
+
+
+def warmup_parts(rig: Rig) -> tuple[str, ...]:
+    """The parts of `zenocap warmup` that the first pose of a rig needs; other services compile when they start."""
+    kinds = [kind for kind in kinds_of(rig) if kind.makes_poses]
+    return tuple(dict.fromkeys(part for kind in kinds for part in kind.warmup(rig)))
+
+
+def file_name(service: ServiceKey) -> str:
+    """Name of a service in files and options: viewer-1, integrator."""
+    name, id = service
+    return name if id == MAIN else f"{name}-{id}"
+
+
+def title(service: ServiceKey) -> str:
+    """Name of a service for people: viewer 1, integrator."""
+    name, id = service
+    return name if id == MAIN else f"{name} {id}"
+
+
+def sort_key(service: ServiceKey) -> tuple[int, str, int, str]:
+    """Sort key: order of the table, then number: viewer 2 before viewer 10."""
+    name, id = service
+    return ORDER.get(name, len(ORDER)), name, int(id) if id.isdecimal() else 0, id

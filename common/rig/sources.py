@@ -1,0 +1,172 @@
+"""Parsing of `source` and `background` of a viewer in a rig file into types."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import parse_qsl, urlsplit
+
+from zenocap.common.errors import UserError
+
+SOURCES = (
+    "a device number, /dev/videoN, rtsp://, http:// or https://, a video file, images/*.png, actor:NAME[?seed=N], "
+    "rendered:FILE.npy[?fps=N]"
+)
+BACKGROUNDS = "first:N, median, image:FILE, mog2"
+STREAMS = ("rtsp", "rtsps", "http", "https")
+MAX_DEVICE = 99
+MAX_SEED = 2**31 - 1
+MAX_FIRST = 10_000
+RENDERED_FPS, MAX_RENDERED_FPS = 30.0, 1000.0
+
+
+class SpecError(UserError):
+    """The text lists the allowed values."""
+
+
+@dataclass(frozen=True)
+class Device:
+    """A camera of this machine: /dev/video`number`."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class Stream:
+    url: str
+
+
+@dataclass(frozen=True)
+class VideoFile:
+    """initial: a separate video of the T-pose, shown before the main one; None when that shows it."""
+
+    path: Path
+    initial: Path | None = None
+
+
+@dataclass(frozen=True)
+class Images:
+    """All files of `folder` that match `pattern`, in the order of their names."""
+
+    folder: Path
+    pattern: str
+
+
+@dataclass(frozen=True)
+class Actor:
+    """The simulated person: the demo motion, or one motion or posture repeated."""
+
+    name: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """NumPy file of frames, (count, height, width, 3) uint8 BGR at `fps`, played forwards and backwards in a loop."""
+
+    path: Path
+    fps: float
+
+
+@dataclass(frozen=True)
+class FirstFrames:
+    """The scene is empty in the first `count` frames."""
+
+    count: int
+
+
+@dataclass(frozen=True)
+class MedianFrames:
+    """The median of frames sampled over the whole source."""
+
+
+@dataclass(frozen=True)
+class BackgroundImage:
+    path: Path
+
+
+@dataclass(frozen=True)
+class Mog2:
+    """OpenCV's adaptive mixture of Gaussians."""
+
+
+def learning_frames(background: "Background") -> int:
+    """Number of frames at the start from which a viewer learns the background; it publishes no results for them."""
+    match background:
+        case FirstFrames(count=count):
+            return count
+        case BackgroundImage():
+            return 5
+        case _:
+            return 60
+
+
+Source = Device | Stream | VideoFile | Images | Actor | Rendered
+Background = FirstFrames | MedianFrames | BackgroundImage | Mog2
+
+
+def parse_source(text: str | int, base: Path) -> Source:
+    """Parse the `source` of a rig file in the folder `base`.  Raises SpecError."""
+    if isinstance(text, int) or text.isdecimal():
+        return _device(int(text))
+    if text.startswith("/dev/video"):
+        number = text.removeprefix("/dev/video")
+        if not number.isdecimal():
+            raise SpecError("/dev/video0 and so on")
+        return _device(int(number))
+    parts = urlsplit(text)
+    if parts.scheme in STREAMS:
+        if not parts.netloc:
+            raise SpecError(f"{parts.scheme}://HOST/...")
+        return Stream(text)
+    if parts.scheme == "actor":
+        return _actor(parts.path, parts.query)
+    if parts.scheme == "rendered":
+        return _rendered(parts.path, parts.query, base)
+    if not text.strip() or "://" in text:
+        raise SpecError(SOURCES)
+    path = base / text
+    if any(mark in path.name for mark in "*?["):
+        return Images(path.parent, path.name)
+    return VideoFile(path)
+
+
+def parse_background(text: str, base: Path) -> Background:
+    """Parse the `background` of a rig file in the folder `base`.  Raises SpecError."""
+    kind, _, rest = text.partition(":")
+    match kind:
+        case "first" if rest.isdecimal() and 1 <= int(rest) <= MAX_FIRST:
+            return FirstFrames(int(rest))
+        case "first":
+            raise SpecError(f"first:N with N from 1 to {MAX_FIRST} frames")
+        case "image" if rest:
+            return BackgroundImage(base / rest)
+        case "median" if not rest:
+            return MedianFrames()
+        case "mog2" if not rest:
+            return Mog2()
+    raise SpecError(BACKGROUNDS)
+
+
+def _device(number: int) -> Device:
+    if not 0 <= number <= MAX_DEVICE:
+        raise SpecError(f"a device number from 0 to {MAX_DEVICE}")
+    return Device(number)
+
+
+def _actor(name: str, query: str) -> Actor:
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    seed = options.pop("seed", "0")
+    if not name or options or not seed.isdecimal() or int(seed) > MAX_SEED:
+        names = "demo, walking, turning, running, boxing or a posture"
+        raise SpecError(f"actor:NAME or actor:NAME?seed=N, NAME {names}, N to {MAX_SEED}")
+    return Actor(name, int(seed))
+
+
+def _rendered(name: str, query: str, base: Path) -> Rendered:
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    try:
+        fps = float(options.pop("fps", str(RENDERED_FPS)))
+    except ValueError:
+        fps = 0.0
+    if not name.endswith(".npy") or options or not 0 < fps <= MAX_RENDERED_FPS:  # also rejects NaN
+        raise SpecError(f"rendered:FILE.npy or rendered:FILE.npy?fps=N, N above 0 to {MAX_RENDERED_FPS:g}")
+    return Rendered(base / name, fps)

@@ -1,0 +1,248 @@
+"""The `[tracker]` table of a rig: settings of the tracker, and its motion prior.  [Hybrid]
+
+A preset is a set of defaults: `default`, or `paper`, the method as printed with its errors corrected.  Also finds the
+prior: a file relative to the rig, or one that is included in the package.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+import msgspec
+from msgspec import Meta
+
+from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, TEN_PARTS
+from zenocap.common.errors import UserError
+from zenocap.data import PRIORS
+
+# Default number of particles by method; one particle is the image force alone.  [Hybrid Table II]
+PARTICLES = {"hybrid": 40, "image-force": 1, "particle-filter": 1000}
+# Paper (replaced): the image force of [Hybrid VII] is that of its reference 11; here [Hybrid V-B] with one particle.
+# Paper (replaced): the particle filter of [Hybrid VII] has the likelihood of Eq. 29; here the same costs as `hybrid`.
+REFINEMENTS = {"hybrid": "gauss-newton", "image-force": "force", "particle-filter": "gauss-newton"}
+# Forces converge slowly; measured by `benchmarks.hybrid`.
+ITERATIONS = {"gauss-newton": 4, "force": 40, "force-printed": 100}
+SUFFIX = ".prior"
+
+Particles = Annotated[int, Meta(ge=1, le=20_000)]
+Points = Annotated[int, Meta(ge=20, le=10_000)]
+Iterations = Annotated[int, Meta(ge=0, le=100)]
+Seed = Annotated[int, Meta(ge=0, le=2**31 - 1)]
+Distance = Literal["contact", "modulated"]
+Association = Literal["modulated", "closest"]
+ForceLaw = Literal["quadratic", "linear"]
+PriorShare = Annotated[float, Meta(ge=0, le=1)] | Literal["adaptive"]
+CHOICES = {"distance": get_args(Distance), "association": get_args(Association), "force_law": get_args(ForceLaw)}
+
+
+class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Options in which the default filter differs from [Hybrid V].
+
+    distance: of a scene point in D: along the contour ray's normal, or |pp'| modulated by md as in Eq. 31.
+    association: part of a scene point for the printed force and distance: least md |pp'|, or least |pp'|.
+    force_law: rho of the printed force, Eq. 32: a truncated square, or linear and truncated.
+    cost_terms: whether silhouettes, prediction and distance from the prior count besides D.
+    prior_share: fraction of the proposals from the prior, all but the first particle's; or adapted to the motion.
+    relocalization: whether misfits are searched for elsewhere, the heading is checked, and the track can be lost.
+    velocity_prediction: whether proposals start from the last motion continued, else from the last pose.
+    shape_estimation: whether the body's sizes are improved during tracking.
+    """
+
+    distance: Distance = "contact"
+    association: Association = "modulated"
+    force_law: ForceLaw = "quadratic"
+    cost_terms: bool = True
+    prior_share: PriorShare = "adaptive"
+    relocalization: bool = True
+    velocity_prediction: bool = True
+    shape_estimation: bool = True
+
+
+DEFAULT_FILTER = FilterOptions()
+
+
+@dataclass(frozen=True)
+class Preset:
+    """Defaults of a tracker's options.  prior: of method hybrid.  refinements: by method."""
+
+    anatomy: str = FOURTEEN_PARTS.name
+    prior: str | None = None
+    refinements: Mapping[str, str] = field(default_factory=lambda: REFINEMENTS)
+    filter: FilterOptions = DEFAULT_FILTER
+
+
+PRESETS = {
+    "default": Preset(),
+    "paper": Preset(
+        anatomy=TEN_PARTS.name,
+        # Paper (open): which motions a prior is for; general ones, unless the rig names another prior.
+        prior="general-paper",
+        refinements=dict.fromkeys(REFINEMENTS, "force-printed"),
+        filter=FilterOptions(
+            distance="modulated",
+            association="closest",
+            force_law="linear",
+            cost_terms=False,
+            prior_share=1.0,
+            relocalization=False,
+            velocity_prediction=False,
+            shape_estimation=False,
+        ),
+    ),
+}
+
+
+class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
+    """prior: a file relative to the rig, or the name of one included in the package; none: dynamics alone.
+
+    preset: of `PRESETS`, gives the defaults of what is None here.  particles: default by method.
+    points: of the visual hull, per frame.  refinement: default by preset and method.
+    iterations: of the refinement; default by refinement.  The others: see `FilterOptions`.
+    """
+
+    preset: str = "default"
+    prior: str | None = None
+    particles: Particles | None = None
+    points: Points = 400
+    iterations: Iterations | None = None
+    seed: Seed = 0
+    anatomy: str | None = None
+    refinement: str | None = None
+    distance: str | None = None
+    association: str | None = None
+    force_law: str | None = None
+    cost_terms: bool | None = None
+    prior_share: float | str | None = None
+    relocalization: bool | None = None
+    velocity_prediction: bool | None = None
+    shape_estimation: bool | None = None
+
+    def filter(self, defaults: FilterOptions) -> FilterOptions:
+        """Options of the filter; defaults: where this table has none.  Raises TrackerError."""
+        given = {name: getattr(self, name) for name in FilterOptions.__struct_fields__}
+        given = {name: value for name, value in given.items() if value is not None}
+        for name, allowed in CHOICES.items():
+            if name in given and given[name] not in allowed:
+                raise TrackerError(f"{name} = {given[name]!r}: allowed: {', '.join(allowed)}")
+        share = self.prior_share
+        if not (share is None or share == "adaptive" or (not isinstance(share, str) and 0 <= share <= 1)):
+            raise TrackerError(f"prior_share = {share!r}: allowed: 0 to 1, adaptive")
+        return msgspec.structs.replace(defaults, **given)
+
+
+@dataclass(frozen=True)
+class TrackerSpec:
+    """Tracker settings with all defaults resolved.  prior: file, None for no prior."""
+
+    prior: Path | None
+    particles: int
+    points: int
+    iterations: int
+    seed: int
+    anatomy: str
+    refinement: str
+    preset: str = "default"
+    filter: FilterOptions = DEFAULT_FILTER
+
+
+@dataclass(frozen=True)
+class TrackerOverrides:
+    """Command line values that replace those of a rig's tracker table; None keeps a value.  prior: relative to the current
+    folder.  preset: another one than the rig's replaces all options that presets have."""
+
+    prior: str | None = None
+    particles: int | None = None
+    points: int | None = None
+    iterations: int | None = None
+    refinement: str | None = None
+    seed: int | None = None
+    preset: str | None = None
+
+
+class TrackerError(UserError):
+    """The text contains the key, its value and the allowed values."""
+
+
+def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, files: bool = True) -> TrackerSpec:
+    """Resolve a table of a rig in the folder `base` for a method.  Raises TrackerError.
+
+    own: whether the method is the rig's own, to which the number of particles in the table applies.  files: see
+    `load_rig`.
+    """
+    preset = _preset(table.preset)
+    anatomy = preset.anatomy if table.anatomy is None else table.anatomy
+    if anatomy not in ANATOMIES:
+        raise TrackerError(f"anatomy = {anatomy!r}: allowed: {', '.join(ANATOMIES)}")
+    refinement = _known(preset.refinements[method] if table.refinement is None else table.refinement)
+    iterations = ITERATIONS[refinement] if table.iterations is None else table.iterations
+    name = preset.prior if table.prior is None and method == "hybrid" else table.prior
+    prior = None if name is None else find_prior(name, base, must_exist=files)
+    particles = table.particles if own and table.particles is not None else PARTICLES[method]
+    options = table.filter(preset.filter)
+    spec = TrackerSpec(
+        prior, particles, table.points, iterations, table.seed, anatomy, refinement, table.preset, options
+    )  # fmt: skip
+    return _checked(spec, method)
+
+
+def find_prior(text: str, base: Path, *, must_exist: bool = True) -> Path:
+    """Path of the included prior of that name, or else of the file relative to `base`.
+
+    must_exist: raise TrackerError when there is neither.  ./NAME selects a file with the name of an included prior.
+    """
+    shipped, own = PRIORS / f"{text}{SUFFIX}", base / text
+    if "/" not in text and shipped.is_file():
+        return shipped
+    if must_exist and not own.is_file():
+        names = ", ".join(sorted(path.stem for path in PRIORS.glob(f"*{SUFFIX}"))) or "none included in this version"
+        raise TrackerError(f"prior = {text!r}: no file {own}; allowed: a file, or a name of: {names}")
+    return own
+
+
+def with_overrides(spec: TrackerSpec, method: str, overrides: TrackerOverrides) -> TrackerSpec:
+    """`spec` with the `overrides` values.  The default of iterations depends on the refinement.  Raises TrackerError."""
+    if overrides.preset is not None and overrides.preset != spec.preset:
+        spec = _with_preset(spec, method, overrides.preset, own_prior=overrides.prior is not None)
+    if overrides.refinement is not None:
+        spec = replace(spec, iterations=ITERATIONS[_known(overrides.refinement)])
+    prior = None if overrides.prior is None else find_prior(overrides.prior, Path())
+    given = {name: value for name, value in vars(overrides).items() if value is not None and name != "prior"}
+    return _checked(replace(spec, prior=prior or spec.prior, **given), method)
+
+
+def _with_preset(spec: TrackerSpec, method: str, name: str, *, own_prior: bool) -> TrackerSpec:
+    """`spec` with all defaults of a preset.  own_prior: another prior than the preset's is used."""
+    preset = _preset(name)
+    refinement = preset.refinements[method]
+    wanted = preset.prior if method == "hybrid" and not own_prior else None
+    return replace(
+        spec,
+        prior=None if wanted is None else find_prior(wanted, Path()),
+        particles=PARTICLES[method],
+        iterations=ITERATIONS[refinement],
+        anatomy=preset.anatomy,
+        refinement=refinement,
+        preset=name,
+        filter=preset.filter,
+    )
+
+
+def _preset(name: str) -> Preset:
+    if name not in PRESETS:
+        raise TrackerError(f"preset = {name!r}: allowed: {', '.join(PRESETS)}")
+    return PRESETS[name]
+
+
+def _known(refinement: str) -> str:
+    if refinement not in ITERATIONS:
+        raise TrackerError(f"refinement = {refinement!r}: allowed: {', '.join(ITERATIONS)}")
+    return refinement
+
+
+def _checked(spec: TrackerSpec, method: str) -> TrackerSpec:
+    if method == "image-force" and spec.particles != 1:
+        raise TrackerError(f"particles = {spec.particles}: allowed: 1 for method 'image-force', which has no others")
+    if method == "hybrid" and spec.prior is None and spec.filter.prior_share not in (0, "adaptive"):
+        raise TrackerError(f"prior_share = {spec.filter.prior_share}: allowed without a prior: 0, 'adaptive'")
+    return spec

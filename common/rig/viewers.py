@@ -1,0 +1,149 @@
+"""The viewers of a rig: each camera at its working size, its source and its background, with checks."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+
+from zenocap.common.camera.calibration_files import camera_named
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import UserError
+from zenocap.common.rig.file import RigFile, ViewerTable
+from zenocap.common.rig.folder import plain_name
+from zenocap.common.rig.sources import (
+    Actor,
+    Background,
+    BackgroundImage,
+    Images,
+    MedianFrames,
+    Rendered,
+    Source,
+    SpecError,
+    VideoFile,
+    parse_background,
+    parse_source,
+)
+
+LONG_SIDE_PX = 640  # default of the working size's long side
+DEVICE_FPS, ACTOR_FPS, IMAGES_FPS = 30.0, 15.0, 30.0
+SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working size and calibration
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """camera: at the working size.  calibrated_size: required (width, height) of the source's images, px."""
+
+    id: str
+    camera: Camera
+    calibrated_size: tuple[int, int]
+    source: Source
+    background: Background
+    fps: float
+    preview: bool
+    silhouette: bool
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether its images show the simulated person."""
+        return isinstance(self.source, Actor)
+
+    @property
+    def background_in_use(self) -> Background:
+        """Background to use: the median of a whole video, because a person may stand still in its first frames."""
+        match self.background, self.source:
+            case MedianFrames(), VideoFile(path=path):
+                return BackgroundImage(path)
+            case background, _:
+                return background
+
+
+def rig_viewers(path: Path, base: Path, content: RigFile, cameras: dict[str, Camera], files: bool) -> tuple[Viewer, ...]:
+    """Viewers of a rig file.  path: of the rig, for errors.  base, files: see `load_rig`.  Raises UserError."""
+    viewers: list[Viewer] = []
+    users: dict[str, str] = {}
+    for number, table in enumerate(content.viewer):
+        key = f"viewer[{number}]"
+        camera = camera_named(cameras, table.camera, f"{path}: {key}.camera")
+        if table.camera in users:
+            raise UserError(f"{path}: {key}.camera = {table.camera!r}: viewer {users[table.camera]!r} uses it already")
+        users[table.camera] = table.id
+        camera = replace(camera, name=plain_name(camera.name))
+        size = _working_size(path, key, table, camera)
+        source = _source(path, key, table, base, files)
+        try:
+            background = parse_background(table.background, base)
+        except SpecError as error:
+            raise UserError(f"{path}: {key}.background = {table.background!r}: allowed: {error}") from error
+        if files and isinstance(background, BackgroundImage) and not background.path.is_file():
+            raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
+        fps = table.fps or _own_fps(path, key, source, files)
+        working = camera.resized(size)
+        viewers.append(Viewer(table.id, working, camera.size, source, background, fps, table.preview, table.silhouette))
+    return tuple(viewers)
+
+
+def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
+    """Notes for the user on working sizes chosen by default."""
+    chosen = {table.id for table in content.viewer if table.size is not None}
+    return [
+        f"viewer {viewer.id}: images of {viewer.calibrated_size[0]} x {viewer.calibrated_size[1]} "
+        f"are processed at {viewer.camera.size[0]} x {viewer.camera.size[1]}"
+        for viewer in viewers
+        if viewer.id not in chosen and viewer.camera.size != viewer.calibrated_size
+    ]
+
+
+def _working_size(path: Path, key: str, table: ViewerTable, camera: Camera) -> tuple[int, int]:
+    width, height = camera.size
+    if table.size is None:
+        scale = min(1.0, LONG_SIDE_PX / max(width, height))
+        return max(16, round(width * scale)), max(16, round(height * scale))
+    stretch = (table.size[0] / width) / (table.size[1] / height)
+    if abs(stretch - 1) > SAME_SHAPE:
+        raise UserError(
+            f"{path}: {key}.size = {list(table.size)}: allowed: the shape of the calibrated {width} x {height} px, "
+            f"such as [{table.size[0]}, {round(table.size[0] * height / width)}]"
+        )
+    return table.size
+
+
+def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -> Source:
+    try:
+        source = parse_source(table.source, base)
+    except SpecError as error:
+        raise UserError(f"{path}: {key}.source = {table.source!r}: allowed: {error}") from error
+    if table.initial is not None:
+        if not isinstance(source, VideoFile):
+            raise UserError(f"{path}: {key}.initial = {table.initial!r}: allowed: only where the source is a video file")
+        source = replace(source, initial=base / table.initial)
+    if not files:
+        return source
+    match source:
+        case VideoFile():
+            for name, file in (("source", source.path), ("initial", source.initial)):
+                if file is not None and not file.is_file():
+                    raise UserError(f"{path}: {key}.{name} = {str(getattr(table, name))!r}: no file {file}")
+        case Rendered(path=file) if not file.is_file():
+            raise UserError(f"{path}: {key}.source = {table.source!r}: no file {file}")
+        case Images() if not any(source.folder.glob(source.pattern)):
+            raise UserError(f"{path}: {key}.source = {table.source!r}: no file matches {source.folder / source.pattern}")
+    return source
+
+
+def _own_fps(path: Path, key: str, source: Source, files: bool) -> float:
+    """Frame rate of a source when its viewer table gives none."""
+    match source:
+        case Actor():
+            return ACTOR_FPS
+        case Images():
+            return IMAGES_FPS
+        case Rendered(fps=fps):
+            return fps
+        case VideoFile(path=file) if files or file.is_file():
+            capture = cv2.VideoCapture(str(file))
+            rate = float(capture.get(cv2.CAP_PROP_FPS)) if capture.isOpened() else 0.0
+            capture.release()
+            if not 0 < rate <= 1000:
+                raise UserError(f"{path}: {key}.source: {file} cannot be opened as a video or has no frame rate: give fps")
+            return rate
+    return DEVICE_FPS

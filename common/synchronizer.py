@@ -1,0 +1,114 @@
+"""Grouping of the viewers' messages of one frame set by capture time.  Pure: the only times are those of the items."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for
+LONG_NS, OUTDATED = 2_000_000_000, 30  # so many items in a row that are so late mean that the newest time was wrong
+KEPT_WAITING = 8  # items of one viewer that may wait
+
+
+@dataclass(frozen=True)
+class Item(Generic[T]):
+    """A value with its capture time on the integrator's clock, captured_ns."""
+
+    captured_ns: int
+    value: T
+
+
+@dataclass(frozen=True)
+class Synchronizer(Generic[T]):
+    """waiting: items by viewer, oldest first.  missed: consecutive frame sets without a viewer.  counts: dropped items.
+
+    tolerance_ns: half a frame period.  last_ns: time of the newest frame set returned.  given: each viewer's newest item
+    in one.  outdated: consecutive items LONG_NS or more behind last_ns.  behind: by viewer, consecutive items that are so
+    late relative to the waiting items of the same viewer.
+    """
+
+    viewers: tuple[str, ...]
+    tolerance_ns: int
+    waiting: Mapping[str, tuple[Item[T], ...]] = field(default_factory=dict)
+    missed: Mapping[str, int] = field(default_factory=dict)
+    last_ns: int = -1
+    given: Mapping[str, int] = field(default_factory=dict)
+    outdated: int = 0
+    behind: Mapping[str, int] = field(default_factory=dict)
+    counts: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class FrameSet(Generic[T]):
+    """The items of one frame set by viewer; a viewer without an item is absent."""
+
+    captured_ns: int
+    items: Mapping[str, T]
+
+
+def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tuple[Synchronizer[T], list[FrameSet[T]]]:
+    """Add one item; return the new synchronizer and every frame set that the item completes, oldest first.
+
+    A frame set is complete when each viewer, except absent ones (GONE_AFTER), has an item within half a frame period.  A
+    viewer's next item ends the wait for the others at its last one.  Duplicate, late and unknown items are counted and
+    dropped.  Frame sets are strictly in the order of time.  OUTDATED items in a row that are LONG_NS behind mean that an
+    earlier time was wrong (a clock, or an invalid message): the time is reset.  The waiting items of one viewer are
+    dropped by the same rule.
+    """
+    if viewer not in pairs.viewers:
+        return _count(pairs, "unknown"), []
+    outdated = pairs.outdated + 1 if captured_ns < pairs.last_ns - LONG_NS else 0
+    pairs = replace(pairs, outdated=outdated)
+    if outdated >= OUTDATED:
+        pairs = _count(
+            Synchronizer(pairs.viewers, pairs.tolerance_ns, missed=pairs.missed, counts=pairs.counts), "began_anew"
+        )
+    queue = pairs.waiting.get(viewer, ())
+    behind = pairs.behind.get(viewer, 0) + 1 if queue and captured_ns < queue[-1].captured_ns - LONG_NS else 0
+    if behind >= OUTDATED:
+        queue, behind = (), 0
+        pairs = _count(pairs, "began_anew")
+    pairs = replace(pairs, behind={**pairs.behind, viewer: behind})
+    known = [item.captured_ns for item in queue] + ([pairs.given[viewer]] if viewer in pairs.given else [])
+    if any(abs(known_ns - captured_ns) <= pairs.tolerance_ns // 2 for known_ns in known):
+        return _count(pairs, "doubled"), []
+    if captured_ns <= pairs.last_ns:
+        if captured_ns > pairs.last_ns - pairs.tolerance_ns:  # the viewer is back: the next frame set waits for it
+            pairs = replace(pairs, missed={**pairs.missed, viewer: 0})
+        return _count(pairs, "late"), []
+    if queue and captured_ns < queue[-1].captured_ns:
+        pairs = _count(pairs, "out_of_order")
+    queue = tuple(sorted((*queue, Item(captured_ns, value)), key=lambda item: item.captured_ns))[-KEPT_WAITING:]
+    waiting = {**pairs.waiting, viewer: queue}
+    missed = {**pairs.missed, viewer: 0}
+    pairs = replace(pairs, waiting=waiting, missed=missed)
+    frame_sets: list[FrameSet[T]] = []
+    while (found := _next(pairs)) is not None:
+        pairs, frame_set = found
+        frame_sets.append(frame_set)
+    return pairs, frame_sets
+
+
+def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
+    heads = {viewer: queue[0] for viewer, queue in pairs.waiting.items() if queue}
+    if not heads:
+        return None
+    start_ns = min(item.captured_ns for item in heads.values())
+    chosen = {viewer: item for viewer, item in heads.items() if item.captured_ns - start_ns <= pairs.tolerance_ns}
+    absent = [viewer for viewer in pairs.viewers if viewer not in chosen]
+    # A missing viewer is waited for, unless it is absent, has passed this time, or a present one has its next item.
+    overtaken = any(len(pairs.waiting[viewer]) > 1 for viewer in chosen)
+    if any(v not in heads and pairs.missed.get(v, 0) < GONE_AFTER for v in absent) and not overtaken:
+        return None
+    waiting = {viewer: queue[1:] if viewer in chosen else queue for viewer, queue in pairs.waiting.items()}
+    missed = {viewer: 0 if viewer in chosen else pairs.missed.get(viewer, 0) + 1 for viewer in pairs.viewers}
+    if absent:
+        pairs = _count(pairs, "unpaired")
+    given = {**pairs.given, **{viewer: item.captured_ns for viewer, item in chosen.items()}}
+    pairs = replace(pairs, waiting=waiting, missed=missed, last_ns=max(pairs.last_ns, start_ns), given=given)
+    return pairs, FrameSet(start_ns, {viewer: item.value for viewer, item in chosen.items()})
+
+
+def _count(pairs: Synchronizer[T], name: str) -> Synchronizer[T]:
+    return replace(pairs, counts={**pairs.counts, name: pairs.counts.get(name, 0) + 1})

@@ -1,0 +1,226 @@
+"""Messages between the animator and a page, as JSON; `static/*.js` is the other side.
+
+Lengths are metres, angles degrees (for display), times milliseconds since the Unix epoch.  Coordinates are world
+coordinates; quaternions are x, y, z, w.  Arrays are flat lists, part after part.
+"""
+
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+from msgspec import Meta
+
+Feed = Literal["live", "take"]
+Numbers: TypeAlias = list[float]
+
+
+class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
+    """Rig and animator of the page.  live: False on a page that shows only a take, without a rig."""
+
+    rig: str
+    method: str
+    version: str
+    viewers: list[str]
+    live: bool = True
+
+
+class BodyUpdate(msgspec.Struct, frozen=True, tag="body", tag_field="type"):
+    """Shape of a body.  near, far: long and short radius of each part's ends.  markers: names of the joint centres."""
+
+    source: str
+    parts: list[str]
+    lengths: Numbers
+    near: Numbers
+    far: Numbers
+    markers: list[str]
+    angles: list[str]
+    height: float
+
+
+class PoseUpdate(msgspec.Struct, frozen=True, tag="pose", tag_field="type"):
+    """Pose of a body.  positions: near ends of the parts.  received_ms: time of receipt by the animator."""
+
+    source: str
+    frame: int
+    captured_ms: float
+    received_ms: float
+    positions: Numbers
+    quaternions: Numbers
+    centres: Numbers
+    angles: Numbers
+    lost: list[str]
+
+
+class PointsUpdate(msgspec.Struct, frozen=True, tag="points", tag_field="type"):
+    """Scene points, encoded as in `zenocap.common.messages.ScenePoints`, base64."""
+
+    data: bytes
+
+
+class CameraUpdate(msgspec.Struct, frozen=True, tag="camera", tag_field="type"):
+    """Centre, and the corners of the image at 1 m depth (top left, top right, bottom right, bottom left)."""
+
+    viewer: str
+    name: str
+    size: tuple[int, int]
+    centre: Numbers
+    corners: Numbers
+
+
+class PartOutline(msgspec.Struct, frozen=True):
+    """Convex outline of one body part in an image.  corners: x, y, pixels of the silhouette."""
+
+    part: str
+    corners: Numbers
+
+
+class ViewUpdate(msgspec.Struct, frozen=True, tag="view", tag_field="type"):
+    """Silhouette of a viewer, encoded as in `zenocap.common.messages.Silhouette`, and the model's outlines by source.
+
+    data: base64.  score: matching score S of [Two-view Eq. 1] in this view, or None.
+    """
+
+    viewer: str
+    size: tuple[int, int]
+    region: tuple[int, int, int, int]
+    data: bytes
+    outlines: dict[str, list[PartOutline]]
+    role: str
+    score: float | None
+
+
+class PreviewUpdate(msgspec.Struct, frozen=True, tag="preview", tag_field="type"):
+    viewer: str
+    jpeg: bytes
+
+
+class ServiceRow(msgspec.Struct, frozen=True):
+    """Status of one service.
+
+    phase, state: as in its health, empty before the first.  latency_ms: age of its result when published, or None.
+    losses: kind, number, and total, which is 0 where unknown.
+    """
+
+    name: str
+    id: str
+    condition: str
+    silent_s: float
+    phase: str
+    state: str
+    rate: float
+    latency_ms: float | None
+    losses: list[tuple[str, int, int]]
+    offset_ms: float | None
+    memory_mb: float
+
+
+class ServicesUpdate(msgspec.Struct, frozen=True, tag="services", tag_field="type"):
+    """Status of all services.
+
+    recording: whether a take is being written; None without a log.  log: messages in it.  pages: open pages.
+    """
+
+    services: list[ServiceRow]
+    recording: bool | None
+    log: int
+    pages: int
+
+
+class Check(msgspec.Struct, frozen=True):
+    """One condition to be met before the body is measured.  verdict: good, bad, or wait while it is unknown."""
+
+    name: str
+    verdict: str
+    text: str
+
+
+class ChecksUpdate(msgspec.Struct, frozen=True, tag="checks", tag_field="type"):
+    """Checks by viewer.  advice: next step of the set-up of the whole rig."""
+
+    viewers: dict[str, list[Check]]
+    advice: str
+
+
+class PostureUpdate(msgspec.Struct, frozen=True, tag="posture", tag_field="type"):
+    """Recognized posture, "" when no model explains the motion.  best: models and log-likelihoods, best first."""
+
+    label: str
+    margin: float
+    best: list[tuple[str, float]]
+
+
+class TakesUpdate(msgspec.Struct, frozen=True, tag="takes", tag_field="type"):
+    """Takes that can be played, newest first: name and size in MB."""
+
+    takes: list[tuple[str, float]]
+
+
+class PlayerUpdate(msgspec.Struct, frozen=True, tag="player", tag_field="type"):
+    """State of the player.  take: "" when none is played.  problem: why playing failed, or "" ."""
+
+    take: str
+    position_s: float = 0.0
+    duration_s: float = 0.0
+    rate: float = 1.0
+    paused: bool = False
+    problem: str = ""
+
+
+class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
+    """A line of text for the user."""
+
+    text: str
+
+
+Update: TypeAlias = (
+    HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
+    | ChecksUpdate | PostureUpdate | TakesUpdate | PlayerUpdate | NoticeUpdate
+)  # fmt: skip
+
+TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]
+
+
+class RigRequest(msgspec.Struct, frozen=True, tag="request", tag_field="type", forbid_unknown_fields=True):
+    """A request to the services of the rig."""
+
+    what: Literal["measure", "record", "stop_recording"]
+
+
+class Acknowledge(msgspec.Struct, frozen=True, tag="acknowledge", tag_field="type", forbid_unknown_fields=True):
+    """The page has shown one list of updates, and may be sent another."""
+
+
+class SelectFeed(msgspec.Struct, frozen=True, tag="select_feed", tag_field="type", forbid_unknown_fields=True):
+    """Command to show the live rig, or the take that is being played."""
+
+    feed: Feed
+
+
+class ListTakes(msgspec.Struct, frozen=True, tag="list_takes", tag_field="type", forbid_unknown_fields=True):
+    pass
+
+
+class PlayTake(msgspec.Struct, frozen=True, tag="play_take", tag_field="type", forbid_unknown_fields=True):
+    take: TakeName
+
+
+class ControlPlayer(msgspec.Struct, frozen=True, tag="control_player", tag_field="type", forbid_unknown_fields=True):
+    """Change the player; None leaves a value unchanged."""
+
+    paused: bool | None = None
+    position_s: Annotated[float, Meta(ge=0, le=1e6)] | None = None
+    rate: Annotated[float, Meta(ge=0.05, le=100)] | None = None
+    stop: bool = False
+
+
+Command: TypeAlias = RigRequest | Acknowledge | SelectFeed | ListTakes | PlayTake | ControlPlayer
+_decoder = msgspec.json.Decoder(Command)
+encode = msgspec.json.Encoder().encode
+
+
+def decode_command(text: str | bytes) -> Command:
+    """Decode a command of a page.  Raises ValueError for anything else."""
+    try:
+        command: Command = _decoder.decode(text)
+    except msgspec.MsgspecError as error:
+        raise ValueError(f"invalid command from a page: {error}") from error
+    return command

@@ -1,0 +1,246 @@
+"""Updates of a page: which part of the state has changed and is due, encoded as the page reads it.  Pure.
+
+Poses are sent on arrival; silhouettes, services and set-up checks at the rates of `zenocap.services.animator.parameters`.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from zenocap.common import messages as m
+from zenocap.common.arrays import Floats
+from zenocap.common.body.definition import neutral_pose
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
+from zenocap.services.animator.page import page_messages as pm
+from zenocap.services.animator.page.broadcast import EncodedUpdate
+from zenocap.services.animator.parameters import (
+    BEST_POSTURES,
+    CHECKS_PERIOD_NS,
+    GOOD_SCORE,
+    POSE_WAIT_NS,
+    SERVICES_PERIOD_NS,
+    VIEWS_PERIOD_NS,
+)
+from zenocap.services.animator.setup_guide import Finding, measure_silhouette, silhouette_findings
+from zenocap.services.animator.states import Actor, ServiceStatus, Source, SourceBody, State
+from zenocap.services.animator.step import service_statuses
+
+POSITION_DIGITS, SHAPE_DIGITS, QUATERNION_DIGITS, DEGREE_DIGITS, PIXEL_DIGITS = 3, 4, 4, 1, 1  # after the point
+RESULT_AGES = ("result_age", "frame_age")  # stages of a health; the first that is present is shown as latency
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Last updates and their times, by the state's own clock.  silhouettes, actors: those of the last view updates."""
+
+    state: State = field(default_factory=State)
+    silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
+    actors: Mapping[Source, Actor] = field(default_factory=dict)
+    views_ns: int = 0
+    services_ns: int = 0
+    checks_ns: int = 0
+
+
+def due_updates(schedule: Schedule, state: State, pages: int) -> tuple[Schedule, list[EncodedUpdate]]:
+    """Return the updates that are due, and the schedule after them.  pages: number of open pages."""
+    if state is schedule.state:
+        return schedule, []
+    updates = list(changes(schedule.state, state))
+    silhouettes, actors = schedule.silhouettes, schedule.actors
+    views_ns, services_ns, checks_ns = schedule.views_ns, schedule.services_ns, schedule.checks_ns
+    if state.now_ns - views_ns >= VIEWS_PERIOD_NS and _views_changed(schedule, state):
+        views_ns, silhouettes, actors = state.now_ns, state.silhouettes, state.actors
+        updates += view_updates(state)
+    if state.now_ns - services_ns >= SERVICES_PERIOD_NS:
+        services_ns = state.now_ns
+        updates.append(services_update(state, pages))
+    if state.now_ns - checks_ns >= CHECKS_PERIOD_NS:
+        checks_ns = state.now_ns
+        updates.append(checks_update(state))
+    return Schedule(state, silhouettes, actors, views_ns, services_ns, checks_ns), updates
+
+
+def _views_changed(schedule: Schedule, state: State) -> bool:
+    """True for a new pose to draw into the silhouettes, or for a new silhouette while no poses arrive."""
+    posed = any(state.now_ns - actor.received_ns < POSE_WAIT_NS for actor in state.actors.values())
+    return state.actors is not schedule.actors if posed else state.silhouettes is not schedule.silhouettes
+
+
+def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
+    """Yield updates of all bodies, poses, points, cameras, postures and previews that differ between two states."""
+    for source, body in after.bodies.items():
+        if before.bodies.get(source) is not body:
+            yield _encoded(f"body/{source}", _body_update(source, body))
+    for source, actor in after.actors.items():
+        if before.actors.get(source) is not actor:
+            yield _encoded(f"pose/{source}", _pose_update(actor))
+    if after.points is not None and before.points is not after.points:
+        yield _encoded("points", pm.PointsUpdate(after.points.points))
+    for viewer, camera in after.cameras.items():
+        if before.cameras.get(viewer) is not camera:
+            yield _encoded(f"camera/{viewer}", _camera_update(viewer, camera))
+    if after.posture is not None and before.posture is not after.posture:
+        posture = after.posture
+        yield _encoded("posture", pm.PostureUpdate(posture.label or "", round(posture.margin, 2), _best_models(posture)))
+    for viewer, preview in after.previews.items():
+        if before.previews.get(viewer) is not preview:
+            yield _encoded(f"preview/{viewer}", pm.PreviewUpdate(viewer, preview.jpeg))
+
+
+def view_updates(state: State) -> Iterator[EncodedUpdate]:
+    """Yield each viewer's latest silhouette with the model's outlines."""
+    for viewer, silhouette in state.silhouettes.items():
+        yield _encoded(f"view/{viewer}", _view_update(state, viewer, silhouette))
+
+
+def services_update(state: State, pages: int) -> EncodedUpdate:
+    """Return the status of all services and of the log."""
+    statuses = service_statuses(state)
+    logs = [status.health.counts for status in statuses if status.service == "integrator" and status.health is not None]
+    recording = None if not logs else any(counts.get("log_on") and not counts.get("log_stopped") for counts in logs)
+    written = max((counts.get("log_messages", 0) for counts in logs), default=0)
+    return _encoded("services", pm.ServicesUpdate([_service_row(status) for status in statuses], recording, written, pages))
+
+
+def checks_update(state: State) -> EncodedUpdate:
+    """Return the set-up checks before the body is measured, by viewer, and the next step for the rig."""
+    found: dict[str, list[pm.Check]] = {}
+    for (service, id), record in state.services.items():
+        if service == "viewer":
+            checks = (_background_finding(record.health), *_silhouette_findings(state, id))
+            found[id] = [pm.Check(*finding) for finding in checks]
+    advice = next(
+        (
+            record.health.state
+            for (service, _), record in reversed(list(state.services.items()))
+            if service in ("integrator", "tracker") and record.health and record.health.phase is not m.Phase.RUNNING
+        ),
+        "waiting for the integrator",
+    )
+    return _encoded("checks", pm.ChecksUpdate(found, advice))
+
+
+def _encoded(key: str, update: pm.Update) -> EncodedUpdate:
+    return EncodedUpdate(key, pm.encode(update))
+
+
+def _flat(array: Floats, decimals: int) -> list[float]:
+    values: list[float] = np.round(array, decimals).ravel().tolist()
+    return values
+
+
+def _body_update(source: str, body: SourceBody) -> pm.BodyUpdate:
+    shapes = capsule_shapes(body.bdp)
+    upright = placed_capsules(body.anatomy, body.bdp, neutral_pose(body.anatomy, np.zeros(3)))
+    return pm.BodyUpdate(
+        source, list(body.anatomy.parts),
+        _flat(shapes.lengths, SHAPE_DIGITS), _flat(shapes.near, SHAPE_DIGITS), _flat(shapes.far, SHAPE_DIGITS),
+        [marker.name for marker in body.anatomy.markers], list(body.anatomy.angles),
+        round(float(np.ptp(upright.centres[:, 1])), POSITION_DIGITS),
+    )  # fmt: skip
+
+
+def _pose_update(actor: Actor) -> pm.PoseUpdate:
+    placed = placed_capsules(actor.anatomy, actor.body, actor.pose)
+    return pm.PoseUpdate(
+        actor.source, actor.frame, actor.captured_ns / 1e6, actor.received_ns / 1e6,
+        _flat(placed.positions, POSITION_DIGITS), _flat(placed.quaternions, QUATERNION_DIGITS),
+        _flat(placed.centres, POSITION_DIGITS),
+        _flat(np.degrees(actor.pose.angles), DEGREE_DIGITS), list(actor.lost),
+    )  # fmt: skip
+
+
+def _camera_update(viewer: str, camera: Camera) -> pm.CameraUpdate:
+    width, height = camera.size
+    corners = np.array([[-0.5, -0.5], [width - 0.5, -0.5], [width - 0.5, height - 0.5], [-0.5, height - 0.5]])
+    local = np.column_stack([corners, np.ones(4)]) @ np.linalg.inv(camera.matrix).T
+    world = local @ camera.rotation + camera.centre
+    return pm.CameraUpdate(viewer, camera.name, camera.size, _flat(camera.centre, SHAPE_DIGITS), _flat(world, SHAPE_DIGITS))
+
+
+def _view_update(state: State, viewer: str, silhouette: m.Silhouette) -> pm.ViewUpdate:
+    camera = state.cameras.get(viewer)
+    outlines: dict[str, list[pm.PartOutline]] = {}
+    if camera is not None and camera.size == silhouette.size:
+        for source, actor in state.actors.items():
+            if "person" not in actor.lost:
+                parts = part_outlines(actor.anatomy, actor.body, actor.pose, camera)
+                outlines[source] = [pm.PartOutline(part, _flat(corners, PIXEL_DIGITS)) for part, corners in parts]
+    sighting = state.sightings.get(viewer)
+    assigned = state.assignment.views.get(viewer) if state.assignment else None
+    return pm.ViewUpdate(
+        viewer, silhouette.size, silhouette.region, silhouette.data, outlines, assigned.view if assigned else "",
+        round(sighting.score, 3) if sighting and sighting.score else None,
+    )  # fmt: skip
+
+
+def _best_models(posture: m.Posture) -> list[tuple[str, float]]:
+    """Return the best models and their log-likelihoods, best first."""
+    best = sorted(posture.log_likelihoods.items(), key=lambda pair: -pair[1])[:BEST_POSTURES]
+    return [(label, round(value, 1)) for label, value in best]
+
+
+def _service_row(status: ServiceStatus) -> pm.ServiceRow:
+    health = status.health
+    silent_s = round(status.silent_ns / 1e9, 1)
+    if health is None:
+        return pm.ServiceRow(status.service, status.id, status.condition, silent_s, "", "", 0.0, None, [], None, 0.0)
+    age = next((health.stages_ms[stage] for stage in RESULT_AGES if stage in health.stages_ms), None)
+    offset_ms = health.clock_offset_ns / 1e6 if health.clock_error_ns else None
+    return pm.ServiceRow(
+        status.service, status.id, status.condition, silent_s, health.phase, health.state, round(health.rate, 1),
+        None if age is None else round(age, 1), _losses(health.counts), None if offset_ms is None else round(offset_ms, 3),
+        round(health.memory_bytes / 1e6, 1),
+    )  # fmt: skip
+
+
+def _losses(counts: Mapping[str, int]) -> list[tuple[str, int, int]]:
+    """Return the losses of a service: text, number, and total, 0 where the total is not counted."""
+    received, frames = counts.get("received", 0), counts.get("frames", 0)
+    logged, unlogged = counts.get("log_messages", 0), counts.get("log_lost", 0)
+    dropped = counts.get("dropped_frames", 0)
+    found = [
+        ("camera frames skipped", dropped, frames + dropped),
+        ("frame sets skipped", counts.get("dropped_instants", 0), 0),
+        ("messages dropped", counts.get("dropped_queue_full", 0), received),
+        ("messages invalid", counts.get("rejected_invalid", 0), received),
+        ("steps failed", counts.get("step_errors", 0), 0),
+        ("messages not recorded", unlogged, logged + unlogged),
+    ]
+    return [(text, count, total) for text, count, total in found if count]
+
+
+def _background_finding(health: m.Health | None) -> Finding:
+    if health is None:
+        return "background", "wait", "viewer not connected yet"
+    if health.phase is m.Phase.LEARNING_BACKGROUND:
+        return "background", "wait", f"{health.state}: keep the scene empty"
+    return "background", "good", "learned"
+
+
+def _silhouette_findings(state: State, viewer: str) -> list[Finding]:
+    silhouette = state.silhouettes.get(viewer)
+    if silhouette is None:
+        return [("person", "wait", "no silhouette yet")]
+    try:
+        mask = unpack(silhouette.size, silhouette.region, silhouette.data)
+    except ValueError as problem:
+        return [("silhouette", "bad", f"damaged: {problem}")]
+    found = silhouette_findings(measure_silhouette(mask), _initial_side(state, viewer))
+    sighting = state.sightings.get(viewer)
+    if sighting is not None and sighting.present and sighting.score:
+        verdict: Literal["good", "bad"] = "good" if sighting.score > GOOD_SCORE else "bad"
+        found.append(("fit", verdict, f"matching score {sighting.score:.2f} of 1"))
+    return found
+
+
+def _initial_side(state: State, viewer: str) -> Literal["front", "side"] | None:
+    """Return the side of the T-pose that a view shows; None once the body is known, or without an assignment."""
+    assignment = state.assignment
+    if assignment is None or assignment.tracking or viewer not in assignment.views:
+        return None
+    return "front" if assignment.views[viewer].view == "facade" else "side"

@@ -1,0 +1,86 @@
+// Plots of joint angles over the last seconds, degrees: left and right in one plot.
+
+const SPAN_MS = 10000;
+const MIN_RANGE_DEG = 30;
+const MAX_POSES = 2000;
+const BLUE = '#4fb0ff';
+const ORANGE = '#ffa657';
+const WHITE = '#dfe5ee';
+const both = (joint, axis) => [[`right_${joint}.${axis}`, BLUE], [`left_${joint}.${axis}`, ORANGE]];
+
+export const PLOTS = [
+  ['elbow flexion', both('elbow', 'x')], ['arm elevation', both('shoulder', 'z')], ['knee flexion', both('knee', 'x')],
+  ['hip flexion', both('hip', 'x')], ['heading', [['navel.y', WHITE]]], ['lean', [['navel.x', WHITE]]],
+];
+
+export class AnglePlots {
+  constructor(parent) {
+    this.canvases = PLOTS.map(([name, series]) => {
+      const box = document.createElement('figure');
+      box.innerHTML = '<figcaption><span></span><b class="number"></b></figcaption><canvas></canvas>';
+      box.querySelector('span').textContent = name;
+      box.title = series.map(([angle]) => angle.replace('.', ' ')).join(', ');
+      parent.append(box);
+      return { canvas: box.querySelector('canvas'), value: box.querySelector('b') };
+    });
+    this.history = [];
+  }
+
+  add(names, pose) {
+    const last = this.history.at(-1);
+    if (last && pose.captured_ms <= last.ms) this.history = [];  // another take, or an earlier position in it
+    this.history.push({ ms: pose.captured_ms, angles: pose.lost.includes('person') ? null : pose.angles });
+    const since = pose.captured_ms - SPAN_MS;
+    while (this.history.length > MAX_POSES || this.history[0].ms < since) this.history.shift();
+    this.names = names;
+  }
+
+  clear() { this.history = []; }
+
+  draw() {
+    if (!this.history.length || !this.canvases[0].canvas.clientWidth) return;
+    const end = this.history.at(-1).ms;
+    PLOTS.forEach(([, lines], k) => this.plot(this.canvases[k], lines, end));
+  }
+
+  plot({ canvas, value }, lines, end) {
+    const scale = Math.min(window.devicePixelRatio || 1, 2);
+    const [width, height] = [canvas.clientWidth * scale, canvas.clientHeight * scale];
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    const pen = canvas.getContext('2d');
+    pen.clearRect(0, 0, width, height);
+    const series = lines.map(([name, colour]) => ({ at: this.names.indexOf(name), colour })).filter(({ at }) => at >= 0);
+    const values = this.history.flatMap(({ angles }) => (angles ? series.map(({ at }) => angles[at]) : []));
+    if (!values.length) { value.textContent = ''; return; }
+    let low = Math.min(...values), high = Math.max(...values);
+    const margin = Math.max(0, MIN_RANGE_DEG - (high - low)) / 2 + 3;
+    low -= margin; high += margin;
+    const y = (angle) => height - ((angle - low) / (high - low)) * height;
+    pen.strokeStyle = 'rgba(160,178,205,.16)';
+    pen.lineWidth = scale;
+    const step = [10, 30, 45, 90, 180].find((s) => (high - low) / s <= 4) || 360;
+    pen.fillStyle = 'rgba(160,178,205,.45)';
+    pen.font = `${9 * scale}px system-ui, sans-serif`;
+    for (let mark = Math.ceil(low / step) * step; mark <= high; mark += step) {
+      pen.beginPath(); pen.moveTo(0, y(mark)); pen.lineTo(width, y(mark)); pen.stroke();
+      pen.fillText(`${mark}°`, 2 * scale, y(mark) - 2 * scale);
+    }
+    pen.lineWidth = 1.6 * scale;
+    pen.lineJoin = 'round';
+    for (const { at, colour } of series) {
+      pen.strokeStyle = colour;
+      pen.beginPath();
+      let before = null;
+      for (const { ms, angles } of this.history) {
+        if (!angles) { before = null; continue; }
+        const x = width * (1 - (end - ms) / SPAN_MS);
+        if (before === null || Math.abs(angles[at] - before) > 180) pen.moveTo(x, y(angles[at]));
+        else pen.lineTo(x, y(angles[at]));
+        before = angles[at];
+      }
+      pen.stroke();
+    }
+    const last = this.history.at(-1).angles;
+    value.textContent = last ? series.map(({ at }) => `${Math.round(last[at])}°`).join(' ') : '';
+  }
+}

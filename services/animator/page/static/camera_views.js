@@ -1,0 +1,144 @@
+// View of each camera: silhouette, the model's outlines over it, and the preview where the rig sends one.
+import { colourOf } from './capsules.js';
+
+const PERSON = [226, 232, 242];
+const VIEW_PX = 640;  // longer side that a view is enlarged to
+const css = ([r, g, b], a = 1) => `rgba(${Math.round(255 * r)},${Math.round(255 * g)},${Math.round(255 * b)},${a})`;
+const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// Decode the silhouette of a view to a picture: the inverse of `zenocap.common.vision.mask_codec`.
+export async function decodeMask({ size, region, data }) {
+  const [width, height] = size;
+  const [left, top, across, down] = region;
+  const image = new ImageData(width, height);
+  if (!across || !down) return image;
+  const packed = bytesOf(data);
+  const differences = packed[0] === 1;
+  const bits = await inflate(differences ? packed.subarray(1) : packed);
+  const stride = (across + 7) >> 3;
+  for (let y = 0; y < down; y++)
+    for (let b = 0; b < stride; b++) {
+      const at = y * stride + b;
+      if (differences && y) bits[at] ^= bits[at - stride];
+      for (let k = 0; k < 8 && 8 * b + k < across; k++)
+        if (bits[at] & (128 >> k)) {
+          const p = 4 * ((top + y) * width + left + 8 * b + k);
+          image.data.set(PERSON, p);
+          image.data[p + 3] = 255;
+        }
+    }
+  return image;
+}
+
+class View {
+  constructor(viewer, parent) {
+    this.viewer = viewer;
+    this.card = document.createElement('figure');
+    this.card.className = 'view glass empty';  // empty until the first silhouette
+    this.card.dataset.viewer = viewer;
+    this.canvas = this.card.appendChild(document.createElement('canvas'));
+    this.caption = this.card.appendChild(document.createElement('figcaption'));
+    this.caption.innerHTML = '<span class="dot"></span><b></b><span class="role"></span><span class="score number"></span>';
+    this.caption.querySelector('.score').title = 'Matching score of the model and this silhouette, 0 to 1';
+    this.caption.querySelector('b').textContent = `viewer ${viewer}`;
+    this.mask = document.createElement('canvas');   // for the scene too: transparent except for person and outlines
+    this.preview = null;
+    this.number = 0;
+    parent.append(this.card);
+  }
+
+  // Returns false when a newer silhouette has been decoded first.
+  async show(update, source, drawn) {
+    const number = ++this.number;
+    const image = await decodeMask(update);
+    if (number !== this.number) return false;
+    const [width, height] = update.size;
+    const scale = Math.max(1, Math.round(VIEW_PX / Math.max(width, height)));
+    const bare = new OffscreenCanvas(width, height);
+    bare.getContext('2d').putImageData(image, 0, 0);
+    Object.assign(this.mask, { width: scale * width, height: scale * height });
+    const pen = this.mask.getContext('2d');
+    pen.imageSmoothingEnabled = true;
+    pen.globalAlpha = 0.5;
+    if (drawn.silhouettes) pen.drawImage(bare, 0, 0, scale * width, scale * height);
+    pen.globalAlpha = 1;
+    pen.lineWidth = Math.max(2, scale * 0.55);
+    pen.lineJoin = 'round';
+    for (const { part, corners } of (drawn.outlines && update.outlines[source]) || []) {
+      pen.strokeStyle = css(colourOf(part), 0.95);
+      pen.beginPath();
+      for (let k = 0; k < corners.length; k += 2)
+        pen.lineTo(scale * (corners[k] + 0.5), scale * (corners[k + 1] + 0.5));
+      pen.closePath();
+      pen.stroke();
+    }
+    this.card.classList.remove('empty');
+    this.draw();
+    if (!this.silent) this.caption.querySelector('.role').textContent = update.role;
+    this.caption.querySelector('.score').textContent = update.score === null ? '' : `score ${update.score.toFixed(2)}`;
+    return true;
+  }
+
+  draw() {
+    const { width, height } = this.mask;
+    Object.assign(this.canvas, { width, height });
+    const pen = this.canvas.getContext('2d');
+    pen.fillStyle = '#0b1018';
+    pen.fillRect(0, 0, width, height);
+    if (this.preview) {
+      pen.globalAlpha = 0.6;
+      pen.drawImage(this.preview, 0, 0, width, height);
+      pen.globalAlpha = 1;
+    }
+    pen.drawImage(this.mask, 0, 0);
+  }
+}
+
+export class CameraViews {
+  // onPicture: called with viewer and picture when there is a new one.
+  constructor(parent, onPicture) {
+    this.parent = parent;
+    this.onPicture = onPicture;
+    this.views = new Map();
+    this.last = new Map();
+  }
+
+  view(viewer) {
+    if (!this.views.has(viewer)) this.views.set(viewer, new View(viewer, this.parent));
+    return this.views.get(viewer);
+  }
+
+  async show(update, source, drawn) {
+    this.last.set(update.viewer, update);
+    const view = this.view(update.viewer);
+    if (await view.show(update, source, drawn)) this.onPicture(update.viewer, view.mask);
+  }
+
+  redraw(source, drawn) {
+    for (const update of this.last.values()) this.show(update, source, drawn);
+  }
+
+  async setPreview({ viewer, jpeg }) {
+    this.view(viewer).preview = await createImageBitmap(new Blob([bytesOf(jpeg)], { type: 'image/jpeg' }));
+  }
+
+  // condition: of a viewer, as in the table of services.  silent: seconds without messages.
+  setCondition(viewer, condition, silent) {
+    const view = this.view(viewer);
+    view.card.dataset.condition = condition;
+    view.silent = condition === 'stale' || condition === 'gone';
+    if (view.silent)
+      view.caption.querySelector('.role').textContent = condition === 'gone' ? 'not running' : `silent for ${silent.toFixed(0)} s`;
+  }
+
+  clear() {
+    this.views.forEach(({ card }) => card.remove());
+    this.views.clear();
+    this.last.clear();
+  }
+}

@@ -1,0 +1,111 @@
+"""Connection between the service loop and the page's thread: states go to pages and outputs, requests to the rig."""
+
+import logging
+import queue
+from collections.abc import Sequence
+from pathlib import Path
+
+from zenocap.common.bus.protocol import Bus
+from zenocap.common.messages import Request
+from zenocap.common.rig.animator import PageTable
+from zenocap.common.rig.rig import Rig
+from zenocap.common.runtime.clock import Clock
+from zenocap.common.runtime.service_info import versions
+from zenocap.common.topics import Topic
+from zenocap.services.animator.outputs.output_group import OutputGroup
+from zenocap.services.animator.page import page_messages as pm
+from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
+from zenocap.services.animator.page.page_updates import Schedule, due_updates
+from zenocap.services.animator.page.server import PageServer
+from zenocap.services.animator.parameters import MAX_REQUESTS
+from zenocap.services.animator.playback import Playback
+from zenocap.services.animator.states import Actor, Source, State
+
+logger = logging.getLogger(__name__)
+
+
+class PageBridge:
+    """Pages and outputs of one animator.  Its methods are called by the service loop, `_receive` by the page's thread."""
+
+    def __init__(self, rig: Rig, bus: Bus, clock: Clock, outputs: OutputGroup) -> None:
+        self._rig, self._bus, self._clock, self.outputs = rig, bus, clock, outputs
+        self._source: Source = "tracker" if rig.tracker is not None else "two-view"
+        self._sent: Actor | None = None
+        self._playback: Playback | None = None
+        self._server: PageServer | None = None
+        self._requests: queue.SimpleQueue[pm.RigRequest] = queue.SimpleQueue()
+        self._request_count = 0
+        self._schedule = Schedule()
+        self._restart_schedule = False
+
+    def open(self, table: PageTable, takes: Path, topics: tuple[Topic, ...]) -> None:
+        """Serve the page.  takes: folder of the takes that can be played; topics: shown of them.  Raises UserError."""
+        self._server = PageServer(table, self._receive, self._first_page_opened)
+        self._server.start()
+        self._playback = Playback(takes, self._server.broadcaster, self._clock, topics)
+        logger.info("the page is at %s", self._server.address)
+        viewers = [viewer.id for viewer in self._rig.viewers]
+        hello = pm.HelloUpdate(self._rig.name, self._rig.method, versions()["zenocap"], viewers)
+        self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
+
+    @property
+    def address(self) -> str:
+        """URL of the page, token included; "" without a page."""
+        return self._server.address if self._server is not None else ""
+
+    @property
+    def longest_queue(self) -> int:
+        """Number of updates that wait for the slowest page."""
+        return self._server.broadcaster.longest_queue if self._server is not None else 0
+
+    def close(self) -> None:
+        if self._playback is not None:
+            self._playback.close()
+        if self._server is not None:
+            self._server.close()
+        self.outputs.close()
+
+    def health_text(self) -> str:
+        """Return the page's address, without the token, and the number of open pages."""
+        if self._server is None:
+            return ""
+        return f"; page {self._server.address.partition('?')[0]}, {self._server.broadcaster.pages} open"
+
+    def show(self, state: State) -> None:
+        """Send a new state to outputs and pages."""
+        actor = state.actors.get(self._source)
+        if actor is not None and actor is not self._sent:
+            self._sent = actor
+            self.outputs.send(actor, state.posture.label if state.posture is not None else None)
+        if self._server is None or not self._server.broadcaster.pages:
+            return
+        if self._restart_schedule:
+            self._restart_schedule, self._schedule = False, Schedule()
+        self._schedule, updates = due_updates(self._schedule, state, self._server.broadcaster.pages)
+        if updates:
+            self._server.broadcaster.publish("live", updates)
+
+    def requests(self) -> Sequence[Request]:
+        """Return the requests of the pages since the last call."""
+        found: list[Request] = []
+        while not self._requests.empty():
+            request = self._requests.get()
+            found.append(Request(frame=self._request_count, captured_ns=self._clock.now_ns(), what=request.what))
+            self._request_count += 1
+        return found
+
+    def _first_page_opened(self) -> None:
+        self._restart_schedule = True
+        self._bus.wake()
+
+    def _receive(self, page: PageQueue, command: pm.Command) -> None:
+        match command:
+            case pm.RigRequest() if self._requests.qsize() < MAX_REQUESTS:
+                self._requests.put(command)
+                self._bus.wake()
+            case pm.SelectFeed(feed=feed) if self._server is not None:
+                self._server.broadcaster.select_feed(page, feed)
+            case pm.ListTakes() if self._playback is not None:
+                page.put(EncodedUpdate("takes", pm.encode(self._playback.takes())))
+            case pm.PlayTake() | pm.ControlPlayer() if self._playback is not None:
+                self._playback.send(command)

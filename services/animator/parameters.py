@@ -1,0 +1,71 @@
+"""Behavioural constants of the animator, with unit and provenance.
+
+"By hand" means chosen without a measurement.  Constants inside compiled functions stay beside them in `render/`.
+The page has its own at the top of `page/static/*.js`.
+"""
+
+from collections.abc import Mapping
+
+# Presence of services.
+FRAME_TIMEOUT_NS = 1_000_000_000  # a viewer without frames for this long is stale; by hand
+MESSAGE_TIMEOUT_NS = 2_500_000_000  # a service without messages is stale: 2.5 health periods of 1 s; by hand
+MAX_ENTRIES = 128  # services and viewers that are kept, which bounds the memory; by hand
+TICK_NS = 200_000_000  # period at which the condition of services is evaluated; by hand
+
+# Page.
+VIEWS_PERIOD_NS = 60_000_000  # at least, between two updates of the silhouettes; by hand
+POSE_WAIT_NS = 500_000_000  # after a pose, silhouettes wait this long for the next, so that both fit; by hand
+SERVICES_PERIOD_NS = 250_000_000  # between two updates of the table of services; by hand
+CHECKS_PERIOD_NS = 500_000_000  # between two updates of the set-up checks; by hand
+BEST_POSTURES = 3  # posture models that are shown with their log-likelihoods; by hand
+MAX_PAGES = 64  # open at a time; by hand
+MAX_UNACKNOWLEDGED = 3  # lists on their way to a page: 60 lists/s at a round trip of 50 ms
+MAX_REQUESTS = 16  # commands of pages that wait for the service loop; further ones are dropped; by hand
+MAX_COMMAND_BYTES = 4096  # of a command from a page; by hand
+PING_PERIOD_S, PING_TIMEOUT_S = 10.0, 20.0  # a page that does not answer is disconnected; by hand
+CLOSE_TIMEOUT_S = 1.0  # for the closing handshake; by hand
+
+# Playing takes on the page.
+MAX_TAKES = 200  # listed, newest first; by hand
+MAX_PLAYER_COMMANDS = 64  # that wait for the player; further ones are dropped; by hand
+PLAYER_PERIOD_NS = 200_000_000  # between two updates of the player's position; by hand
+PLAYER_WAIT_S = 0.02  # longest wait for a message, so that commands are handled; by hand
+REPLAY_TIMEOUT_S = 3.0  # for the replay process to end; by hand
+REPLAY_DELAY_S = 0.3  # before the replay publishes, for discovery of the session; by hand
+SHOW_POLL_S = 0.1  # period at which `zenocap show` checks whether to end; by hand
+
+# Set-up checks of a silhouette; all by hand.
+MIN_PERSON_HEIGHT, MAX_PERSON_HEIGHT = 0.35, 0.97  # of the image height
+MIN_PERSON_AREA = 0.004  # of the image area; below it there is no person
+MAX_FRAYED = 0.12  # of the silhouette's area that is thinner than three pixels
+MAX_HOLES = 0.02  # area of the holes, relative to the silhouette's
+GOOD_SCORE = 0.5  # matching score [Two-view Eq. 1] above which the model fits
+
+# Outputs.
+MAX_DATAGRAM_BYTES = 1400  # below the Ethernet MTU of 1500 bytes, so that no datagram is fragmented
+QUIET_DATAGRAMS = 300  # successful datagrams after which a new failure is logged again: 10 s at 30 poses/s; by hand
+MAX_LSL_AGE_NS = 10_000_000_000  # older samples are of a replayed take and are stamped with the present; by hand
+
+# Rendering; all by hand, by the look of the pictures.
+FIELD_OF_VIEW_DEG = 26.0  # along the shorter side, so that the body is not distorted
+FILL = 0.88  # part of the picture that the scene fills at most
+MIN_DISTANCE_M = 2.5  # of the camera
+BODY_MARGIN_M = 0.16  # of the body's surface around its joint centres
+FOLLOW_SMOOTHING_S = 0.5  # standard deviation of the Gaussian that smooths the path of a following camera
+LIT_RADIUS, MIN_LIT_RADIUS_M = 1.6, 3.2  # of the lit floor, relative to the extent of the scene, and at least
+PICTURE_SAMPLES, FILM_SAMPLES = 4, 2  # along either side of a pixel, of a picture and of a film
+SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 48.0, 52.0  # to the left of the camera, and above the horizontal
+SHADOW_TEXEL_M, SHADOW_MARGIN_M, PENUMBRA_M = 0.008, 0.12, 0.022  # of the shadow map; sigma of its soft edge
+CONTACT_TEXEL_M, CONTACT_MARGIN_M = 0.02, 0.3  # of the map of body parts close to the floor
+CONTACT_BLUR_M, CONTACT_HEIGHT_M = 0.055, 0.35  # sigma of its soft edge; parts above this height do not darken the floor
+MAX_TEXELS = 2048  # along either side of a map
+GRID_M = 1.0  # between bold lines of the floor; fine ones every quarter
+TRAIL_RADIUS_M = 0.008  # at the newest end of a trail
+TRAIL_SPACING_M = 0.01  # points of a trail nearer to each other are merged
+CAPTION_HEIGHT_PX = 720  # picture height for which caption sizes are given
+FONT_OVERSAMPLING = 3  # captions are drawn this much larger and reduced, because OpenCV's lines have whole widths
+
+
+def parameters() -> Mapping[str, float | int | str]:
+    """Return all constants by name."""
+    return {name: value for name, value in globals().items() if name.isupper()}

@@ -1,0 +1,87 @@
+"""`zenocap show`: the page on one recorded take, without a rig."""
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from zenocap.common.errors import UserError
+from zenocap.common.recording.reader import Take
+from zenocap.common.rig.animator import PageTable
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.service_info import versions
+from zenocap.services.animator.page import page_messages as pm
+from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
+from zenocap.services.animator.page.server import PageServer
+from zenocap.services.animator.parameters import SHOW_POLL_S
+from zenocap.services.animator.playback import Playback
+from zenocap.services.animator.shell import TOPICS
+
+logger = logging.getLogger(__name__)
+
+
+class TakePage:
+    """Page that plays one take in a loop, from `open` to `close`."""
+
+    def __init__(self, take: Path, table: PageTable) -> None:
+        self._take = take
+        self._server = PageServer(table, self._receive, lambda: None)
+        self._player = pm.PlayerUpdate(take.name)
+        self._playback: Playback | None = None
+
+    @property
+    def address(self) -> str:
+        """URL of the page."""
+        return self._server.address
+
+    @property
+    def player(self) -> pm.PlayerUpdate:
+        """Latest state of the player."""
+        return self._player
+
+    def open(self) -> None:
+        """Serve the page and start to play.  Raises UserError."""
+        self._server.start()
+        hello = pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False)
+        self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
+        self._playback = Playback(self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update)
+        self._playback.send(pm.PlayTake(self._take.name))
+
+    def close(self) -> None:
+        if self._playback is not None:
+            self._playback.close()
+        self._server.close()
+
+    def _on_update(self, update: pm.PlayerUpdate) -> None:
+        self._player = update
+
+    def _receive(self, page: PageQueue, command: pm.Command) -> None:
+        match command:
+            case pm.SelectFeed(feed=feed):
+                self._server.broadcaster.select_feed(page, feed)
+            case pm.ControlPlayer(stop=False) if self._playback is not None:
+                self._playback.send(command)
+            case _:
+                raise ValueError("this page shows one take, without a rig: commands to a rig are not available")
+
+
+def show_take(take: Path, table: PageTable, stopped: Callable[[], bool], on_open: Callable[[str], None]) -> None:
+    """Show a take until `stopped`.  on_open: called with the address of the page.  Raises UserError."""
+    if not take.is_file():
+        raise UserError(f"{take}: no such file")
+    next(Take(take).messages(), None)  # raises UserError for a file that is not a take
+    page = TakePage(take.resolve(), table)
+    page.open()
+    try:
+        on_open(page.address)
+        warned = ""
+        while not stopped():
+            player = page.player
+            if not player.take:
+                raise UserError(player.problem or f"{take}: the replay has ended")
+            if player.problem and player.problem != warned:
+                warned = player.problem
+                logger.warning("%s: %s", take, warned)
+            time.sleep(SHOW_POLL_S)
+    finally:
+        page.close()

@@ -1,1 +1,0 @@
-"""`zenocap certs`: the small authority of a rig, and a certificate for each of its members."""

@@ -1,1 +1,0 @@
-"""Load: many viewers, rigs and subscribers at given rates, measured until something gives."""

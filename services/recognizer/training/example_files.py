@@ -1,0 +1,108 @@
+"""Reading of examples: feature vectors of takes and motion-capture files, by the rows of a manifest."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.errors import UserError
+from zenocap.common.formats.motion_files import read_poses_for
+from zenocap.common.formats.pose_track import every_frame
+from zenocap.common.formats.take_poses import read_poses
+from zenocap.services.recognizer.features import Kind, features_of
+from zenocap.services.recognizer.training.examples import LEAST_ROWS, Example, fill_gaps
+from zenocap.services.recognizer.training.manifest import Row
+
+EXACT_S = 1e-6
+CACHED_SOURCES = 4  # rows of the same source are mostly adjacent in a manifest
+
+
+@dataclass(frozen=True)
+class Features:
+    """Feature vectors of a source.
+
+    features: (T, 10) radians, NaN in frames without a pose.  times_s: (T,) seconds from the start of the source.
+    rate: frames per second.
+    """
+
+    rate: float
+    times_s: Floats
+    features: Floats
+
+
+def examples_of(
+    manifest: Path,
+    rows: Sequence[Row],
+    kind: Kind,
+    report: Callable[[int, int, str], None] = lambda done, of, text: None,
+    missing: list[str] | None = None,
+) -> list[Example]:
+    """Examples of a manifest's rows, in order.  Raises UserError with one line per unusable row.
+
+    missing: receives these lines instead of raising.
+    """
+    examples: list[Example] = []
+    wrong: list[str] = []
+    read = lru_cache(CACHED_SOURCES)(read_features)
+    failed: dict[Path, str] = {}
+    for done, row in enumerate(rows):
+        report(done, len(rows), row.source.name)
+        if row.source in failed:
+            if missing is not None:
+                wrong.append(f"{manifest}: line {row.line}: {failed[row.source]}")
+            continue
+        try:
+            motion = read(row.source, kind)
+        except (UserError, OSError) as error:
+            failed[row.source] = str(error)
+            wrong.append(f"{manifest}: line {row.line}: {error}")
+            continue
+        try:
+            features = span(motion, row.start, row.end)
+        except ValueError as error:
+            wrong.append(f"{manifest}: {row}: {error}")
+            continue
+        name = f"{manifest}: {row}"
+        examples.append(Example(row.posture, row.person, row.repetition, motion.rate, features, name))
+    report(len(rows), len(rows), "done")
+    if missing is not None:
+        missing += wrong
+    elif wrong:
+        raise UserError("\n".join(wrong))
+    return examples
+
+
+def read_features(path: Path, kind: Kind) -> Features:
+    """Feature vectors of a whole source: a take in its own anatomy, a .bvh or .trc in ten parts.  Raises UserError."""
+    if path.suffix.lower() == ".mcap":
+        track = every_frame(read_poses(path).track(), 0)
+        if not track.rate > 0:
+            raise UserError(f"{path}: {len(track.frames)} frames with a pose: allowed: two or more")
+        return Features(track.rate, track.times_s, features_of(track.anatomy, track.angles, kind))
+    motion = read_poses_for(path, TEN_PARTS)
+    angles = np.full((len(motion.poses), len(TEN_PARTS.angles)), np.nan)
+    for row, pose in enumerate(motion.poses):
+        if pose is not None and motion.known[row]:
+            angles[row] = pose.angles
+    return Features(motion.rate, motion.times_s, features_of(TEN_PARTS, angles, kind))
+
+
+def span(motion: Features, start: float | None, end: float | None) -> Floats:
+    """(T, 10) frames from `start` to `end` (s), short gaps filled; None: from the first pose, to the last one.
+
+    Raises ValueError for fewer than two frames and for long gaps, see `examples.fill_gaps`.
+    """
+    times_s, known = motion.times_s, np.flatnonzero(np.isfinite(motion.features).all(axis=1))
+    if not len(known):
+        raise ValueError("no angles in any frame: allowed: a source in which the person is tracked")
+    first_s = times_s[known[0]] if start is None else start
+    last_s = times_s[known[-1]] if end is None else end
+    rows = np.flatnonzero((times_s >= first_s - EXACT_S) & (times_s <= last_s + EXACT_S))
+    if len(rows) < LEAST_ROWS:
+        spans = f"{LEAST_ROWS} or more, of {times_s[0]:.2f} s to {times_s[-1]:.2f} s at {motion.rate:g}/s"
+        raise ValueError(f"{len(rows)} frames: allowed: {spans}")
+    return fill_gaps(motion.features[rows], motion.rate, float(times_s[rows[0]]))

@@ -1,0 +1,187 @@
+"""Manifest of examples: a CSV file with one row per posture: source, start, end, posture, person, repetition."""
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from math import isfinite
+from pathlib import Path
+
+from zenocap.common.atomic_write import atomic_file
+from zenocap.common.errors import UserError
+from zenocap.services.recognizer.training.examples import LONGEST_LABEL
+
+COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
+SOURCE_NAMES = ("source", "take", "clip", "file")  # accepted names of the first column
+NEEDED = ("source", "posture")
+MOTIONS = (".mcap", ".bvh", ".trc")
+RIG = ".toml"
+DELIMITERS = ",;\t"
+MAX_BYTES = 16 << 20
+LONGEST_S = 1e6
+
+
+@dataclass(frozen=True)
+class Row:
+    """One example.  line: in the manifest.  source: a motion file, or a rig file or clip folder to be tracked first.
+
+    start, end: seconds from the start of the source; None: its start and end.
+    """
+
+    line: int
+    source: Path
+    start: float | None
+    end: float | None
+    posture: str
+    person: str
+    repetition: str
+
+    @property
+    def is_rig(self) -> bool:
+        return self.source.suffix.lower() == RIG or self.source.is_dir()
+
+    def __str__(self) -> str:
+        span = "" if self.start is None and self.end is None else f" from {_seconds(self.start)} to {_seconds(self.end)}"
+        return f"line {self.line}: {self.source}{span}"
+
+
+def read_manifest(path: Path) -> list[Row]:
+    """Read the rows of a manifest, in order; sources are relative to its folder.
+
+    Cells are separated by commas, semicolons or tabs; the first line names the columns in any order.
+    Without a person column all examples count as one person's; missing repetitions are numbered.  Raises UserError with
+    all errors, not only the first.
+    """
+    text = _text(path)
+    lines = text.splitlines()
+    if not lines or not lines[0].strip():
+        raise UserError(f"{path}: line 1: empty: allowed: the columns {','.join(COLUMNS)}")
+    delimiter = max(DELIMITERS, key=lines[0].count)
+    reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True)
+    columns = _columns(path, [name.strip('" ') for name in lines[0].split(delimiter)])
+    next(reader)
+    wrong: list[str] = []
+    rows: list[Row] = []
+    counts: dict[tuple[str, str], int] = {}
+    try:
+        for cells in reader:
+            if not any(cell.strip() for cell in cells):
+                continue
+            row = _row(path, reader.line_num, columns, cells, counts, wrong)
+            if row is not None:
+                rows.append(row)
+    except csv.Error as error:
+        wrong.append(f"{path}: line {reader.line_num}: {error}: allowed: one row per line")
+    wrong += _repeated(path, rows)
+    if wrong:
+        raise UserError("\n".join(wrong))
+    if not rows:
+        raise UserError(f"{path}: no rows after the first line: allowed: one or more per posture")
+    return rows
+
+
+def write_manifest(path: Path, rows: Iterable[Row]) -> None:
+    """Write a manifest atomically; sources inside its folder are written relative to it.  Raises OSError."""
+    base = path.parent.resolve()
+    with atomic_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for row in rows:
+            source = row.source.resolve()
+            shown = source.relative_to(base) if source.is_relative_to(base) else source
+            span = ["" if value is None else f"{value:.3f}" for value in (row.start, row.end)]
+            writer.writerow([shown.as_posix(), *span, row.posture, row.person, row.repetition])
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise UserError(f"{path}: more than {MAX_BYTES >> 20} MiB: allowed: a smaller manifest")
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path}: not UTF-8 text at byte {error.start}: allowed: a CSV file") from None
+
+
+def _columns(path: Path, names: Sequence[str]) -> Mapping[str, int]:
+    plain = [name.strip().lower() for name in names]
+    plain = ["source" if name in SOURCE_NAMES else name for name in plain]
+    wrong = [f"column {name!r}" for name in plain if name not in COLUMNS]
+    wrong += [f"column {name!r} more than once" for name in COLUMNS if plain.count(name) > 1]
+    wrong += [f"no column {name!r}" for name in NEEDED if name not in plain]
+    if wrong:
+        raise UserError(f"{path}: line 1: {', '.join(wrong)}: allowed: {', '.join(COLUMNS)}; needed: {', '.join(NEEDED)}")
+    return {name: k for k, name in enumerate(plain)}
+
+
+def _row(
+    path: Path,
+    line: int,
+    columns: Mapping[str, int],
+    cells: Sequence[str],
+    counts: dict[tuple[str, str], int],
+    wrong: list[str],
+) -> Row | None:
+    before = len(wrong)
+
+    def refuse(column: str, value: str, allowed: str) -> None:
+        wrong.append(f"{path}: line {line}: {column} = {value!r}: allowed: {allowed}")
+
+    def cell(column: str) -> str:
+        at = columns.get(column, len(cells))
+        return cells[at].strip() if at < len(cells) else ""
+
+    def seconds(column: str) -> float | None:
+        text = cell(column)
+        if not text:
+            return None
+        try:
+            value = float(text)
+        except ValueError:
+            value = -1.0
+        if not (isfinite(value) and 0.0 <= value <= LONGEST_S):
+            refuse(column, text, f"seconds from the start of the source, 0 to {LONGEST_S:g}, or empty")
+            return None
+        return value
+
+    if len(cells) > len(columns):
+        wrong.append(f"{path}: line {line}: {len(cells)} cells: allowed: {len(columns)}, as the first line has")
+    source = path.parent / cell("source")
+    if not cell("source"):
+        refuse("source", "", f"a file ({', '.join(MOTIONS)}), a rig file ({RIG}) or a clip folder")
+    elif not source.exists():
+        refuse("source", cell("source"), f"a file or folder that exists; there is no {source}")
+    elif source.is_file() and source.suffix.lower() not in (*MOTIONS, RIG):
+        refuse("source", cell("source"), f"{', '.join(MOTIONS)}, a rig file ({RIG}) or a clip folder")
+    start, end = seconds("start"), seconds("end")
+    if end is not None and end <= (start or 0.0):
+        refuse("end", cell("end"), f"seconds after start = {start or 0.0:g}")
+    posture, person = cell("posture"), cell("person") or "1"
+    for column, value in (("posture", posture), ("person", person), ("repetition", cell("repetition"))):
+        least = 0 if column == "repetition" else 1
+        if not least <= len(value) <= LONGEST_LABEL or not value.isprintable():
+            refuse(column, value, f"{least} to {LONGEST_LABEL} printable characters")
+    if len(wrong) > before:
+        return None
+    counts[posture, person] = counts.get((posture, person), 0) + 1
+    repetition = cell("repetition") or str(counts[posture, person])
+    return Row(line, source, start, end, posture, person, repetition)
+
+
+def _repeated(path: Path, rows: Sequence[Row]) -> list[str]:
+    """Errors of rows with the same span of the same source as an earlier row."""
+    first: dict[tuple[Path, float | None, float | None], Row] = {}
+    wrong = []
+    for row in rows:
+        earlier = first.setdefault((row.source.resolve(), row.start, row.end), row)
+        if earlier is not row:
+            allowed = "every span of a source once"
+            wrong.append(
+                f"{path}: line {row.line}: the same span of {row.source} as line {earlier.line}: allowed: {allowed}"
+            )
+    return wrong
+
+
+def _seconds(value: float | None) -> str:
+    return "start or end" if value is None else f"{value:g} s"

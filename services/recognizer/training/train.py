@@ -1,0 +1,151 @@
+"""Training of one hidden Markov model per posture over one codebook, and of rejection thresholds.  [Two-view 5.1]"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Ints
+from zenocap.services.recognizer.model import NO_DISTANCE_LIMIT, NO_THRESHOLD, LabelFigures, PostureModel, Training
+from zenocap.services.recognizer.training.baum_welch import Hmm, smoothed, spread_of, train_hmm
+from zenocap.services.recognizer.training.codebook import Codebook, nearest, train_codebook, whitened
+from zenocap.services.recognizer.training.examples import Example, Prepared, TrainingSettings, prepare
+from zenocap.services.recognizer.training.parameters import EDGE_FRAMES, EDGE_QUANTILE
+from zenocap.services.recognizer.training.thresholds import Trial, held_out_groups, trial, with_thresholds
+
+Report = Callable[[int, int, str], None]
+"""Progress: steps done, their number, and the current one."""
+
+
+def no_report(done: int, of: int, text: str) -> None:
+    """Ignore progress."""
+
+
+def train(examples: Sequence[Example], settings: TrainingSettings, report: Report = no_report) -> PostureModel:
+    """Train a model of the examples' postures, with thresholds.  Equal arguments give equal models.  Raises UserError."""
+    ready = prepare(examples, settings)
+    model = train_without_thresholds(ready, settings, report)
+    return with_thresholds(model, trials_of(ready, settings, report)) if settings.folds else model
+
+
+def train_without_thresholds(ready: Prepared, settings: TrainingSettings, report: Report = no_report) -> PostureModel:
+    """Train a model that accepts every window.  Every label needs an example."""
+    codebook = train_codebook(ready.sequences, settings.symbols, settings.scale, settings.seed)
+    vectors = [whitened(codebook, features) for features in ready.sequences]
+    symbols = [nearest(codebook.codewords, sequence) for sequence in vectors]
+    count = len(codebook.codewords)
+    hmms: list[Hmm] = []
+    for k, label in enumerate(ready.labels):
+        report(k, len(ready.labels), label)
+        own = [found for found, example in zip(symbols, ready.examples, strict=True) if example.label == label]
+        seed = (settings.seed * 1000003 + k) % 2**31
+        hmms.append(train_hmm(own, count, settings.states, settings.topology, settings.restarts, seed))
+    report(len(ready.labels), len(ready.labels), "done")
+    return _model(ready, settings, codebook, vectors, symbols, hmms)
+
+
+def _model(
+    ready: Prepared,
+    settings: TrainingSettings,
+    codebook: Codebook,
+    vectors: Sequence[Floats],
+    symbols: Sequence[Ints],
+    hmms: Sequence[Hmm],
+) -> PostureModel:
+    count = len(codebook.codewords)
+    counts = np.bincount(np.concatenate(symbols), minlength=count) + 1.0
+    occurring = np.asarray(counts / counts.sum(), dtype=np.float64)
+    emission = np.stack([hmm.emission for hmm in hmms])
+    n = len(ready.labels)
+    of = [ready.labels.index(example.label) for example in ready.examples]
+    edges, calm, slow = edges_of(of, n, vectors, settings.rate)
+    return PostureModel(
+        settings.features,
+        settings.rate,
+        ready.labels,
+        codebook.mean,
+        codebook.whitening,
+        codebook.codewords,
+        occurring,
+        np.stack([hmm.start for hmm in hmms]),
+        np.stack([hmm.transition for hmm in hmms]),
+        # Paper (added): 5.1 has no smoothing; symbols without examples would have probability 0.
+        smoothed(emission, spread_of(codebook.codewords, settings.spread), settings.floor, occurring),
+        _durations(ready, settings.rate),
+        edges,
+        reach_of(of, n, vectors),
+        np.full(n, NO_THRESHOLD),
+        NO_DISTANCE_LIMIT,
+        calm,
+        slow,
+        _training(ready, settings),
+    )
+
+
+def _durations(ready: Prepared, rate: float) -> Floats:
+    """(n, 3) seconds: the shortest, the median and the longest example of every label."""
+    rows = []
+    for label in ready.labels:
+        pairs = zip(ready.sequences, ready.examples, strict=True)
+        seconds = [len(features) / rate for features, example in pairs if example.label == label]
+        rows.append([min(seconds), float(np.median(seconds)), max(seconds)])
+    return np.array(rows)
+
+
+def _training(ready: Prepared, settings: TrainingSettings) -> Training:
+    figures = []
+    for label in ready.labels:
+        own = [example for example in ready.examples if example.label == label]
+        figures.append(LabelFigures(len(own), len({example.person for example in own})))
+    return Training(
+        tuple(sorted({example.person for example in ready.examples})),
+        tuple(dict.fromkeys(example.source for example in ready.examples if example.source)),
+        sum(map(len, ready.sequences)),
+        {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in asdict(settings).items()},
+        tuple(figures),
+    )
+
+
+def edges_of(labels: Sequence[int], count: int, vectors: Sequence[Floats], rate: float) -> tuple[Floats, float, float]:
+    """`edges` (n, 2, d), `calm` and `slow` of a `PostureModel`.
+
+    labels: index of each example's posture, below `count`.  vectors: (T_i, d), T_i of 2 or more, whitened, at `rate` frames
+    per second.
+    """
+    ends = [(example[:EDGE_FRAMES], example[-EDGE_FRAMES:]) for example in vectors]
+    edges = np.array([[_mean(ends, labels, k, end) for end in (0, 1)] for k in range(count)])
+    distances, speeds = [], []
+    for pair, of in zip(ends, labels, strict=True):
+        for end in (0, 1):
+            distances.append(np.linalg.norm(pair[end] - edges[of, end], axis=1))
+            speeds.append(np.linalg.norm(np.diff(pair[end], axis=0), axis=1) * rate)
+    calm, slow = (float(np.quantile(np.concatenate(values), EDGE_QUANTILE)) for values in (distances, speeds))
+    return edges, calm, slow
+
+
+def reach_of(labels: Sequence[int], count: int, vectors: Sequence[Floats]) -> Floats:
+    """(n,) distance from the first frame that 95 % of the examples (T_i, d) of a posture exceed."""
+    largest = np.array([np.linalg.norm(example - example[0], axis=1).max() for example in vectors])
+    of = np.array(labels)
+    return np.array([np.quantile(largest[of == k], 1.0 - EDGE_QUANTILE) for k in range(count)])
+
+
+def _mean(ends: Sequence[tuple[Floats, Floats]], labels: Sequence[int], k: int, end: int) -> Floats:
+    own: Floats = np.concatenate([pair[end] for pair, of in zip(ends, labels, strict=True) if of == k]).mean(axis=0)
+    return own
+
+
+def trials_of(ready: Prepared, settings: TrainingSettings, report: Report) -> list[Trial]:
+    """Trials of every example with models that are trained without its group."""
+    trials: list[Trial] = []
+    groups = held_out_groups(ready, settings.folds)
+    for fold, held in enumerate(groups):
+        report(fold, len(groups), f"thresholds, {fold + 1} of {len(groups)}")
+        kept = ready.subset([k for k in range(len(ready.examples)) if k not in set(held)])
+        labels = tuple(label for label in ready.labels if label in {example.label for example in kept.examples})
+        if not labels:
+            continue
+        model = train_without_thresholds(replace(kept, labels=labels), settings)
+        trials += [trial(model, ready, k) for k in held]
+    report(len(groups), len(groups), "done")
+    return trials

@@ -1,1 +1,0 @@
-"""Takes of the synthetic actor, to learn postures from and to test their recognition with."""

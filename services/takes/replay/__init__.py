@@ -1,1 +1,0 @@
-"""`zenocap replay`: a take's messages on the network again, at their recorded intervals."""

@@ -1,0 +1,1 @@
+"""Body model of the tracker: parts, sizes, poses and their Jacobian."""

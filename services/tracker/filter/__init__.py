@@ -1,0 +1,1 @@
+"""Particle filter: correspondences, refinement, weights.  [Hybrid V]"""

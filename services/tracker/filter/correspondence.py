@@ -1,0 +1,245 @@
+"""Correspondences of contour rays with the nearest surface of the body, and the error D of a pose.  [Hybrid V-B]
+
+A ray may slide along its surviving interval.  Its contact with a part is the point at which the part's tangent plane is
+parallel to that of the ray (viewing line and contour tangent), near the closest approach of ray and axis.  Motion of the
+contact along the axis does not count as distance.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Floats32, Ints32
+from zenocap.common.jit import finite_kernel, inlined_kernel, kernel
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField, mean_square_outside
+from zenocap.services.tracker.parameters import (
+    CONTACT_SHIFT_M,
+    LATERAL_SCALE_M,
+    ON_BODY_M,
+    OUTSIDE_WEIGHT,
+)
+
+
+# Paper (replaced): V-B takes the closest points of fixed scene points; here a ray slides along its surviving interval.
+class Weights(NamedTuple):
+    """Weights of residuals.
+
+    spread: residual beyond which the gradient is constant, metres.  limit: residual beyond which it is zero, metres.
+    precision: (6 + d,) 1 / variance about the target pose: 1 / m^2, then 1 / rad^2.  ray_weight: weight of one ray.
+    """
+
+    spread: float
+    limit: float
+    precision: Floats
+    ray_weight: float
+
+
+Contact = tuple[float, float, float, float, float, float, float, float, float]
+
+CONTACT_LENGTH = 9
+
+
+@finite_kernel
+def nearest_parts(model: BodyModel, frames: Floats, rays: Floats32, distances: Floats32, parts: Ints32) -> None:
+    """Write the part nearest to every ray, and its distance |p p'| in metres: (n,) each.
+
+    Branch-free and in single precision, for SIMD of eight rays; round parts need no square root.
+    """
+    n = rays.shape[1]
+    for i in range(n):
+        distances[i] = np.float32(1e18)
+        parts[i] = 0
+    zero, half, tiny = np.float32(0.0), np.float32(0.5), np.float32(1e-9)
+    one, reach = np.float32(1.0), np.float32(CONTACT_SHIFT_M)
+    for part in range(frames.shape[0]):
+        f = frames[part]
+        b0, b1, b2 = model.bases[part, 0], model.bases[part, 1], model.bases[part, 2]
+        cx = np.float32(f[0, 3] + f[0, 0] * b0 + f[0, 1] * b1 + f[0, 2] * b2)
+        cy = np.float32(f[1, 3] + f[1, 0] * b0 + f[1, 1] * b1 + f[1, 2] * b2)
+        cz = np.float32(f[2, 3] + f[2, 0] * b0 + f[2, 1] * b1 + f[2, 2] * b2)
+        xx, xy, xz = np.float32(f[0, 0]), np.float32(f[1, 0]), np.float32(f[2, 0])
+        yx, yy, yz = np.float32(f[0, 1]), np.float32(f[1, 1]), np.float32(f[2, 1])
+        zx, zy, zz = np.float32(f[0, 2]), np.float32(f[1, 2]), np.float32(f[2, 2])
+        length = np.float32(model.lengths[part])
+        r0, r1 = np.float32(model.radii[part, 0]), np.float32(model.radii[part, 1])
+        g0 = np.float32((model.radii[part, 2] - model.radii[part, 0]) / model.lengths[part])
+        g1 = np.float32((model.radii[part, 3] - model.radii[part, 1]) / model.lengths[part])
+        if r0 == r1 and g0 == g1:
+            for i in range(n):
+                dx, dy, dz = rays[3, i], rays[4, i], rays[5, i]
+                nx, ny, nz = rays[6, i], rays[7, i], rays[8, i]
+                near, far = rays[9, i], rays[10, i]
+                ax, ay, az = cx - rays[0, i], cy - rays[1, i], cz - rays[2, i]
+                slope = dx * yx + dy * yy + dz * yz
+                along = dx * ax + dy * ay + dz * az
+                back = yx * ax + yy * ay + yz * az
+                s = (slope * along - back) / (one - slope * slope + tiny)
+                s = min(max(s, zero), length)
+                t = min(max(along + s * slope, near), far)
+                n1 = nx * yx + ny * yy + nz * yz
+                met = min(max(slope * t - back, zero), length)
+                s = min(max(met + reach * n1, zero), length)
+                moved = s - met
+                rx = r0 + s * g0
+                px = ax + yx * s + rx * nx
+                py = ay + yy * s + rx * ny
+                pz = az + yz * s + rx * nz
+                t = min(max(px * dx + py * dy + pz * dz, near), far)
+                vx, vy, vz = t * dx - px, t * dy - py, t * dz - pz
+                gap = nx * vx + ny * vy + nz * vz
+                whole = vx * vx + vy * vy + vz * vz
+                distance = whole - min(whole - gap * gap, moved * moved * (one - n1 * n1))
+                closer = distance < distances[i]
+                distances[i] = distance if closer else distances[i]
+                parts[i] = np.int32(part) if closer else parts[i]
+        else:
+            for i in range(n):
+                dx, dy, dz = rays[3, i], rays[4, i], rays[5, i]
+                nx, ny, nz = rays[6, i], rays[7, i], rays[8, i]
+                near, far = rays[9, i], rays[10, i]
+                ax, ay, az = cx - rays[0, i], cy - rays[1, i], cz - rays[2, i]
+                slope = dx * yx + dy * yy + dz * yz
+                along = dx * ax + dy * ay + dz * az
+                back = yx * ax + yy * ay + yz * az
+                s = (slope * along - back) / (one - slope * slope + tiny)
+                s = min(max(s, zero), length)
+                t = min(max(along + s * slope, near), far)
+                n1 = nx * yx + ny * yy + nz * yz
+                met = min(max(slope * t - back, zero), length)
+                s = min(max(met + reach * n1, zero), length)
+                moved = s - met
+                rx, rz = r0 + s * g0, r1 + s * g1
+                rm = half * (rx + rz)
+                n0 = nx * xx + ny * xy + nz * xz
+                n2 = nx * zx + ny * zy + nz * zz
+                a0, a1, a2 = rx * n0, rm * n1, rz * n2
+                scale = one / (np.sqrt(a0 * a0 + a1 * a1 + a2 * a2) + tiny)
+                c0, c1, c2 = rx * a0 * scale, s + rm * a1 * scale, rz * a2 * scale
+                px = ax + xx * c0 + yx * c1 + zx * c2
+                py = ay + xy * c0 + yy * c1 + zy * c2
+                pz = az + xz * c0 + yz * c1 + zz * c2
+                t = min(max(px * dx + py * dy + pz * dz, near), far)
+                vx, vy, vz = t * dx - px, t * dy - py, t * dz - pz
+                gap = nx * vx + ny * vy + nz * vz
+                whole = vx * vx + vy * vy + vz * vz
+                distance = whole - min(whole - gap * gap, moved * moved * (one - n1 * n1))
+                closer = distance < distances[i]
+                distances[i] = distance if closer else distances[i]
+                parts[i] = np.int32(part) if closer else parts[i]
+    for i in range(n):
+        distances[i] = np.sqrt(distances[i])
+
+
+@kernel
+def contact_on_part(model: BodyModel, f: Floats, part: int, rays: Floats32, i: int, found: Floats) -> None:
+    """Contact of ray i with a part whose frame is f (3, 4).
+
+    Writes found (9,): distance |p p'| in metres, signed gap along the normal from surface to ray, contact point on the
+    surface (3,), its fraction of the part's axis in [0, 1], and the derivative of the gap to the part's position (3,): the
+    normal less its component along the axis, for a contact between the ends stays beside the ray while its part slides.
+    """
+    meeting = ray_contact(model, f, part, rays, i)
+    for k in range(CONTACT_LENGTH):
+        found[k] = meeting[k]
+
+
+@inlined_kernel
+def ray_contact(model: BodyModel, f: Floats, part: int, rays: Floats32, i: int) -> Contact:
+    """Contact of `contact_on_part` as a tuple, which stays in registers."""
+    dx, dy, dz = float(rays[3, i]), float(rays[4, i]), float(rays[5, i])
+    nx, ny, nz = float(rays[6, i]), float(rays[7, i]), float(rays[8, i])
+    near, far = float(rays[9, i]), float(rays[10, i])
+    b0, b1, b2 = model.bases[part, 0], model.bases[part, 1], model.bases[part, 2]
+    ax = f[0, 3] + f[0, 0] * b0 + f[0, 1] * b1 + f[0, 2] * b2 - rays[0, i]
+    ay = f[1, 3] + f[1, 0] * b0 + f[1, 1] * b1 + f[1, 2] * b2 - rays[1, i]
+    az = f[2, 3] + f[2, 0] * b0 + f[2, 1] * b1 + f[2, 2] * b2 - rays[2, i]
+    yx, yy, yz = f[0, 1], f[1, 1], f[2, 1]
+    length = model.lengths[part]
+    slope = dx * yx + dy * yy + dz * yz
+    along = dx * ax + dy * ay + dz * az
+    back = yx * ax + yy * ay + yz * az
+    s = min(max((slope * along - back) / (1.0 - slope * slope + 1e-9), 0.0), length)
+    t = min(max(along + s * slope, near), far)
+    n1 = nx * yx + ny * yy + nz * yz
+    met = min(max(slope * t - back, 0.0), length)
+    s = min(max(met + CONTACT_SHIFT_M * n1, 0.0), length)
+    share = s / length
+    wider0, wider1 = model.radii[part, 2] - model.radii[part, 0], model.radii[part, 3] - model.radii[part, 1]
+    rx, rz = model.radii[part, 0] + share * wider0, model.radii[part, 1] + share * wider1
+    rm = 0.5 * (rx + rz)
+    n0 = nx * f[0, 0] + ny * f[1, 0] + nz * f[2, 0]
+    n2 = nx * f[0, 2] + ny * f[1, 2] + nz * f[2, 2]
+    support = np.sqrt(rx * rx * n0 * n0 + rm * rm * n1 * n1 + rz * rz * n2 * n2) + 1e-9
+    c0, c1, c2 = rx * rx * n0 / support, s + rm * rm * n1 / support, rz * rz * n2 / support
+    px = ax + f[0, 0] * c0 + yx * c1 + f[0, 2] * c2
+    py = ay + f[1, 0] * c0 + yy * c1 + f[1, 2] * c2
+    pz = az + f[2, 0] * c0 + yz * c1 + f[2, 2] * c2
+    t = min(max(px * dx + py * dy + pz * dz, near), far)
+    vx, vy, vz = t * dx - px, t * dy - py, t * dz - pz
+    gap, whole = nx * vx + ny * vy + nz * vz, vx * vx + vy * vy + vz * vz
+    distance = np.sqrt(max(whole - min(whole - gap * gap, (s - met) ** 2 * (1.0 - n1 * n1)), 0.0))
+    slip = 0.0
+    if 0.0 < s < length:
+        slip = n1 + (rx * n0 * n0 * wider0 + rz * n2 * n2 * wider1) / (support * length)
+    x, y, z = px + rays[0, i], py + rays[1, i], pz + rays[2, i]
+    return distance, gap, x, y, z, share, nx - slip * yx, ny - slip * yy, nz - slip * yz
+
+
+@kernel
+def contact_weight(found: Floats, spread: float, limit: float) -> float:
+    """Weight of a contact in 1 / m^2, see `robust_weight`."""
+    return float(robust_weight(found[0], found[1], spread, limit))
+
+
+@inlined_kernel
+def robust_weight(distance: float, gap: float, spread: float, limit: float) -> float:
+    """Weight of a ray in 1 / m^2: the gradient grows up to a gap of `spread` metres, then stays; zero beyond `limit`.
+
+    A ray that passes beside its contact, rather than before or behind it, has less weight.
+    """
+    aside = (distance * distance - gap * gap) / (LATERAL_SCALE_M * LATERAL_SCALE_M)
+    weight = min(1.0, spread / max(abs(gap), 1e-9)) / (spread * spread * (1.0 + max(aside, 0.0)))
+    return weight if distance < limit else 0.0
+
+
+@finite_kernel
+def mean_truncated_square(distances: Floats32, limit: float) -> float:
+    """D, the mean of rho(d)^2 over the scene in m^2, rho a distance truncated at `limit` metres.  [Hybrid Eq. 30, 31]"""
+    # Paper (replaced): Eq. 31 modulates by md; here normals of ray and contact are equal, so md is constant.
+    # Paper (open): Eq. 31 squares the argument of a truncated quadratic rho; here one square, truncated.
+    total, cut = np.float32(0.0), np.float32(limit)
+    for i in range(distances.shape[0]):
+        distance = min(distances[i], cut)
+        total += distance * distance
+    return float(total / np.float32(max(distances.shape[0], 1)))
+
+
+@kernel
+def distances_of(model: BodyModel, rays: Floats32, pose: RootedPose) -> Floats32:
+    """(n,) distance of every ray from the body in a pose, metres."""
+    frames = np.empty((model.parent.shape[0], 3, 4))
+    distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
+    forward_kinematics(model, pose, frames)
+    nearest_parts(model, frames, rays, distances, parts)
+    return distances
+
+
+@kernel
+def misfit(model: BodyModel, rays: Floats32, field: DistanceField, limit: float, pose: RootedPose) -> float:
+    """D of a pose in m^2 [Hybrid Eq. 30], plus the mean square distance of the body outside of the silhouettes."""
+    frames = np.empty((model.parent.shape[0], 3, 4))
+    distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
+    forward_kinematics(model, pose, frames)
+    nearest_parts(model, frames, rays, distances, parts)
+    # Paper (added): Eq. 30 has no term for the body outside of the silhouettes.
+    return float(
+        mean_truncated_square(distances, limit) + OUTSIDE_WEIGHT * mean_square_outside(model, frames, field, limit)
+    )
+
+
+def support_fraction(model: BodyModel, rays: Floats32, pose: RootedPose) -> float:
+    """Fraction of the rays of a scene that are on the body."""
+    if not rays.shape[1]:
+        return 0.0
+    return float(np.mean(distances_of(model, rays, pose) < ON_BODY_M))

@@ -1,0 +1,261 @@
+"""One step of the filter: proposals, refinement, weights, estimate, update of the body's shape.  [Hybrid V-A]"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.definition import Bdp
+from zenocap.common.body.rotations import vector_to_matrix
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of, pose_difference
+from zenocap.services.tracker.filter.correspondence import Weights, support_fraction
+from zenocap.services.tracker.filter.gauss_newton import refine
+from zenocap.services.tracker.filter.particles import (
+    NO_PRIOR,
+    Cloud,
+    RefinementScene,
+    assign_regions,
+    draw_samples,
+    likelihood_weights,
+    propose_particles,
+    refine_particles,
+    uniform_cloud,
+)
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField, no_distance_field
+from zenocap.services.tracker.initialization.online_shape import improved_body, is_new_posture, updated_shape
+from zenocap.services.tracker.parameters import (
+    DYNAMIC_NOISE,
+    ESTIMATE_HOLD,
+    ESTIMATE_ITERATIONS,
+    INDEPENDENT_RAYS,
+    LIKELIHOOD_INFORMATION,
+    LOST_EMPTY_FRAMES,
+    LOST_FRAMES,
+    LOST_MISFIT_RATIO,
+    LOST_SUPPORT_RATIO,
+    MAX_PRIOR_FRACTION,
+    MIN_PRIOR_DISTANCE,
+    MIN_PRIOR_FRACTION,
+    MIN_TRACKING_RAYS,
+    PARTICLE_HOLD,
+    PARTICLE_RAY_STRIDE,
+    PREDICTION_DEVIATION,
+    PRIOR_FRACTION,
+    PRIOR_FRACTION_RATE,
+    RESIDUAL_LIMIT_M,
+    RESIDUAL_SCALE_M,
+    SHAPE_SUPPORT_RATIO,
+    SUPPORT_RATE,
+    VELOCITY_DAMPING,
+)
+from zenocap.services.tracker.prior.model import Prior
+from zenocap.services.tracker.prior.resampling import at_rate
+from zenocap.services.tracker.prior.sampling import prior_distances
+from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
+
+
+def start_tracking(
+    setup: Setup, person: Person, pose: RootedPose, captured_ns: int, error: float
+) -> tuple[Tracking, Outcome]:
+    """Particles at a pose, from which tracking starts.  error: D of the pose, m^2."""
+    n = setup.options.particles
+    cloud = uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
+    tracking = Tracking(person, cloud, pose, np.zeros(6 + len(pose.values)), captured_ns, PRIOR_FRACTION)
+    return tracking, _outcome(setup, pose, cloud, error)
+
+
+def filter_step(
+    setup: Setup, phase: Tracking, captured_ns: int, rays: Floats32, field: DistanceField, rng: np.random.Generator
+) -> tuple[Tracking | Lost, Outcome]:
+    """Track the person in one scene; the track is lost after LOST_FRAMES misfits in a row."""
+    if rays.shape[1] < MIN_TRACKING_RAYS:
+        return _empty_frame(setup, phase)
+    options, person = setup.options, phase.person
+    periods = max(1.0, (captured_ns - phase.captured_ns) / setup.frame_ns)
+    # Paper (added): V-A does not predict by the velocity.
+    velocity = VELOCITY_DAMPING * phase.velocity * setup.frame_ns / 1e9 * periods
+    if not options.filter.velocity_prediction:
+        velocity = np.zeros(len(velocity))
+    if not options.filter.cost_terms:
+        field = no_distance_field()
+    prior = None if setup.prior is None or options.method != "hybrid" else _at_rate(setup.prior, setup.frame_ns)
+    compiled = NO_PRIOR if prior is None else prior.compiled
+    subspace = 1 if prior is None else prior.dimensions
+    share = options.filter.prior_share
+    prior_fraction = 0.0 if prior is None else phase.prior_fraction if share == "adaptive" else share
+    draws = draw_samples(phase.cloud, prior_fraction, subspace, rng)
+    n, d = phase.cloud.values.shape
+    out = Cloud(np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, d)), np.zeros(n, np.int64), np.empty(n))
+    errors = np.empty(n)
+    iterations = 0 if options.method == "particle-filter" else options.iterations
+    deviations = _per_coordinate(d, DYNAMIC_NOISE) * np.sqrt(periods)
+    # Paper (added): particles are refined on every second ray, to save time.
+    thinned = np.ascontiguousarray(rays[:, ::PARTICLE_RAY_STRIDE])
+    propose_particles(person.model, compiled, prior is not None, phase.cloud, draws, velocity, deviations, out)
+    scene = RefinementScene(person.model, thinned, field, residual_weights(setup, PARTICLE_HOLD, PARTICLE_RAY_STRIDE))
+    refine_particles(scene, options.refinement, iterations, out, errors, options.filter)
+    if prior is not None and iterations > 0:
+        assign_regions(compiled, out)
+    expected = _predict(person.model, phase.estimate, velocity)
+    prior_distance = np.zeros(n)
+    if prior is not None:
+        prior_distances(compiled, out.values, prior_distance)
+    scale = max(phase.prior_distance, 0.0 if prior is None else prior.training.distances[1], MIN_PRIOR_DISTANCE)
+    costs = errors
+    if options.filter.cost_terms:
+        # Paper (added): Eq. 29 has D alone; here also the distances from the prediction and from the prior.
+        costs = errors + (_squared_mahalanobis(out, expected) + (prior_distance / scale) ** 2) / (
+            2.0 * LIKELIHOOD_INFORMATION
+        )
+    # Paper (open): sigma^2 of Eq. 29 has no value; 1 / LIKELIHOOD_INFORMATION.
+    cloud = out._replace(weights=likelihood_weights(costs, LIKELIHOOD_INFORMATION))
+    estimate = _estimate(setup, phase, cloud, rays, field, expected)
+    best = float(errors[np.argmin(costs)])
+    best_prior_distance = float(prior_distance[np.argmin(costs)])
+    support = support_fraction(person.model, rays, estimate)
+    misfits = support < LOST_SUPPORT_RATIO * person.expected_support or best > LOST_MISFIT_RATIO * RESIDUAL_LIMIT_M**2
+    misfits_in_row = phase.misfits_in_row + 1 if misfits else 0
+    # Paper (added): [Hybrid] does not detect a lost track.
+    if misfits_in_row >= LOST_FRAMES and options.filter.relocalization:
+        return Lost(person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
+    moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
+    from_prior = float(cloud.weights[draws.kinds == 1].sum())
+    mean_prior_distance = phase.prior_distance + SUPPORT_RATE * (best_prior_distance - phase.prior_distance)
+    new_prior_fraction = phase.prior_fraction + PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
+    body = None
+    if options.filter.shape_estimation and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
+        person, body = _update_shape(setup, person, rays, estimate)
+    if not misfits_in_row:
+        person = replace(
+            person, expected_support=person.expected_support + SUPPORT_RATE * (support - person.expected_support)
+        )
+    tracking = Tracking(
+        person,
+        cloud,
+        estimate,
+        moved,
+        captured_ns,
+        float(np.clip(new_prior_fraction, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION)),
+        mean_prior_distance,
+        misfits_in_row,
+    )
+    return tracking, replace(_outcome(setup, estimate, cloud, best), body=body)
+
+
+def _update_shape(setup: Setup, person: Person, rays: Floats32, pose: RootedPose) -> tuple[Person, Bdp | None]:
+    """Person with the shape estimate updated by a new posture; and the body when it changed."""
+    if not is_new_posture(person.shape, pose):
+        return person, None
+    shape = updated_shape(setup.anatomy, person.shape, rays, pose)
+    better = improved_body(setup.anatomy, shape)
+    if better is None:
+        return replace(person, shape=shape), None
+    shape, body = better
+    return replace(person, body=body, model=model_of(setup.anatomy, body), shape=shape), body
+
+
+@lru_cache(maxsize=8)
+def _at_rate(prior: Prior, frame_ns: int) -> Prior:
+    return at_rate(prior, 1e9 / frame_ns)
+
+
+def _estimate(
+    setup: Setup, phase: Tracking, cloud: Cloud, rays: Floats32, field: DistanceField, expected: RootedPose
+) -> RootedPose:
+    """Pose of the heaviest particle; with Gauss-Newton refined on all rays and held near the prediction."""
+    # Paper (open): how the pose of a frame follows from the particles; the heaviest, an approximation of the MAP.
+    k = int(np.argmax(cloud.weights))
+    best = RootedPose(cloud.positions[k].copy(), cloud.rotations[k].copy(), cloud.values[k].copy())
+    if setup.options.method != "hybrid" or setup.options.refinement != "gauss-newton":
+        return best
+    weights = residual_weights(setup, ESTIMATE_HOLD)
+    refine(phase.person.model, rays, field, weights, ESTIMATE_ITERATIONS, best, expected)
+    return best
+
+
+def _predict(model: BodyModel, last: RootedPose, velocity: Floats) -> RootedPose:
+    """Last estimate moved by the velocity (6 + d,) of one step."""
+    turn = np.empty((3, 3))
+    vector_to_matrix(velocity[3:6], turn)
+    values = np.clip(last.values + velocity[6:], model.low, model.high)
+    return RootedPose(last.position + velocity[:3], turn @ last.rotation, values)
+
+
+def _squared_mahalanobis(cloud: Cloud, expected: RootedPose) -> Floats:
+    """(n,) squared Mahalanobis distance of particles from the prediction: unobserved coordinates stay there."""
+    position: Floats = np.sum((cloud.positions - expected.position) ** 2, axis=1) / PREDICTION_DEVIATION[0] ** 2
+    values: Floats = np.sum((cloud.values - expected.values) ** 2, axis=1) / PREDICTION_DEVIATION[1] ** 2
+    departures: Floats = position + values
+    return departures
+
+
+def _empty_frame(setup: Setup, phase: Tracking) -> tuple[Tracking | Lost, Outcome]:
+    """Keep the particles through a frame without a person; the track is lost after LOST_EMPTY_FRAMES."""
+    misfits_in_row = phase.misfits_in_row + 1
+    if misfits_in_row >= LOST_EMPTY_FRAMES and setup.options.filter.relocalization:
+        return Lost(phase.person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
+    return replace(phase, misfits_in_row=misfits_in_row), no_pose(setup, lost=True)
+
+
+def residual_weights(setup: Setup, levels: Sequence[float], thin: int = 1) -> Weights:
+    """Weights of residuals for the options.
+
+    levels: standard deviations of position (m), orientation and coordinates (rad) about the target.  thin: step between
+    the rays used.
+    """
+    d = coordinates_of(setup.anatomy).dimension
+    return Weights(
+        RESIDUAL_SCALE_M,
+        RESIDUAL_LIMIT_M,
+        1.0 / _per_coordinate(d, levels) ** 2,
+        INDEPENDENT_RAYS * thin / setup.options.points,
+    )
+
+
+def _per_coordinate(d: int, levels: Sequence[float]) -> Floats:
+    """(6 + d,) vector of one value for the position, one for the orientation, one for all coordinates."""
+    return np.concatenate([np.full(3, levels[0]), np.full(3, levels[1]), np.full(d, levels[2])])
+
+
+def _outcome(setup: Setup, pose: RootedPose, cloud: Cloud, error: float) -> Outcome:
+    effective = float(1.0 / np.sum(cloud.weights**2))
+    return Outcome(
+        None,
+        pose.pose(setup.anatomy),
+        _spread(setup.anatomy, cloud),
+        float(np.exp(-error * LIKELIHOOD_INFORMATION)),
+        effective,
+        False,
+        (),
+    )
+
+
+def _spread(anatomy: Anatomy, cloud: Cloud) -> Floats:
+    """Standard deviations of the joint angles, rad, then position, m; a ball joint's about each of its part's own axes."""
+    coordinates = coordinates_of(anatomy)
+    deviations = _deviation(cloud.values, cloud.weights)
+    spread = np.zeros(len(anatomy.angles) + 3)
+    for k, joint in enumerate(anatomy.joints):
+        start, at = int(coordinates.first[k]), int(anatomy.tree[k, 1])
+        for n, axis in enumerate(joint.axes):
+            if start >= 0:
+                spread[at + n] = deviations[start + ("xyz".index(axis) if len(joint.axes) == 3 else 0)]
+    spread[:3] = _deviation(cloud.rotations.reshape(len(cloud.weights), 9), cloud.weights).mean() * np.sqrt(1.5)
+    spread[-3:] = _deviation(cloud.positions, cloud.weights)
+    return spread
+
+
+def _deviation(values: Floats, weights: Floats) -> Floats:
+    """Weighted standard deviation of every column."""
+    mean = weights @ values
+    deviation: Floats = np.sqrt(np.maximum(weights @ (values - mean) ** 2, 0.0))
+    return deviation
+
+
+def no_pose(setup: Setup, *, lost: bool) -> Outcome:
+    """Result of a frame set without a pose."""
+    return Outcome(None, None, np.zeros(len(setup.anatomy.angles) + 3), 0.0, 0.0, lost, ())

@@ -1,0 +1,1 @@
+"""Visual hull: contours, viewing rays and scene points.  [Hybrid III]"""

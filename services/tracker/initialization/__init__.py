@@ -1,0 +1,1 @@
+"""Localization, initialization from the T-pose, body fitting, relocalization."""

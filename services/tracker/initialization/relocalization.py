@@ -1,0 +1,209 @@
+"""Relocalization: search of a scene for a measured body, from a few common postures and all headings."""
+
+# Paper (added): [Hybrid V] does not search for a lost person.
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.filter.correspondence import Weights, misfit, support_fraction
+from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
+from zenocap.services.tracker.filter.gauss_newton import refine
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.localization import find_column
+from zenocap.services.tracker.parameters import (
+    EXPECTED_SUPPORT_DECAY,
+    FOUND_SUPPORT_RATIO,
+    GROUND_TOLERANCE_M,
+    HEADING_MEMORY_NS,
+    HEADING_PENALTY,
+    MIN_EXPECTED_SUPPORT,
+    MIN_TRACKING_RAYS,
+    PARTICLE_HOLD,
+    REPLACE_MISFIT_RATIO,
+    RETRY_FRAMES,
+    SEARCH_FIRST_ITERATIONS,
+    SEARCH_HEADINGS,
+    SEARCH_ITERATIONS,
+    SEARCH_KEPT,
+    SEARCH_PASSES,
+    SEARCH_RESIDUAL_LIMIT_M,
+)
+from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
+
+STRIDE = {"hip.x": (50, -15), "knee.x": (-50, -70), "shoulder.x": (-40, 35), "elbow.x": (80, 80)}  # degrees
+GUARD = {"shoulder.x": (30, 30), "elbow.x": (100, 100)}  # degrees: fists before the chest
+
+
+@lru_cache
+def search_postures(anatomy: Anatomy) -> tuple[RootedPose, ...]:
+    """Postures to start a search from: standing, T-pose, fists up, two strides."""
+    relaxed: dict[str, tuple[int, int]] = {}
+    mirrored = {name: (left, right) for name, (right, left) in STRIDE.items()}
+    found = [t_pose_angles(anatomy)]
+    for changes in (relaxed, GUARD, STRIDE, mirrored):
+        angles = anatomy.neutral.copy()
+        for name, sides in changes.items():
+            for side, degrees in zip(("right", "left"), sides, strict=True):
+                angles[anatomy.index[f"{side}_{name}"]] += np.radians(degrees)
+        found.append(angles)
+    coordinates = coordinates_of(anatomy)
+    return tuple(RootedPose(np.zeros(3), np.eye(3), coordinates.of_pose(Pose(np.zeros(3), angles))) for angles in found)
+
+
+def best_pose(
+    model: BodyModel,
+    rays: Floats32,
+    field: DistanceField,
+    postures: Sequence[RootedPose],
+    stature: float,
+    weights: Weights,
+    rounds: int,
+    facing: Floats | None = None,
+) -> RootedPose | None:
+    """Best pose of a measured body in a scene of rays (11, n); None without a column.
+
+    postures: to start from, in every heading.  stature: metres, for the height of the hips.  rounds: iterations of a pass.
+    facing: (3, 3) preferred orientation of the root.
+    """
+    column = find_column(rays)
+    if column is None:
+        return None
+    low = max(column.low, -GROUND_TOLERANCE_M)
+    centre = np.array([column.centre[0], low + HIP_HEIGHT * stature, column.centre[1]])
+    candidates = []
+    for posture in postures:
+        for turn in range(SEARCH_HEADINGS):
+            yaw = 2 * np.pi * turn / SEARCH_HEADINGS
+            c, s = np.cos(yaw), np.sin(yaw)
+            rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ posture.rotation
+            start = RootedPose(centre.copy(), rotation, posture.values.copy())
+            candidates.append(
+                _refined(
+                    model, rays, field, start, weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M), SEARCH_FIRST_ITERATIONS
+                )
+            )
+    candidates.sort(key=lambda pose: _error(model, rays, field, weights, pose))
+    ended = []
+    for pose in candidates[:SEARCH_KEPT]:
+        for _ in range(SEARCH_PASSES):
+            pose = _refined(model, rays, field, pose, weights, rounds)
+        ended.append(pose)
+    return min(ended, key=lambda pose: _error(model, rays, field, weights, pose) * _heading_penalty(pose, facing))
+
+
+def reversed_pose(
+    model: BodyModel,
+    rays: Floats32,
+    field: DistanceField,
+    pose: RootedPose,
+    postures: Sequence[RootedPose],
+    weights: Weights,
+    rounds: int,
+) -> RootedPose:
+    """Best pose near the present one with the opposite heading; postures: to start from."""
+    back = pose.rotation @ np.diag([-1.0, 1.0, -1.0])
+    candidates = [
+        _refined(
+            model,
+            rays,
+            field,
+            RootedPose(pose.position.copy(), back, posture.values.copy()),
+            weights,
+            SEARCH_FIRST_ITERATIONS,
+        )
+        for posture in postures
+    ]
+    best = min(candidates, key=lambda one: _error(model, rays, field, weights, one))
+    for _ in range(SEARCH_PASSES):
+        best = _refined(model, rays, field, best, weights, rounds)
+    return best
+
+
+def _heading_penalty(pose: RootedPose, facing: Floats | None) -> float:
+    """Factor of the misfit: 1 for the preferred heading, more for another."""
+    if facing is None:
+        return 1.0
+    return 1.0 + HEADING_PENALTY * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
+
+
+def _refined(
+    model: BodyModel, rays: Floats32, field: DistanceField, start: RootedPose, weights: Weights, rounds: int
+) -> RootedPose:
+    moved = start.copy()
+    refine(model, rays, field, weights, rounds, moved, start)
+    return moved
+
+
+def check_elsewhere(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[Tracking, Outcome]:
+    """Replace the pose when a search of the whole scene finds a better one."""
+    person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
+    facing = phase.estimate.rotation if person.heading_known else None
+    pose = _best_pose_anywhere(setup, person, phase.estimate, facing, rays, field)
+    if pose is None:
+        return phase, outcome
+    error = _error(person.model, rays, field, weights, pose)
+    if error > REPLACE_MISFIT_RATIO * _error(person.model, rays, field, weights, phase.estimate):
+        return phase, outcome
+    return start_tracking(setup, person, pose, captured_ns, error)
+
+
+def check_reversed_heading(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[Tracking, Outcome]:
+    """Replace the pose when the opposite heading fits better; while walking this becomes clear."""
+    person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
+    pose = reversed_pose(
+        person.model, rays, field, phase.estimate, search_postures(setup.anatomy), weights, SEARCH_ITERATIONS
+    )
+    error = _error(person.model, rays, field, weights, pose)
+    now = _error(person.model, rays, field, weights, phase.estimate)
+    if error < REPLACE_MISFIT_RATIO * now:
+        return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
+    return replace(phase, person=replace(person, heading_known=now < REPLACE_MISFIT_RATIO * error)), outcome
+
+
+def _best_pose_anywhere(
+    setup: Setup, person: Person, last: RootedPose | None, facing: Floats | None, rays: Floats32, field: DistanceField
+) -> RootedPose | None:
+    """Best pose in a scene, from common postures and the last one."""
+    postures = search_postures(setup.anatomy)
+    if last is not None:
+        postures = (*postures, last._replace(rotation=np.eye(3)))
+    weights = residual_weights(setup, PARTICLE_HOLD)
+    return best_pose(person.model, rays, field, postures, person.stature, weights, SEARCH_ITERATIONS, facing)
+
+
+def search(
+    setup: Setup, phase: Lost, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[Tracking | Lost, Outcome]:
+    """Search the whole scene for the measured body, and start tracking when it is found."""
+    if phase.rest or rays.shape[1] < MIN_TRACKING_RAYS:
+        return replace(phase, rest=max(0, phase.rest - 1)), no_pose(setup, lost=True)
+    model, weights = phase.person.model, residual_weights(setup, PARTICLE_HOLD)
+    recent = phase.person.heading_known and captured_ns - phase.seen_ns < HEADING_MEMORY_NS
+    facing = phase.last.rotation if phase.last is not None and recent else None
+    pose = _best_pose_anywhere(setup, phase.person, phase.last, facing, rays, field)
+    if pose is None or support_fraction(model, rays, pose) < FOUND_SUPPORT_RATIO * phase.person.expected_support:
+        person = replace(
+            phase.person, expected_support=max(MIN_EXPECTED_SUPPORT, EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
+        )
+        return replace(phase, person=person, rest=RETRY_FRAMES), no_pose(setup, lost=True)
+    tracking, outcome = start_tracking(setup, phase.person, pose, captured_ns, _error(model, rays, field, weights, pose))
+    new_body = phase.person.body if phase.last is None else None
+    return tracking, replace(outcome, body=new_body)
+
+
+def _error(model: BodyModel, rays: Floats32, field: DistanceField, weights: Weights, pose: RootedPose) -> float:
+    """Misfit of a pose in m^2 with residuals truncated as in a refinement.  [Hybrid Eq. 30]"""
+    return float(misfit(model, rays, field, weights.limit, pose))

@@ -1,0 +1,168 @@
+"""Behavioural constants of the tracker: value, unit, meaning, provenance.
+
+Values without a source were chosen by hand and checked with `python -m benchmarks.hybrid`; those marked with a section
+or equation are the paper's.  Array layouts and pure mathematics stay in their modules, statistics of body sizes in
+`body/sizes.py` and `body/average_body.py`.
+
+Compiled functions take these values in when they are compiled; `zenocap.common.jit` has them compiled again after a change.
+"""
+
+from collections.abc import Mapping
+
+# Step: frame sets and messages.
+MIN_VIEWS = 2  # views of a frame set that is tracked; fewer give no visual hull
+MAX_QUEUED_FRAME_SETS = 2  # waiting for a Tick; then the oldest is dropped
+MISSING_FRAMES = 2  # frame sets without a viewer after which health names it
+POINTS_PERIOD_NS = 100_000_000  # between published scene points, which are for display only
+CAMERA_TOLERANCE = 1e-6  # relative: calibrations that differ by less are the same
+MAX_SPREAD = 100.0  # rad and m; the greatest that TrackerPose allows
+
+# Visual hull.  [Hybrid III]
+TANGENT_REACH_PX = 4  # along the contour to either side, for a point's tangent
+MIN_CONTOUR_PX = 4 * TANGENT_REACH_PX  # length of the shortest contour that is sampled
+UNDISTORTION_ITERATIONS, UNDISTORTION_TOLERANCE = 40, 1e-10  # fixed point; |dx| + |dy| in normalized coordinates
+MIN_DEPTH_M, MAX_DEPTH_M = 0.1, 50.0  # of points in front of a camera
+RAY_STEP_PX = 2.0  # between samples of a viewing line; dilated silhouettes are hardly ever thinner
+MAX_RAY_STEPS = 4000
+BISECTIONS = 3  # of a step, to locate the ends of an interval
+MIN_INTERVAL_RATIO = 1 / 3  # of the longest interval on the line; shorter ones are ignored
+DISTANCE_MAP_PX = 96  # longest side of a silhouette in its distance map
+DISTANCE_MAP_MARGIN_PX = 24  # around it; farther off, the distance to the map's edge is added
+AXIS_SAMPLES = (0.5, 0.95)  # fractions of every part's axis at which the distance to silhouettes is taken
+
+# View consistency.
+CHECK_PERIOD_FRAMES = 5
+LINES_PER_VIEW = 16  # contour rays of each view in a check
+LAG_TEST_LINES = 32  # contour rays in a test of lags, of all views together
+MAX_LAG_FRAMES = 5  # either way
+VIEW_MARGIN = 0.15  # fraction of the image's width and height; a person farther inside is wholly or nearly in view
+CHECK_MEMORY = 24  # checks or tests over which figures are averaged
+MIN_CHECKS = 12  # before an average is used
+MIN_LAG_TESTS = 12  # before a view's lag is judged
+LAG_TEST_PERIOD = 12  # checks between two tests of lags once CHECK_MEMORY tests are done
+PERSISTENT_CHECKS = 6  # in a row, before a view is reported as empty or frozen
+MAX_SUSPECTS = 2  # views whose lags are tested in turn; with more, no single view is at fault
+CALIBRATION_UNSUPPORTED = 0.10  # unsupported fraction of a view's contour from which its calibration may be wrong,
+CALIBRATION_RATIO = 3.0  # and at least so many times that of the other views without it
+SUSPECT_RATIO, SUSPECT_MARGIN = 1.5, 0.01  # a suspect leaves less than this ratio of the least fraction, plus the margin
+LAG_TEST_UNSUPPORTED = 0.05  # unsupported fraction of a view's contour from which lags are tested,
+LAG_TEST_DIFFERENCE = 0.02  # and difference of that fraction between views left out
+LAG_GAIN = 0.03  # fraction of all contours that must gain support at the lag,
+LAG_EXPLAINED = 0.8  # and at least this fraction of the contours without support because of the view,
+LAG_HYSTERESIS = 0.6  # times this while the view is already reported
+DISAGREEMENT_UNSUPPORTED = (
+    0.40  # unsupported fraction of all contours from which disagreement without a culprit is reported
+)
+FROZEN_CHANGE, MOVING_CHANGE = 0.001, 0.01  # fraction of a silhouette that changes between checks
+
+# Localization and T-pose.
+COLUMN_RADIUS_M = 0.3
+COLUMN_LAYER_M = 0.1  # height of the layers in which a column is compared
+COLUMN_LAYER_SATURATION = 2.0  # weight of a layer beyond which more of it does not make the column a person
+INTERVAL_SCALE_M = 0.1  # length of a surviving interval whose midpoint is half as reliable as that of a short one
+COLUMN_CANDIDATES = 200
+MIN_COLUMN_RAYS = 40
+GROUND_TOLERANCE_M = 0.05  # below the ground; anything lower may be clutter
+COLUMN_MARGIN_M = 0.15  # above and below the column
+MIN_STATURE_M, MAX_STATURE_M = 0.8, 2.4
+PERSON_RADIUS = 0.65  # statures from the middle; no part of the person is farther
+ARM_START = 0.18  # statures from the middle; only arms are farther,
+ARM_HEIGHT = (0.62, 0.95)  # statures above the ground,
+ARM_HALF_WIDTH = 0.09  # statures beside the line along both arms
+MIN_ARM_SPAN = 0.65  # statures, fingertip to fingertip
+ARM_SLOT, ARM_MAX_GAPS = 0.06, 2  # statures: length of the pieces of an arm; pieces in a row that may be empty
+ARM_DIRECTIONS = 36  # candidate directions of the arms, over half a turn
+T_POSE_FRAMES = 4  # frame sets from which the body is measured
+T_POSE_STILL_M, T_POSE_STILL_COSINE = 0.05, 0.985  # m and cosine: greatest motion and turn between them
+T_POSE_DEVIATION = 0.25  # rad: standard deviation of joint coordinates about the T-pose
+T_POSE_MAX_DEG = 40.0  # greatest angle of a joint from the T-pose
+HEADING_MISFIT_RATIO = 0.9  # the heading is known when the other one fits worse by this ratio
+GOOD_GAP_M = 0.015  # root mean square gap of a body in a scene without clutter
+CLUTTER_TRUST_POWER = 2.0  # the reliability of a scene falls with this power of the gap
+CLUTTER_DISTANCE_M = 0.10  # from the fitted body; rays farther off are clutter
+MAX_GAP_M = 0.03  # root mean square gap of an accepted body
+FOOT_HEIGHT, SHANK_HEIGHT = 0.04, (0.10, 0.22)  # statures, for the heading of a body without feet
+RETRY_FRAMES = 15  # after an attempt that failed
+
+# Body fitting and online shape estimation.
+FIT_ITERATIONS = 20
+FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M = 0.01, 0.20  # gap beyond which the gradient is constant; and is zero
+FIT_GAP_TRUNCATION_M = 0.05  # in the reported root mean square gap
+FIT_INDEPENDENT_RAYS = 300.0  # independent rays per scene: errors of the shape are correlated along the surface
+FIT_TOLERANCE = 1e-3  # change of a logarithm, metre or radian below which the fit has converged
+FIT_MAX_STEP = 0.3  # of a logarithm, metre or radian
+NEW_POSTURE_ANGLE = 0.35  # rad: at least one coordinate differs so much from every posture used before
+MAX_POSTURES = 60
+POSTURE_INDEPENDENT_RAYS = 60.0  # independent rays per posture: errors of the shape repeat
+POSTURE_DEVIATION = (0.05, 0.1, 0.3)  # m, rad, rad: of position, orientation and coordinates about the estimate
+SHAPE_CHANGE = 0.004  # of a size's logarithm, from which the body in use is replaced
+SHAPE_SUPPORT_RATIO = 0.9  # of the expected support; less is not used to estimate the shape
+
+# Correspondences and refinement.  [Hybrid V-B]
+CONTACT_SHIFT_M = 0.15  # of the contact along an axis that points along the normal
+LATERAL_SCALE_M = 0.03  # a ray that passes so far beside its contact has half the weight
+OUTSIDE_WEIGHT = 1.0  # of a sample of the body outside of a silhouette, relative to a contour ray
+ON_BODY_M = 0.04  # distance of a ray that is on the body
+RESIDUAL_SCALE_M, RESIDUAL_LIMIT_M = 0.01, 0.15  # gap beyond which the gradient is constant; and is zero
+CONVERGED_STEP = 0.01  # m and rad: the refinement ends with such a step
+FORCE_MOMENTUM = 0.85  # fraction of a motion that is kept from one step to the next
+NORMAL_MODULATION = 0.5  # epsilon of md = 1 - epsilon cos, 0 < epsilon < 1  [Hybrid V-B]; value by hand
+FORCE_TRUNCATION_M = 0.10  # of rho in [Hybrid Eq. 32]; the paper gives no value
+FORCE_GAIN = 8.0  # lambda, 1 / m: of the mean force on a group, m^2  [Hybrid Eq. 34, 38]; the paper gives no value
+MOMENT_GAIN = 60.0  # rho, rad / m^3: of the mean moment on a group  [Hybrid Eq. 35, 39-40]; the paper gives no value
+LINEAR_FORCE_GAIN = 0.5  # lambda: of the mean linear force on a group, m; the paper gives no value
+LINEAR_MOMENT_GAIN = 4.0  # rho, rad / m^2: of the mean moment of linear forces on a group; the paper gives no value
+
+# Particle filter.  [Hybrid V-A]
+PARTICLE_RAY_STRIDE = 2  # particles are refined on every second ray, the estimate on all
+INDEPENDENT_RAYS = 100.0  # independent rays per scene: errors of neighbours on a contour are correlated
+LIKELIHOOD_INFORMATION = 30.0 / (2.0 * 0.01**2)  # 1 / m^2: 1 / sigma^2 of [Hybrid Eq. 29]; fewer rays, for body errors
+PARTICLE_HOLD = (0.10, 0.20, 0.40)  # m, rad, rad: standard deviations of a refinement about its starting pose
+ESTIMATE_HOLD = (0.05, 0.10, 0.20)  # m, rad, rad: the same of the estimate about the predicted pose
+ESTIMATE_ITERATIONS = 2
+PREDICTION_DEVIATION = (0.10, 0.30)  # m, rad: of particles about the predicted pose
+VELOCITY_DAMPING = 0.8  # fraction of the velocity that is kept from one frame to the next
+DYNAMIC_NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: standard deviations of dynamic proposals per frame
+PRIOR_FRACTION, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION = 0.5, 0.2, 0.8  # of the proposals; the first at the start
+PRIOR_FRACTION_RATE = 0.05  # per frame, towards the weight of the particles proposed by the prior
+MIN_PRIOR_DISTANCE = 1e-3  # rad
+SUPPORT_RATE = 0.03  # per frame, of the expected support and the expected distance from the prior
+INITIAL_SUPPORT = 0.5  # expected fraction of a scene on the body, before it is observed
+LOST_SUPPORT_RATIO = 0.6  # of the expected support, below which a frame counts as misfit
+LOST_MISFIT_RATIO = 0.5  # of the greatest misfit, above which a frame counts as misfit
+LOST_FRAMES = 6  # misfits in a row after which the track is lost
+LOST_EMPTY_FRAMES = 60  # frames in a row without a person after which the track is lost
+MIN_TRACKING_RAYS = 60  # of a scene in which a person can be seen
+
+# Relocalization and heading.
+RELOCALIZE_AFTER = (1, 3)  # misfits in a row after which the whole scene is searched
+SEARCH_HEADINGS = 8
+SEARCH_RESIDUAL_LIMIT_M = 0.30  # of the first refinement
+SEARCH_FIRST_ITERATIONS, SEARCH_ITERATIONS = 4, 4  # of the first refinement; of every pass
+SEARCH_KEPT, SEARCH_PASSES = 8, 3  # candidates refined further; passes, each held near the end of the one before
+FOUND_SUPPORT_RATIO = 0.8  # of the expected support, from which a person is found
+EXPECTED_SUPPORT_DECAY, MIN_EXPECTED_SUPPORT = 0.9, 0.25  # after every search without success; lower bound
+REPLACE_MISFIT_RATIO = 0.75  # of the tracked pose's misfit, below which another pose replaces it
+HEADING_CHECK_FRAMES = 15  # between two checks of an unknown heading
+HEADING_PENALTY = 0.3  # relative increase of the misfit of a pose with the opposite heading
+HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
+
+# Motion prior.  [Hybrid IV]
+PRIOR_CLAMP = 2.5  # standard deviations from a region's centre within its subspace; the paper does not clamp
+PRIOR_CENTRE_WEIGHT = 0.05  # of the squared distance to the centre in [Hybrid Eq. 9]; the paper has none
+PRIOR_DEVIATION_FLOOR_DEG = 2.0  # of every coordinate
+RATE_TOLERANCE = 2e-3  # relative: steps between frame rates that are nearly whole are whole
+MAX_NEGATIVE_TRANSITION = 0.02  # of a row's probability in a root of the transitions; beyond, no chain has that root
+EM_MAX_ITERATIONS = 40
+EM_TOLERANCE = 2e-3  # relative change of the mean reconstruction error
+K_MEANS_ITERATIONS = 20
+REGION_CANDIDATES = (5, 10, 15, 20, 30, 40, 60, 80)  # 20 in the paper  [Hybrid Fig. 4]
+REGION_TOLERANCE = 0.05  # of the best held-out error, accepted for fewer regions
+MIN_FRAMES_PER_REGION = 5  # the paper: 100 frames for 20 regions
+ERROR_PERCENTILES = (50, 90, 99)  # of held-out distances from the prior
+HELD_OUT_EVERY, HELD_OUT_STRETCH_S = 5, 1.0  # one stretch in so many is held out; its length
+
+
+def parameters() -> Mapping[str, float | int | str | list[float]]:
+    """The constants of this module by name, tuples as lists; written into every take."""
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

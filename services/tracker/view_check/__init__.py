@@ -1,0 +1,1 @@
+"""Consistency of the views: wrong calibration, frozen, empty or late cameras."""

@@ -1,0 +1,38 @@
+"""Scaled orthographic projection: the model image of the paper.  [Two-view 3.2, 4.2]"""
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+
+FAR = 1e4  # depths to which the camera is moved back; a point one body height nearer is then displaced by 0.01 %
+
+
+def depth_of_scale(camera: Floats, scale: float) -> float:
+    """Depth of the person along the optical axis, metres, from the perspective scaling factor r_t.  [Two-view Eq. 4]
+
+    camera: (5, 3) rows of a level view.  r_t is the image size relative to that at the origin of the action region.
+    Raises ValueError for a factor of 0.
+    """
+    # Paper (corrected): Eq. 4 is printed with slant distances; the ratio of depths is exact everywhere.
+    if scale <= 0.0:
+        raise ValueError(f"scaling factor {scale:g}: allowed: above 0")
+    return float(camera[3, 2]) / scale
+
+
+def orthographic(camera: Floats, depth: float) -> Floats:
+    """Camera rows (5, 3) whose images of points near `depth` (metres) are orthographic, at the scale of that depth.
+
+    The camera is moved back to FAR times the depth, with a focal length longer by the same factor: the image of a point at
+    exactly `depth` is that of the real camera, and nearer points are not larger.
+    """
+    rows = camera.copy()
+    rows[3, 2] += depth * (FAR - 1)
+    rows[4, 0] *= FAR
+    return rows
+
+
+def point_at(camera: Floats, x: float, y: float, depth: float) -> Floats:
+    """(3,) point of the world at `depth` metres on the ray of slopes x (right) and y (down)."""
+    local = np.array([x, y, 1.0]) * depth - camera[3]
+    point: Floats = camera[:3].T @ local
+    return point

@@ -1,0 +1,106 @@
+"""Behavioural constants of the viewer: value, unit, provenance.
+
+Provenance: a section of [Two-view], "measured" or "clips" (tried out on the shared clips walk2, bend2 and kick2, which are
+therefore no independent test), "anthropometry", or "chosen by hand".  Silhouette extraction has its own constants at the
+top of the modules of `zenocap.common.vision`.
+"""
+
+from collections.abc import Mapping
+from math import cos, radians
+
+# Background and preview
+UPDATE_EVERY = 8  # frames between two updates of the background model; light changes slowly; chosen by hand
+UPDATE_RATE = 0.01  # share of the difference that one update takes over; chosen by hand
+UPDATE_MARGIN_ROWS = 40  # image rows per px by which the person is widened before an update; chosen by hand
+UPDATE_MARGIN_MIN_PX = 2  # px; chosen by hand
+PREVIEW_NS = 200_000_000  # ns between two previews, at most 5 per second; chosen by hand
+PREVIEW_PX = 320  # px, largest side of a preview; chosen by hand
+PREVIEW_JPEG_QUALITY = 70  # of 100; chosen by hand
+
+# Facade and flank, silhouette features  [Two-view 3.1]
+UPPER_BODY_COLUMN = 0.65  # torso heights, smallest column of the upper body; paper 3.1: 1.0; measured: 0.6 to 0.7 is robust
+BELOW_HIPS = 0.2  # torso heights below the navel: y_hip = y_c + 0.2 h; paper 3.1
+FOOT_BAND = 0.03  # of the body height from the soles; chosen by hand
+SHIN_BAND = (0.06, 0.11)  # of the body height from the soles; chosen by hand
+
+# Body definition: bands of the body height from the soles, in which parts are measured  [Two-view 2.4]; chosen by hand
+TORSO_FRONT_BAND = (0.54, 0.74)  # between hips and horizontal arms
+TORSO_SIDE_BAND = (0.52, 0.78)  # between hips and shoulders
+HEAD_BAND = (0.86, 1.0)  # head and neck
+THIGH_BAND = (0.32, 0.44)  # between crotch and knee
+SHIN_WIDTH_BAND = (0.06, 0.26)  # between ankle and knee
+# Body heights by which the lowest visible sole is nearer than the body: the ball of a foot seen from the front, the near
+# foot seen from the side.  Anthropometry (Drillis and Contini): length of a foot 0.152, a quarter of it behind the ankle.
+FRONT_TOES = 0.06
+SIDE_TOES = 0.05
+HEAD_REMOVAL_WIDTH = 0.8  # torso widths, length of the structuring element that removes the head; paper 2.4, Fig. 6
+SHORTEST_HEAD = 0.05  # body heights between the top of the head and the shoulder line; chosen by hand
+SHORTEST_ARM = 0.2  # body heights of a stretched arm beside the torso (about 0.37 on people); chosen by hand
+UNEVEN_ARMS = 0.10  # body heights by which the arms may differ in reach; chosen by hand
+FINE_STEPS = (0.94, 0.97, 1.0, 1.03, 1.06)  # factors tried for each fine-tuned length; chosen by hand
+FINE_TUNED = (
+    "torso_width",
+    "arm_thickness",
+    "arm_span",
+)  # lengths that the matching score fine-tunes, in order; chosen by hand
+PAPER_FINE_TUNED = ("torso_width", "arm_thickness", "arm_angle", "arm")  # in this order; paper 2.4
+ANGLE_STEPS = tuple(radians(step) for step in (-8, -4, 0, 4, 8))  # rad added to the angle of the arms; chosen by hand
+HIDDEN_TORSO_DEPTH = 0.7  # torso widths, depth assumed while fine-tuning in the front view; chosen by hand
+
+# Position and tilt of the torso  [Two-view 3.2]
+SHIFTS_PX = (-5, -2, -1, 1, 2, 5)  # px; paper 3.2; 0, which the paper omits, is the current position
+PAPER_ROWS = 120  # px, height of the image that SHIFTS_PX is for; paper
+SHIFT_ROUNDS = 4  # of shifts along both axes per scale; chosen by hand
+TILT_PIVOTS = (1.0, 0.0)  # torso lengths above the navel about which the torso tilts: neck, then navel; chosen by hand
+TILT_REGION = radians(32)  # rad, first search region; as LEG_REGION; chosen by hand
+TILT_STOP = radians(2)  # rad, width of the last search region; chosen by hand
+LONGEST_LEG = 0.9999  # of the stretched length, at most; chosen by hand
+STRAIGHT_KNEE_M = 0.01  # m, distance of the knee of a straight leg from the line hip to foot; chosen by hand
+CROP_MARGIN = 0.35  # body heights around the silhouette in which the model is drawn; chosen by hand
+CROP_MARGIN_MIN_PX = 8  # px; chosen by hand
+
+# Limb search  [Two-view 3.3-3.5]
+ARM_REGION = radians(64)  # rad, first search region of an arm; paper 3.5
+LEG_REGION = radians(32)  # rad, first search region of a leg; paper 3.5
+FREE_ELBOW = radians(140)  # rad, t_ha of an upper arm above LOW_UPPER_ARM; paper 3.3 (2)
+ELBOW_OUTWARD = radians(140)  # rad, largest bend of the elbow away from the torso; paper 3.3 (2)
+LOW_UPPER_ARM = radians(110)  # rad, theta_Z beyond which the torso limits the elbow; paper 3.3 (2)
+SQUAT_FOLD = radians(50)  # rad, largest theta_X of the hip of a person who squats, in the facade; paper 3.4
+STOP = radians(4)  # rad, width of the last search region; paper 3.5
+MIN_FLEX_COS = cos(radians(150))  # cosine of the largest flexion of elbow and knee; anthropometry
+BACKWARD_KNEE = -0.12  # sine of the largest backward bend of a knee that noise may show; chosen by hand
+SWEEP_STEP = radians(15)  # rad between two trials for a lost limb; chosen by hand
+RESTART_GAIN = 0.004  # matching score that a search from another start must gain; chosen by hand
+
+# Expected limbs, lost limbs
+PREDICTED = 1.0  # share of the motion of the last frame that is expected to continue; clips
+FASTEST_COS = 0.7  # cosine of the turn of a limb in one frame beyond which it was relocalized, not moved; by hand
+ARM_PRIOR = 0.01  # matching score that contradicting the expected direction costs, halved; see LimbBody; chosen by hand
+LEG_PRIOR = 0.03  # the same for legs; clips
+REST_PRIOR = 0.005  # the same towards the hanging arm; chosen by hand
+LOST_PERSON = 0.5  # of the usual matching score: below, the person is searched at the torso of the silhouette; by hand
+LOST_LIMBS = 0.92  # of the usual matching score: below, limbs are searched all around; clips
+USUAL_SCORE_RISE = 0.2  # share of the difference by which the usual score follows a better one; chosen by hand
+USUAL_SCORE_FALL = 0.01  # the same for a worse one; chosen by hand
+UNPLACED_NS = 3_000_000_000  # ns without an assignment after which the tracked pose is dropped; chosen by hand
+
+# Start of files and of the simulated person
+EPOCH_LEAD_NS = 1_500_000_000  # ns from a proposal to the start it proposes; chosen by hand
+EPOCH_REPEAT_NS = 400_000_000  # ns between two proposals; less than the lead, so that none expires; chosen by hand
+EPOCH_SETTLE_NS = 300_000_000  # ns to wait for proposals in flight; chosen by hand
+EPOCH_REPORT_NS = 3_000_000_000  # ns before the missing viewers are logged; chosen by hand
+ACTOR_PREROLL = 30  # frames of empty scene when the background does not define them; chosen by hand
+
+# Sources
+RECONNECT_FIRST_S = 0.5  # s before the first reconnection of a device, doubled each time; chosen by hand
+RECONNECT_LONGEST_S = 10.0  # s, longest wait; chosen by hand
+STREAM_TIMEOUT_MS = 5000  # ms to open or read a stream; chosen by hand
+EARLY_FRAME = 0.25  # of a frame period by which a frame may be early; chosen by hand
+MISCOUNTED_FRAMES = 0.01  # share by which the frame count of a container may be wrong; chosen by hand
+LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped; chosen by hand
+LETTERBOX = 0.02  # relative size difference up to which an image counts as letterboxed; chosen by hand
+
+
+def parameters() -> Mapping[str, float | int | str | list[float] | list[str]]:
+    """The constants of this module by name, as plain values."""
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in globals().items() if name.isupper()}

@@ -1,0 +1,86 @@
+"""Segmentation: background model, silhouette and preview of a viewer's frames, for both methods."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from zenocap.common.arrays import Image, Mask
+from zenocap.common.messages import Message, Preview
+from zenocap.common.messages import Silhouette as SilhouetteMessage
+from zenocap.common.rig.sources import BackgroundImage, FirstFrames, Mog2, learning_frames
+from zenocap.common.vision.background import Background, from_image, learn_median, update
+from zenocap.common.vision.background import learn as learn_from
+from zenocap.common.vision.mask_codec import pack
+from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.silhouette import SilhouetteOptions, extract
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import (
+    PREVIEW_JPEG_QUALITY,
+    PREVIEW_NS,
+    PREVIEW_PX,
+    UPDATE_EVERY,
+    UPDATE_MARGIN_MIN_PX,
+    UPDATE_MARGIN_ROWS,
+    UPDATE_RATE,
+)
+from zenocap.services.viewer.states import LearningBackground, Scene, Setup
+
+OPTIONS = SilhouetteOptions()
+
+
+def learn(setup: Setup, state: LearningBackground, image: Image | None) -> tuple[LearningBackground, Scene | None]:
+    """Add an image of the scene, None for one that is not in the take; returns the `Scene` once there are enough."""
+    state = replace(state, frames=(*state.frames, image))
+    if len(state.frames) < learning_frames(setup.background):
+        return state, None
+    return state, Scene(_background(setup, [image for image in state.frames if image is not None]))
+
+
+def _background(setup: Setup, images: list[Image]) -> Background | Mixture | None:
+    if not images:
+        return None
+    match setup.background:
+        case FirstFrames():
+            return learn_from(images)
+        case BackgroundImage():
+            assert setup.plate is not None  # checked by viewer_setup
+            return from_image(setup.plate, images)
+        case Mog2():
+            return Mixture(images)
+        case _:
+            return learn_median(images)
+
+
+def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | None, list[Message]]:
+    """Segment a frame: (scene, mask (height, width) or None without a person, preview if one is due)."""
+    background = scene.background
+    assert background is not None  # a scene learnt from frames has one
+    silhouette = extract(background, frame.image, OPTIONS, scene.extents)
+    # Paper (added): the background model follows slow changes of the light.
+    if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
+        person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
+        margin_px = max(UPDATE_MARGIN_MIN_PX, frame.image.shape[0] // UPDATE_MARGIN_ROWS)
+        background = update(background, frame.image, person, UPDATE_RATE, margin_px=margin_px)
+    previewed = setup.publish_preview and frame.captured_ns - scene.preview_ns >= PREVIEW_NS
+    preview_ns = frame.captured_ns if previewed else scene.preview_ns
+    after = Scene(background, silhouette.extents if silhouette else None, preview_ns)
+    return after, silhouette.mask if silhouette else None, [_preview_message(setup, frame)] if previewed else []
+
+
+def silhouette_message(setup: Setup, frame: Frame, mask: Mask | None) -> SilhouetteMessage:
+    """Silhouette message of a mask; an empty one for a frame without a person."""
+    width, height = setup.camera.size
+    region, data = ((0, 0, 0, 0), b"") if mask is None else pack(mask)
+    return SilhouetteMessage(
+        frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, size=(width, height), region=region, data=data
+    )
+
+
+def _preview_message(setup: Setup, frame: Frame) -> Preview:
+    """Small JPEG image for setting up a rig; published only on request, since images stay on the machine of the camera."""
+    height, width = frame.image.shape[:2]
+    scale = min(1.0, PREVIEW_PX / max(height, width))
+    small = cv2.resize(frame.image, (round(scale * width), round(scale * height)), interpolation=cv2.INTER_AREA)
+    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, PREVIEW_JPEG_QUALITY])
+    return Preview(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, jpeg=jpeg.tobytes())

@@ -1,0 +1,60 @@
+"""Step of a viewer in a rig with a tracker: a frame in, its silhouette out, empty silhouettes included.
+
+The body and the limbs are not searched, and no topics are subscribed to.
+"""
+
+from dataclasses import dataclass
+
+from zenocap.common.bus.protocol import Alive, Envelope, Tick
+from zenocap.common.messages import Message, Phase
+from zenocap.services.viewer.frame import Frame, SegmentedFrame
+from zenocap.services.viewer.segmentation import learn, segment, silhouette_message
+from zenocap.services.viewer.states import LearningBackground, Scene, Setup
+
+Event = Frame | SegmentedFrame | Envelope | Alive | Tick
+
+
+@dataclass(frozen=True)
+class Segmenting:
+    """State after the background is learnt.  present: a person was in the last frame."""
+
+    scene: Scene
+    present: bool = False
+
+
+State = LearningBackground | Segmenting
+
+
+def initial_state(setup: Setup) -> State:
+    return LearningBackground()
+
+
+def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]]:
+    """Process one event: (state, messages).  Pure."""
+    match state, event:
+        case LearningBackground(), Frame(image=image):
+            state, scene = learn(setup, state, image)
+            return (state if scene is None else Segmenting(scene)), []
+        case Segmenting(scene=scene), Frame():
+            scene, mask, messages = segment(setup, scene, event)
+            return Segmenting(scene, mask is not None), [*messages, silhouette_message(setup, event, mask)]
+        case _:
+            return state, []
+
+
+def phase_of(state: State) -> Phase:
+    """Phase of the viewer, for its health."""
+    match state:
+        case LearningBackground():
+            return Phase.LEARNING_BACKGROUND
+        case Segmenting(present=present):
+            return Phase.SEGMENTING if present else Phase.AWAITING_PERSON
+
+
+def describe(state: State) -> str:
+    """Health text of a state."""
+    match state:
+        case LearningBackground(frames=frames):
+            return f"learning the background ({len(frames)} frames)"
+        case Segmenting(present=present):
+            return "silhouettes only" + ("" if present else ", no person in view")

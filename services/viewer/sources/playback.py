@@ -1,0 +1,62 @@
+"""Errors of frame sources, and playback settings."""
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from zenocap.common.errors import UserError
+
+Size = tuple[int, int]
+
+
+class SourceError(UserError):
+    """Failure of a source; the text names the source and the reason."""
+
+
+class OpenError(SourceError):
+    """The source does not exist, or is not a camera, video or picture."""
+
+
+class AccessDenied(SourceError):
+    """The source exists, but this user has no read permission."""
+
+
+class SizeMismatch(SourceError):
+    """The image size does not fit the calibration."""
+
+
+class EndedEarly(SourceError):
+    """The source ended or failed before its declared number of frames; the earlier frames are valid."""
+
+
+class Clock(Protocol):
+    """Clock in nanoseconds since the Unix epoch."""
+
+    def now_ns(self) -> int: ...
+
+
+@dataclass(frozen=True)
+class Playback:
+    """Playback settings of a source.
+
+    epoch_ns: capture time of frame 0 of a file or of the simulated person, equal in all viewers and some seconds in the
+    future, so that every viewer is ready by then.  live: in real time, late frames are dropped; otherwise every frame
+    without delay.  loop: a file is repeated, with rising frame numbers and times.  report: receives the state of a camera.
+    """
+
+    epoch_ns: int
+    clock: Clock
+    live: bool = True
+    loop: bool = False
+    sleep: Callable[[float], None] = time.sleep
+    report: Callable[[str], None] = logging.getLogger(__name__).warning
+
+    def time_of(self, index: int, fps: float) -> int:
+        """Capture time of frame `index`, nanoseconds; frames before the first have negative numbers."""
+        return self.epoch_ns + round(index * 1e9 / fps)
+
+    def wait_until(self, when_ns: int) -> None:
+        while (left_ns := when_ns - self.clock.now_ns()) > 0:
+            self.sleep(left_ns / 1e9)

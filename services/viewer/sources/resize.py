@@ -1,0 +1,57 @@
+"""Resize a source's images to the working size of the calibrated camera."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from zenocap.common.arrays import Image
+from zenocap.services.viewer.sources.playback import Size, SizeMismatch
+
+NEARLY = 0.02  # relative size difference up to which an image counts as letterboxed
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Resizing of images.  calibrated: expected (width, height) of the source, px.  working: resulting size, px."""
+
+    name: str
+    calibrated: Size
+    working: Size
+
+    def check(self, width: int, height: int) -> None:
+        """Raise SizeMismatch when images of this size do not fit the calibrated size."""
+        ratios = width / self.calibrated[0], height / self.calibrated[1]
+        if max(abs(ratio - 1.0) for ratio in ratios) >= NEARLY:
+            raise SizeMismatch(
+                f"{self.name}: images of {width} x {height} px, but the calibration is for "
+                f"{self.calibrated[0]} x {self.calibrated[1]} px: allowed: that size, or less than "
+                f"{NEARLY:.0%} off; calibrate at the size of the images, or set the camera to the calibrated size"
+            )
+
+    def __call__(self, image: Image) -> Image:
+        """Return the image at the working size, (height, width, 3).  Raises SizeMismatch.
+
+        A small difference from the calibrated size is treated as uniform scaling about the centre followed by padding or
+        cropping, as video converters do; it is reverted.
+        """
+        height, width = image.shape[:2]
+        self.check(width, height)
+        if (width, height) != self.calibrated:
+            image = _unletterboxed(image, self.calibrated)
+        if image.shape[1::-1] == self.working:
+            return image
+        return np.asarray(cv2.resize(image, self.working, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def _unletterboxed(image: Image, calibrated: Size) -> Image:
+    """Return the part of the image that the calibrated image shows, padded where the image has no pixels."""
+    height, width = image.shape[:2]
+    ratios = calibrated[0] / width, calibrated[1] / height
+    scale = max(ratios, key=lambda ratio: abs(np.log(ratio)))
+    right, down = round(calibrated[0] / scale) - width, round(calibrated[1] / scale) - height
+    left, top = right // 2, down // 2
+    right, down = right - left, down - top
+    kept = image[max(0, -top) : height - max(0, -down), max(0, -left) : width - max(0, -right)]
+    border = (max(0, top), max(0, down), max(0, left), max(0, right))
+    return np.asarray(cv2.copyMakeBorder(kept, *border, cv2.BORDER_REPLICATE), dtype=np.uint8)

@@ -1,0 +1,47 @@
+"""Open the frame source of a viewer."""
+
+from collections.abc import Iterator
+
+from zenocap.common.rig.rig import Viewer
+from zenocap.common.rig.sources import Actor, Device, FirstFrames, Images, Rendered, Stream, VideoFile
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.device import camera_frames
+from zenocap.services.viewer.sources.images import image_frames
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.rendered import rendered_frames
+from zenocap.services.viewer.sources.video import declared_frames, video_frames
+
+PREROLL = 30  # frames of empty scene from the simulated person when the background does not define them
+
+
+def open_source(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """Iterate over the viewer's frames at its working size and rate.
+
+    Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
+    """
+    size, fps = viewer.camera.size, viewer.fps
+    preroll = viewer.background.count if isinstance(viewer.background, FirstFrames) else 0
+    match viewer.source:
+        case Device() | Stream():
+            return camera_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+        case VideoFile():
+            return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll)
+        case Images():
+            return image_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+        case Rendered():
+            return rendered_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+        case Actor():
+            from zenocap.services.viewer.sources.actor import actor_frames  # imported only here: compiles the renderer
+
+            return actor_frames(viewer.source, fps, viewer.camera, playback, preroll or PREROLL)
+
+
+def frame_count(viewer: Viewer) -> int | None:
+    """Approximate number of frames of a source; None for a source without end or of unknown length."""
+    match viewer.source:
+        case VideoFile(path=path, initial=initial):
+            return sum(declared_frames(file, viewer.fps) for file in (path, initial) if file is not None)
+        case Images(folder=folder, pattern=pattern):
+            return sum(1 for _ in folder.glob(pattern))
+        case _:
+            return None

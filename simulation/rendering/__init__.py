@@ -1,0 +1,1 @@
+"""Rendering of the simulated person by a virtual camera."""

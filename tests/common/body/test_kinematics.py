@@ -1,0 +1,149 @@
+"""The transforms of [Two-view 2.2] against plain matrix products."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.pose_tracks import body
+from tests.support.two_view_scene import ANGLES, BDP, NAVEL, angles
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
+from zenocap.common.body.definition import Pose, neutral_pose
+from zenocap.common.body.kinematics import body_ellipses, end_ellipses, joint_centres, part_frames
+from zenocap.services.tracker.body.average_body import body_of_height
+
+INDEX = TEN_PARTS.index
+MARKERS = {marker.name: k for k, marker in enumerate(TEN_PARTS.markers)}
+POSITIONS = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
+
+
+def translation(offset: Floats) -> Floats:
+    matrix = np.eye(4)
+    matrix[:3, 3] = offset
+    return matrix
+
+
+def rotation(axis: str, a: float) -> Floats:
+    c, s = np.cos(a), np.sin(a)
+    rows = {
+        "x": [[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]],
+        "y": [[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]],
+        "z": [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+    }
+    return np.array(rows[axis])
+
+
+def oracle(pose: Pose) -> dict[str, Floats]:
+    """Part to world of every part as 4 x 4 products, straight from the paper: M_W^N, M_N^S = T Rz Rx Ry, M_S^F = T Rx."""
+
+    def angle(name: str) -> float:
+        return float(pose.angles[TEN_PARTS.angles.index(name)])
+
+    navel_to_world = translation(pose.position)
+    for axis in "yxz":
+        navel_to_world = navel_to_world @ rotation(axis, angle(f"navel.{axis}"))
+    frames = {"torso": navel_to_world}
+    for joint in TEN_PARTS.joints[1:]:
+        offset = BDP.offsets[TEN_PARTS.joints.index(joint)]
+        to_parent = translation(offset)
+        for axis in "x" if "elbow" in joint.name or "knee" in joint.name else "zxy":
+            to_parent = to_parent @ rotation(axis, angle(f"{joint.name}.{axis}"))
+        frames[joint.part] = frames[joint.parent] @ to_parent
+    return frames
+
+
+@given(POSITIONS, ANGLES)
+@settings(deadline=None)  # the first example compiles
+def test_part_frames_equal_the_papers_transforms(position: Floats, pose_angles: Floats) -> None:
+    pose = Pose(position, pose_angles)
+    found = part_frames(TEN_PARTS, BDP, pose)
+    for part, expected in oracle(pose).items():
+        np.testing.assert_allclose(found[INDEX[part]], expected[:3], atol=1e-12, err_msg=part)
+
+
+@given(ANGLES)
+@settings(deadline=None)
+def test_part_frames_are_rotations(pose_angles: Floats) -> None:
+    turned = part_frames(TEN_PARTS, BDP, Pose(NAVEL, pose_angles))[:, :, :3]
+    np.testing.assert_allclose(turned @ turned.transpose(0, 2, 1), np.broadcast_to(np.eye(3), turned.shape), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(turned), 1.0)
+
+
+def along(part: str, pose_angles: Floats) -> Floats:
+    return part_frames(TEN_PARTS, BDP, Pose(NAVEL, pose_angles))[INDEX[part], :, 1]
+
+
+def test_an_arm_at_90_degrees_points_to_its_own_side_and_at_180_hangs() -> None:
+    np.testing.assert_allclose(along("right_upper_arm", angles(right_shoulder_z=90)), [-1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(along("left_upper_arm", angles(left_shoulder_z=270)), [1, 0, 0], atol=1e-12)
+    for side in ("right", "left"):
+        np.testing.assert_allclose(along(f"{side}_upper_arm", TEN_PARTS.neutral), [0, -1, 0], atol=1e-12)
+
+
+def test_a_positive_shoulder_x_lifts_the_arm_to_the_front() -> None:
+    np.testing.assert_allclose(along("right_upper_arm", angles(right_shoulder_x=90)), [0, 0, 1], atol=1e-12)
+
+
+def test_a_negative_knee_bends_backward_and_a_positive_elbow_forward() -> None:
+    assert along("right_lower_leg", angles(right_knee_x=-60))[2] < -0.8
+    assert along("right_lower_arm", angles(right_elbow_x=60))[2] > 0.8
+
+
+def test_yaw_turns_from_z_towards_x() -> None:
+    frames = part_frames(TEN_PARTS, BDP, neutral_pose(TEN_PARTS, NAVEL, yaw=np.pi / 2))
+    np.testing.assert_allclose(frames[INDEX["torso"], :, 2], [1, 0, 0], atol=1e-12)
+
+
+def test_joint_centres_of_the_upright_person() -> None:
+    centres = joint_centres(TEN_PARTS, BDP, neutral_pose(TEN_PARTS, NAVEL))
+    at = {name: centres[k] for name, k in MARKERS.items()}
+    np.testing.assert_allclose(at["Hip"], NAVEL)
+    np.testing.assert_allclose(at["Neck"], (at["RShoulder"] + at["LShoulder"]) / 2)
+    np.testing.assert_allclose(at["RHip"], NAVEL + BDP.offsets[INDEX["right_hip"]])
+    assert at["RShoulder"][0] < 0 < at["LShoulder"][0]
+    height = BDP.sizes[INDEX["right_upper_leg"], 0]
+    np.testing.assert_allclose(at["RKnee"], at["RHip"] - [0, height, 0])
+    assert at["Head"][1] > at["Neck"][1] > at["Hip"][1] > at["RKnee"][1] > at["RAnkle"][1] > 0
+
+
+@given(ANGLES)
+@settings(deadline=None)
+def test_segments_keep_their_length_in_every_pose(pose_angles: Floats) -> None:
+    centres = joint_centres(TEN_PARTS, BDP, Pose(NAVEL, pose_angles))
+    for start, end, part, share in (
+        ("RShoulder", "RElbow", "right_upper_arm", 1.0),
+        ("LKnee", "LAnkle", "left_lower_leg", TEN_PARTS.markers[MARKERS["LAnkle"]].along),
+        ("RElbow", "RWrist", "right_lower_arm", TEN_PARTS.markers[MARKERS["RWrist"]].along),
+    ):
+        length = np.linalg.norm(centres[MARKERS[end]] - centres[MARKERS[start]])
+        np.testing.assert_allclose(length, share * BDP.sizes[INDEX[part], 0])
+
+
+UPRIGHT = np.eye(3, 4)
+SIZE = np.array([0.5, 0.2, 0.1])
+
+
+def test_a_cylinder_has_two_equal_ends_its_height_apart() -> None:
+    near, far = np.split(end_ellipses(UPRIGHT, SIZE, 12), 2)
+    np.testing.assert_allclose(far - near, np.tile([0.0, 0.5, 0.0], (12, 1)), atol=1e-12)
+    np.testing.assert_allclose((near[:, 0] / 0.2) ** 2 + (near[:, 2] / 0.1) ** 2, 1.0)
+
+
+def test_a_cone_has_its_tips_radii_at_the_far_end() -> None:
+    _, far = np.split(end_ellipses(UPRIGHT, SIZE, 12, tip=np.array([0.05, 0.04])), 2)
+    np.testing.assert_allclose((far[:, 0] / 0.05) ** 2 + (far[:, 2] / 0.04) ** 2, 1.0)
+    np.testing.assert_allclose(far[:, 1], 0.5)
+
+
+def test_a_base_moves_the_part_in_its_own_frame() -> None:
+    turned = np.array([[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0]])
+    base = np.array([0.1, 0.0, 0.0])
+    moved = end_ellipses(turned, SIZE, base=base) - end_ellipses(turned, SIZE)
+    np.testing.assert_allclose(moved, np.tile([0.0, 0.1, 0.0], (48, 1)), atol=1e-12)
+
+
+def test_body_height_equals_the_requested_height() -> None:
+    for anatomy, bdp, tolerance in ((TEN_PARTS, body(1.8), 0.001), (FOURTEEN_PARTS, body_of_height(1.8), 0.04)):
+        pose = neutral_pose(anatomy, np.zeros(3))
+        points = np.concatenate(body_ellipses(bdp, part_frames(anatomy, bdp, pose)))
+        assert abs(np.ptp(points[:, 1]) - 1.8) < tolerance

@@ -1,0 +1,260 @@
+"""Inbox: the newest message of each key or all in order; bounded; invalid messages are dropped."""
+
+import logging
+import threading
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenocap.common import messages as m
+from zenocap.common.bus import inbox as inbox_module
+from zenocap.common.bus.inbox import Inbox, outgoing
+from zenocap.common.bus.protocol import Alive, Envelope
+from zenocap.common.codec import encode
+from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP, Topic
+
+LOGGER = logging.getLogger("test.inbox")
+
+
+def sighting(viewer: str, frame: int) -> m.Sighting:
+    return m.Sighting(
+        frame=frame,
+        captured_ns=frame,
+        viewer=viewer,
+        present=True,
+        x=0.0,
+        y=0.0,
+        height=1.0,
+        width=0.3,
+        view="facade",
+        score=0.5,
+    )
+
+
+def bap(frame: int) -> m.UniversalBap:
+    return m.UniversalBap(
+        frame=frame, captured_ns=frame, position=(0.0, 1.0, 0.0), angles={}, scores={}, views={}, stale=[], lost=[]
+    )
+
+
+def put_sighting(inbox: Inbox, viewer: str, frame: int, *, every: bool = False) -> None:
+    inbox.put(SIGHTING.at("r", viewer=viewer), SIGHTING, encode(sighting(viewer, frame)), frame, every=every)
+
+
+def put_bap(inbox: Inbox, frame: int) -> None:
+    inbox.put(UNIVERSAL_BAP.at("r"), UNIVERSAL_BAP, encode(bap(frame)), frame, every=False)
+
+
+def drain(inbox: Inbox) -> list[tuple[str, int]]:
+    """Topic or viewer, and frame, of all queued messages."""
+    found = []
+    while isinstance(envelope := inbox.take(0.0), Envelope):
+        found.append((getattr(envelope.message, "viewer", envelope.topic.name), envelope.message.frame))
+    return found
+
+
+def test_a_latest_topic_delivers_only_the_newest_message_of_each_key() -> None:
+    inbox = Inbox(LOGGER)
+    for frame in range(3):
+        put_sighting(inbox, "1", frame)
+        put_sighting(inbox, "2", 10 + frame)
+    assert drain(inbox) == [("1", 2), ("2", 12)]
+    assert inbox.counters.dropped == {"superseded": 4}
+
+
+def test_a_busy_key_does_not_starve_another() -> None:
+    inbox = Inbox(LOGGER)
+    put_sighting(inbox, "1", 0)
+    put_sighting(inbox, "2", 0)
+    order = []
+    for frame in range(1, 5):
+        envelope = inbox.take(0.0)
+        assert isinstance(envelope, Envelope)
+        order.append(getattr(envelope.message, "viewer", ""))
+        put_sighting(inbox, "1", frame)
+        put_sighting(inbox, "2", frame)
+    assert order == ["1", "2", "1", "2"]
+
+
+@given(st.lists(st.sampled_from(["1", "2", "bap"]), max_size=40))
+def test_messages_are_delivered_in_order_and_every_loss_is_counted(puts: list[str]) -> None:
+    inbox = Inbox(LOGGER)
+    for frame, name in enumerate(puts):
+        if name == "bap":
+            put_bap(inbox, frame)
+        else:
+            put_sighting(inbox, name, frame)
+    delivered = drain(inbox)
+    assert [frame for name, frame in delivered if name == "universal_bap"] == [
+        frame for frame, name in enumerate(puts) if name == "bap"
+    ]
+    assert len(delivered) + inbox.counters.dropped.get("superseded", 0) == len(puts)
+    assert inbox.counters.received == len(delivered)
+
+
+def test_every_delivers_all_messages_of_a_latest_topic() -> None:
+    inbox = Inbox(LOGGER)
+    for frame in range(4):
+        put_sighting(inbox, "1", frame, every=True)
+    assert drain(inbox) == [("1", frame) for frame in range(4)]
+
+
+def test_a_full_queue_drops_and_counts_its_oldest_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_QUEUED", 3)
+    inbox = Inbox(LOGGER)
+    put_sighting(inbox, "1", 0)
+    for frame in range(5):
+        put_bap(inbox, frame)
+    assert drain(inbox) == [("1", 0), *(("universal_bap", frame) for frame in (2, 3, 4))]
+    assert inbox.counters.dropped == {"queue_full": 2}
+
+
+def test_a_queue_is_limited_in_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_QUEUED_BYTES", 2 * len(encode(bap(1))))
+    inbox = Inbox(LOGGER)
+    for frame in range(1, 6):
+        put_bap(inbox, frame)
+    assert drain(inbox) == [("universal_bap", 4), ("universal_bap", 5)]
+
+
+def test_an_unread_queue_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_QUEUED", 3)
+    monkeypatch.setattr(inbox_module, "MAX_KEYS", 2)
+    inbox = Inbox(LOGGER)
+    for frame in range(100):
+        put_bap(inbox, frame)
+        put_sighting(inbox, f"viewer{frame}", frame)
+    assert len(inbox._order) <= 2 * (3 + 2) + 1
+    assert inbox.counters.dropped == {"queue_full": 97, "too_many_keys": 98}
+    assert len(drain(inbox)) == 5
+
+
+@pytest.mark.parametrize(
+    ("topic", "key", "message", "text"),
+    [
+        (SIGHTING, "zenocap/r/viewer/2/sighting", sighting("1", 0), "viewer = '1', but '2' in its key"),
+        (
+            HEALTH,
+            "zenocap/r/viewer/1/health",
+            m.Health(frame=0, captured_ns=0, service="tracker", id="1", state="", rate=0.0, stages_ms={}, counts={}),
+            "service = 'tracker', but 'viewer' in its key",
+        ),
+    ],
+)
+def test_a_message_that_disagrees_with_its_key_is_rejected(
+    topic: Topic, key: str, message: m.Message, text: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    inbox = Inbox(LOGGER)
+    inbox.put(key, topic, encode(message), 0, every=False)
+    assert drain(inbox) == []
+    assert inbox.counters.rejected == {"names": 1}
+    assert text in caplog.text
+
+
+def test_bad_bytes_are_counted_logged_once_and_dropped(caplog: pytest.LogCaptureFixture) -> None:
+    inbox = Inbox(LOGGER)
+    for _ in range(5):
+        inbox.put(SIGHTING.at("r", viewer="1"), SIGHTING, b"\x91" * 50, 0, every=True)
+    put_sighting(inbox, "1", 7, every=True)
+    assert drain(inbox) == [("1", 7)]
+    assert inbox.counters.rejected == {"invalid": 5}
+    assert caplog.text.count("zenocap/r/viewer/1/sighting") == 1
+
+
+def test_liveliness_changes_are_delivered_as_events() -> None:
+    inbox = Inbox(LOGGER)
+    event = Alive("viewer", "1", False, 3)
+    inbox.put_event(event)
+    assert inbox.take(0.0) == event
+
+
+def test_wake_ends_a_blocking_take() -> None:
+    inbox = Inbox(LOGGER)
+    results: list[object] = []
+    waiter = threading.Thread(target=lambda: results.append(inbox.take(30.0)))
+    waiter.start()
+    inbox.wake()
+    waiter.join(5.0)
+    assert results == [None]
+
+
+def test_a_message_ends_a_blocking_take() -> None:
+    inbox = Inbox(LOGGER)
+    results: list[object] = []
+    waiter = threading.Thread(target=lambda: results.append(inbox.take(30.0)))
+    waiter.start()
+    put_bap(inbox, 1)
+    waiter.join(5.0)
+    assert [envelope.message for envelope in results if isinstance(envelope, Envelope)] == [bap(1)]
+
+
+def test_names_in_a_key_are_taken_from_the_message() -> None:
+    key, data = outgoing("r", SIGHTING, sighting("left", 1), {})
+    assert key == "zenocap/r/viewer/left/sighting"
+    assert data == encode(sighting("left", 1))
+
+
+def test_a_message_with_another_viewer_in_its_key_is_not_sent() -> None:
+    with pytest.raises(ValueError, match="viewer = '1', but '2' in its key"):
+        outgoing("r", SIGHTING, sighting("1", 1), {"viewer": "2"})
+
+
+def test_a_message_is_not_sent_on_another_topic() -> None:
+    with pytest.raises(ValueError, match="sighting carries Sighting, not UniversalBap"):
+        outgoing("r", SIGHTING, bap(1), {})
+
+
+def test_a_mark_is_called_when_all_messages_before_it_are_handled() -> None:
+    inbox = Inbox(LOGGER)
+    called: list[str] = []
+    put_sighting(inbox, "1", 1)
+    inbox.mark(lambda: called.append("first"))
+    put_sighting(inbox, "1", 2)  # replaces the one before the mark
+    put_sighting(inbox, "2", 1)
+    inbox.mark(lambda: called.append("second"))
+    assert not inbox.empty
+    assert isinstance(inbox.take(0.0), Envelope)
+    assert called == []  # taken, not yet handled
+    assert isinstance(inbox.take(0.0), Envelope)
+    assert called == ["first"]
+    assert inbox.take(0.0) is None
+    assert called == ["first", "second"]
+    assert inbox.empty
+
+
+def test_marks_are_called_when_the_inbox_is_released() -> None:
+    inbox = Inbox(LOGGER)
+    called: list[str] = []
+    put_bap(inbox, 1)
+    inbox.mark(lambda: called.append("mark"))
+    inbox.release()
+    assert called == ["mark"]
+    assert drain(inbox) == [("universal_bap", 1)]
+    assert called == ["mark"]
+
+
+def test_marks_after_dropped_messages_are_still_called(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_QUEUED", 2)
+    monkeypatch.setattr(inbox_module, "MAX_KEYS", 2)
+    inbox = Inbox(LOGGER)
+    called: list[int] = []
+    for frame in range(30):
+        put_bap(inbox, frame)
+        inbox.mark(lambda frame=frame: called.append(frame))
+    assert [frame for _, frame in drain(inbox)] == [28, 29]
+    assert called == list(range(30))
+
+
+def test_the_number_of_queued_marks_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inbox_module, "MAX_EVENTS", 3)
+    inbox = Inbox(LOGGER)
+    called: list[int] = []
+    for number in range(10):
+        inbox.mark(lambda number=number: called.append(number))
+    assert inbox.take(0.0) is None
+    assert called == [0, 1, 2]
+    assert inbox.counters.dropped == {"queue_full": 7}
+    inbox.mark(lambda: called.append(99))
+    assert inbox.take(0.0) is None
+    assert called[-1] == 99

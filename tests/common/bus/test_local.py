@@ -1,0 +1,164 @@
+"""The bus inside one process behaves as the network does, in order and without delay."""
+
+import pytest
+
+from tests.common.bus.test_inbox import bap, sighting
+from zenocap.common import messages as m
+from zenocap.common.bus.local import LocalBus, LocalNetwork
+from zenocap.common.bus.protocol import Alive, DuplicateService, Envelope, RoundTrip
+from zenocap.common.codec import BadMessage, encode
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.topics import PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
+
+
+def bdp(viewer: str, frame: int) -> m.PartialBdp:
+    return m.PartialBdp(
+        frame=frame, captured_ns=frame, viewer=viewer, side="front", height_px=90.0, score=0.9, lengths={"torso": 0.5}
+    )
+
+
+@pytest.fixture
+def network() -> LocalNetwork:
+    return LocalNetwork("studio", ManualClock(1000))
+
+
+def received(bus: LocalBus) -> list[m.Message]:
+    found = []
+    while (event := bus.receive()) is not None:
+        assert isinstance(event, Envelope)
+        found.append(event.message)
+    return found
+
+
+def test_received_envelope_equals_that_of_the_network(network: LocalNetwork) -> None:
+    viewer, integrator = network.bus(), network.bus()
+    integrator.subscribe(SIGHTING)
+    viewer.publish(SIGHTING, sighting("1", 5))
+    event = integrator.receive()
+    assert event == Envelope("zenocap/studio/viewer/1/sighting", SIGHTING, sighting("1", 5), 1000)
+    assert isinstance(event, Envelope)
+    assert event.data == encode(sighting("1", 5))
+
+
+def test_subscription_to_one_viewer_receives_only_that_viewer(network: LocalNetwork) -> None:
+    viewer, integrator = network.bus(), network.bus()
+    integrator.subscribe(SIGHTING, viewer="2")
+    viewer.publish(SIGHTING, sighting("1", 5))
+    viewer.publish(SIGHTING, sighting("2", 6))
+    assert received(integrator) == [sighting("2", 6)]
+
+
+def test_latest_topics_deliver_the_newest_message_and_other_topics_all(network: LocalNetwork) -> None:
+    sender, reader = network.bus(), network.bus()
+    reader.subscribe(SIGHTING)
+    reader.subscribe(UNIVERSAL_BAP)
+    for frame in range(3):
+        sender.publish(SIGHTING, sighting("1", frame))
+        sender.publish(UNIVERSAL_BAP, bap(frame))
+    assert received(reader) == [sighting("1", 2), bap(0), bap(1), bap(2)]
+
+
+def test_late_subscriber_receives_the_latched_message(network: LocalNetwork) -> None:
+    network.bus().publish(PARTIAL_BDP, bdp("1", 1))
+    network.bus().publish(PARTIAL_BDP, bdp("1", 2))
+    late = network.bus()
+    late.subscribe(PARTIAL_BDP)
+    assert received(late) == [bdp("1", 2)]
+
+
+def test_bad_bytes_are_rejected(network: LocalNetwork) -> None:
+    reader = network.bus()
+    reader.subscribe(SIGHTING)
+    reader.deliver("zenocap/studio/viewer/1/sighting", b"nonsense")
+    assert received(reader) == []
+    assert reader.counters.rejected == {"invalid": 1}
+
+
+def test_publishing_an_invalid_value_raises_an_error(network: LocalNetwork) -> None:
+    with pytest.raises(BadMessage, match=r"\$\.frame"):
+        network.bus().publish(SIGHTING, sighting("1", -1))
+    with pytest.raises(ValueError, match="viewer = ''"):
+        network.bus().publish(SIGHTING, sighting("", 1))
+
+
+def test_liveliness_changes_are_received_as_events(network: LocalNetwork) -> None:
+    viewer, integrator = network.bus(), network.bus()
+    viewer.declare_alive("viewer", "1")
+    integrator.watch_alive()
+    viewer.close()
+    assert [integrator.receive(), integrator.receive(), integrator.receive()] == [
+        Alive("viewer", "1", True, 1000),
+        Alive("viewer", "1", False, 1000),
+        None,
+    ]
+
+
+def test_a_second_service_of_a_name_is_refused(network: LocalNetwork) -> None:
+    first = network.bus()
+    first.declare_alive("viewer", "1")
+    with pytest.raises(DuplicateService, match="viewer 1 of rig studio is already running"):
+        network.bus().declare_alive("viewer", "1")
+    first.close()
+    network.bus().declare_alive("viewer", "1")
+    assert ("viewer", "1") in network.alive
+
+
+def test_a_round_trip_compares_two_clocks(network: LocalNetwork) -> None:
+    network.bus().serve_clock()
+    ahead = network.bus(ManualClock(1500))
+    ahead.query_clock()
+    assert ahead.receive() == RoundTrip(1500, 1000, 1500)
+
+
+def test_a_reader_has_its_own_queue(network: LocalNetwork) -> None:
+    bus = network.bus()
+    log = bus.reader()
+    log.subscribe(UNIVERSAL_BAP, every=True)
+    bus.publish(UNIVERSAL_BAP, bap(1))
+    assert received(bus) == []
+    assert received(log) == [bap(1)]
+
+
+def test_an_invalid_rig_name_is_refused() -> None:
+    with pytest.raises(ValueError, match="rig = 'a/b'"):
+        LocalNetwork("a/b", ManualClock())
+
+
+def test_forwarded_bytes_arrive_unchanged(network: LocalNetwork) -> None:
+    player, reader = network.bus(), network.bus()
+    reader.subscribe(SIGHTING)
+    data = encode(sighting("1", 5))
+    player.forward(SIGHTING, "zenocap/studio/viewer/1/sighting", data)
+    event = reader.receive()
+    assert isinstance(event, Envelope)
+    assert event.data == data
+
+
+def test_forwarded_latched_messages_are_kept_for_late_subscribers(network: LocalNetwork) -> None:
+    network.bus().forward(PARTIAL_BDP, "zenocap/studio/viewer/1/bdp", encode(bdp("1", 3)))
+    late = network.bus()
+    late.subscribe(PARTIAL_BDP)
+    assert received(late) == [bdp("1", 3)]
+
+
+@pytest.mark.parametrize("key", ["zenocap/other/viewer/1/sighting", "zenocap/studio/viewer/1/bap", "sighting"])
+def test_forwarding_on_an_unknown_key_raises_an_error(network: LocalNetwork, key: str) -> None:
+    with pytest.raises(ValueError, match=f"{key}: no key of sighting of rig studio"):
+        network.bus().forward(SIGHTING, key, b"")
+    with pytest.raises(ValueError, match=f"{key}: no key of sighting of rig studio"):
+        network.bus().announce(SIGHTING, key)
+
+
+def test_flow_control_waits_until_a_service_has_handled_its_messages(network: LocalNetwork) -> None:
+    player, integrator = network.bus(), network.bus()
+    integrator.subscribe(SIGHTING)
+    integrator.declare_alive("integrator", "main")
+    main = ("integrator", "main")
+    assert player.wait_until_handled([main, ("tracker", "main")], 1.0) == {main: frozenset()}
+    player.publish(SIGHTING, sighting("1", 5))
+    assert player.wait_until_handled([main], 1.0) == {}
+    received(integrator)
+    player.publish(UNIVERSAL_BAP, bap(1))
+    player.publish(SIGHTING, sighting("1", 6))
+    received(integrator)
+    assert player.wait_until_handled([main], 1.0) == {main: {SIGHTING.at("studio", viewer="1")}}

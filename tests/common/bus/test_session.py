@@ -1,0 +1,91 @@
+"""Zenoh's configuration: defaults for a rig; the user's file and options have precedence; clear errors."""
+
+import json
+import socket
+from pathlib import Path
+
+import pytest
+
+from zenocap.common.bus.protocol import BusError
+from zenocap.common.bus.zenoh_session import ZenohOptions, configuration, open_session, router
+
+
+def setting(options: ZenohOptions, key: str) -> object:
+    return json.loads(configuration(options).get_json(key))
+
+
+def test_default_configuration_is_tuned_for_a_rig() -> None:
+    assert setting(ZenohOptions(), "transport/link/tx/lease") == 2000
+    assert setting(ZenohOptions(), "connect/timeout_ms") == -1
+    assert setting(ZenohOptions(), "connect/exit_on_failure") is False
+    assert setting(ZenohOptions(), "connect/retry")["period_max_ms"] == 500
+    assert setting(ZenohOptions(), "transport/shared_memory/enabled") is False
+
+
+def test_options_are_written_to_zenohs_configuration() -> None:
+    options = ZenohOptions("client", ("tcp/a:1", "tcp/b:2"), ("tcp/0.0.0.0:3",), multicast_scouting=False)
+    assert setting(options, "mode") == "client"
+    assert setting(options, "connect/endpoints") == ["tcp/a:1", "tcp/b:2"]
+    assert setting(options, "listen/endpoints") == ["tcp/0.0.0.0:3"]
+    assert setting(options, "scouting/multicast/enabled") is False
+
+
+def test_file_overrides_defaults_and_options_override_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "zenoh.json5"
+    file.write_text('{ mode: "client", transport: { link: { tx: { lease: 5000 } } } }  // JSON5')
+    assert setting(ZenohOptions(config_file=file), "transport/link/tx/lease") == 5000
+    assert setting(ZenohOptions(config_file=file), "mode") == "client"
+    assert setting(ZenohOptions(config_file=file), "connect/timeout_ms") == -1
+    assert setting(ZenohOptions("peer", config_file=file), "mode") == "peer"
+
+
+@pytest.mark.parametrize("content", ["", "{ mode: ", '{ mode: "boss" }', "{ no_such_key: 1 }"])
+def test_error_names_the_invalid_file(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "zenoh.json5"
+    file.write_text(content)
+    with pytest.raises(BusError, match=r"zenoh\.json5: no Zenoh configuration"):
+        configuration(ZenohOptions(config_file=file))
+
+
+def test_error_names_the_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(BusError, match=r"none\.json5: no Zenoh configuration"):
+        configuration(ZenohOptions(config_file=tmp_path / "none.json5"))
+
+
+@pytest.mark.parametrize("endpoint", ["", "localhost", "localhost:7447", "tcp/", "/x", 'tcp/"'])
+def test_error_names_the_invalid_endpoint(endpoint: str) -> None:
+    with pytest.raises(BusError, match=r"connect/endpoints = .*PROTOCOL/ADDRESS expected"):
+        configuration(ZenohOptions(connect=(endpoint,)))
+
+
+def test_error_names_the_invalid_mode() -> None:
+    with pytest.raises(BusError, match=r"mode.*boss"):
+        configuration(ZenohOptions("boss"))  # type: ignore[arg-type]
+
+
+def test_an_unknown_protocol_raises_an_error() -> None:
+    with pytest.raises(BusError, match=r"Zenoh does not open .*carrier/pigeon:1"):
+        open_session(ZenohOptions("peer", listen=("carrier/pigeon:1",), multicast_scouting=False))
+
+
+@pytest.mark.system
+def test_an_address_in_use_raises_an_error() -> None:
+    with socket.socket() as occupied:
+        occupied.bind(("127.0.0.1", 0))
+        occupied.listen()
+        endpoint = f"tcp/127.0.0.1:{occupied.getsockname()[1]}"
+        with pytest.raises(BusError, match=rf"does not open .*listen {endpoint}"):
+            open_session(ZenohOptions("peer", listen=(endpoint,), multicast_scouting=False))
+
+
+@pytest.mark.system
+def test_a_client_without_a_router_waits_until_stopped() -> None:
+    stop_requested = iter([False, False, True])
+    with pytest.raises(BusError, match=r"stopped while waiting for a Zenoh router at tcp/127\.0\.0\.1:1"):
+        open_session(ZenohOptions("client", ("tcp/127.0.0.1:1",), multicast_scouting=False), lambda: next(stop_requested))
+
+
+@pytest.mark.system
+def test_a_router_runs_until_stopped() -> None:
+    stop_requested = iter([False] * 20 + [True] * 100)
+    assert router(ZenohOptions(listen=("tcp/127.0.0.1:0",), multicast_scouting=False), lambda: next(stop_requested)) is None

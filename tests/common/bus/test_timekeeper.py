@@ -1,0 +1,45 @@
+"""Integrator of a tracker rig: provides clock and log, and publishes its health."""
+
+from dataclasses import replace
+
+from zenocap.common import messages as m
+from zenocap.common.bus.local import LocalNetwork
+from zenocap.common.bus.protocol import Envelope, RoundTrip, Tick
+from zenocap.common.rig.rig import demo_rig
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service import run
+from zenocap.common.topics import HEALTH
+from zenocap.services.integrator.shell import timekeeper_service
+
+RIG = replace(demo_rig(), method="hybrid")
+
+
+class Steps:
+    """True after this number of calls."""
+
+    def __init__(self, count: int) -> None:
+        self._left = count
+
+    def __call__(self) -> bool:
+        self._left -= 1
+        return self._left < 0
+
+
+def test_timekeeper_answers_clock_queries_and_publishes_its_health() -> None:
+    network = LocalNetwork("demo", ManualClock(10**15))
+    bus, other = network.bus(), network.bus()
+    other.subscribe(HEALTH)
+    assert run(timekeeper_service(RIG), bus, network.clock, stopped=Steps(3)) == 0
+    other.query_clock()
+    events = [other.receive(), other.receive()]
+    health = next(event.message for event in events if isinstance(event, Envelope))
+    assert isinstance(health, m.Health)
+    assert (health.service, health.id) == ("integrator", "main")
+    assert health.phase is m.Phase.RUNNING
+    assert any(isinstance(event, RoundTrip) for event in events)
+
+
+def test_timekeeper_publishes_nothing_in_reply_to_events() -> None:
+    service = timekeeper_service(RIG)
+    assert service.subscriptions == ()
+    assert service.step(service.setup, service.state, Tick(1)) == (None, [])

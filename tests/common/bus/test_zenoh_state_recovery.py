@@ -1,0 +1,103 @@
+"""State recovery: subscribers keep a service's last messages, return them to its successor, and drop them after a time."""
+
+from collections.abc import Iterator
+
+import pytest
+import zenoh
+
+from tests.common.bus.test_inbox import bap
+from tests.system.test_zenoh_bus import client, free_endpoint, wait_for
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_state_recovery import MAX_KEYS, RETENTION_S, RecoveryStore, newest
+from zenocap.common.codec import encode
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import TOPICS, UNIVERSAL_BAP, UNIVERSAL_BDP
+
+RIG = "recovery"
+BODY = m.UniversalBdp(
+    frame=1, captured_ns=5, body=m.Body(anatomy="ten-parts", sizes={"torso": (0.5, 0.2, 0.1)}, offsets={}), ratio=1.0
+)
+
+
+class FakeTime:
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def session() -> Iterator[zenoh.Session]:
+    with open_session(ZenohOptions(listen=(free_endpoint(),), multicast_scouting=False)) as session:
+        yield session
+
+
+def test_recoverable_topics_have_one_key_each() -> None:
+    assert {topic.name for topic in TOPICS if topic.recoverable} == {
+        "universal_bdp", "universal_bap", "tracker_bdp", "tracker_pose",
+    }  # fmt: skip
+    for topic in TOPICS:
+        if topic.recoverable:
+            assert topic.at(RIG) == topic.on(RIG)
+
+
+def test_messages_are_kept_while_their_service_publishes_and_for_a_time_after(session: zenoh.Session) -> None:
+    now_s = FakeTime()
+    store = RecoveryStore(session, RIG, now_s)
+    body, pose = UNIVERSAL_BDP.at(RIG), UNIVERSAL_BAP.at(RIG)
+    store.keep(body, UNIVERSAL_BDP, b"body")
+    now_s.now += 3600
+    assert store.last(body) is None
+    store.keep(pose, UNIVERSAL_BAP, b"pose")
+    assert store.last(body) == b"body"
+    now_s.now += RETENTION_S
+    assert (store.last(body), store.last(pose)) == (b"body", b"pose")
+    now_s.now += 1
+    assert (store.last(body), store.last(pose)) == (None, None)
+    assert store.last(UNIVERSAL_BAP.at("another")) is None
+
+
+def test_the_number_of_kept_keys_is_limited(session: zenoh.Session) -> None:
+    store = RecoveryStore(session, "*")
+    for number in range(2 * MAX_KEYS):
+        store.keep(UNIVERSAL_BAP.at(f"rig{number}"), UNIVERSAL_BAP, b"pose")
+    kept = [number for number in range(2 * MAX_KEYS) if store.last(UNIVERSAL_BAP.at(f"rig{number}"))]
+    assert kept == list(range(MAX_KEYS))
+
+
+def test_the_newest_valid_reply_is_used() -> None:
+    replies = [encode(bap(frame)) for frame in (3, 9, 6)]
+    assert newest([b"\xff", *replies, b""], m.UniversalBap) == replies[1]
+    assert newest([b"\xff"], m.UniversalBap) is None
+
+
+@pytest.mark.system
+def test_a_restarted_service_receives_its_last_messages_from_a_subscriber() -> None:
+    endpoint = free_endpoint()
+    clock = RealClock()
+    with (
+        open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)),
+        ZenohBus.open(client(endpoint), RIG, clock) as reader,
+    ):
+        reader.subscribe(UNIVERSAL_BDP)
+        reader.subscribe(UNIVERSAL_BAP)
+        with ZenohBus.open(client(endpoint), RIG, clock) as first:
+            first.request_recovery(UNIVERSAL_BAP)
+            assert first.receive(0.3) is None, "no subscriber has stored a message yet"
+            first.publish(UNIVERSAL_BDP, BODY)
+            for frame in range(20):
+                first.publish(UNIVERSAL_BAP, bap(frame))
+            wait_for(reader, lambda event: isinstance(event, Envelope) and event.message == bap(19))
+        with ZenohBus.open(client(endpoint), RIG, clock) as second:
+            second.request_recovery(UNIVERSAL_BDP)
+            recovered = second.receive(5.0)
+            assert isinstance(recovered, Envelope)
+            assert (recovered.key, recovered.message) == (UNIVERSAL_BDP.at(RIG), BODY)
+            second.request_recovery(UNIVERSAL_BAP)
+            recovered = second.receive(5.0)
+            assert isinstance(recovered, Envelope)
+            assert recovered.message == bap(19)

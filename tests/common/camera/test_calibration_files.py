@@ -1,0 +1,301 @@
+"""Calibration files of zenocap, EasyMocap, ROS and Qualisys: round trips, and errors that name file, key and value."""
+
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.places import CLIPS
+from zenocap.common import atomic_write as durable
+from zenocap.common.camera.anipose import anipose_text
+from zenocap.common.camera.calibration_files import camera_named, read_calibration, write_calibration
+from zenocap.common.camera.opencv_yaml import read_ros_info
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import UserError
+
+GOOD = """[cam_01]
+name = "left"
+size = [640.0, 480.0]
+matrix = [[600.0, 0.0, 319.5], [0.0, 600.0, 239.5], [0.0, 0.0, 1.0]]
+distortions = [0.0, 0.0, 0.0, 0.0]
+rotation = [3.141592653589793, 0.0, 0.0]
+translation = [0.0, 1.0, 5.2]
+fisheye = false
+
+[metadata]
+adjusted = false
+error = 0.0
+"""
+
+vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3)
+
+
+@st.composite
+def cameras(draw) -> Camera:
+    width, height = draw(st.integers(16, 4000)), draw(st.integers(16, 4000))
+    focal = draw(st.floats(10, 5000))
+    matrix = np.array([[focal, 0, draw(st.floats(0, width))], [0, focal * 1.1, draw(st.floats(0, height))], [0, 0, 1]])
+    lens = np.array(draw(st.lists(st.floats(-1, 1), min_size=5, max_size=5)))
+    rotation = np.asarray(cv2.Rodrigues(np.array(draw(vectors)))[0])
+    name = draw(st.text(min_size=1, max_size=12, alphabet=st.characters(exclude_categories=["Cs", "Cc"])))
+    shift = np.array(draw(st.tuples(*[st.floats(-500, 500)] * 3)))
+    return Camera(name, (width, height), matrix, lens, rotation, shift)
+
+
+@settings(max_examples=50)
+@given(st.lists(cameras(), min_size=1, max_size=4, unique_by=lambda c: c.name), st.sampled_from("yz"))
+def test_cameras_round_trip(tmp_path_factory, made, up_axis):
+    path = tmp_path_factory.mktemp("calibration") / "calibration.toml"
+    write_calibration(path, {camera.name: camera for camera in made}, up_axis)
+    read = read_calibration(path, up_axis)
+    assert list(read) == [camera.name for camera in made]
+    for camera in made:
+        again = read[camera.name]
+        assert again.size == camera.size
+        np.testing.assert_array_equal(again.matrix, camera.matrix)
+        np.testing.assert_array_equal(again.distortions, camera.distortions)
+        np.testing.assert_allclose(again.rotation, camera.rotation, atol=1e-12)
+        np.testing.assert_array_equal(again.translation, camera.translation)
+
+
+def test_keys_are_written_in_the_order_of_anipose(tmp_path):
+    path = tmp_path / "calibration.toml"
+    path.write_text(GOOD)
+    assert [line.split(" =")[0] for line in anipose_text(read_calibration(path).values()).splitlines()] == [
+        line.split(" =")[0] for line in GOOD.splitlines()
+    ]
+
+
+def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
+    path = tmp_path / "calibration.toml"
+    path.write_text(GOOD.replace("[3.141592653589793, 0.0, 0.0]", "[0.3, -1.2, 0.4]"))
+    as_is, turned = read_calibration(path, "y")["left"], read_calibration(path, "z")["left"]
+    x, y, z = as_is.centre
+    np.testing.assert_allclose(turned.centre, [y, z, x])
+    points = np.random.default_rng(1).uniform(-1, 1, (50, 3))
+    np.testing.assert_allclose(turned.project(points[:, [1, 2, 0]]), as_is.project(points))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ('name = "left"', 'name = ""', "cam_01.name = '': allowed: at least one character"),
+        ('name = "left"', "name = 3", "cam_01.name = 3: allowed: a string"),
+        ("size = [640.0, 480.0]", "size = [640.5, 480.0]", "cam_01.size = .*allowed: width and height in whole pixels"),
+        ("size = [640.0, 480.0]", "size = [640.0]", "cam_01.size = .*allowed: 2 finite numbers"),
+        ("size = [640.0, 480.0]", "", "cam_01.size is missing; there are: distortions, fisheye"),
+        ("size = ", "sise = ", "cam_01.size is missing; .*did you mean 'sise'"),
+        (
+            "[600.0, 0.0, 319.5]",
+            "[-600.0, 0.0, 319.5]",
+            r"matrix\[0\]\[0\] \(fx\) = -600.0: allowed: focal length, above 0",
+        ),
+        ("[600.0, 0.0, 319.5]", "[nan, 0.0, 319.5]", "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
+        ("[600.0, 0.0, 319.5]", '["600", 0.0, 319.5]', "cam_01.matrix = .*allowed: 3 x 3 finite numbers"),
+        ("[600.0, 0.0, 319.5]", "[600.0, 9.0, 319.5]", "no skew"),
+        (
+            "[600.0, 0.0, 319.5]",
+            "[600.0, 0.0, 9000.0]",
+            r"\(cx\) = 9000.0: allowed: principal point, from -640 to 1280",
+        ),
+        ("[0.0, 0.0, 1.0]]", "[0.0, 0.0, 2.0]]", r"allowed: \[\[fx, 0, cx\]"),
+        ("distortions = [0.0, 0.0, 0.0, 0.0]", "distortions = [0.0]", "distortions = .*4 or 5 or 8 or 12 or 14 finite"),
+        ("[3.141592653589793, 0.0, 0.0]", "[inf, 0.0, 0.0]", "rotation = .*3 or 3 x 3 finite numbers"),
+        ("[3.141592653589793, 0.0, 0.0]", "[[1, 0, 0], [0, 1, 0], [0, 1, 1]]", "rotation = .*orthonormal rows"),
+        ("[3.141592653589793, 0.0, 0.0]", "[[-1, 0, 0], [0, 1, 0], [0, 0, 1]]", r"determinant \+1"),
+        ("[0.0, 1.0, 5.2]", "[0.0, 1000.0, 5200.0]", "translation = .*at most 1000 long; are these millimetres"),
+        ("[0.0, 1.0, 5.2]", "[true, 1.0, 5.2]", "translation = .*3 finite numbers"),
+        ("fisheye = false", "fisheye = true", "cam_01.fisheye = true: allowed: false: fisheye lenses are not"),
+        ("[metadata]", GOOD.split("[metadata]")[0].replace("cam_01", "cam_02") + "[metadata]", "cam_02.name = 'left'"),
+        (GOOD, "", "no camera in it: allowed: a table"),
+        (GOOD, "cam = [", "not TOML"),
+    ],
+)
+def test_errors_name_file_key_value_and_allowed_values(tmp_path, old, new, text):
+    path = tmp_path / "calibration.toml"
+    assert old in GOOD
+    path.write_text(GOOD.replace(old, new, 1))
+    with pytest.raises(UserError, match=text) as caught:
+        read_calibration(path)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_error_names_the_file_that_cannot_be_read(tmp_path):
+    with pytest.raises(UserError, match=r"none\.toml: no such calibration file"):
+        read_calibration(tmp_path / "none.toml")
+    with pytest.raises(UserError, match="a folder; allowed: a file"):
+        read_calibration(tmp_path)
+    (tmp_path / "a.json").write_text("{}")
+    with pytest.raises(UserError, match=r"suffix '\.json': allowed: \.toml"):
+        read_calibration(tmp_path / "a.json")
+    (tmp_path / "a.toml").write_text(GOOD)
+    with pytest.raises(UserError, match="up_axis = 'x': allowed: 'y' or 'z'"):
+        read_calibration(tmp_path / "a.toml", "x")
+    with pytest.raises(UserError, match=r"suffix '\.yml': allowed when writing: \.toml"):
+        write_calibration(tmp_path / "a.yml", {})
+
+
+def test_a_missing_camera_raises_an_error_that_lists_the_others(tmp_path):
+    path = tmp_path / "calibration.toml"
+    path.write_text(GOOD)
+    found = read_calibration(path)
+    assert camera_named(found, "left", path).name == "left"
+    with pytest.raises(UserError, match="no camera 'lefd'; there are: left; did you mean 'left'"):
+        camera_named(found, "lefd", path)
+
+
+def test_a_crash_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "calibration.toml"
+    path.write_text(GOOD)
+    found = read_calibration(path)
+
+    def fail(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(durable.os, "fsync", fail)
+    with pytest.raises(OSError, match="No space left"):
+        write_calibration(path, found)
+    assert path.read_text() == GOOD
+    assert os.listdir(tmp_path) == ["calibration.toml"]
+
+
+def storage(path: Path, values: dict[str, np.ndarray | float]) -> None:
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for key, value in values.items():
+        file.write(key, value)
+    file.release()
+
+
+def test_opencv_storage_of_easymocap_is_read(tmp_path):
+    (tmp_path / "calibration.toml").write_text(GOOD)
+    left = read_calibration(tmp_path / "calibration.toml")["left"]
+    storage(tmp_path / "intri.yml", {"K_left": left.matrix, "dist_left": np.zeros((1, 5))})
+    shift = left.translation.reshape(3, 1)
+    storage(tmp_path / "extri.yml", {"Rot_left": left.rotation, "T_left": shift})
+    read = read_calibration(tmp_path / "extri.yml")["left"]
+    assert read.size == (640, 480)  # from the centred principal point
+    np.testing.assert_allclose(read.rotation, left.rotation)
+    np.testing.assert_allclose(read.translation, left.translation)
+    storage(tmp_path / "extri.yml", {"R_left": cv2.Rodrigues(left.rotation)[0], "T_left": shift})
+    storage(
+        tmp_path / "intri.yml", {"K_left": left.matrix, "dist_left": np.zeros((1, 5)), "H_left": 470.0, "W_left": 630.0}
+    )
+    read = read_calibration(tmp_path / "extri.yml")["left"]
+    assert read.size == (630, 470)
+    np.testing.assert_allclose(read.rotation, left.rotation, atol=1e-12)
+
+
+def test_opencv_storage_errors_name_file_and_key(tmp_path):
+    path = tmp_path / "extri.yml"
+    path.write_text("%YAML:1.0\n---\nRot_a: 1\n")
+    storage(tmp_path / "intri.yml", {"K_a": np.eye(3)})
+    with pytest.raises(UserError, match=r"extri\.yml: no camera in it: there are: Rot_a; allowed: extri\.yml with"):
+        read_calibration(path)
+    storage(path, {"T_a": np.zeros((3, 1)), "Rot_a": np.eye(3)})
+    with pytest.raises(UserError, match=r"intri\.yml: dist_a is missing; there are: K_a"):
+        read_calibration(path)
+    storage(path, {"T_a": np.zeros((3, 1))})
+    storage(tmp_path / "intri.yml", {"K_a": np.eye(3), "dist_a": np.zeros(5)})
+    with pytest.raises(UserError, match=r"extri\.yml: Rot_a is missing; there are: T_a"):
+        read_calibration(path)
+    (tmp_path / "intri.yml").unlink()
+    with pytest.raises(UserError, match=r"intri\.yml: no such calibration file"):
+        read_calibration(path)
+    path.write_text("no storage")
+    with pytest.raises(UserError, match="not OpenCV FileStorage"):
+        read_calibration(path)
+
+
+ROS = """image_width: 640
+image_height: 480
+camera_name: webcam
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [600.0, 0.0, 319.5, 0.0, 601.0, 239.5, 0.0, 0.0, 1.0]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [0.1, -0.2, 0.001, 0.002, 0.0]
+"""
+
+
+def test_ros_camera_info_has_intrinsics_only(tmp_path):
+    path = tmp_path / "head.yaml"
+    path.write_text(ROS)
+    read = read_ros_info(path)
+    assert (read.name, read.size) == ("webcam", (640, 480))
+    np.testing.assert_array_equal(read.matrix, [[600, 0, 319.5], [0, 601, 239.5], [0, 0, 1]])
+    np.testing.assert_array_equal(read.distortions, [0.1, -0.2, 0.001, 0.002, 0])
+    with pytest.raises(UserError, match="intrinsics only, no position and orientation"):
+        read_calibration(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("plumb_bob", "equidistant", "distortion_model = equidistant: allowed: plumb_bob or rational_polynomial"),
+        ("camera_name: webcam\n", "", "camera_name is missing"),
+        ("601.0", "x", "camera_matrix = 'x': allowed: a number"),
+        ("image_width: 640", "image_width: 0", "size = .*whole pixels"),
+    ],
+)
+def test_ros_camera_info_errors(tmp_path, old, new, text):
+    path = tmp_path / "head.yaml"
+    path.write_text(ROS.replace(old, new))
+    with pytest.raises(UserError, match=text):
+        read_calibration(path)
+
+
+QUALISYS = """<calibration><cameras><camera serial="7">
+<fov_video left="0" top="0" right="639" bottom="479"/>
+<transform r11="1" r12="0" r13="0" r21="0" r22="1" r23="0" r31="0" r32="0" r33="1" x="1000" y="2000" z="3000"/>
+<intrinsic focalLengthU="38400" focalLengthV="38400" centerPointU="20448" centerPointV="15328" radialDistortion1="0"
+ radialDistortion2="0" tangentalDistortion1="0" tangentalDistortion2="0"/>
+</camera></cameras></calibration>"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("<cameras>", "<cameras", "not XML"),
+        ("<transform", "<transfer", r"camera\[7\].transform is missing; there are: .*did you mean 'transfer'"),
+        ('x="1000"', 'x="a"', r"camera\[7\].transform.x = 'a': allowed: a number"),
+        ('x="1000"', "", r"camera\[7\].transform.x is missing"),
+        ("camera serial", "kamera serial", "not XML"),
+        ("<calibration>", "<!DOCTYPE a><calibration>", "document type"),
+        (QUALISYS, "<calibration/>", "no camera in it"),
+    ],
+)
+def test_qualisys_errors(tmp_path, old, new, text):
+    path = tmp_path / "room.qca.txt"
+    path.write_text(QUALISYS.replace(old, new))
+    with pytest.raises(UserError, match=text):
+        read_calibration(path)
+
+
+def test_qualisys_units_are_millimetres_and_sixty_fourths_of_a_pixel(tmp_path):
+    path = tmp_path / "room.qca.txt"
+    path.write_text(QUALISYS)
+    camera = read_calibration(path, "z")["7"]
+    np.testing.assert_allclose(camera.centre, [2, 3, 1])
+    np.testing.assert_allclose(camera.matrix, [[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
+
+
+@pytest.mark.clips
+@pytest.mark.skipif(not CLIPS.exists(), reason="the shared clips are not beside the project")
+def test_the_two_calibrations_of_the_real_clip_agree():
+    folder = CLIPS / "real_beam4"
+    toml, qualisys = (read_calibration(folder / name, "z") for name in ("calibration.toml", "Calib.qca.txt"))
+    assert list(toml) == list(qualisys)
+    for name, camera in toml.items():
+        np.testing.assert_allclose(qualisys[name].matrix, camera.matrix, atol=1e-6)
+        np.testing.assert_allclose(qualisys[name].rotation, camera.rotation, atol=1e-9)
+        np.testing.assert_allclose(qualisys[name].translation, camera.translation, atol=1e-9)
+        np.testing.assert_allclose(qualisys[name].distortions, camera.distortions, atol=1e-12)
+        assert 1 < camera.centre[1] < 3  # a tripod's height

@@ -1,0 +1,199 @@
+"""Conversion of a take's messages to a pose track; ranges and rows."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.pose_tracks import moving
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.codec import encode
+from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.errors import UserError
+from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame, holding, rate_of
+from zenocap.common.formats.take_poses import poses_of, read_poses
+from zenocap.common.recording.reader import Take
+from zenocap.common.recording.writer import Recording
+from zenocap.common.topics import topic_of
+
+START_NS = 1_700_000_000_000_000_000
+
+
+def baps_of(track: PoseTrack) -> list[m.UniversalBap]:
+    found = []
+    for row in range(len(track.frames)):
+        lost = not track.known[row]
+        angles = angles_by_name(TEN_PARTS, TEN_PARTS.neutral if lost else track.angles[row])
+        x, y, z = (0.0, 0.0, 0.0) if lost else track.positions[row]
+        found.append(
+            m.UniversalBap(
+                frame=int(track.frames[row]), captured_ns=START_NS + round(track.times_s[row] * 1e9), position=(x, y, z),
+                angles=angles, scores={"1": float(track.scores["1"][row])}, views={"1": "facade"}, stale=[],
+                lost=["person"] if lost else [],
+            )
+        )  # fmt: skip
+    return found
+
+
+def messages_of_track(track: PoseTrack) -> list[m.Message]:
+    camera = m.CameraInfo(
+        frame=0, captured_ns=START_NS, viewer="1", name="cam01", size=(160, 120),
+        matrix=[150.0, 0, 80, 0, 150, 60, 0, 0, 1],
+        distortions=[], rotation=[1.0, 0, 0, 0, -1, 0, 0, 0, -1], translation=[0.0, 1.0, 5.0],
+    )  # fmt: skip
+    body = m.UniversalBdp(frame=0, captured_ns=START_NS, body=body_of(TEN_PARTS, track.bdp), ratio=1.0)
+    return [camera, body, *baps_of(track)]
+
+
+def write_take(path: Path, messages: list[m.Message]) -> Path:
+    recording = Recording(path, rig="studio", start_ns=START_NS)
+    for message in messages:
+        topic = topic_of(type(message))
+        key = topic.at("studio", **topic.names_of(message))
+        recording.record(Envelope(key, topic, message, message.captured_ns, encode(message)))
+    recording.close()
+    return path
+
+
+def test_poses_of_a_take_round_trip(tmp_path: Path) -> None:
+    track = moving(20, first=3, lost=(4, 5), rate=25.0)
+    found = read_poses(write_take(tmp_path / "a.mcap", messages_of_track(track))).track()
+    np.testing.assert_array_equal(found.frames, track.frames)
+    np.testing.assert_allclose(found.times_s, track.times_s, atol=1e-9)
+    np.testing.assert_array_equal(found.positions, track.positions)
+    np.testing.assert_array_equal(found.angles, track.angles)
+    np.testing.assert_array_equal(found.scores["1"], track.scores["1"])
+    assert found.views == {"1": ("facade",) * 20}
+    assert found.lost == track.lost
+    assert found.rate == pytest.approx(25.0)
+    np.testing.assert_array_equal(found.bdp.sizes, track.bdp.sizes)
+
+
+def test_poses_are_sorted_by_capture_time(tmp_path: Path) -> None:
+    messages = messages_of_track(moving(20))
+    found = read_poses(write_take(tmp_path / "a.mcap", [*messages[:2], *reversed(messages[2:])]))
+    assert list(found.frames) == list(range(20))
+
+
+def test_frame_numbers_continue_by_time_after_a_viewer_restart(tmp_path: Path) -> None:
+    one, two = moving(10, first=5, rate=10.0), moving(10, seed=2, first=0, rate=10.0)
+    two = replace(two, times_s=two.times_s + 3.0)
+    found = read_poses(write_take(tmp_path / "a.mcap", [*messages_of_track(one), *baps_of(two)]))
+    assert list(found.frames) == [*range(5, 15), *range(30, 40)]
+    assert (np.diff(found.times_s) > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("left_out", "words"), [(m.UniversalBdp, "no universal BDP"), (m.UniversalBap, "no universal BAP")]
+)
+def test_a_take_without_body_or_pose_is_refused(left_out: type[m.Message], words: str, tmp_path: Path) -> None:
+    messages = [message for message in messages_of_track(moving()) if not isinstance(message, left_out)]
+    with pytest.raises(UserError, match=words):
+        read_poses(write_take(tmp_path / "a.mcap", messages))
+
+
+def test_another_anatomy_is_refused(tmp_path: Path) -> None:
+    body = replace_anatomy(messages_of_track(moving()))
+    with pytest.raises(UserError, match=r"a\.mcap: body: anatomy 'twenty-parts': allowed: ten-parts, fourteen-parts"):
+        poses_of(tmp_path / "a.mcap", body, Take(tmp_path / "a.mcap"))
+
+
+def replace_anatomy(messages: list[m.Message]) -> list[Envelope]:
+    found = []
+    for message in messages:
+        if isinstance(message, m.UniversalBdp):
+            other = m.Body(anatomy="twenty-parts", sizes=message.body.sizes, offsets=message.body.offsets)
+            message = m.UniversalBdp(frame=0, captured_ns=0, body=other, ratio=1.0)
+        found.append(Envelope("", topic_of(type(message)), message, 0, b""))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "frames"),
+    [
+        (None, None, range(3, 13)),
+        (Bound(5), Bound(8), range(5, 9)),
+        (Bound(0.5, True), None, range(5, 13)),
+        (None, Bound(0.65, True), range(3, 7)),
+        (Bound(0), Bound(99), range(3, 13)),
+    ],
+)
+def test_both_ends_are_included(first: Bound | None, last: Bound | None, frames: range) -> None:
+    assert list(between(moving(10, first=3, rate=10.0), first, last).frames) == list(frames)
+
+
+def test_an_empty_range_raises_an_error_that_names_the_frames_of_the_take() -> None:
+    with pytest.raises(UserError, match=r"leave no frame: allowed: frames 3 to 12, 0\.30s to 1\.20s"):
+        between(moving(10, first=3, rate=10.0), Bound(13), None)
+
+
+@given(first=st.integers(0, 20), gone=st.sets(st.integers(1, 8)))
+def test_row_k_is_frame_k(first: int, gone: set[int]) -> None:
+    track = moving(10, first=first, rate=10.0)
+    kept = np.array([row for row in range(10) if row not in gone])
+    dense = every_frame(track.rows(kept))
+    assert list(dense.frames) == list(range(first + 10))
+    np.testing.assert_allclose(dense.times_s, dense.frames / 10.0)
+    np.testing.assert_array_equal(dense.positions[first + kept], track.positions[kept])
+    assert np.count_nonzero(dense.known) == len(kept)
+
+
+def test_too_many_rows_before_the_first_pose_are_refused() -> None:
+    with pytest.raises(UserError, match="the first pose is of frame 200000, and rows count from 0: give --from"):
+        every_frame(moving(first=200_000))
+
+
+def test_holding_repeats_the_previous_pose() -> None:
+    held = holding(moving(6, lost=(0, 3, 4)))
+    assert held.known.all()
+    np.testing.assert_array_equal(held.positions[[0, 3, 4]], held.positions[[1, 2, 2]])
+    assert held.lost[3] == "person"
+
+
+def test_the_rate_is_the_mean_over_all_rows() -> None:
+    frames = np.array([0, 1, 2, 4, 8])
+    assert rate_of(frames, np.array([0.0, 0.11, 0.19, 0.4, 0.8])) == pytest.approx(10.0)
+    assert rate_of(frames[:1], np.array([0.0])) == 0.0
+
+
+def tracker_messages(track: PoseTrack) -> list[m.Message]:
+    """The same poses as messages of the tracker."""
+    messages: list[m.Message] = [m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(track.anatomy, track.bdp))]
+    for bap in baps_of(track):
+        messages.append(
+            m.TrackerPose(
+                frame=bap.frame, captured_ns=bap.captured_ns, position=bap.position, angles=bap.angles,
+                position_spread=(0.01, 0.01, 0.01), spread=dict.fromkeys(bap.angles, 0.02), likelihood=-1.0,
+                effective=12.0, lost=bool(bap.lost), views=["1", "3"],
+            )
+        )  # fmt: skip
+    return messages
+
+
+def test_poses_of_a_trackers_take_round_trip(tmp_path: Path) -> None:
+    track = moving(20, first=3, lost=(4, 5), rate=25.0)
+    camera = messages_of_track(track)[0]
+    found = read_poses(write_take(tmp_path / "a.mcap", [camera, *tracker_messages(track)])).track()
+    np.testing.assert_array_equal(found.frames, track.frames)
+    np.testing.assert_array_equal(found.positions, track.positions)
+    np.testing.assert_array_equal(found.angles, track.angles)
+    assert found.views == {"1": ("used",) * 20, "3": ("used",) * 20}
+    assert np.isnan(found.scores["1"]).all()
+    assert [row for row, lost in enumerate(found.lost) if lost == "person"] == [4, 5]
+
+
+def test_the_trackers_poses_are_preferred(tmp_path: Path) -> None:
+    track, other = moving(5, rate=25.0), moving(7, rate=25.0)
+    found = read_poses(write_take(tmp_path / "a.mcap", [*messages_of_track(other), *tracker_messages(track)])).track()
+    np.testing.assert_array_equal(found.positions, track.positions)
+
+
+def test_a_tracker_without_body_raises_an_error(tmp_path: Path) -> None:
+    poses = [message for message in tracker_messages(moving(3)) if isinstance(message, m.TrackerPose)]
+    with pytest.raises(UserError, match=r"a\.mcap: no tracker BDP: no T-pose was measured"):
+        read_poses(write_take(tmp_path / "a.mcap", list(poses)))

@@ -1,0 +1,172 @@
+"""TRC files: round trip, and reading by the shared scorer."""
+
+import json
+import subprocess
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.places import SHARED
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.errors import UserError
+from zenocap.common.formats.trajectories import PER_METRE, Trajectories, Unit
+from zenocap.common.formats.trc import HEADER, read_trc, write_trc
+
+SCORER = SHARED / "tools" / "score_trc.py"
+NAMES = tuple(marker.name for marker in TEN_PARTS.markers)
+
+
+def walking(count: int = 12, seed: int = 1) -> Trajectories:
+    """Joint centres that move at random, the third frame without an estimate."""
+    points = np.random.default_rng(seed).uniform(-1, 2, (count, len(NAMES), 3))
+    points[2] = np.nan
+    frames = np.arange(count, dtype=np.int64) + 5
+    return Trajectories(NAMES, frames, frames / 30.0, points, 30.0)
+
+
+def test_written_files_are_read_back(tmp_path: Path) -> None:
+    data = walking()
+    write_trc(tmp_path / "a.trc", data)
+    again = read_trc(tmp_path / "a.trc")
+    assert again.names == NAMES
+    assert again.rate == 30.0
+    np.testing.assert_array_equal(again.frames, data.frames)
+    np.testing.assert_allclose(again.times_s, data.times_s, atol=1e-6)
+    np.testing.assert_allclose(again.points, data.points, atol=1e-6)
+    assert np.isnan(again.points[2]).all()
+
+
+def test_millimetres_are_converted_to_metres(tmp_path: Path) -> None:
+    write_trc(tmp_path / "a.trc", walking())
+    text = (tmp_path / "a.trc").read_text().replace("\tm\t", "\tmm\t")
+    (tmp_path / "b.trc").write_text(text)
+    np.testing.assert_allclose(read_trc(tmp_path / "b.trc").points, walking().points / 1000, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: "", "line 1"),
+        (lambda text: text.replace("\tm\t", "\tfeet\t"), "Units = 'feet'"),
+        (lambda text: text.replace("RHip", "LHip"), "line 4"),
+        (lambda text: text.replace("\n5\t", "\nfive\t"), "line 7"),
+        (lambda text: text.replace("30\t30\t", "x\tx\t"), "DataRate = 'x'"),
+    ],
+)
+def test_errors_in_a_trc_file_name_the_line(tmp_path: Path, change: object, words: str) -> None:
+    write_trc(tmp_path / "a.trc", walking())
+    assert callable(change)
+    (tmp_path / "b.trc").write_text(change((tmp_path / "a.trc").read_text()))
+    with pytest.raises(UserError, match=words):
+        read_trc(tmp_path / "b.trc")
+
+
+def test_error_names_the_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"none\.trc: cannot be read"):
+        read_trc(tmp_path / "none.trc")
+
+
+@given(st.binary(max_size=300))
+def test_arbitrary_bytes_raise_at_most_a_format_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+    path = tmp_path_factory.mktemp("trc") / "a.trc"
+    path.write_bytes(b"PathFileType\t4\n" + data)
+    with pytest.raises(UserError):
+        read_trc(path)
+
+
+@pytest.mark.skipif(not SCORER.exists(), reason="the shared scorer is not beside the project")
+def test_the_shared_scorer_reads_the_file(tmp_path: Path) -> None:
+    write_trc(tmp_path / "a.trc", walking())
+    command = [sys.executable, str(SCORER), str(tmp_path / "a.trc"), str(tmp_path / "a.trc"), "--json"]
+    found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    assert (found["joints"], found["frames"], found["mpjpe_mm"]) == (15, 11, 0.0)
+
+
+def tokens_as_opensim(line: str) -> list[str]:
+    """OpenSim's FileAdapter::tokenize: a cell per tab, and the text after the last tab unless it is empty."""
+    cells = [cell.strip() for cell in line.split("\t")]
+    return cells if cells[-1] else cells[:-1]
+
+
+def read_as_opensim(path: Path) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Names, times and points by the rules of OpenSim's TRCFileAdapter::extendRead, whose violations are errors there."""
+    lines = path.read_text().split("\n")
+    assert lines[0].split()[0] == "PathFileType"
+    keys = [cell for cell in tokens_as_opensim(lines[1]) if cell]
+    assert keys == HEADER.split("\t")
+    values = [cell for cell in tokens_as_opensim(lines[2]) if cell]
+    assert len(values) == len(keys)
+    labels = [cell for cell in tokens_as_opensim(lines[3]) if cell]
+    assert labels[:2] == ["Frame#", "Time"]
+    count = int(values[3])
+    assert len(labels) == count + 2
+    assert [cell for cell in tokens_as_opensim(lines[4]) if cell] == [f"{a}{k + 1}" for k in range(count) for a in "XYZ"]
+    rows = lines[5:]
+    while not tokens_as_opensim(rows[0]) or not tokens_as_opensim(rows[0])[0]:
+        rows = rows[1:]
+    times, points = [], []
+    for line in rows:
+        cells = tokens_as_opensim(line)
+        if not cells:
+            break
+        assert len(cells) == 3 * count + 2
+        triples = [cells[c : c + 3] for c in range(2, len(cells), 3)]
+        points.append([[float(cell) for cell in triple] if all(triple) else [np.nan] * 3 for triple in triples])
+        times.append(float(cells[1]))
+    assert len(times) == int(values[2])
+    return labels[2:], np.array(times), np.array(points)
+
+
+def read_as_pose2sim(path: Path) -> tuple[list[str], np.ndarray]:
+    """Names and numbers as Pose2Sim's common.extract_trc_data reads them: every row with equally many cells."""
+    names = path.read_text().splitlines()[3].strip().split("\t")[2::3]
+    return names, np.genfromtxt(path, skip_header=5, delimiter="\t")[:, 1:]
+
+
+@pytest.mark.parametrize("unit", ["m", "cm", "mm"])
+def test_opensim_and_pose2sim_read_the_file(unit: Unit, tmp_path: Path) -> None:
+    data = walking()
+    write_trc(tmp_path / "a.trc", data, unit=unit)
+    expected = data.points * PER_METRE[unit]
+    names, times_s, points = read_as_opensim(tmp_path / "a.trc")
+    assert names == list(NAMES)
+    np.testing.assert_allclose(times_s, data.times_s, atol=1e-6)
+    np.testing.assert_allclose(points, expected, atol=1e-6 * PER_METRE[unit])
+    names, numbers = read_as_pose2sim(tmp_path / "a.trc")
+    assert names == list(NAMES)
+    np.testing.assert_allclose(numbers[:, 1:].reshape(points.shape), expected, atol=1e-6 * PER_METRE[unit])
+    np.testing.assert_allclose(read_trc(tmp_path / "a.trc").points, data.points, atol=1e-6)
+
+
+def test_lines_of_labels_end_with_a_tab_and_rows_do_not(tmp_path: Path) -> None:
+    """Pose2Sim's older readers drop the last column of labels; OpenSim drops a blank cell at the end of a row."""
+    write_trc(tmp_path / "a.trc", walking())
+    lines = (tmp_path / "a.trc").read_text().splitlines()
+    assert lines[3].endswith("LWrist\t\t\t")
+    assert lines[4].endswith("Z15\t")
+    assert not any(line.endswith("\t") for line in lines[6:])
+    assert lines[8].split("\t")[2:] == ["nan"] * 45
+
+
+def test_points_are_written_in_other_axes(tmp_path: Path) -> None:
+    write_trc(tmp_path / "a.trc", walking(), axes="z-up")
+    x, y, z = np.moveaxis(walking().points, -1, 0)
+    np.testing.assert_allclose(read_trc(tmp_path / "a.trc").points, np.stack([x, -z, y], axis=-1), atol=1e-6)
+
+
+@pytest.mark.skipif(find_spec("trc") is None, reason="trc-data-reader is not installed")
+def test_an_independent_package_reads_the_file(tmp_path: Path) -> None:
+    data = walking()
+    write_trc(tmp_path / "a.trc", data)
+    read = import_module("trc").TRCData()
+    read.load(str(tmp_path / "a.trc"))
+    assert read["Markers"] == list(NAMES)
+    assert read["DataRate"] == 30.0
+    for row, frame in enumerate(data.frames):
+        np.testing.assert_allclose(np.array(read[int(frame)][1]), data.points[row], atol=1e-6)

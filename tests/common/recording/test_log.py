@@ -1,0 +1,115 @@
+"""The log has every message of the rig, and a slow disk delays no service."""
+
+import shutil
+import threading
+from collections import namedtuple
+from pathlib import Path
+
+import pytest
+
+from tests.common.bus.test_inbox import bap, sighting
+from tests.common.bus.test_local import bdp
+from zenocap.common.bus import inbox
+from zenocap.common.bus.local import LocalNetwork
+from zenocap.common.recording.log import DiskSpace, Log, shortage
+from zenocap.common.recording.reader import Take
+from zenocap.common.recording.writer import Recording
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
+
+
+@pytest.fixture
+def network() -> LocalNetwork:
+    return LocalNetwork("studio", RealClock())
+
+
+def recording(path: Path) -> Recording:
+    return Recording(path / "take.mcap", rig="studio", start_ns=0)
+
+
+def test_every_message_is_written(network: LocalNetwork, tmp_path: Path) -> None:
+    bus = network.bus()
+    bus.publish(PARTIAL_BDP, bdp("1", 0))
+    log = Log(bus.reader(), recording(tmp_path))
+    log.start()
+    for frame in range(50):
+        bus.publish(SIGHTING, sighting("1", frame))
+        bus.publish(UNIVERSAL_BAP, bap(frame))
+    end = log.close()
+    take = Take(tmp_path / "take.mcap")
+    assert [recorded.schema for recorded in take.messages()] == [
+        "zenocap.PartialBdp",
+        *["zenocap.Sighting", "zenocap.UniversalBap"] * 50,
+    ]
+    assert (end.messages, end.lost, take.cut) == (101, 0, None)
+
+
+def test_a_slow_disk_loses_messages_and_reports_them(
+    network: LocalNetwork, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(inbox, "MAX_QUEUED", 10)
+    bus, disk = network.bus(), threading.Event()
+    slow = recording(tmp_path)
+    write = slow.record
+    monkeypatch.setattr(slow, "record", lambda envelope: (disk.wait(10.0), write(envelope)))
+    log = Log(bus.reader(), slow)
+    log.start()
+    for frame in range(100):
+        bus.publish(UNIVERSAL_BAP, bap(frame))
+    disk.set()
+    end = log.close()
+    assert end.messages + end.lost == 100
+    assert 80 <= end.lost <= 90
+    assert f"{end.lost} lost" in caplog.text
+
+
+def test_a_full_disk_ends_the_log_and_not_the_rig(
+    network: LocalNetwork, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bus = network.bus()
+    log = Log(bus.reader(), recording(tmp_path))
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    log.start()
+    bus.publish(UNIVERSAL_BAP, bap(0))
+    end = log.close()
+    assert end.failure is not None
+    assert "No space left on device" in end.failure
+    bus.publish(UNIVERSAL_BAP, bap(1))
+
+
+Usage = namedtuple("Usage", "total used free")
+
+
+@pytest.mark.parametrize(
+    ("free", "rate", "words"),
+    [
+        (10**12, 1e6, None),
+        (2 * 10**9, 0.0, None),
+        (5 * 10**8, 0.0, "the disk is nearly full: 500 MB free"),
+        (5 * 10**8, 1e6, "the disk is nearly full: 500 MB free, 8 minutes at the current rate"),
+        (3 * 10**9, 1e7, "the disk is nearly full: 3000 MB free, 5 minutes at the current rate"),
+    ],
+)
+def test_less_than_a_gigabyte_or_ten_minutes_gives_a_warning(free: int, rate: float, words: str | None) -> None:
+    assert shortage(free, rate) == words
+
+
+def test_the_warning_is_logged_once_until_there_is_space_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    space = DiskSpace(tmp_path)
+    for free, warnings in ((10**12, 0), (10**6, 1), (10**5, 1), (10**12, 1), (10**6, 2)):
+        monkeypatch.setattr(shutil, "disk_usage", lambda _, free=free: Usage(0, 0, free))
+        space.check(0.0)
+        assert space.free_bytes == free
+        assert caplog.text.count("nearly full") == warnings
+
+
+def test_free_space_of_a_missing_folder_is_none(tmp_path: Path) -> None:
+    space = DiskSpace(tmp_path / "gone")
+    space.check(1.0)
+    assert space.free_bytes is None

@@ -1,0 +1,166 @@
+"""Reading a complete take; truncated and damaged takes give all intact messages and report the damage."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.writer import Writer
+
+from tests.common.bus.test_inbox import bap, sighting
+from tests.common.recording.test_writer import FRAME_NS, START_NS, record_take
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.codec import encode
+from zenocap.common.errors import UserError
+from zenocap.common.recording.reader import Recorded, Take, envelope
+from zenocap.common.recording.writer import Channel, Recording
+
+FRAMES = 150
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("takes") / "take.mcap"
+    record_take(path, FRAMES).close()
+    return path
+
+
+def expected() -> list[m.Message]:
+    return [message for frame in range(FRAMES) for message in (sighting("1", frame), bap(frame))]
+
+
+def messages(take: Take) -> list[m.Message]:
+    found = [envelope(recorded) for recorded in take.messages()]
+    return [each.message for each in found if each is not None]
+
+
+def test_a_complete_take_round_trips(complete: Path) -> None:
+    take = Take(complete)
+    assert messages(take) == expected()
+    assert take.cut is None
+    assert take.library == "zenocap"
+    assert take.metadata["versions"] == {"zenocap": "0.1.0", "a": "b"}
+    assert take.attachments == {"rig.toml": b'name = "studio"'}
+
+
+def test_a_message_keeps_its_times(complete: Path) -> None:
+    third = list(Take(complete).messages())[4]
+    assert (third.topic, third.schema, third.log_ns, third.publish_ns, third.sequence) == (
+        "zenocap/studio/viewer/1/sighting",
+        "zenocap.Sighting",
+        START_NS + 2 * FRAME_NS,
+        2,
+        2,
+    )
+    found = envelope(third)
+    assert isinstance(found, Envelope)
+    assert (found.received_ns, found.data) == (third.log_ns, encode(sighting("1", 2)))
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_a_truncated_take_gives_its_first_messages_and_is_reported(
+    complete: Path, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    content = complete.read_bytes()
+    length = data.draw(st.integers(9, len(content) - 40))
+    path = tmp_path_factory.mktemp("cut") / "take.mcap"
+    path.write_bytes(content[:length])
+    take = Take(path)
+    found = messages(take)
+    assert found == expected()[: len(found)]
+    assert take.cut is not None
+    assert f"{len(found)} messages read" in take.cut
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_a_damaged_take_never_gives_a_wrong_message(
+    complete: Path, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    content = bytearray(complete.read_bytes())
+    content[data.draw(st.integers(8, len(content) - 1))] ^= data.draw(st.integers(1, 255))
+    path = tmp_path_factory.mktemp("damaged") / "take.mcap"
+    path.write_bytes(content)
+    originals = {encode(message) for message in expected()}
+    assert {recorded.data for recorded in Take(path).messages()} <= originals
+
+
+def test_a_damaged_chunk_loses_only_itself(complete: Path, tmp_path: Path) -> None:
+    content = bytearray(complete.read_bytes())
+    chunk = content.index(b"zstd", content.index(b"zstd") + 4)  # the second: the first has the channels
+    content[chunk + 60] ^= 0xFF
+    path = tmp_path / "take.mcap"
+    path.write_bytes(content)
+    take = Take(path)
+    found = messages(take)
+    assert found[0] == sighting("1", 0)
+    assert found[-1] == bap(FRAMES - 1)
+    assert len(found) < 2 * FRAMES
+    assert take.cut is not None
+    assert "damaged: 1 chunks" in take.cut
+
+
+def test_flushed_messages_survive_a_crash(tmp_path: Path) -> None:
+    recording = record_take(tmp_path / "take.mcap", FRAMES)  # still open, as after a crash
+    take = Take(tmp_path / "take.mcap")
+    found = messages(take)
+    assert 2 * FRAMES - len(found) <= 2 * 31  # one second of two messages a frame
+    assert found == expected()[: len(found)]
+    assert take.cut is not None
+    recording.close()
+
+
+def test_messages_of_other_programs_are_not_decoded(tmp_path: Path) -> None:
+    recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0)
+    recording.write(Channel("/note", "json", "", "", b""), b"{}", 1, 1)
+    recording.close()
+    found = list(Take(tmp_path / "take.mcap").messages())
+    assert found == [Recorded("/note", "json", "", b"{}", 1, 1, 0)]
+    assert envelope(found[0]) is None
+
+
+def test_descriptions_beyond_the_limit_are_reported_as_damage(complete: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("zenocap.common.recording.reader.MAX_KEPT", 1_000_000)
+    assert messages(Take(complete)) == expected()
+    monkeypatch.setattr("zenocap.common.recording.reader.MAX_KEPT", 100)
+    take = Take(complete)
+    assert list(take.messages()) == []
+    assert take.attachments == {}
+    assert take.cut is not None
+    assert "300 messages of unknown channels" in take.cut
+
+
+def test_a_file_with_messages_outside_of_chunks_is_read_and_repaired(tmp_path: Path) -> None:
+    path = tmp_path / "plain.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, use_chunking=False)
+        writer.start()
+        channel = writer.register_channel("/note", "json", 0)
+        for number in range(100):
+            writer.add_message(channel, number, b'{"text": "hello"}', number, number)
+        writer.finish()
+    take = Take(path)
+    assert len(list(take.messages())) == 100
+    assert take.cut is None
+    content = bytearray(path.read_bytes())
+    fifth = content.index(b"\x05" + (22 + 17).to_bytes(8, "little"), 400)
+    content[fifth + 1] ^= 0x40
+    path.write_bytes(content)
+    found = [each.sequence for each in take.messages()]
+    assert len(found) == 99
+    assert found == sorted(found)
+    assert take.cut is not None
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MC", b"hello, this is no take at all"])
+def test_a_file_that_is_not_a_take_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "take.mcap").write_bytes(content)
+    with pytest.raises(UserError, match="is no MCAP file"):
+        list(Take(tmp_path / "take.mcap").messages())
+
+
+def test_a_missing_file_raises_an_error(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="cannot be read: No such file"):
+        list(Take(tmp_path / "none.mcap").messages())

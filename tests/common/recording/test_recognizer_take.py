@@ -1,0 +1,105 @@
+"""A rig with a recognizer, offline: postures in the take, recomputed byte for byte, shown by info and to Foxglove."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from typer.testing import CliRunner
+
+from tests.common.recording.test_tracker_take import messages_of, with_attachments
+from tests.support.recognizer_cases import small_model
+from zenocap.common import messages as m
+from zenocap.common.errors import UserError
+from zenocap.common.recording.opening import attachments
+from zenocap.common.recording.reader import Take
+from zenocap.common.recording.setup_file import POSTURES_FILE, SETUP_FILE, read_setup
+from zenocap.common.rig.recognizer import RecognizerSpec
+from zenocap.common.rig.rig import Rig, demo_rig
+from zenocap.common.rig.sources import Actor
+from zenocap.services.recognizer.model_file import write_model
+from zenocap.tools.cli.main import app
+from zenocap.tools.recordings.track import Tracked, track
+from zenocap.tools.verify.recompute import verify
+
+pytestmark = pytest.mark.slow
+
+POSTURES = "zenocap/demo/recognizer/posture"
+
+
+def rig_with(model: Path) -> Rig:
+    """The demo rig with a boxing simulated person: movement, but no posture of the small model."""
+    rig = demo_rig()
+    viewers = tuple(replace(viewer, source=Actor("boxing", 3), preview=False) for viewer in rig.viewers)
+    return replace(rig, viewers=viewers, recognizer=RecognizerSpec(model, "integrator"))
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracked]:
+    folder = tmp_path_factory.mktemp("take")
+    write_model(folder / "small.postures", small_model())
+    return folder / "a.mcap", track(rig_with(folder / "small.postures"), folder / "a.mcap")
+
+
+def test_the_take_has_postures_and_their_model(tracked: tuple[Path, Tracked]) -> None:
+    path, found = tracked
+    assert found.problems == ()
+    assert found.states["recognizer"].startswith("running")
+    posture_messages = [message for message in messages_of(path, m.Posture) if isinstance(message, m.Posture)]
+    assert posture_messages
+    assert all(set(one.log_likelihoods) == set(small_model().labels) for one in posture_messages)
+    assert all(one.start_ns < one.end_ns <= one.captured_ns for one in posture_messages)
+    take = Take(path)
+    list(take.messages())
+    assert take.attachments[POSTURES_FILE] == path.with_name("small.postures").read_bytes()
+    recorded = read_setup(path, take.attachments[SETUP_FILE]).recognizer
+    assert recorded is not None
+    assert recorded.source == "integrator"
+
+
+def test_the_take_is_recomputed_byte_for_byte(tracked: tuple[Path, Tracked]) -> None:
+    path, _ = tracked
+    found = verify([path])
+    assert found.first is None
+    assert (found.different.total(), found.unlogged.total(), found.unchecked.total()) == (0, 0, 0)
+    assert found.equal[POSTURES] == len(messages_of(path, m.Posture))
+
+
+def test_info_counts_postures(tracked: tuple[Path, Tracked]) -> None:
+    path, _ = tracked
+    result = CliRunner().invoke(app, ["info", str(path)])
+    assert "recognizer/posture" in result.output
+    assert "postures    " in result.output
+    counted = json.loads(CliRunner().invoke(app, ["info", str(path), "--json"]).output)["recognised"]
+    assert counted["answers"] == len(messages_of(path, m.Posture))
+
+
+def test_a_take_with_another_model_cannot_be_recomputed(tracked: tuple[Path, Tracked], tmp_path: Path) -> None:
+    path, _ = tracked
+    take = Take(path)
+    list(take.messages())
+    setup = take.attachments[SETUP_FILE]
+    with pytest.raises(UserError, match=r"attachment recognizer\.postures is missing"):
+        verify([with_attachments(path, tmp_path / "b.mcap", {SETUP_FILE: setup})])
+    with pytest.raises(UserError, match=r"attachment recognizer\.postures: sha256 = [0-9a-f]{12}\.\.\.: allowed: "):
+        verify([with_attachments(path, tmp_path / "c.mcap", {SETUP_FILE: setup, POSTURES_FILE: b"another"})])
+
+
+def test_a_take_without_its_model_is_recomputed_except_for_postures(tracked: tuple[Path, Tracked], tmp_path: Path) -> None:
+    path, _ = tracked
+    take = Take(path)
+    list(take.messages())
+    recorded = read_setup(path, take.attachments[SETUP_FILE])
+    assert recorded.recognizer is not None
+    unknown = msgspec.structs.replace(recorded.recognizer, model_sha256=None)
+    setup = msgspec.json.encode(msgspec.structs.replace(recorded, recognizer=unknown))
+    found = verify([with_attachments(path, tmp_path / "b.mcap", {SETUP_FILE: setup})])
+    assert found.first is None
+    assert found.unchecked == {POSTURES: len(messages_of(path, m.Posture))}
+    assert [str(reason) for reason in found.reasons] == ["recognizer main: its model is not in the take"]
+
+
+def test_a_model_on_another_machine_is_not_attached() -> None:
+    names = {attachment.name for attachment in attachments(rig_with(Path("on-another-machine.postures")), {})}
+    assert POSTURES_FILE not in names

@@ -1,0 +1,82 @@
+"""The [animator] table: outputs are off by default; errors name the faulty entry."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.common.rig.test_rig import RIG, write_rig
+from tests.support.places import ROOT
+from zenocap.common.errors import UserError
+from zenocap.common.rig.animator import WITHIN, AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
+from zenocap.common.rig.rig import load_rig
+
+TABLES = """
+[animator.vmc]
+host = "192.168.1.20"
+port = 39540
+
+[animator.udp]
+enabled = false
+
+[animator.lsl]
+stream = "walk"
+reach = "network"
+"""
+
+
+def test_outputs_are_off_without_a_table(tmp_path: Path) -> None:
+    assert load_rig(write_rig(tmp_path, RIG)).animator == AnimatorTable(vmc=None, udp=None, foxglove=None, lsl=None)
+
+
+def test_an_output_with_a_table_is_on_by_default(tmp_path: Path) -> None:
+    table = load_rig(write_rig(tmp_path, RIG + TABLES + "[animator.foxglove]\n")).animator
+    assert table.vmc == VmcTable(enabled=True, host="192.168.1.20", port=39540)
+    assert table.udp is not None
+    assert not table.udp.enabled
+    assert table.foxglove == FoxgloveTable(enabled=True, host="127.0.0.1", port=8765)
+    assert table.lsl == LslTable(stream="walk", reach="network")
+
+
+def test_outputs_go_to_this_machine_by_default() -> None:
+    assert VmcTable().host == UdpTable().host == FoxgloveTable().host == "127.0.0.1"
+    assert LslTable().reach == "machine"
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("[animator.osc]\n", "animator.osc = {}: no such key; allowed: "),
+        (
+            "[animator.vmc]\nprot = 1\n",
+            "animator.vmc.prot = 1: no such key; allowed: enabled, host, port; did you mean 'port'",
+        ),
+        ("[animator.vmc]\nport = 70000\n", "animator.vmc.port = 70000: allowed: `int` <= 65535"),
+        ("[animator.udp]\nhost = ''\n", "animator.udp.host = '': allowed: "),
+        ("[animator.lsl]\nreach = 'all'\n", "animator.lsl.reach = 'all'"),
+        ("animator = 3\n", "animator = 3: allowed: object"),
+    ],
+)
+def test_errors_name_file_key_value_and_what_is_allowed(tmp_path: Path, text: str, error: str) -> None:
+    rig = text + RIG if text.startswith("animator =") else RIG + text
+    path = write_rig(tmp_path, rig)
+    with pytest.raises(UserError) as raised:
+        load_rig(path)
+    assert str(raised.value).startswith(f"{path}: {error.replace('`', '')}")
+
+
+def test_documentation_and_example_rig_have_valid_tables(tmp_path: Path) -> None:
+    (block,) = re.findall(r"```toml\n(\[animator\.vmc\].*?)```", (ROOT / "docs" / "outputs.md").read_text(), re.DOTALL)
+    table = load_rig(write_rig(tmp_path, RIG + block)).animator
+    assert table.vmc == VmcTable()
+    assert (table.udp, table.foxglove, table.lsl) == (UdpTable(), FoxgloveTable(), LslTable())
+    example = (ROOT / "deploy" / "rigs" / "studio.toml").read_text()
+    outputs = example[example.index("# [animator.vmc]") :]
+    table = load_rig(write_rig(tmp_path, RIG + re.sub(r"^# ", "", outputs, flags=re.MULTILINE))).animator
+    assert table.vmc == VmcTable()
+    assert table.lsl == LslTable(stream="studio")
+
+
+def test_every_output_has_its_keys_checked() -> None:
+    outputs = {name for name in AnimatorTable.__struct_fields__ if name != "page"}
+    assert outputs <= set(WITHIN)

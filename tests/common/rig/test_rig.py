@@ -1,0 +1,325 @@
+"""Rig files and folders: values, defaults, sources and backgrounds, and errors that name file, key and value."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.support.places import ROOT
+from zenocap.common.errors import UserError
+from zenocap.common.rig.rig import demo_rig, load_rig
+from zenocap.common.rig.sources import (
+    Actor,
+    BackgroundImage,
+    Device,
+    FirstFrames,
+    Images,
+    MedianFrames,
+    Mog2,
+    SpecError,
+    Stream,
+    VideoFile,
+    parse_background,
+    parse_source,
+)
+
+CLIPS = ROOT.parent / "shared" / "clips"
+CALIBRATION = (ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml").read_text()
+RIG = """name = "studio"
+calibration = "calibration.toml"
+up_axis = "y"
+method = "two-view"
+
+[[viewer]]
+id = "1"
+camera = "cam01"
+source = 0
+background = "first:60"
+size = [160, 120]
+fps = 15
+
+[[viewer]]
+id = "2"
+camera = "cam02"
+source = "rtsp://host/a"
+
+[zenoh]
+connect = ["tcp/localhost:7447"]
+
+[log]
+enabled = false
+"""
+
+
+def camera_table(number: int, heading_deg: float) -> str:
+    """A level camera 5 m from the origin, `heading_deg` from -Z towards +X."""
+    turn = cv2.Rodrigues(np.array([0.0, np.radians(heading_deg), 0.0]))[0]
+    rotation = cv2.Rodrigues(np.diag([1.0, -1.0, -1.0]) @ turn)[0].ravel().tolist()
+    return (
+        CALIBRATION.split("[cam_02]")[0]
+        .replace("cam_01", f"cam_{number:02d}")
+        .replace("cam01", f"cam{number:02d}")
+        .replace("[3.141592653589793, 0.0, 0.0]", str(rotation))
+    )
+
+
+def write_video(path: Path, frames: int = 4, size: tuple[int, int] = (640, 480), fps: float = 25.0) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
+    for k in range(frames):
+        writer.write(np.full((size[1], size[0], 3), 10 * k, np.uint8))
+    writer.release()
+
+
+def write_rig(folder: Path, text: str = RIG) -> Path:
+    (folder / "calibration.toml").write_text(CALIBRATION)
+    (folder / "rig.toml").write_text(text)
+    return folder / "rig.toml"
+
+
+def test_a_rig_file_is_read(tmp_path):
+    rig = load_rig(write_rig(tmp_path))
+    assert (rig.name, rig.method, rig.base) == ("studio", "two-view", tmp_path)
+    one, two = rig.viewers
+    assert (one.id, one.source, one.background, one.fps) == ("1", Device(0), FirstFrames(60), 15.0)
+    assert (one.camera.size, one.calibrated_size) == ((160, 120), (640, 480))
+    assert one.camera.matrix[0, 0] == pytest.approx(150)
+    assert one.camera.matrix[0, 2] == pytest.approx(79.5)
+    assert (two.source, two.fps, two.camera.size) == (Stream("rtsp://host/a"), 30.0, (640, 480))
+    assert (two.preview, two.silhouette) == (False, True)
+    assert (rig.zenoh.mode, rig.zenoh.connect, rig.zenoh.multicast_scouting) == ("peer", ("tcp/localhost:7447",), True)
+    assert (rig.log.folder, rig.log.enabled) == ("recordings", False)
+    assert rig.viewer("2") is two
+    with pytest.raises(UserError, match="rig studio: no viewer '3'; there are: 1, 2"):
+        rig.viewer("3")
+
+
+def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    first, second = load_rig(write_rig(tmp_path / "a")), load_rig(write_rig(tmp_path / "b"))
+    assert first.digest == second.digest
+    assert load_rig(write_rig(tmp_path / "b", RIG.replace("fps = 15", "fps = 16"))).digest != first.digest
+    assert load_rig(tmp_path / "a" / "rig.toml", "hybrid").digest != first.digest
+    calibration = tmp_path / "a" / "calibration.toml"
+    calibration.write_text(CALIBRATION.replace("600.0", "601.0"))
+    assert load_rig(tmp_path / "a" / "rig.toml").digest != first.digest
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ('name = "studio"\n', "", "name is missing"),
+        ('name = "studio"', 'name = "my studio"', "name = 'my studio': allowed: 1 to 64 letters, digits"),
+        ('name = "studio"', "name = 3", "name = 3: allowed: str"),
+        ("calibration =", "calibratoin =", "calibratoin = .*no such key; allowed: name, .*did you mean 'calibration'"),
+        ('"calibration.toml"', '"other.toml"', "calibration = 'other.toml': no file "),
+        ('up_axis = "y"', 'up_axis = "x"', "up_axis = 'x': allowed: 'y', 'z'"),
+        ('"two-view"', '"two_view"', "method = 'two_view': allowed: 'two-view', .*did you mean 'two-view'"),
+        ("fps = 15", "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
+        ("fps = 15", "fps = 5000", r"viewer\[0\].fps = 5000: allowed: float <= 1000"),
+        ("fps = 15", 'fps = "fast"', r"viewer\[0\].fps = 'fast': allowed: float"),
+        ("fps = 15", "fsp = 15", r"viewer\[0\].fsp = 15: no such key; .*did you mean 'fps'"),
+        ("[160, 120]", "[160]", r"viewer\[0\].size = \[160\]: allowed: list of length 2"),
+        ("[160, 120]", "[160, 4]", r"viewer\[0\].size\[1\] = 4: allowed: int >= 16"),
+        (
+            "[160, 120]",
+            "[160, 160]",
+            r"viewer\[0\].size = \[160, 160\]: allowed: the shape of the .* 640 x 480 px, such as \[160, 120\]",
+        ),
+        ('id = "2"', 'id = "1"', r"viewer\[1\].id = '1': allowed: an id that viewer\[0\] does not have"),
+        ('id = "2"', 'id = "a/b"', r"viewer\[1\].id = 'a/b': allowed: 1 to 64 letters"),
+        ('camera = "cam02"', 'camera = "cam03"', r"viewer\[1\].camera: no camera 'cam03'; there are: cam01, cam02"),
+        ('camera = "cam02"', 'camera = "cam01"', r"viewer\[1\].camera = 'cam01': viewer '1' uses it already"),
+        ('camera = "cam02"\n', "", r"viewer\[1\].camera is missing"),
+        ("first:60", "first:0", r"viewer\[0\].background = 'first:0': allowed: first:N with N from 1 to 10000 frames"),
+        ("first:60", "mean", r"viewer\[0\].background = 'mean': allowed: first:N, median, image:FILE, mog2"),
+        ("first:60", "image:none.png", r"viewer\[0\].background = 'image:none.png': no file "),
+        ("source = 0", "source = 200", r"viewer\[0\].source = 200: allowed: a device number from 0 to 99"),
+        ("source = 0", 'source = "ftp://a"', r"viewer\[0\].source = 'ftp://a': allowed: a device number, /dev/videoN"),
+        ("source = 0", 'source = "none.mp4"', r"viewer\[0\].source = 'none.mp4': no file "),
+        ("source = 0", 'source = "none/*.png"', r"viewer\[0\].source = 'none/\*.png': no file matches"),
+        ("source = 0", 'source = "rig.toml"\ninitial = "none.mp4"', r"viewer\[0\].initial = 'none.mp4': no file "),
+        (
+            "source = 0",
+            'source = 0\ninitial = "a.mp4"',
+            r"viewer\[0\].initial = 'a.mp4': allowed: only where the source is",
+        ),
+        ('source = "rtsp://host/a"', 'source = "rig.toml"', r"viewer\[1\].source: .*cannot be opened as a video"),
+        ("[zenoh]", '[zenoh]\nmode = "pear"', "zenoh.mode = 'pear': allowed: 'peer', .*did you mean 'peer'"),
+        ("connect =", "conect =", "zenoh.conect = .*did you mean 'connect'"),
+        ("enabled", "enable", "log.enable = False: no such key; .*did you mean 'enabled'"),
+        ("[log]", "[log", "not TOML"),
+        ("[[viewer]]", "[[viewers]]", "viewers = .*did you mean 'viewer'"),
+    ],
+)
+def test_every_error_names_file_key_value_and_what_is_allowed(tmp_path, old, new, text):
+    assert old in RIG
+    path = write_rig(tmp_path, RIG.replace(old, new))
+    with pytest.raises(UserError, match=text) as caught:
+        load_rig(path)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_error_explains_that_viewers_are_a_list_of_tables(tmp_path):
+    text = RIG.split("[[viewer]]")[0] + '[viewer]\nid = "1"\n'
+    with pytest.raises(UserError, match=r"\[viewer\] is one table: allowed: \[\[viewer\]\], once per viewer"):
+        load_rig(write_rig(tmp_path, text))
+
+
+def test_two_view_needs_two_viewers(tmp_path):
+    one = RIG.split("[[viewer]]")
+    path = write_rig(tmp_path, one[0] + "[[viewer]]" + one[1])
+    with pytest.raises(UserError, match=r"1 viewer\(s\): allowed: 2 or more \[\[viewer\]\] for method 'two-view'"):
+        load_rig(path)
+
+
+def test_a_missing_rig_and_an_unknown_method_are_refused(tmp_path):
+    with pytest.raises(UserError, match="no such rig: allowed: a TOML file, or a folder with"):
+        load_rig(tmp_path / "none.toml")
+    with pytest.raises(UserError, match="method = 'magic': allowed: two-view, hybrid"):
+        load_rig(write_rig(tmp_path), "magic")
+
+
+def test_sources_on_other_machines_may_be_missing_here(tmp_path):
+    path = write_rig(tmp_path, RIG.replace("source = 0", 'source = "none.mp4"').replace("first:60", "image:none.png"))
+    rig = load_rig(path, files=False)
+    assert rig.viewers[0].source == VideoFile(tmp_path / "none.mp4")
+    assert rig.viewers[0].background == BackgroundImage(tmp_path / "none.png")
+
+
+def write_folder(folder: Path, headings: list[float], clip: str = "") -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "calibration.toml").write_text("\n".join(camera_table(k, h) for k, h in enumerate(headings, start=1)))
+    for k in range(1, len(headings) + 1):
+        write_video(folder / "videos" / f"cam{k:02d}.mp4")
+    if clip:
+        (folder / "clip.toml").write_text(clip)
+    return folder
+
+
+def test_a_folder_is_a_rig(tmp_path):
+    folder = write_folder(tmp_path / "my take", [0, 90], "empty_frames = 3\nframes = 4\n")
+    write_video(folder / "stretched" / "cam02.mp4")
+    rig = load_rig(folder)
+    one, two = rig.viewers
+    assert rig.name == "my-take"
+    assert [v.id for v in rig.viewers] == ["cam01", "cam02"]
+    assert one.source == VideoFile(folder / "videos/cam01.mp4")
+    assert two.source == VideoFile(folder / "videos/cam02.mp4", folder / "stretched/cam02.mp4")
+    assert (one.background, one.fps) == (FirstFrames(3), 25.0)
+    assert rig.notes == ()
+
+
+def test_a_background_image_overrides_empty_frames(tmp_path):
+    folder = write_folder(tmp_path / "take", [0, 90], "empty_frames = 3\nfps = 12.5\n")
+    (folder / "background").mkdir()
+    cv2.imwrite(str(folder / "background" / "cam01.png"), np.zeros((480, 640, 3), np.uint8))
+    one, two = load_rig(folder).viewers
+    assert one.background == BackgroundImage(folder / "background/cam01.png")
+    assert two.background == FirstFrames(3)
+    assert one.fps == 12.5
+
+
+def test_the_background_is_the_median_without_image_and_empty_frames(tmp_path):
+    rig = load_rig(write_folder(tmp_path / "take", [0, 90]))
+    assert rig.viewers[0].background == MedianFrames()
+    assert "cam01: no background picture and no empty_frames" in rig.notes[0]
+
+
+def test_two_view_uses_the_most_orthogonal_pair_front_view_first_and_notes_it(tmp_path):
+    folder = write_folder(tmp_path / "take", [40, 88, -2], "empty_frames = 3")
+    rig = load_rig(folder)
+    assert [v.id for v in rig.viewers] == ["cam03", "cam02"]
+    assert rig.notes == (
+        "method two-view uses two of the 3 cameras: cam03 (front) and cam02, 90 degrees apart, "
+        "the most nearly orthogonal pair",
+    )
+    assert len(load_rig(folder, "hybrid").viewers) == 3
+
+
+def test_a_camera_without_video_is_not_used(tmp_path):
+    folder = write_folder(tmp_path / "take", [40, 88, -2], "empty_frames = 3")
+    (folder / "videos" / "cam01.mp4").unlink()
+    rig = load_rig(folder, "hybrid")
+    assert [v.id for v in rig.viewers] == ["cam02", "cam03"]
+    assert rig.notes == ("cam01: no video: this camera is not used",)
+
+
+def test_videos_with_other_names_are_assigned_in_order(tmp_path):
+    folder = write_folder(tmp_path / "take", [0, 90], "empty_frames = 3")
+    for k in (1, 2):
+        (folder / "videos" / f"cam{k:02d}.mp4").rename(folder / "videos" / f"GOPRO{k}.mp4")
+    rig = load_rig(folder)
+    assert rig.viewers[1].source == VideoFile(folder / "videos/GOPRO2.mp4")
+    assert "assigned in order: cam01 = GOPRO1.mp4, cam02 = GOPRO2.mp4" in rig.notes[0]
+
+
+def test_errors_of_a_folder(tmp_path):
+    with pytest.raises(UserError, match=r"calibration\.toml is missing: allowed: a rig file or a folder with it"):
+        load_rig(tmp_path)
+    folder = write_folder(tmp_path / "take", [0, 90], 'up_axis = "x"')
+    with pytest.raises(UserError, match=r"clip.toml: up_axis = 'x': allowed: 'y' or 'z'"):
+        load_rig(folder)
+    (folder / "clip.toml").write_text("fps = -1")
+    with pytest.raises(UserError, match=r"clip.toml: fps = -1: allowed: above 0 to 1000"):
+        load_rig(folder)
+    (folder / "clip.toml").write_text("empty_frames = 2.5")
+    with pytest.raises(UserError, match=r"empty_frames = 2.5: allowed: a whole number from 0 to 10000"):
+        load_rig(folder)
+    (folder / "clip.toml").write_text("")
+    write_video(folder / "videos" / "cam01.avi")
+    with pytest.raises(UserError, match="allowed: one video per camera"):
+        load_rig(folder)
+    (folder / "videos" / "cam01.avi").rename(folder / "videos" / "cam09.avi")
+    with pytest.raises(
+        UserError, match=r"videos/cam09.avi belongs to no camera of calibration.toml; there are: cam01, cam02"
+    ):
+        load_rig(folder)
+    for video in (folder / "videos").iterdir():
+        video.unlink()
+    with pytest.raises(UserError, match="videos/ has no video"):
+        load_rig(folder)
+    (folder / "calibration.toml").write_text("")
+    with pytest.raises(UserError, match="no camera in it"):
+        load_rig(folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "source"),
+    [
+        (0, Device(0)),
+        ("1", Device(1)),
+        ("/dev/video2", Device(2)),
+        ("rtsp://u:p@host:554/a", Stream("rtsp://u:p@host:554/a")),
+        ("http://host/a.mjpg?x=*", Stream("http://host/a.mjpg?x=*")),
+        ("videos/a.mp4", VideoFile(Path("/b/videos/a.mp4"))),
+        ("/c/a.mp4", VideoFile(Path("/c/a.mp4"))),
+        ("images/*.png", Images(Path("/b/images"), "*.png")),
+        ("actor:walking?seed=3", Actor("walking", 3)),
+    ],
+)
+def test_source_texts_are_parsed(text, source):
+    assert parse_source(text, Path("/b")) == source
+
+
+@pytest.mark.parametrize("text", ["", "rtsp://", "actor:", "actor:demo?sead=1", "actor:demo?seed=x", "/dev/videox", -1])
+def test_invalid_source_texts_are_refused(text):
+    with pytest.raises(SpecError):
+        parse_source(text, Path("/b"))
+
+
+def test_background_texts_are_parsed():
+    assert parse_background("median", Path("/b")) == MedianFrames()
+    assert parse_background("mog2", Path("/b")) == Mog2()
+    assert parse_background("image:a.png", Path("/b")) == BackgroundImage(Path("/b/a.png"))
+
+
+def test_the_demo_rig_has_the_camera_layout_of_the_paper():
+    rig = demo_rig()
+    assert [v.source for v in rig.viewers] == [Actor("demo", 0)] * 2
+    assert [v.camera.size for v in rig.viewers] == [(160, 120)] * 2
+    assert [v.fps for v in rig.viewers] == [15.0] * 2
+    np.testing.assert_allclose(rig.viewers[0].camera.centre, [0, 1.0, 5.2], atol=1e-9)
+    np.testing.assert_allclose(rig.viewers[1].camera.centre, [-5.2, 1.0, 0], atol=1e-9)

@@ -1,0 +1,81 @@
+"""Table of services, and the services of a rig from its file."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.support.places import ROOT
+from zenocap.common.recording.setup_file import recorded_rig
+from zenocap.common.rig.recognizer import RecognizerTable, recognizer_spec
+from zenocap.common.rig.rig import Rig, demo_rig
+from zenocap.common.rig.services import (
+    SERVICES,
+    TIMEKEEPER,
+    file_name,
+    kinds_of,
+    services_of,
+    sort_key,
+    title,
+    warmup_parts,
+)
+from zenocap.common.rig.tracker import TrackerTable, tracker_spec
+from zenocap.common.topics import TOPICS, service_at
+from zenocap.tools.cli.main import TABLE
+from zenocap.tools.warmup.parts import PARTS
+
+TWO_VIEW = replace(demo_rig(), recognizer=None)
+HYBRID = replace(TWO_VIEW, method="hybrid", tracker=tracker_spec(TrackerTable(), "hybrid", True, Path()))
+WITH_RECOGNIZER = replace(TWO_VIEW, recognizer=recognizer_spec(RecognizerTable(), "two-view", False, Path()))
+RIGS = (TWO_VIEW, HYBRID, WITH_RECOGNIZER)
+
+
+def test_every_service_has_a_folder_with_a_shell_and_a_command() -> None:
+    commands = {command.__name__ for _, command in TABLE}
+    for kind in SERVICES:
+        assert (ROOT / "services" / kind.name / "shell.py").is_file()
+        assert kind.name in commands
+    assert {path.parent.name for path in (ROOT / "services").glob("*/step.py")} == {kind.name for kind in SERVICES}
+    assert TIMEKEEPER in {kind.name for kind in SERVICES}
+
+
+def test_the_services_of_a_rig() -> None:
+    viewers = (("viewer", "1"), ("viewer", "2"))
+    integrator, animator = ("integrator", "main"), ("animator", "main")
+    assert services_of(TWO_VIEW) == (*viewers, integrator, animator)
+    assert services_of(HYBRID) == (*viewers, integrator, ("tracker", "main"), animator)
+    assert services_of(WITH_RECOGNIZER, required=True) == (*viewers, integrator, ("recognizer", "main"))
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_take_has_the_services_of_its_rig(rig: Rig) -> None:
+    assert services_of(recorded_rig(rig)) == services_of(rig)
+
+
+def test_only_services_that_estimate_poses_are_recomputed() -> None:
+    assert [kind.name for kind in kinds_of(TWO_VIEW) if kind.recomputed(TWO_VIEW)] == ["viewer", "integrator"]
+    assert [kind.name for kind in kinds_of(HYBRID) if kind.recomputed(HYBRID)] == ["tracker"]
+
+
+def test_the_warmup_parts_of_a_rig() -> None:
+    assert warmup_parts(TWO_VIEW) == ("silhouettes", "actor", "tracking")
+    assert warmup_parts(HYBRID) == ("silhouettes", "actor", "tracker")
+    assert set().union(*map(warmup_parts, RIGS)) <= set(PARTS)
+
+
+def test_file_names_titles_and_order_of_services() -> None:
+    assert (file_name(("viewer", "1")), title(("viewer", "1"))) == ("viewer-1", "viewer 1")
+    assert file_name(("integrator", "main")) == title(("integrator", "main")) == "integrator"
+    keys = [("viewer", "10"), ("other", "main"), ("viewer", "2"), ("animator", "main"), ("integrator", "main")]
+    assert [title(key) for key in sorted(keys, key=sort_key)] == [
+        "viewer 2",
+        "viewer 10",
+        "integrator",
+        "animator",
+        "other",
+    ]
+
+
+def test_the_keys_of_the_topics_name_services_of_the_table() -> None:
+    names = {service_at(topic.at("r", viewer="1", service="viewer", id="1")) for topic in TOPICS}
+    assert {key[0] for key in names if key} <= {kind.name for kind in SERVICES}

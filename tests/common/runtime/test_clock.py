@@ -1,0 +1,126 @@
+"""Clock filter: the reported error bounds the true error for any round trips."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenocap.common.bus.protocol import RoundTrip
+from zenocap.common.messages import Health
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.clock_offset import (
+    DRIFT,
+    WINDOW,
+    ClockFilter,
+    Offset,
+    clock_warning,
+    observe,
+    offset_at,
+    offset_in,
+    to_integrator_ns,
+)
+
+DELAYS = st.integers(0, 50_000_000)  # one way, nanoseconds
+OFFSETS = st.integers(-(10**12), 10**12)
+START_NS = 10**18
+
+
+def trip(offset_ns: int, sent_ns: int, there_ns: int, back_ns: int) -> RoundTrip:
+    """A round trip of a clock that is `offset_ns` ahead of the integrator's."""
+    return RoundTrip(sent_ns, sent_ns + there_ns - offset_ns, sent_ns + there_ns + back_ns)
+
+
+@given(OFFSETS, st.lists(st.tuples(DELAYS, DELAYS), min_size=1, max_size=50))
+def test_the_true_offset_is_within_the_reported_error(offset_ns: int, delays: list[tuple[int, int]]) -> None:
+    state, now_ns = ClockFilter(), START_NS
+    for there_ns, back_ns in delays:
+        state = observe(state, trip(offset_ns, now_ns, there_ns, back_ns))
+        now_ns += 1_000_000_000
+        found = offset_at(state, now_ns)
+        assert found is not None
+        assert abs(found.offset_ns - offset_ns) <= found.error_ns + 1
+    assert len(state.trips) == min(len(delays), WINDOW)
+
+
+@given(st.floats(-DRIFT, DRIFT), st.lists(st.tuples(DELAYS, DELAYS), min_size=1, max_size=50))
+def test_the_offset_of_a_drifting_clock_is_within_the_reported_error(drift: float, delays: list[tuple[int, int]]) -> None:
+    state = ClockFilter()
+    for index, (there_ns, back_ns) in enumerate(delays):
+        now_ns = START_NS + index * 1_000_000_000
+        true_ns = int(drift * (now_ns - START_NS))
+        state = observe(state, trip(true_ns, now_ns, there_ns, back_ns))
+        found = offset_at(state, now_ns + there_ns + back_ns)
+        assert found is not None
+        assert abs(found.offset_ns - true_ns) <= found.error_ns + DRIFT * 1e8 + 2
+
+
+def test_the_offset_is_that_of_the_shortest_round_trip() -> None:
+    state = ClockFilter()
+    for there_ns, back_ns in [(9_000_000, 1_000_000), (100_000, 120_000), (1_000_000, 30_000_000)]:
+        state = observe(state, trip(5_000_000, START_NS, there_ns, back_ns))
+    assert offset_at(state, START_NS) == Offset(5_010_000, 110_000 + int(DRIFT * 220_000))
+
+
+def test_the_new_offset_is_used_at_once_after_a_clock_is_set() -> None:
+    state = ClockFilter()
+    for second in range(5):
+        state = observe(state, trip(0, START_NS + second * 10**9, 100_000, 100_000))
+    state = observe(state, trip(3_000_000_000, START_NS + 8 * 10**9, 5_000_000, 5_000_000))
+    found = offset_at(state, START_NS + 8 * 10**9)
+    assert found is not None
+    assert abs(found.offset_ns - 3_000_000_000) <= found.error_ns
+    assert len(state.trips) == 1
+
+
+def test_a_round_trip_that_ends_before_it_began_is_ignored() -> None:
+    assert observe(ClockFilter(), RoundTrip(10, 5, 9)) == ClockFilter()
+
+
+def test_the_offset_is_none_before_the_first_round_trip() -> None:
+    assert offset_at(ClockFilter(), START_NS) is None
+    assert to_integrator_ns(START_NS, None) == START_NS
+
+
+def test_a_capture_time_is_converted_to_the_integrators_clock() -> None:
+    assert to_integrator_ns(START_NS, Offset(5_000_000, 100)) == START_NS - 5_000_000
+    assert to_integrator_ns(3, Offset(5_000_000, 100)) == 0
+
+
+@pytest.mark.parametrize(
+    ("offset", "text"),
+    [
+        (Offset(1_000_000, 100_000), None),
+        (Offset(20_000_000, 100_000), "20.0 ms ahead of the integrator's"),
+        (Offset(-20_000_000, 100_000), "20.0 ms behind the integrator's"),
+        (Offset(0, 20_000_000), "known only within 20.0 ms"),
+    ],
+)
+def test_an_offset_or_error_above_a_quarter_frame_period_gives_a_warning(offset: Offset, text: str | None) -> None:
+    warning = clock_warning("viewer 1", offset, 1_000_000_000 // 15)
+    assert (warning is None) == (text is None)
+    assert text is None or (text in (warning or "") and "viewer 1" in (warning or ""))
+
+
+def test_health_carries_the_offset() -> None:
+    health = Health(frame=0, captured_ns=0, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts={})
+    assert offset_in(health) is None
+    known = Health(
+        frame=0,
+        captured_ns=0,
+        service="viewer",
+        id="1",
+        state="",
+        rate=0.0,
+        stages_ms={},
+        counts={},
+        clock_offset_ns=-7,
+        clock_error_ns=3,
+    )
+    assert offset_in(known) == Offset(-7, 3)
+
+
+def test_a_manual_clock_changes_only_by_advance_and_set() -> None:
+    clock = ManualClock(5)
+    clock.advance(3)
+    assert (clock.now_ns(), clock.elapsed_ns()) == (8, 8)
+    clock.set(2)
+    assert clock.now_ns() == 2

@@ -1,0 +1,78 @@
+"""Measurements of a service in its Health message."""
+
+from zenocap.common.bus.protocol import Counters
+from zenocap.common.codec import decode, encode
+from zenocap.common.messages import Health, Phase
+from zenocap.common.runtime.clock_offset import Offset
+from zenocap.common.runtime.health import RING, Meter, memory_bytes
+
+SECOND = 1_000_000_000
+NO_COUNTERS = Counters(0, {}, {})
+
+
+def test_the_rate_counts_frames() -> None:
+    meter = Meter("viewer", "1")
+    meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None)
+    for _ in range(30):
+        meter.frame()
+        meter.publish("sighting")
+        meter.publish("sighting")
+    assert meter.report(2 * SECOND, 2 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).rate == 15.0
+
+
+def test_without_frames_the_rate_is_that_of_the_busiest_topic() -> None:
+    meter = Meter("integrator", "main")
+    meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None)
+    for _ in range(30):
+        meter.publish("assignment")
+    meter.publish("universal_bdp")
+    assert meter.report(SECOND, SECOND, Phase.RUNNING, "", NO_COUNTERS, None).rate == 30.0
+    assert meter.report(2 * SECOND, 2 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).rate == 0.0
+
+
+def test_the_time_of_a_stage_is_the_median_of_its_last_durations() -> None:
+    meter = Meter("viewer", "1")
+    for _ in range(10):
+        meter.time("step", 10**9)
+    for _ in range(RING - 1):
+        meter.time("step", 2_000_000)
+    assert meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None).stages_ms == {"step": 2.0}
+
+
+def test_health_has_all_counts() -> None:
+    meter = Meter("viewer", "1")
+    meter.counts["step_errors"] += 2
+    health = meter.report(5, 0, Phase.TRACKING, "tracking", Counters(7, {"invalid": 1}, {"superseded": 3}), Offset(-4, 2))
+    assert health.counts == {"step_errors": 2, "received": 7, "rejected_invalid": 1, "dropped_superseded": 3}
+    assert (health.clock_offset_ns, health.clock_error_ns, health.state) == (-4, 2, "tracking")
+    assert health.phase is Phase.TRACKING
+
+
+def test_health_with_too_many_values_is_a_valid_message() -> None:
+    meter = Meter("viewer", "1")
+    for index in range(100):
+        meter.counts[f"count{index}"] = index
+        meter.time(f"stage{index}", 10**30)
+    health = meter.report(0, 0, Phase.RUNNING, "x" * 5000, NO_COUNTERS, None)
+    assert decode(encode(health), Health) == health
+
+
+def test_memory_is_that_of_this_process() -> None:
+    assert 10 << 20 < memory_bytes() < 100 << 30
+
+
+def test_cores_are_processor_time_per_elapsed_time() -> None:
+    used = iter([0, SECOND // 2, 2 * SECOND])
+    meter = Meter("viewer", "1", lambda: next(used))
+    assert meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None).cores == 0.0
+    assert meter.report(3 * SECOND, 3 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).cores == 0.5
+
+
+def test_busy_is_the_fraction_of_time_in_steps_and_publishing() -> None:
+    meter = Meter("viewer", "1")
+    meter.report(0, 0, Phase.RUNNING, "", NO_COUNTERS, None)
+    meter.time("step_frame", SECOND)
+    meter.time("publish", SECOND // 2)
+    meter.time("frame_age", 100 * SECOND)
+    assert meter.report(2 * SECOND, 2 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).busy == 0.75
+    assert meter.report(3 * SECOND, 3 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).busy == 0.0

@@ -1,0 +1,64 @@
+"""The newest frame is delivered once; replaced frames are counted."""
+
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from zenocap.common.runtime.latest_frame import NewestFrame
+
+
+@dataclass(frozen=True)
+class Image:
+    frame: int
+    captured_ns: int = 0
+
+
+def read_all(frames: NewestFrame[Image]) -> None:
+    frames.start()
+    frames._thread.join(5.0)
+
+
+def test_the_newest_frame_is_kept_and_replaced_frames_are_counted() -> None:
+    frames = NewestFrame(iter(Image(frame) for frame in range(5)), lambda: None)
+    read_all(frames)
+    assert not frames.ended
+    assert frames.take() == Image(4)
+    assert frames.take() is None
+    assert frames.dropped == 4
+    assert frames.ended
+
+
+def test_the_callback_is_called_for_each_frame_and_at_the_end() -> None:
+    calls = []
+    read_all(NewestFrame(iter(Image(frame) for frame in range(3)), lambda: calls.append(1)))
+    assert len(calls) == 4
+
+
+def test_the_failure_of_a_source_is_available() -> None:
+    def broken() -> Iterator[Image]:
+        yield Image(0)
+        raise OSError("gone")
+
+    frames = NewestFrame(broken(), lambda: None)
+    read_all(frames)
+    assert isinstance(frames.failure, OSError)
+
+
+def test_stopping_closes_the_source() -> None:
+    closed = threading.Event()
+    taken = threading.Semaphore(0)
+
+    def endless() -> Iterator[Image]:
+        try:
+            while True:
+                taken.acquire(timeout=5.0)
+                yield Image(0)
+        finally:
+            closed.set()
+
+    frames = NewestFrame(endless(), lambda: None)
+    frames.start()
+    frames._stop.set()
+    taken.release()
+    frames.stop(5.0)
+    assert closed.is_set()

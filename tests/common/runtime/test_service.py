@@ -1,0 +1,289 @@
+"""Service loop: every event reaches the step, failures do not end a take, and health reports them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from time import monotonic
+
+import pytest
+
+from tests.common.bus.test_inbox import bap, sighting
+from zenocap.common import messages as m
+from zenocap.common.bus.local import LocalBus, LocalNetwork
+from zenocap.common.bus.protocol import Alive, Envelope, Tick
+from zenocap.common.runtime.clock import ManualClock, RealClock
+from zenocap.common.runtime.service import Event, Runner, Service, Subscription, TooManyFailures, run
+from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
+
+
+@dataclass(frozen=True)
+class Image:
+    frame: int
+    captured_ns: int
+
+
+@dataclass(frozen=True)
+class RecordedEvents:
+    """A state that keeps its events."""
+
+    frames: tuple[int, ...] = ()
+    baps: tuple[int, ...] = ()
+    alive: tuple[str, ...] = ()
+    ticks: int = 0
+
+
+@dataclass(frozen=True)
+class Setup:
+    fails_on: frozenset[int] = field(default_factory=frozenset)
+
+
+def step(setup: Setup, state: RecordedEvents, event: Event[Image]) -> tuple[RecordedEvents, Sequence[m.Message]]:
+    match event:
+        case Envelope(message=m.UniversalBap() as message):
+            return replace(state, baps=(*state.baps, message.frame)), []
+        case Alive():
+            return replace(state, alive=(*state.alive, event.id)), []
+        case Tick():
+            return replace(state, ticks=state.ticks + 1), []
+        case Image():
+            if event.frame in setup.fails_on:
+                raise RuntimeError("no person")
+            return replace(state, frames=(*state.frames, event.frame)), [sighting("1", event.frame)]
+        case _:
+            return state, []
+
+
+def viewer(**changes: object) -> Service[Setup, RecordedEvents, Image]:
+    service: Service[Setup, RecordedEvents, Image] = Service(
+        "viewer", "1", Setup(), RecordedEvents(), step, (Subscription(UNIVERSAL_BAP),), watch_alive=True
+    )
+    return replace(service, **changes)
+
+
+@pytest.fixture
+def network() -> LocalNetwork:
+    return LocalNetwork("studio", RealClock())
+
+
+def messages_on(bus: LocalBus, kind: type[m.Message]) -> list[m.Message]:
+    found = []
+    while (event := bus.receive()) is not None:
+        if isinstance(event, Envelope) and isinstance(event.message, kind):
+            found.append(event.message)
+    return found
+
+
+def paced(network: LocalNetwork, frames: int, ready: Callable[[], bool] = lambda: True) -> Iterator[Image]:
+    """Frames, each after the sighting of the previous one, so that none is replaced."""
+    watcher = network.bus()
+    watcher.subscribe(SIGHTING, every=True)
+    for frame in range(frames):
+        yield Image(frame, 1000 + frame)
+        while watcher.receive() is None:
+            pass
+
+
+def test_each_kind_of_event_reaches_the_step() -> None:
+    network = LocalNetwork("studio", ManualClock(1))
+    runner = Runner(viewer(), network.bus(), ManualClock(1))
+    runner.subscribe()
+    for event in (Image(4, 1), Envelope("key", UNIVERSAL_BAP, bap(7), 1), Alive("viewer", "2", True, 1), Tick(5)):
+        runner.handle(event)
+    assert runner.state == RecordedEvents(frames=(4,), baps=(7,), alive=("2",), ticks=1)
+
+
+def test_a_failing_step_keeps_the_state_and_is_counted(caplog: pytest.LogCaptureFixture) -> None:
+    network = LocalNetwork("studio", ManualClock(1))
+    runner = Runner(viewer(setup=Setup(frozenset({1, 2}))), network.bus(), ManualClock(1))
+    for frame in range(4):
+        runner.handle(Image(frame, 1))
+    assert runner.state.frames == (0, 3)
+    assert runner.meter.counts["step_errors"] == 2
+    assert [record.getMessage().split(" (")[0] for record in caplog.records] == [
+        "frame: step failed on frame 1: RuntimeError: no person"
+    ]
+    assert "Traceback" in caplog.text
+
+
+def test_a_step_that_keeps_failing_ends_the_service() -> None:
+    network = LocalNetwork("studio", ManualClock(1))
+    runner = Runner(viewer(setup=Setup(frozenset(range(100)))), network.bus(), ManualClock(1))
+    for frame in range(9):
+        runner.handle(Image(frame, 1))
+    with pytest.raises(TooManyFailures, match="10 steps in a row failed, the last on frame 9: no person"):
+        runner.handle(Image(9, 1))
+
+
+def test_failures_on_received_messages_do_not_end_a_service() -> None:
+    def refuse(setup: None, state: int, event: Event[Image]) -> tuple[int, list[m.Message]]:
+        if isinstance(event, Envelope):
+            raise ValueError("invalid body")
+        return state + 1, []
+
+    network = LocalNetwork("studio", ManualClock(1))
+    service: Service[None, int, Image] = Service("viewer", "1", None, 0, refuse)
+    runner = Runner(service, network.bus(), ManualClock(1))
+    for frame in range(100):
+        runner.handle(Envelope("key", UNIVERSAL_BAP, bap(frame), 1))
+    runner.handle(Tick(5))
+    assert runner.state == 1
+    assert runner.meter.counts["step_errors"] == 100
+
+
+def test_one_successful_step_resets_the_count_of_failures() -> None:
+    network = LocalNetwork("studio", ManualClock(1))
+    failing = frozenset(range(100)) - {9, 19}
+    runner = Runner(viewer(setup=Setup(failing)), network.bus(), ManualClock(1))
+    for frame in range(28):
+        runner.handle(Image(frame, 1))
+    assert runner.state.frames == (9, 19)
+
+
+def test_a_message_out_of_range_is_counted_and_not_sent(caplog: pytest.LogCaptureFixture) -> None:
+    network = LocalNetwork("studio", ManualClock(1))
+    reader = network.bus()
+    reader.subscribe(SIGHTING)
+    runner = Runner(viewer(), network.bus(), ManualClock(1))
+    runner.publish(sighting("1", -5))
+    assert runner.meter.counts["unsendable"] == 1
+    assert messages_on(reader, m.Sighting) == []
+    assert "Sighting" in caplog.text
+
+
+def test_offline_two_runs_publish_equal_bytes() -> None:
+    def run_once() -> list[bytes]:
+        clock = ManualClock(0)
+        network = LocalNetwork("studio", clock)
+        log = network.bus()
+        log.subscribe(SIGHTING, every=True)
+        runner = Runner(viewer(), network.bus(), clock)
+        for frame in range(5):
+            clock.set(frame * 1000)
+            runner.handle(Image(frame, clock.now_ns()))
+        found = []
+        while isinstance(envelope := log.receive(), Envelope):
+            found.append(envelope.data)
+        return found
+
+    assert run_once() == run_once()
+    assert len(run_once()) == 5
+
+
+def test_a_service_exits_with_0_when_its_source_ends(network: LocalNetwork) -> None:
+    reader = network.bus()
+    reader.subscribe(SIGHTING, every=True)
+    reader.subscribe(HEALTH)
+    assert run(viewer(), network.bus(), RealClock(), paced(network, 5)) == 0
+    assert [event.frame for event in messages_on(reader, m.Sighting)] == [0, 1, 2, 3, 4]
+
+
+def test_a_service_publishes_its_health(network: LocalNetwork) -> None:
+    reader = network.bus()
+    reader.subscribe(HEALTH, service="viewer", id="1")
+    segmenting = viewer(describe=lambda state: "segmenting", phase=lambda state: m.Phase.SEGMENTING)
+    run(segmenting, network.bus(), RealClock(), paced(network, 3), extra_counts=lambda: {"log_lost": 4})
+    health = messages_on(reader, m.Health)[0]
+    assert isinstance(health, m.Health)
+    assert (health.service, health.id, health.state, health.frame) == ("viewer", "1", "segmenting", 0)
+    assert health.phase is m.Phase.SEGMENTING
+    assert health.counts["log_lost"] == 4
+    assert health.memory_bytes > 1 << 20
+
+
+def test_a_service_exits_with_1_when_its_source_fails(network: LocalNetwork, caplog: pytest.LogCaptureFixture) -> None:
+    def broken() -> Iterator[Image]:
+        yield Image(0, 0)
+        raise OSError("camera unplugged")
+
+    assert run(viewer(), network.bus(), RealClock(), broken()) == 1
+    assert "the frame source failed: OSError: camera unplugged" in caplog.text
+
+
+def test_a_second_service_of_the_same_name_exits_with_1(network: LocalNetwork, caplog: pytest.LogCaptureFixture) -> None:
+    network.bus().declare_alive("viewer", "1")
+    assert run(viewer(), network.bus(), RealClock(), iter([])) == 1
+    assert "viewer 1 of rig studio is already running" in caplog.text
+
+
+def test_a_service_that_keeps_failing_exits_with_1(network: LocalNetwork) -> None:
+    def failing_step(
+        setup: Setup, state: RecordedEvents, event: Event[Image]
+    ) -> tuple[RecordedEvents, Sequence[m.Message]]:
+        raise RuntimeError("always")
+
+    assert run(viewer(step=failing_step, tick_ns=1), network.bus(), RealClock()) == 1
+
+
+def test_a_stopped_service_exits_with_0(network: LocalNetwork) -> None:
+    assert run(viewer(), network.bus(), RealClock(), stopped=lambda: True) == 0
+
+
+class FastClock(RealClock):
+    """A clock that runs ten times as fast."""
+
+    def elapsed_ns(self) -> int:
+        return 10 * super().elapsed_ns()
+
+
+def test_counts_of_the_state_are_published_without_adding_them_up(network: LocalNetwork) -> None:
+    reader = network.bus()
+    reader.subscribe(HEALTH, every=True)
+    ends = monotonic() + 0.5
+    counting_service = viewer(count=lambda state: {"late": 3})
+    run(counting_service, network.bus(), FastClock(), stopped=lambda: monotonic() > ends)
+    found = [message.counts["late"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
+    assert len(found) >= 3
+    assert set(found) == {3}
+
+
+@dataclass(frozen=True)
+class DeferredWork:
+    """A state that delays its work until all messages have arrived."""
+
+    waiting: tuple[int, ...] = ()
+    done: tuple[tuple[int, ...], ...] = ()
+
+
+def deferring_step(_: Setup, state: DeferredWork, event: Event[Image]) -> tuple[DeferredWork, Sequence[m.Message]]:
+    match event:
+        case Envelope(message=m.UniversalBap() as message):
+            return replace(state, waiting=(*state.waiting, message.frame)), []
+        case Tick():
+            return DeferredWork((), (*state.done, state.waiting)), [sighting("1", max(state.waiting))]
+        case _:
+            return state, []
+
+
+def test_deferred_work_starts_when_all_messages_are_received(network: LocalNetwork) -> None:
+    service: Service[Setup, DeferredWork, Image] = Service(
+        "tracker", "main", Setup(), DeferredWork(), deferring_step, (Subscription(UNIVERSAL_BAP, every=True),),
+        pending=lambda state: bool(state.waiting), result=m.Sighting, describe=lambda state: f"{state.done}",
+    )  # fmt: skip
+    bus, others = network.bus(), network.bus()
+    others.subscribe(HEALTH)
+    rounds = 0
+
+    def stopped() -> bool:
+        nonlocal rounds
+        rounds += 1
+        if rounds in (2, 4):
+            for frame in (10 * rounds, 10 * rounds + 1):
+                others.publish(UNIVERSAL_BAP, bap(frame))
+        return rounds > 8
+
+    assert run(service, bus, OneSecondClock(), stopped=stopped) == 0
+    healths = messages_on(others, m.Health)
+    last = healths[-1]
+    assert isinstance(last, m.Health)
+    assert last.state == "((20, 21), (40, 41))"
+    assert "result_age" in last.stages_ms
+
+
+class OneSecondClock(ManualClock):
+    """A clock that advances by a second per reading, so that every round publishes health."""
+
+    def __init__(self) -> None:
+        super().__init__(10**15)
+
+    def elapsed_ns(self) -> int:
+        self.set(self.now_ns() + 10**9)
+        return self.now_ns()

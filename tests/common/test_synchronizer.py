@@ -1,0 +1,209 @@
+"""Frame sets by capture time, with jitter, losses, late frames and wrong clocks."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from zenocap.common.synchronizer import GONE_AFTER, LONG_NS, OUTDATED, FrameSet, Synchronizer, push
+
+FRAME_NS = 66_000_000
+VIEWERS = ("1", "2")
+Event = tuple[str, int]
+
+
+def play(events: list[Event]) -> tuple[Synchronizer[Event], list[FrameSet[Event]]]:
+    """Push (viewer, captured_ns), which are also the values."""
+    pairs: Synchronizer[Event] = Synchronizer(VIEWERS, FRAME_NS // 2)
+    frame_sets: list[FrameSet[Event]] = []
+    for viewer, captured_ns in events:
+        pairs, instants = push(pairs, viewer, captured_ns, (viewer, captured_ns))
+        frame_sets += instants
+    return pairs, frame_sets
+
+
+def both(k: int, jitter_ns: int = 0) -> list[Event]:
+    return [("1", k * FRAME_NS), ("2", k * FRAME_NS + jitter_ns)]
+
+
+def shape(instants: list[FrameSet[Event]]) -> list[tuple[str, ...]]:
+    return [tuple(sorted(instant.items)) for instant in instants]
+
+
+def test_all_frames_are_paired_when_none_is_late() -> None:
+    pairs, instants = play([e for k in range(1, 6) for e in both(k, 3_000_000)])
+    assert shape(instants) == [("1", "2")] * 5
+    assert [i.captured_ns for i in instants] == [k * FRAME_NS for k in range(1, 6)]
+    assert dict(pairs.counts) == {}
+
+
+def test_a_frame_set_waits_for_the_other_viewer() -> None:
+    assert play([("1", FRAME_NS)])[1] == []
+    assert shape(play([("2", FRAME_NS), ("1", FRAME_NS + 1)])[1]) == [("1", "2")]
+
+
+def test_frames_half_a_period_apart_are_paired_and_further_ones_are_not() -> None:
+    half = FRAME_NS // 2
+    assert shape(play([("1", FRAME_NS), ("2", FRAME_NS + half)])[1]) == [("1", "2")]
+    apart = play([("1", FRAME_NS), ("2", FRAME_NS + half + 1)])[1]
+    assert ("1", "2") not in shape(apart)
+
+
+def test_a_missing_frame_is_waited_for_until_the_next_one() -> None:
+    pairs, instants = play([*both(1), ("1", 2 * FRAME_NS), *both(3)])
+    assert shape(instants) == [("1", "2"), ("1",), ("1", "2")]
+    assert pairs.counts == {"unpaired": 1}
+
+
+def test_a_late_frame_is_counted_and_dropped() -> None:
+    pairs, instants = play([*both(1), ("1", 2 * FRAME_NS), *both(3), ("2", 2 * FRAME_NS)])
+    assert shape(instants) == [("1", "2"), ("1",), ("1", "2")]
+    assert pairs.counts["late"] == 1
+
+
+def test_a_duplicate_frame_is_counted_and_dropped_before_and_after_its_frame_set() -> None:
+    pairs, instants = play([("1", FRAME_NS), ("1", FRAME_NS), ("2", FRAME_NS)])
+    assert shape(instants) == [("1", "2")]
+    assert pairs.counts == {"doubled": 1}
+    pairs, instants = play([*both(1), ("1", FRAME_NS), *both(2), *both(3)])
+    assert shape(instants) == [("1", "2")] * 3
+    assert sum(pairs.counts.values()) == 1
+
+
+def test_frames_out_of_order_are_sorted_and_counted() -> None:
+    pairs, instants = play([("1", 3 * FRAME_NS), ("1", 2 * FRAME_NS), *both(2), *both(3)])
+    assert [instant.captured_ns for instant in instants] == [2 * FRAME_NS, 3 * FRAME_NS]
+    assert pairs.counts["out_of_order"] == 1
+
+
+def test_an_unknown_viewer_is_counted_and_dropped() -> None:
+    pairs, instants = play([("9", FRAME_NS), *both(1)])
+    assert shape(instants) == [("1", "2")]
+    assert pairs.counts == {"unknown": 1}
+
+
+def test_an_absent_viewer_is_not_waited_for_and_may_return() -> None:
+    alone = [("1", k * FRAME_NS) for k in range(2, GONE_AFTER + 6)]
+    pairs, instants = play([*both(1), *alone])
+    assert shape(instants)[1:] == [("1",)] * len(alone), "an absent viewer is not waited for"
+    assert pairs.missed["2"] == len(alone)
+    back = GONE_AFTER + 6
+    for first in (both(back), both(back)[::-1]):
+        _, instants = play([*both(1), *alone, *first, *both(back + 1)])
+        assert shape(instants)[-1] == ("1", "2")
+
+
+EVENTS = st.lists(
+    st.tuples(st.sampled_from([*VIEWERS, "9"]), st.integers(1, 12), st.integers(-40_000_000, 40_000_000)).map(
+        lambda e: (e[0], e[1] * FRAME_NS + e[2])
+    ),
+    max_size=40,
+)
+
+
+@pytest.mark.slow
+@given(EVENTS)
+@settings(max_examples=300)
+def test_any_events_give_frame_sets_close_in_time_without_duplicates(events: list[Event]) -> None:
+    pairs, instants = play(events)
+    out = [value for instant in instants for value in instant.items.values()]
+    assert len(out) == len(set(out)), "duplicate values"
+    assert set(out) <= set(events)
+    for instant in instants:
+        assert instant.items
+        assert set(instant.items) <= set(VIEWERS)
+        assert all(viewer == value[0] for viewer, value in instant.items.items())
+        assert all(0 <= value[1] - instant.captured_ns <= FRAME_NS // 2 for value in instant.items.values())
+    waiting = sum(len(queue) for queue in pairs.waiting.values())
+    dropped = sum(pairs.counts.get(what, 0) for what in ("unknown", "doubled", "late"))
+    assert len(out) + waiting + dropped <= len(events)
+
+
+@pytest.mark.slow
+@given(EVENTS)
+@settings(max_examples=300)
+def test_frame_sets_are_in_time_order(events: list[Event]) -> None:
+    times = [instant.captured_ns for instant in play(events)[1]]
+    assert times == sorted(set(times))
+
+
+@given(st.lists(st.integers(-8_000_000, 8_000_000), min_size=1, max_size=20), st.randoms(use_true_random=False))
+def test_regular_viewers_are_always_paired_in_any_order_of_arrival(jitters: list[int], random) -> None:  # type: ignore[no-untyped-def]
+    events = []
+    for k, jitter in enumerate(jitters, start=1):
+        pair = both(k, jitter)
+        random.shuffle(pair)
+        events += pair
+    pairs, instants = play(events)
+    assert shape(instants) == [("1", "2")] * len(jitters)
+    assert not pairs.counts
+
+
+MANY = ("a", "b", "c", "d", "e")
+
+
+def play_many(events: list[Event]) -> tuple[Synchronizer[Event], list[FrameSet[Event]]]:
+    pairs: Synchronizer[Event] = Synchronizer(MANY, FRAME_NS // 2)
+    frame_sets: list[FrameSet[Event]] = []
+    for viewer, captured_ns in events:
+        pairs, instants = push(pairs, viewer, captured_ns, (viewer, captured_ns))
+        frame_sets += instants
+    return pairs, frame_sets
+
+
+@given(st.lists(st.sets(st.sampled_from(MANY), min_size=1), min_size=1, max_size=20), st.randoms(use_true_random=False))
+def test_a_frame_set_has_the_viewers_that_captured_it(captured: list[set[str]], random) -> None:  # type: ignore[no-untyped-def]
+    """Viewers join, leave and return: a frame is emitted, waits for at most one frame period, or was late."""
+    events = []
+    for k, viewers in enumerate(captured, start=1):
+        order = sorted(viewers)
+        random.shuffle(order)
+        events += [(viewer, k * FRAME_NS) for viewer in order]
+    pairs, instants = play_many(events)
+    for instant in instants:
+        assert set(instant.items) <= captured[instant.captured_ns // FRAME_NS - 1]
+    out = sum(len(instant.items) for instant in instants)
+    waiting = [item.captured_ns for queue in pairs.waiting.values() for item in queue]
+    assert out + len(waiting) + pairs.counts.get("late", 0) == len(events)
+    assert len(set(waiting)) <= len(MANY)
+    assert all(captured_ns > instant.captured_ns for captured_ns in waiting for instant in instants)
+
+
+def test_a_viewer_that_leaves_delays_the_others_for_few_frames_and_may_return() -> None:
+    whole = [(viewer, k * FRAME_NS) for k in (1, 2) for viewer in MANY]
+    without = [(viewer, k * FRAME_NS) for k in range(3, 20) for viewer in MANY[:-1]]
+    again = [(viewer, k * FRAME_NS) for k in range(20, 23) for viewer in MANY]
+    _, instants = play_many([*whole, *without, *again])
+    assert [len(instant.items) for instant in instants[:2]] == [5, 5]
+    assert [instant.captured_ns // FRAME_NS for instant in instants] == list(range(1, 23))
+    assert {len(instant.items) for instant in instants[2:19]} == {4}
+    assert [len(instant.items) for instant in instants[-2:]] == [5, 5]
+    _, before = play_many([*whole, *without])
+    assert before[-1].captured_ns == 19 * FRAME_NS, "an absent viewer is not waited for"
+
+
+def test_a_time_stamp_far_ahead_does_not_block_the_viewers_permanently() -> None:
+    """From a clock that was wrong for a short time, or from a false time stamp."""
+    before = [event for k in range(1, 6) for event in both(k)]
+    ahead = [("1", 2**62 + k * FRAME_NS) for k in range(3)]
+    after = [event for k in range(6, 6 + OUTDATED) for event in both(k)]
+    pairs, instants = play([*before, *ahead, *after])
+    assert pairs.counts["began_anew"] == 1
+    assert shape(instants)[-5:] == [("1", "2")] * 5
+    assert instants[-1].captured_ns == (5 + OUTDATED) * FRAME_NS
+
+
+def test_one_viewer_far_behind_does_not_reset_the_common_time_base() -> None:
+    now = 100 * LONG_NS
+    events = [event for k in range(3 * OUTDATED) for event in (("1", now + k * FRAME_NS), ("2", k * FRAME_NS))]
+    pairs, instants = play(events)
+    assert "began_anew" not in pairs.counts
+    assert [i.captured_ns for i in instants] == sorted(i.captured_ns for i in instants)
+
+
+def test_a_queued_frame_with_a_wrong_time_stamp_is_finally_dropped() -> None:
+    """The other viewer continues meanwhile, so the common time base does not restart."""
+    after = [event for k in range(1, 2 * OUTDATED) for event in both(k)]
+    pairs, instants = play([*both(0), ("1", 10**18), *after])
+    assert pairs.counts["began_anew"] == 1
+    assert shape(instants)[-10:] == [("1", "2")] * 10
+    assert max(instant.captured_ns for instant in instants) < 10**18

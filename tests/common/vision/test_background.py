@@ -1,0 +1,123 @@
+"""Background models: learning, ignored changes, immutability."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from zenocap.common.arrays import Image
+from zenocap.common.vision.background import Background, from_image, gains, learn, learn_median, update
+
+
+def room(height: int = 60, width: int = 80) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    y, x = np.mgrid[0:height, 0:width]
+    grey = 120 + 25 * np.sin(x / 7) + 25 * np.cos(y / 5)
+    return np.stack([grey, grey * 0.95, grey * 1.05], axis=-1)
+
+
+def shot(scene: np.ndarray[tuple[int, ...], np.dtype[np.float64]], seed: int, sigma: float = 2.0) -> Image:
+    noise = np.random.default_rng(seed).normal(0, sigma, scene.shape)
+    return np.clip(np.rint(scene + noise), 0, 255).astype(np.uint8)
+
+
+def test_mean_and_noise_are_learnt() -> None:
+    background = learn([shot(room(), k) for k in range(40)])
+    assert np.abs(background.mean - room()).mean() < 0.4
+    assert 2.0 < np.median(background.sigma()) < 3.2  # the noise, and 1 % of the brightness
+
+
+def test_the_estimated_noise_has_a_lower_limit() -> None:
+    assert learn([room().astype(np.uint8)] * 5).sigma().min() >= 0.5
+
+
+def test_one_frame_is_enough() -> None:
+    assert np.array_equal(learn([shot(room(), 0)]).mean, shot(room(), 0).astype(np.float32))
+
+
+def test_median_ignores_a_person_who_passes() -> None:
+    frames = [shot(room(), k) for k in range(30)]
+    for k, frame in enumerate(frames):
+        frame[20:50, 2 * k : 2 * k + 12] = 10
+    assert np.abs(learn_median(frames).mean - room())[20:50].max() < 4
+    assert np.abs(learn(frames).mean - room())[20:50].max() > 20
+
+
+@pytest.mark.parametrize("learner", [learn, learn_median])
+def test_learning_needs_frames_of_one_shape(learner: type) -> None:
+    with pytest.raises(ValueError, match="0 frames"):
+        learner([])
+    with pytest.raises(ValueError, match="frames of shapes"):
+        learner([np.zeros((4, 5, 3), np.uint8), np.zeros((5, 4, 3), np.uint8)])
+
+
+def test_a_background_image_gets_exposure_and_noise_from_frames_with_a_person() -> None:
+    frames = [shot(0.9 * room(), k, 3.0) for k in range(4)]
+    for frame in frames:
+        frame[10:50, 30:45] = (20, 200, 20)
+    background = from_image(room().astype(np.uint8), frames)
+    assert np.abs(background.mean / (0.9 * room()) - 1).mean() < 0.01
+    assert 2.5 < np.median(background.sigma()) < 4.5
+
+
+def test_a_slightly_smaller_background_image_is_resized() -> None:
+    frame = shot(room(200, 300), 0)
+    assert from_image(room(198, 297).astype(np.uint8), [frame]).size == (300, 200)
+
+
+def test_a_background_image_of_another_shape_is_refused() -> None:
+    with pytest.raises(ValueError, match="64x60 against frames of 80x60"):
+        from_image(room(60, 64).astype(np.uint8), [shot(room(), 0)])
+
+
+@given(st.floats(0.7, 1.3), st.floats(0.85, 1.15))
+@settings(max_examples=20, deadline=None)
+def test_gain_is_the_ratio_of_light_even_with_a_person_in_view(light: float, blue: float) -> None:
+    factor = np.array([light * blue, light, light])
+    frame = shot(room() * factor, 3)
+    frame[10:50, 30:50] = 15
+    assert np.allclose(gains(learn([shot(room(), k) for k in range(8)]), frame), factor, rtol=0.02)
+
+
+def test_gain_is_one_for_a_dark_scene() -> None:
+    dark = np.full((40, 40, 3), 3, dtype=np.uint8)
+    assert np.array_equal(gains(learn([dark] * 3), dark), np.ones(3))
+
+
+def test_gain_ignores_the_pixels_of_the_person() -> None:
+    frame, person = shot(room(), 1), np.zeros((60, 80), dtype=np.uint8)
+    frame[:, 20:], person[:, 20:] = 60, 1
+    assert np.allclose(gains(learn([shot(room(), 0)]), frame, person), 1, atol=0.03)
+
+
+def test_update_follows_the_light_but_not_the_person() -> None:
+    before = learn([shot(room(), k) for k in range(8)])
+    frame, person = shot(room() + 10, 9), np.zeros((60, 80), dtype=np.uint8)
+    frame[20:40, 30:40], person[20:40, 30:40] = 0, 1
+    kept = before.mean.copy()
+    after = before
+    for _ in range(60):
+        after = update(after, frame, person, rate=0.1)
+    assert np.allclose(after.mean[:15], frame[:15], atol=0.2)
+    assert np.array_equal(after.mean[18:42, 28:42], before.mean[18:42, 28:42])  # the person and a margin of 2 px
+    assert np.array_equal(before.mean, kept)  # immutable: the old model has not changed
+
+
+def test_update_without_a_person_moves_all_pixels_by_the_rate() -> None:
+    before = learn([np.full((8, 8, 3), 100, np.uint8)])
+    assert np.allclose(update(before, np.full((8, 8, 3), 120, np.uint8), None, 0.25).mean, 105)
+
+
+def test_update_refuses_another_shape_and_rates_beyond_one() -> None:
+    background = learn([np.zeros((8, 9, 3), np.uint8)])
+    with pytest.raises(ValueError, match=r"the background's is \(8, 9, 3\)"):
+        update(background, np.zeros((9, 8, 3), np.uint8), None)
+    with pytest.raises(ValueError, match=r"rate: 1\.5; allowed 0 to 1"):
+        update(background, np.zeros((8, 9, 3), np.uint8), None, 1.5)
+
+
+def test_learning_is_repeatable() -> None:
+    frames = [shot(room(), k) for k in range(6)]
+    first, second = learn(frames), learn(frames)
+    assert isinstance(first, Background)
+    assert first.mean.tobytes() == second.mean.tobytes()
+    assert first.weight.tobytes() == second.weight.tobytes()

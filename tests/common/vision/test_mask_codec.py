@@ -1,0 +1,113 @@
+"""Packing: lossless for every mask; everything but a packed mask is rejected."""
+
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+
+from zenocap.common.vision.mask_codec import DIFFERENCES, pack, unpack
+
+MASKS = arrays(np.uint8, array_shapes(min_dims=2, max_dims=2, max_side=40), elements=st.integers(0, 1))
+
+
+def _cross() -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
+    mask = np.zeros((12, 20), dtype=np.uint8)
+    mask[2:9, 5] = 1
+    mask[4, 3:14] = 1
+    return mask
+
+
+@given(MASKS)
+def test_every_mask_round_trips(mask: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> None:
+    height, width = mask.shape
+    assert np.array_equal(unpack((width, height), *pack(mask)), mask)
+
+
+def test_region_is_the_box_of_the_mask() -> None:
+    assert pack(_cross())[0] == (3, 2, 11, 7)
+
+
+def test_packing_twice_gives_the_same_bytes() -> None:
+    assert pack(_cross()) == pack(_cross().copy())
+
+
+def test_every_nonzero_value_is_a_pixel_of_the_person() -> None:
+    assert pack(_cross() * 255) == pack(_cross())
+
+
+@pytest.mark.parametrize("size", [(0, 12), (20, 0), (-1, 12), (16385, 12)])
+def test_sizes_out_of_range_are_refused(size: tuple[int, int]) -> None:
+    with pytest.raises(ValueError, match=r"size: .*allowed 1 to 16384"):
+        unpack(size, *pack(_cross()))
+
+
+@pytest.mark.parametrize("region", [(-1, 2, 11, 7), (10, 2, 11, 7), (3, 6, 11, 7), (3, 2, -11, 7)])
+def test_regions_beyond_the_image_are_refused(region: tuple[int, int, int, int]) -> None:
+    with pytest.raises(ValueError, match="must lie within 20x12"):
+        unpack((20, 12), region, pack(_cross())[1])
+
+
+@pytest.mark.parametrize("region", [(0, 0, 0, 3), (1, 0, 0, 0)])
+def test_an_empty_mask_with_another_region_is_refused(region: tuple[int, int, int, int]) -> None:
+    with pytest.raises(ValueError, match="an empty mask is"):
+        unpack((20, 12), region, b"")
+
+
+def test_an_empty_region_with_data_is_refused() -> None:
+    with pytest.raises(ValueError, match="an empty mask is"):
+        unpack((20, 12), (0, 0, 0, 0), b"x")
+
+
+def test_data_for_another_region_are_refused() -> None:
+    with pytest.raises(ValueError, match="do not hold exactly"):
+        unpack((20, 12), (3, 2, 11, 6), pack(_cross())[1])
+
+
+def test_truncated_data_are_refused() -> None:
+    region, data = pack(_cross())
+    for length in range(len(data)):
+        with pytest.raises(ValueError, match="data: "):
+            unpack((20, 12), region, data[:length])
+
+
+def test_trailing_data_are_refused() -> None:
+    region, data = pack(_cross())
+    with pytest.raises(ValueError, match="do not hold exactly"):
+        unpack((20, 12), region, data + b"\0")
+
+
+def test_bits_beyond_the_right_edge_are_refused() -> None:
+    with pytest.raises(ValueError, match="beyond the region's 11 columns"):
+        unpack((20, 12), (3, 2, 11, 1), DIFFERENCES + zlib.compress(b"\xff\xff", 1))
+
+
+@given(MASKS)
+def test_the_format_without_row_differences_is_read(mask: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> None:
+    """Takes of version 0.1 have it."""
+    height, width = mask.shape
+    (left, top, across, down), _ = pack(mask)
+    rows = np.packbits(mask[top : top + down, left : left + across], axis=1).tobytes()
+    data = zlib.compress(rows, 1) if rows else b""
+    assert np.array_equal(unpack((width, height), (left, top, across, down), data), mask)
+
+
+def test_an_unknown_first_byte_is_refused() -> None:
+    region, data = pack(_cross())
+    for first in set(range(256)) - {data[0]}:
+        with pytest.raises(ValueError, match="not a zlib stream"):
+            unpack((20, 12), region, bytes([first]) + data[1:])
+
+
+def test_a_decompression_bomb_is_refused() -> None:
+    bomb = DIFFERENCES + zlib.compress(bytes(50_000_000), 9)
+    with pytest.raises(ValueError, match="do not hold exactly"):
+        unpack((20, 12), (3, 2, 11, 7), bomb)
+
+
+@given(st.binary(max_size=60))
+def test_random_bytes_are_refused(data: bytes) -> None:
+    with pytest.raises(ValueError, match="data: "):
+        unpack((20, 12), (3, 2, 11, 7), data)

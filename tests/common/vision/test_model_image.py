@@ -1,0 +1,234 @@
+"""The cover image against pixel counts, and the outlines of parts against sampled cylinders."""
+
+from math import exp
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tests.support.two_view_scene import rows
+from zenocap.common.arrays import Bools, Floats, Floats32, Ints, Mask
+from zenocap.common.vision.model_image import (
+    ADD,
+    CORNERS,
+    COUNT,
+    REMOVE,
+    cover_outline,
+    matching_score,
+    part_outline,
+    score_of_counts,
+)
+
+HEIGHT, WIDTH = 24, 32
+SEEDS = st.integers(0, 2**32 - 1)
+MASK = (np.random.default_rng(4).uniform(size=(HEIGHT, WIDTH)) < 0.5).astype(np.uint8)
+
+
+def random_outline(seed: int) -> Floats:
+    """A convex outline, partly or wholly outside the image at times."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-8, 40, 2) + rng.uniform(0.5, 14) * rng.normal(size=(8, 2))
+    hull = cv2.convexHull(points.astype(np.float32))[:, 0].astype(np.float64)
+    return np.ascontiguousarray(hull if seed % 2 else hull[::-1])
+
+
+def inside(outline: Floats) -> Bools:
+    """Oracle: pixels whose centre is on the inner side of every edge."""
+    x, y = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+    signs = [
+        (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])
+        for a, b in zip(outline, np.roll(outline, -1, 0), strict=True)
+    ]
+    return np.all(np.array(signs) >= 0, axis=0) | np.all(np.array(signs) <= 0, axis=0)
+
+
+def cover_part(frame: Floats, size: Floats, camera: Floats, mask: Mask, cover: Mask, mode: int, totals: Ints) -> None:
+    corners = np.empty((CORNERS, 2))
+    assert part_outline(frame, size, camera, corners)
+    cover_outline(corners, mask, cover, mode, totals)
+
+
+def empty_cover() -> tuple[Mask, Ints]:
+    return np.zeros((HEIGHT, WIDTH), np.uint8), np.array([MASK.sum(), 0, 0], np.int64)
+
+
+def counted_totals(cover: Mask) -> list[int]:
+    return [int(MASK.sum()), int((cover > 0).sum()), int(((cover > 0) & (MASK > 0)).sum())]
+
+
+@given(SEEDS)
+@settings(deadline=None, max_examples=300)  # the first example compiles
+def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> None:
+    cover, totals = empty_cover()
+    cover_outline(random_outline(seed), MASK, cover, ADD, totals)
+    np.testing.assert_array_equal(cover, inside(random_outline(seed)).astype(np.uint8))
+
+
+@given(st.lists(st.tuples(SEEDS, st.booleans()), min_size=1, max_size=8))
+@settings(deadline=None)
+def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) -> None:
+    cover, totals = empty_cover()
+    placed: list[Floats] = []
+    for seed, remove in steps:
+        if remove and placed:
+            cover_outline(placed.pop(seed % len(placed)), MASK, cover, REMOVE, totals)
+        else:
+            placed.append(random_outline(seed))
+            cover_outline(placed[-1], MASK, cover, ADD, totals)
+        assert totals.tolist() == counted_totals(cover)
+        np.testing.assert_array_equal(
+            cover, sum(inside(outline).astype(np.uint8) for outline in placed) + np.zeros_like(cover)
+        )
+    for outline in placed:
+        cover_outline(outline, MASK, cover, REMOVE, totals)
+    assert not cover.any()
+    assert totals.tolist() == [int(MASK.sum()), 0, 0]
+
+
+@given(SEEDS, SEEDS)
+@settings(deadline=None)
+def test_count_mode_gives_the_totals_of_add_mode_without_changing_the_cover(first: int, second: int) -> None:
+    cover, totals = empty_cover()
+    cover_outline(random_outline(first), MASK, cover, ADD, totals)
+    before, by_counting = cover.copy(), totals.copy()
+    cover_outline(random_outline(second), MASK, cover, COUNT, by_counting)
+    np.testing.assert_array_equal(cover, before)
+    cover_outline(random_outline(second), MASK, cover, ADD, totals)
+    np.testing.assert_array_equal(by_counting, totals)
+
+
+def random_part(seed: int) -> tuple[Floats, Floats]:
+    """Frame (3, 4) and size (3,) of a part of a person's size near the middle of the action region."""
+    rng = np.random.default_rng(seed)
+    rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    if np.linalg.det(rotation) < 0:
+        rotation[:, 0] *= -1
+    frame = np.column_stack([rotation, rng.uniform([-0.6, 0.4, -0.6], [0.6, 1.6, 0.6])])
+    return np.ascontiguousarray(frame), np.array([rng.uniform(0.1, 0.6), rng.uniform(0.03, 0.22), rng.uniform(0.03, 0.22)])
+
+
+def sampled_hull(frame: Floats, size: Floats, camera: Floats) -> Floats32:
+    turn = np.linspace(0, 2 * np.pi, 200)
+    ring = np.stack([size[1] * np.cos(turn), 0 * turn, size[2] * np.sin(turn)], axis=1)
+    world = np.concatenate([ring, ring + np.array([0, size[0], 0])]) @ frame[:, :3].T + frame[:, 3]
+    local = world @ camera[:3].T + camera[3]
+    pixels = camera[4, 0] * local[:, :2] / local[:, 2:] + camera[4, 1:]
+    return np.asarray(cv2.convexHull(pixels.astype(np.float32)), dtype=np.float32)
+
+
+@given(SEEDS, st.sampled_from([0, 1]))
+@settings(deadline=None, max_examples=200)
+def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer: int) -> None:
+    """Within a pixel of 160 x 120: ten corners stand for two ellipses under local parallel projection."""
+    camera = rows(viewer)
+    frame, size = random_part(seed)
+    corners = np.empty((CORNERS, 2))
+    assert part_outline(frame, size, camera, corners)
+    hull = sampled_hull(frame, size, camera)
+    found = cv2.convexHull(corners.astype(np.float32))
+    for a, b in ((hull, found), (found, hull)):
+        outside = [-cv2.pointPolygonTest(b, (float(x), float(y)), True) for x, y in a[:, 0]]
+        assert max(outside) < 1.2
+
+
+@given(SEEDS, st.sampled_from([0, 1]))
+@settings(deadline=None)
+def test_a_parts_corners_are_in_order(seed: int, viewer: int) -> None:
+    corners = np.empty((CORNERS, 2))
+    assert part_outline(*random_part(seed), rows(viewer), corners)
+    edges = np.roll(corners, -1, 0) - corners
+    following = np.roll(edges, -1, 0)
+    turns = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
+    assert np.all(turns > -0.3) or np.all(turns < 0.3)
+
+
+def test_a_part_behind_the_camera_covers_nothing() -> None:
+    camera = rows(0)
+    frame = np.column_stack([np.eye(3), [0.0, 1.0, 7.0]])
+    assert not part_outline(frame, np.array([0.5, 0.1, 0.1]), camera, np.empty((CORNERS, 2)))
+
+
+def test_a_part_seen_along_its_axis_is_its_ellipse() -> None:
+    camera = rows(0)  # looks along -Z from (0, 1, 5.2)
+    frame = np.column_stack([[1, 0, 0], [0, 0, -1], [0, 1, 0], [0.0, 1.0, 0.0]]).astype(np.float64)
+    corners = np.empty((CORNERS, 2))
+    assert part_outline(frame, np.array([1e-9, 0.3, 0.1]), camera, corners)
+    scale = camera[4, 0] / 5.2
+    assert np.ptp(corners[:, 0]) <= 2 * 0.3 * scale + 1e-6
+    np.testing.assert_allclose(np.ptp(corners[:, 1]), 2 * 0.1 * scale, rtol=0.3)
+
+
+@given(SEEDS)
+@example(0)
+@settings(deadline=None)
+def test_adding_and_removing_a_part_restores_everything(seed: int) -> None:
+    camera = rows(0)
+    mask = np.ones((120, 160), np.uint8)
+    cover, totals = np.zeros((120, 160), np.uint8), np.array([mask.sum(), 0, 0], np.int64)
+    frame, size = random_part(seed)
+    cover_part(frame, size, camera, mask, cover, ADD, totals)
+    assume(cover.any())
+    assert totals[1] == totals[2] == cover.sum()
+    cover_part(frame, size, camera, mask, cover, REMOVE, totals)
+    assert not cover.any()
+    assert totals.tolist() == [mask.sum(), 0, 0]
+
+
+MASKS = arrays(np.uint8, (6, 7), elements=st.integers(0, 1))
+
+
+def test_the_matching_score_equals_equation_1_computed_by_hand() -> None:
+    silhouette, model = np.zeros((4, 5), np.uint8), np.zeros((4, 5), np.uint8)
+    silhouette[0, :4] = 1
+    model[0, 1:] = 1  # three pixels in both, one in either image only: p = n = 1/5
+    assert matching_score(silhouette, model) == pytest.approx(exp(-0.4) * 0.8)
+
+
+@given(MASKS)
+def test_equal_images_have_a_score_of_1(mask: Mask) -> None:
+    assert matching_score(mask, mask) == 1.0
+
+
+def test_scores_of_empty_images() -> None:
+    empty, full = np.zeros((3, 3), np.uint8), np.ones((3, 3), np.uint8)
+    assert matching_score(empty, empty) == 1.0
+    assert matching_score(full, empty) == 0.0
+    assert matching_score(empty, full) == pytest.approx(exp(-1))
+
+
+def test_different_shapes_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"silhouette has shape \(3, 4\), model image \(4, 3\)"):
+        matching_score(np.zeros((3, 4), np.uint8), np.zeros((4, 3), np.uint8))
+
+
+@given(MASKS, MASKS, MASKS)
+def test_more_errors_lower_the_score(silhouette: Mask, model: Mask, worse: Mask) -> None:
+    """Pixels of the union that agreed and now differ do not change the union."""
+    agreed = (silhouette & model & worse).astype(bool)
+    missing = model.copy()
+    missing[agreed] = 0
+    assert (matching_score(silhouette, missing) < matching_score(silhouette, model)) == bool(agreed.any())
+
+
+@given(MASKS, MASKS)
+def test_the_score_is_from_0_to_1_and_ignores_padding(silhouette: Mask, model: Mask) -> None:
+    score = matching_score(silhouette, model)
+    assert 0.0 <= score <= 1.0
+    assert matching_score(np.pad(silhouette, 5), np.pad(model, 5)) == score
+    assert matching_score(silhouette * 255, model.astype(bool)) == score
+
+
+def test_a_missing_model_pixel_costs_more_than_an_extra_one() -> None:
+    one, two = np.zeros((2, 5), np.uint8), np.zeros((2, 5), np.uint8)
+    one[0], two[:, 0], two[0] = 1, 1, 1
+    assert matching_score(two, one) < matching_score(one, two)
+
+
+@given(MASKS, MASKS)
+@settings(deadline=None)  # the first example compiles
+def test_the_score_from_counts_is_the_score_of_the_images(silhouette: Mask, model: Mask) -> None:
+    counts = (np.count_nonzero(silhouette), np.count_nonzero(model), np.count_nonzero(silhouette & model))
+    assert score_of_counts(*counts) == pytest.approx(matching_score(silhouette, model))

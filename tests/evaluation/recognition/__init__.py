@@ -1,1 +1,0 @@
-"""How well postures are recognised: from rendered video, from real motion, and in streams."""

@@ -1,0 +1,86 @@
+"""All outputs of a rig: a failure is one line and does not affect the others."""
+
+import json
+import logging
+import socket
+from collections.abc import Mapping
+
+import pytest
+
+from tests.support.virtual_actors import stretched
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.services.animator.outputs import lsl
+from zenocap.services.animator.outputs.output_group import OutputGroup, open_outputs
+from zenocap.services.animator.states import Actor
+
+CLOCK = ManualClock()
+
+
+class Broken:
+    title = "animator.broken nowhere"
+
+    def receive(self, envelope: Envelope) -> None:
+        raise RuntimeError("cannot receive")
+
+    def send(self, actor: Actor, posture: str | None) -> None:
+        raise RuntimeError("cannot send")
+
+    def counts(self) -> Mapping[str, int]:
+        return {"sent": 3}
+
+    def close(self) -> None:
+        raise OSError("cannot close")
+
+
+def test_an_empty_table_opens_nothing() -> None:
+    outputs = open_outputs(AnimatorTable(), "studio", CLOCK)
+    outputs.send(stretched("ten-parts"), None)
+    assert (outputs.titles, outputs.failed, outputs.counts()) == ((), (), {})
+
+
+def test_a_disabled_output_is_not_opened() -> None:
+    table = AnimatorTable(vmc=VmcTable(enabled=False), udp=UdpTable(enabled=False), foxglove=FoxgloveTable(enabled=False))
+    assert open_outputs(table, "studio", CLOCK).titles == ()
+
+
+def test_outputs_that_cannot_be_opened_are_listed_and_the_others_send(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(lsl, "import_module", lambda name: (_ for _ in ()).throw(ImportError("missing")))
+    with socket.socket() as taken, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        listening.bind(("127.0.0.1", 0))
+        listening.settimeout(2.0)
+        table = AnimatorTable(
+            vmc=VmcTable(host="no.such.host.invalid"),
+            udp=UdpTable(port=listening.getsockname()[1]),
+            foxglove=FoxgloveTable(port=taken.getsockname()[1]),
+            lsl=LslTable(),
+        )
+        outputs = open_outputs(table, "studio", CLOCK)
+        outputs.send(stretched("ten-parts", frame=4), "wave")
+        assert json.loads(listening.recv(65536))["frame"] == 4
+    assert [line.split()[0].rstrip(":") for line in outputs.failed] == [
+        "animator.vmc.host", "animator.foxglove", "animator.lsl",
+    ]  # fmt: skip
+    errors = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
+    assert errors == [f"{line}; the other outputs are not affected" for line in outputs.failed]
+    assert all("\n" not in line for line in errors)
+    assert outputs.counts() == {"udp_sent": 1}
+    outputs.close()
+
+
+def test_an_output_that_fails_while_sending_does_not_affect_the_others(caplog: pytest.LogCaptureFixture) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
+        listening.bind(("127.0.0.1", 0))
+        working = open_outputs(AnimatorTable(udp=UdpTable(port=listening.getsockname()[1])), "studio", CLOCK)
+        outputs = OutputGroup([Broken(), *working._outputs])
+        for frame in range(5):
+            outputs.send(stretched("ten-parts", frame=frame), None)
+        outputs.close()
+    assert outputs.counts() == {"broken_sent": 3, "broken_errors": 6, "udp_sent": 5}
+    warned = [record.getMessage().split(":")[0] for record in caplog.records if record.levelno > logging.INFO]
+    assert warned == ["animator.broken nowhere"] * 2

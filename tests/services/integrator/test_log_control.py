@@ -1,0 +1,99 @@
+"""Log stopped and started on request: messages in between are in no take, latched messages are in the new take."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+from tests.support.animator_stand_in import bap, body_message, pose_at
+from zenocap.common import messages as m
+from zenocap.common.bus.local import LocalNetwork
+from zenocap.common.recording.log import Log
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.writer import Recording, RecordingError
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.topics import REQUEST, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.services.integrator.log_control import LogControl
+
+NOW = 1_700_000_000_000_000_000
+
+
+class Rig:
+    """A bus to publish on, and the log control that subscribes to it.  first: with a log from the start."""
+
+    def __init__(self, folder: Path, *, first: bool) -> None:
+        self.folder, self.takes = folder, 0
+        self.network = LocalNetwork("demo", ManualClock(NOW))
+        self.bus = self.network.bus()
+        self.control = LogControl(self.network.bus(), self.start_log, self.start_log() if first else None)
+        self.control.start()
+
+    def start_log(self) -> Log:
+        self.takes += 1
+        if self.takes > 2:
+            raise RecordingError("the disk is full")
+        return Log(self.network.bus(), Recording(self.folder / f"{self.takes}.mcap", rig="demo", start_ns=NOW))
+
+    def publish_request(self, what: Literal["record", "stop_recording"]) -> None:
+        self.bus.publish(REQUEST, m.Request(frame=0, captured_ns=NOW, what=what))
+
+    def publish_pose(self, frame: int) -> None:
+        self.bus.publish(UNIVERSAL_BAP, bap(frame, NOW + frame, pose_at(0.0)))
+
+
+def until(what: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + 20
+    while not what():
+        assert time.monotonic() < end_s
+        time.sleep(0.005)
+
+
+def frames_in(path: Path) -> list[int]:
+    found = [received.message for recorded in Take(path).messages() if (received := envelope(recorded)) is not None]
+    return [message.frame for message in found if isinstance(message, m.UniversalBap)]
+
+
+def test_a_log_is_stopped_and_a_new_one_started(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, first=True)
+    rig.bus.publish(UNIVERSAL_BDP, body_message(NOW))
+    assert rig.control.counts()["log_on"] == 1
+    rig.publish_pose(1)
+    until(lambda: rig.control.counts().get("log_messages") == 2)
+    rig.publish_request("stop_recording")
+    until(lambda: rig.control.counts() == {"log_on": 0})
+    rig.publish_pose(2)
+    rig.publish_request("record")
+    until(lambda: rig.control.counts()["log_on"] == 1)
+    rig.publish_pose(3)
+    until(lambda: rig.control.counts().get("log_messages") == 2)  # the body, latched for late joiners, and the pose
+    ends = rig.control.close()
+    assert [end.lost for end in ends] == [0, 0]
+    assert frames_in(tmp_path / "1.mcap") == [1]
+    assert frames_in(tmp_path / "2.mcap") == [3]
+
+
+def test_a_request_for_the_current_state_changes_nothing(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, first=False)
+    rig.publish_request("stop_recording")
+    rig.publish_request("record")
+    until(lambda: rig.control.counts()["log_on"] == 1)
+    rig.publish_request("record")
+    rig.publish_pose(1)
+    until(lambda: rig.control.counts().get("log_messages") == 2)
+    rig.control.close()
+    assert rig.takes == 1
+
+
+def test_a_failed_start_is_reported_and_later_requests_are_handled(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    rig = Rig(tmp_path, first=False)
+    rig.takes = 2
+    rig.publish_request("record")
+    until(lambda: "the disk is full" in caplog.text)
+    rig.takes = 0
+    rig.publish_request("record")
+    until(lambda: rig.control.counts()["log_on"] == 1)
+    rig.control.close()

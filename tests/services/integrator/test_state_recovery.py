@@ -1,0 +1,99 @@
+"""A restarted integrator continues with the body and the pose published before, and publishes them again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.perfect_viewers import HIPS, INITIAL_MESSAGES, SETUP, TRACKED, partial_bdp, play, sighting
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.proportions import average_lengths, body_from_lengths
+from zenocap.services.integrator import step as integrator
+from zenocap.services.integrator.state_recovery import standing_height
+from zenocap.services.integrator.states import State
+from zenocap.services.integrator.step import awaits_recovery
+
+BODY, POSE = INITIAL_MESSAGES[-2:]
+assert isinstance(BODY, m.UniversalBdp)
+assert isinstance(POSE, m.UniversalBap)
+
+
+def restarted_with(*messages: m.Message) -> tuple[State, list[m.Message]]:
+    return play(integrator.initial_state(SETUP), *messages)
+
+
+def t_pose_messages(frame: int) -> list[m.Message]:
+    """T-pose in one frame set, as both viewers see it."""
+    return [message for viewer in ("1", "2") for message in (sighting(viewer, frame), partial_bdp(viewer, frame))]
+
+
+def test_recovered_body_and_pose_resume_tracking_and_are_published_again() -> None:
+    state, published = restarted_with(BODY, POSE)
+    assert published == [BODY, POSE]
+    assert integrator.describe(state) == "tracking"
+    assert not awaits_recovery(state)
+    assert state.person is not None
+    assert TRACKED.person is not None
+    np.testing.assert_array_equal(state.person.pose.angles, TRACKED.person.pose.angles)
+    np.testing.assert_array_equal(state.person.bdp.sizes, TRACKED.person.bdp.sizes)
+    assert state.views == POSE.views
+    _, published = play(state, sighting("1", 30), sighting("2", 30))
+    assert [type(message) for message in published] == [m.Assignment]
+    assert isinstance(published[0], m.Assignment)
+    assert published[0].tracking
+
+
+def test_tracking_resumes_with_one_viewer() -> None:
+    state, _ = restarted_with(BODY, POSE)
+    published: list[m.Message] = []
+    for frame in range(30, 40):
+        state, more = play(state, sighting("1", frame))
+        published += more
+    assert any(isinstance(message, m.Assignment) and message.tracking for message in published)
+
+
+def test_a_recovered_pose_without_its_body_is_ignored() -> None:
+    state, published = restarted_with(POSE)
+    assert published == []
+    assert awaits_recovery(state)
+    state, published = play(state, BODY, BODY, POSE)
+    assert published == [BODY, POSE]
+
+
+def test_recovered_messages_are_ignored_after_the_body_is_measured() -> None:
+    other = replace(TRACKED)
+    state, published = play(other, BODY, POSE)
+    assert published == []
+    assert state == other
+
+
+def test_recovered_messages_are_ignored_after_a_measure_request() -> None:
+    state, _ = play(TRACKED, m.Request(frame=0, captured_ns=0, what="measure"))
+    assert not awaits_recovery(state)
+    after, published = play(state, BODY, POSE)
+    assert published == []
+    assert after.person is None
+    shown = [message for frame in range(40, 48) for message in t_pose_messages(frame)]
+    state, _ = play(state, *shown)
+    assert state.person is not None
+
+
+def test_a_body_or_pose_of_another_rig_is_refused() -> None:
+    other_anatomy = m.UniversalBdp(
+        frame=0, captured_ns=0, body=m.Body(anatomy="fourteen-parts", sizes={}, offsets={}), ratio=1.0
+    )
+    other_viewers = m.UniversalBap(
+        frame=0, captured_ns=0, position=(0.0, 1.0, 0.0), angles={}, scores={}, views={"left": "facade", "right": "flank"},
+        stale=[], lost=[],
+    )  # fmt: skip
+    state, published = restarted_with(other_anatomy, POSE, BODY, other_viewers)
+    assert published == [BODY]
+    assert state.person is None
+
+
+@pytest.mark.parametrize("height", [1.5, 1.75, 1.95])
+def test_standing_height_is_that_of_the_hips(height: float) -> None:
+    body = body_from_lengths(TEN_PARTS, average_lengths(height))
+    assert standing_height(TEN_PARTS, body) == pytest.approx(0.53 * height)
+    assert HIPS[1] == pytest.approx(TRACKED.person.height if TRACKED.person else None)

@@ -1,0 +1,142 @@
+"""Posture model files: bit-exact round trip; errors name the fault."""
+
+import struct
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.posture_cases import quick_model
+from tests.test_layers import closure, imported
+from zenocap.common.errors import UserError
+from zenocap.services.recognizer.model import PostureModel
+from zenocap.services.recognizer.model_file import (
+    ARRAYS,
+    HEADER,
+    MAGIC,
+    MAX_BYTES,
+    SHIPPED,
+    SUFFIX,
+    VERSION,
+    find_model,
+    packed,
+    parse_model,
+    read_model,
+    write_model,
+)
+
+MODEL_PATH = Path("some.postures")
+TRAINING_PACKAGES = {"sklearn", "hmmlearn", "matplotlib", "threadpoolctl"}
+MODEL = quick_model()
+DATA = packed(MODEL_PATH, MODEL)
+
+
+def with_checksum(body: bytes) -> bytes:
+    return HEADER.pack(MAGIC, VERSION, zlib.crc32(body), len(body)) + body
+
+
+def changed(**fields: object) -> bytes:
+    """The file's bytes with some fields replaced, and a correct checksum."""
+    contents = msgspec.msgpack.decode(DATA[HEADER.size :])
+    return with_checksum(msgspec.msgpack.encode(contents | fields))
+
+
+def array(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> dict[str, object]:
+    return {"shape": list(values.shape), "data": values.astype("<f8").tobytes()}
+
+
+def test_a_model_round_trips_bit_by_bit(tmp_path: Path) -> None:
+    path = tmp_path / "mine.postures"
+    model = replace(MODEL, labels=("手を振る", "kick", "bow ↓"))
+    write_model(path, model)
+    found = read_model(path)
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(found, name), getattr(model, name), err_msg=name)
+    for name in ("features", "rate", "labels", "farthest", "calm", "slow", "training"):
+        assert getattr(found, name) == getattr(model, name)
+    assert packed(path, found) == path.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"", "begins with b''"),
+        (b"zenocap prior\n" + DATA[14:], "begins with b'zenocap prior"),
+        (DATA[:20], "cut: 20 bytes"),
+        (DATA[:-5], "cut: "),
+        (DATA + b"!", "bytes after the model"),
+        (DATA[:200] + b"\xff" + DATA[201:], "damaged: checksum"),
+        (HEADER.pack(MAGIC, 2, 0, 0), "version = 2: allowed: 1; train it again"),
+        (changed(features="knees"), "features = 'knees': allowed: directions, joint-angles"),
+        (changed(names=["a"]), "names = "),
+        (changed(labels=["a", "a", "b"]), r"labels = \['a', 'a', 'b'\]: allowed: different labels"),
+        (changed(labels=["a"]), r"training.figures = 3: allowed: 1"),
+        (changed(labels=[]), r"length >= 1.*\$\.labels"),
+        (changed(rate=float("nan")), r"\$\.rate"),
+        (changed(surprise=1), "unknown field `surprise`"),
+        (changed(mean=array(np.full(10, np.inf))), "mean = inf: allowed: finite numbers"),
+        (changed(mean=array(np.zeros(9))), r"mean.shape = \[9\]: allowed: \[10\]"),
+        (changed(mean={"shape": [10], "data": b"123"}), "mean.data = 3 bytes: allowed: 80 bytes"),
+        (changed(start=array(np.full((3, 5), 0.3))), "start = a sum 0.5 off from 1"),
+        (changed(start=array(np.tile([1.5, -0.5, 0, 0, 0], (3, 1)))), "start = -0.5: allowed: probabilities"),
+        (changed(durations=array(np.tile([2.0, 1.0, 3.0], (3, 1)))), r"durations = \[2.0, 1.0, 3.0\]: allowed: sec"),
+        (with_checksum(b"\xc1"), "some.postures: "),
+        (with_checksum(struct.pack("B", 0x91) * 5000), "some.postures: "),
+    ],
+)  # fmt: skip
+def test_error_names_the_fault_of_a_file(data: bytes, words: str) -> None:
+    with pytest.raises(UserError, match=words) as raised:
+        parse_model(MODEL_PATH, data)
+    assert str(raised.value).startswith("some.postures: ")
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, len(DATA) - HEADER.size - 1), st.integers(0, 255))
+def test_any_changed_byte_gives_a_model_or_a_user_error(at: int, byte: int) -> None:
+    body = bytearray(DATA[HEADER.size :])
+    body[at] = byte
+    try:
+        found = parse_model(MODEL_PATH, with_checksum(bytes(body)))
+    except UserError:
+        return
+    assert isinstance(found, PostureModel)
+
+
+def test_a_model_that_could_not_be_read_back_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="thresholds = inf"):
+        write_model(tmp_path / "bad.postures", replace(MODEL, thresholds=np.full(3, np.inf)))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_above_the_maximum_size_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "long.postures"
+    with path.open("wb") as file:
+        file.truncate(MAX_BYTES + 1)
+    with pytest.raises(UserError, match=f"allowed: at most {MAX_BYTES}"):
+        read_model(path)
+
+
+def test_a_model_is_found_by_path_and_error_names_a_missing_one(tmp_path: Path) -> None:
+    write_model(tmp_path / "mine.postures", MODEL)
+    assert find_model("mine.postures", tmp_path) == tmp_path / "mine.postures"
+    with pytest.raises(UserError, match="'nowhere': no file"):
+        find_model("nowhere", tmp_path)
+
+
+def test_recognition_does_not_import_packages_of_training() -> None:
+    """scikit-learn, hmmlearn and matplotlib are slow to import and not installed on every machine of a rig."""
+    modules = ("model_file", "model", "features")
+    seen = set().union(*(closure(f"zenocap.services.recognizer.{name}") for name in modules))
+    assert [(one, name) for one in seen for name in imported(one) if name.split(".")[0] in TRAINING_PACKAGES] == []
+    assert "zenocap.services.recognizer.likelihood" in seen
+
+
+@pytest.mark.parametrize("path", sorted(SHIPPED.glob(f"*{SUFFIX}")), ids=lambda path: path.stem)
+def test_shipped_models_are_found_by_name_and_read(path: Path) -> None:
+    assert find_model(path.stem) == path
+    assert len(read_model(path).labels) >= 1

@@ -1,0 +1,100 @@
+"""The two-view method as printed and with single additions, from frames to poses."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from msgspec import structs
+
+from benchmarks.errors import frame_error
+from benchmarks.loop import Loop
+from tests.support.simulated_cameras import paper_cameras
+from tests.support.two_view_run import EMPTY_FRAMES, FPS, PERSON, POSTURE, SEED, SIZE, VIEWERS, envelope, film
+from zenocap.common import messages as m
+from zenocap.common.rig.sources import FirstFrames
+from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
+from zenocap.services.viewer import step as viewer
+from zenocap.services.viewer.states import Setup, Tracking
+from zenocap.simulation.body.person import person
+from zenocap.simulation.ground_truth import truth
+from zenocap.simulation.motion.timeline import posture_timeline
+
+pytestmark = pytest.mark.slow
+COUNT = 60
+TURNING = ("turn-and-walk", 110)
+MOST_MM = 200.0  # mean joint error of a take; below the 250 mm at which a frame counts as lost
+
+
+@cache
+def tracked(additions: Additions, posture: str = POSTURE, count: int = COUNT) -> Loop:
+    cameras = dict(zip(VIEWERS, paper_cameras(SIZE), strict=True))
+    loop = Loop(cameras, {id: FirstFrames(EMPTY_FRAMES) for id in VIEWERS}, FPS, additions)
+    for frames in film(count, posture):
+        loop.feed(frames)
+    return loop
+
+
+def mean_error_mm(loop: Loop) -> float:
+    timeline, subject = posture_timeline(person(PERSON), POSTURE, SEED), person(PERSON)
+    errors = []
+    for frame in loop.track.baps:
+        pose = timeline.pose_at(frame / FPS)
+        if pose is not None:
+            errors.append(float(frame_error(loop.track.estimate(frame), truth(subject, pose)).joints.mean()))
+    assert len(errors) > 10
+    return float(np.mean(errors))
+
+
+@pytest.mark.parametrize("name", ["paper", *ADDITIONS, "improved"])
+def test_person_is_tracked_by_every_variant(name: str) -> None:
+    named = {"paper": PAPER, "improved": IMPROVED}
+    loop = tracked(named.get(name, PAPER | {name}))
+    assert mean_error_mm(loop) < MOST_MM
+
+
+@pytest.mark.parametrize("name", ADDITIONS)
+def test_each_addition_alone_changes_what_is_published(name: str) -> None:
+    # Some act only when legs cross or the person turns.
+    assert tracked(PAPER | {name}, *TURNING).track.baps != tracked(PAPER, *TURNING).track.baps
+
+
+def test_matchings_of_a_search_are_those_of_equation_2() -> None:
+    counts: dict[str, list[int]] = {"arm": [], "leg": []}
+    for bap in tracked(PAPER).track.partials:
+        for name, limb in bap.limbs.items():
+            counts[name.rpartition("_")[2]] += limb.matchings
+    # Eq. 2: 3 matchings of the first stage, then 1 (a side region has won) or 2 (the middle one) for each of 3 or 2 stages.
+    assert set(counts["arm"]) <= {6, 7, 8, 9}
+    assert set(counts["leg"]) <= {5, 6, 7}
+    assert len(set(counts["arm"])) > 1
+
+
+@pytest.mark.parametrize(("additions", "used"), [(PAPER, True), (IMPROVED, False)])
+def test_viewer_scales_its_model_by_the_factor_it_is_sent(additions: Additions, used: bool) -> None:
+    loop = tracked(additions)
+    state = loop.viewer_states["1"]
+    assert isinstance(state, Tracking)
+    setup = loop.viewer_setups["1"]
+    state, (sighting,) = viewer.step(setup, state, replace(film(COUNT)[-1]["1"], frame=COUNT))
+    assert isinstance(sighting, m.Sighting)
+    assert isinstance(state, Tracking)
+    assert state.assignment is not None
+    answers = [scaled(state.assignment, COUNT, factor) for factor in (1.0, 1.3)]
+    scores = [partial_bap(setup, state, answer).score for answer in answers]
+    assert (scores[0] != scores[1]) == used
+
+
+def scaled(assignment: m.Assignment, frame: int, factor: float) -> m.Assignment:
+    """The same assignment for another frame, with scaling factors multiplied by `factor`."""
+    views = {
+        id: structs.replace(each, frame=frame, scale=each.scale * factor, stale=False)
+        for id, each in assignment.views.items()
+    }
+    return structs.replace(assignment, views=views)
+
+
+def partial_bap(setup: Setup, state: Tracking, answer: m.Assignment) -> m.PartialBap:
+    _, (message,) = viewer.step(setup, state, envelope(answer))
+    assert isinstance(message, m.PartialBap)
+    return message

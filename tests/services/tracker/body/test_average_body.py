@@ -1,0 +1,49 @@
+"""The average body of a height."""
+
+import numpy as np
+import pytest
+
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.definition import neutral_pose
+from zenocap.common.body.kinematics import part_frames
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import model_of
+
+ANATOMIES = [TEN_PARTS, FOURTEEN_PARTS]
+
+
+def heights(anatomy: Anatomy, stature: float) -> Floats:
+    """(2,) lowest and highest point of the upright body, hips at 0.53 of the stature."""
+    body = average_body(anatomy, stature)
+    model = model_of(anatomy, body)
+    frames = part_frames(anatomy, body, neutral_pose(anatomy, np.array([0.0, 0.53 * stature, 0.0])))
+    base = frames[:, 1, 3] + np.einsum("pj,pj->p", frames[:, 1, :3], model.bases)
+    ends = np.concatenate([base, base + model.lengths * frames[:, 1, 1]])
+    deep = np.concatenate([model.radii[:, :2].mean(axis=1), model.radii[:, 2:].mean(axis=1)])
+    return np.array([(ends - deep).min(), (ends + deep).max()])
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+@pytest.mark.parametrize("stature", [1.5, 1.75, 2.0])
+def test_average_body_spans_its_height(anatomy: Anatomy, stature: float) -> None:
+    low, top = heights(anatomy, stature)
+    assert low == pytest.approx(0.0, abs=0.02 * stature)
+    assert top == pytest.approx(stature, rel=0.02)
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+def test_all_sizes_scale_with_the_height(anatomy: Anatomy) -> None:
+    small, tall = average_body(anatomy, 1.0), average_body(anatomy, 1.8)
+    assert tall.sizes == pytest.approx(1.8 * small.sizes)
+    assert tall.offsets == pytest.approx(1.8 * small.offsets)
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
+def test_body_is_symmetric(anatomy: Anatomy) -> None:
+    body = average_body(anatomy, 1.75)
+    for name in anatomy.parts:
+        if name.startswith("right_"):
+            right, left = anatomy.index[name], anatomy.index[name.replace("right_", "left_")]
+            assert body.sizes[right] == pytest.approx(body.sizes[left])
+            assert body.offsets[right] == pytest.approx(body.offsets[left] * [-1.0, 1.0, 1.0])

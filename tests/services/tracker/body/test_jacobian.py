@@ -1,0 +1,139 @@
+"""Jacobian of the body against finite differences and dense sums."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.tracker_scenes import frames_of, tangent_rays, touch, upright
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
+from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step, joint_screws, normal_equations
+
+pytestmark = pytest.mark.slow
+
+MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
+DOF = ROOT + len(MODEL.low)
+PARTS = len(MODEL.parent)
+seeds = st.integers(0, 10_000)
+
+
+def stepped(model: BodyModel, pose: RootedPose, step: Floats) -> RootedPose:
+    there = pose.copy()
+    apply_step(model, frames_of(model, pose), step, there)
+    return there
+
+
+def screws_at(model: BodyModel, pose: RootedPose) -> tuple[Floats, Ints]:
+    dof = ROOT + len(model.low)
+    screws, owner = np.empty((dof, 6)), np.empty(dof, dtype=np.int64)
+    joint_screws(model, frames_of(model, pose), screws, owner)
+    return screws, owner
+
+
+def carries(model: BodyModel, part: int, carried: int) -> bool:
+    """Whether `carried` is `part` or one of its descendants."""
+    while carried >= 0:
+        if carried == part:
+            return True
+        carried = int(model.parent[carried])
+    return False
+
+
+@pytest.mark.parametrize("anatomy", [TEN_PARTS, FOURTEEN_PARTS], ids=lambda anatomy: anatomy.name)
+@pytest.mark.parametrize("seed", range(3))
+def test_screws_equal_finite_differences(anatomy: Anatomy, seed: int) -> None:
+    """Every point of every part, by finite differences of `apply_step` and `forward_kinematics`."""
+    model, pose, tiny = model_of(anatomy, average_body(anatomy, 1.75)), upright(anatomy, seed), 1e-6
+    screws, owner = screws_at(model, pose)
+    local = np.array([0.05, 0.2, -0.03])
+    before = frames_of(model, pose)[:, :, :3] @ local + frames_of(model, pose)[:, :, 3]
+    for k in range(len(screws)):
+        there, back = (frames_of(model, stepped(model, pose, sign * tiny * np.eye(len(screws))[k])) for sign in (1, -1))
+        moving = ((there - back)[:, :, :3] @ local + (there - back)[:, :, 3]) / (2 * tiny)
+        for part in range(len(model.parent)):
+            velocity = screws[k, :3] + np.cross(screws[k, 3:], before[part] - pose.position)
+            expected = velocity if carries(model, int(owner[k]), part) else np.zeros(3)
+            assert moving[part] == pytest.approx(expected, abs=1e-6)
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_normal_equations_equal_dense_sums(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    screws, owner = screws_at(MODEL, upright(seed=seed))
+    roots = rng.normal(size=(PARTS, 6, 6))
+    matrices, gradients = roots @ roots.transpose(0, 2, 1), rng.normal(size=(PARTS, 6))
+    expected_a, expected_b = np.zeros((DOF, DOF)), np.zeros(DOF)
+    for part in range(PARTS):
+        acting = np.array([carries(MODEL, int(owner[k]), part) for k in range(DOF)])
+        jacobian = np.where(acting[:, None], screws, 0.0)
+        expected_a += jacobian @ matrices[part] @ jacobian.T
+        expected_b += jacobian @ gradients[part]
+    a, b = np.empty((DOF, DOF)), np.empty(DOF)
+    normal_equations(MODEL, screws, owner, np.tril(matrices), gradients, a, b)
+    assert np.tril(a) == pytest.approx(np.tril(expected_a), abs=1e-9)
+    assert b == pytest.approx(expected_b, abs=1e-9)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_target_gradient_is_the_precision_times_the_step_back(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pose = upright(seed=seed, spread=0.2)
+    step = rng.normal(scale=0.05, size=DOF)
+    target = stepped(MODEL, pose, step)
+    precision, gradient = rng.uniform(1, 10, DOF), np.ones(DOF)
+    add_target_gradient(
+        MODEL, frames_of(MODEL, pose), pose,
+        target, precision, gradient,
+    )  # fmt: skip
+    free = np.all((target.values > MODEL.low) & (target.values < MODEL.high))
+    assert free
+    assert gradient == pytest.approx(1.0 + precision * step, abs=1e-8)
+
+
+@settings(max_examples=20)
+@given(seeds, st.floats(0.0, 5.0))
+def test_steps_stay_within_the_limits(seed: int, length: float) -> None:
+    """[Hybrid Eq. 41]"""
+    rng = np.random.default_rng(seed)
+    there = stepped(MODEL, upright(seed=seed), rng.normal(scale=length, size=DOF))
+    assert np.all(there.values >= MODEL.low)
+    assert np.all(there.values <= MODEL.high)
+    assert there.rotation @ there.rotation.T == pytest.approx(np.eye(3), abs=1e-9)
+
+
+def test_root_step_is_in_world_axes() -> None:
+    pose = upright(seed=2)
+    step = np.zeros(DOF)
+    step[:6] = [0.1, -0.2, 0.3, 0.0, np.pi / 2, 0.0]
+    there = stepped(MODEL, pose, step)
+    assert there.position - pose.position == pytest.approx([0.1, -0.2, 0.3])
+    quarter = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert there.rotation == pytest.approx(quarter @ pose.rotation)
+    assert there.values == pytest.approx(pose.values)
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_gaps_change_along_a_step_as_the_screws_predict(seed: int) -> None:
+    """Rays that touch the middle of a part, and a small step of the body."""
+    rng = np.random.default_rng(seed)
+    pose = upright(seed=seed)
+    rays = tangent_rays(MODEL, pose, 10 * PARTS, seed).astype(np.float64)
+    step = rng.normal(scale=1e-4, size=DOF)
+    screws, owner = screws_at(MODEL, pose)
+    there, here = frames_of(MODEL, stepped(MODEL, pose, step)), frames_of(MODEL, pose)
+    errors, sizes = [], []
+    for i in range(rays.shape[1]):
+        part = i % PARTS
+        before, after = (touch(MODEL, frames[part], part, rays[:, i]) for frames in (here, there))
+        acting = np.array([carries(MODEL, int(owner[k]), part) for k in range(DOF)])
+        velocity = (screws * (acting * step)[:, None]).sum(axis=0)
+        motion = velocity[:3] + np.cross(velocity[3:], before.point - pose.position)
+        errors.append(after.gap - before.gap + before.shrinks @ motion)
+        sizes.append(motion @ before.shrinks)
+    assert np.median(np.abs(errors)) < 0.06 * np.sqrt(np.mean(np.square(sizes)))

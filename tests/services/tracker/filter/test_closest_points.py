@@ -1,0 +1,99 @@
+"""The printed distance D of a pose: md of the surface normals, truncation, corresponding part.  [Hybrid Eq. 30, 31]"""
+
+import numpy as np
+import pytest
+
+from tests.support.tracker_scenes import frames_of, tangent_rays, upright
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.proportions import t_pose_angles
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.filter.closest_points import (
+    CLOSEST_LENGTH,
+    corresponding_part,
+    mean_modulated_square,
+    modulated_misfit,
+    part_spheres,
+)
+from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
+from zenocap.services.tracker.parameters import NORMAL_MODULATION
+
+MODEL = model_of(TEN_PARTS, average_body(TEN_PARTS, 1.75))
+ARM = TEN_PARTS.index["right_lower_arm"]
+LIMIT = 0.15
+
+
+def ray_through(point: Floats, normal: Floats) -> Floats:
+    """(11,) ray whose surviving interval of 0.2 m has its middle at a point."""
+    across = np.cross(normal, [0.3, 0.5, 0.8])
+    direction = across / np.linalg.norm(across)
+    return np.concatenate([point - 2.0 * direction, direction, normal, [1.9, 2.1]])
+
+
+def arm_scene(pose: RootedPose) -> Floats32:
+    """Four points beside the middle of a forearm.
+
+    20 mm outside with the surface's normal, 20 mm outside with the opposite one, 10 mm inside with a perpendicular one,
+    and 400 mm outside with the surface's normal.
+    """
+    frame = frames_of(MODEL, pose)[ARM]
+    middle = frame[:, 3] + frame[:, 1] * 0.5 * MODEL.lengths[ARM]
+    out, along = frame[:, 0], frame[:, 1]
+    taper = 0.5 * (MODEL.radii[ARM, 0] + MODEL.radii[ARM, 2])
+    cases = [(0.02, out), (0.02, -out), (-0.01, along), (0.4, out)]
+    return np.array([ray_through(middle + (taper + away) * out, normal) for away, normal in cases], np.float32).T.copy()
+
+
+def t_pose() -> RootedPose:
+    """Arms far from the other parts, legs parallel."""
+    values = coordinates_of(TEN_PARTS).of_pose(Pose(np.zeros(3), t_pose_angles(TEN_PARTS)))
+    return RootedPose(np.array([0.1, 0.9, -0.2]), np.eye(3), values)
+
+
+def test_printed_distance_of_four_points_beside_an_arm() -> None:
+    """By hand, epsilon = 0.5: md = 0.5, 1.5, 1; the fourth is truncated."""
+    assert NORMAL_MODULATION == 0.5
+    pose = t_pose()
+    rays = arm_scene(pose)
+    expected = (0.5 * 0.02) ** 2 + (1.5 * 0.02) ** 2 + 0.01**2
+    three = mean_modulated_square(MODEL, frames_of(MODEL, pose), rays[:, :3].copy(), LIMIT, True)
+    assert three == pytest.approx(expected / 3, rel=1e-3)
+    four = mean_modulated_square(MODEL, frames_of(MODEL, pose), rays, LIMIT, True)
+    assert four == pytest.approx((expected + min(0.5 * 0.4, LIMIT) ** 2) / 4, rel=1e-3)
+    assert modulated_misfit(MODEL, rays, no_distance_field(), LIMIT, True, pose) == pytest.approx(four)
+
+
+def test_a_scene_without_points_has_no_distance() -> None:
+    pose = upright(TEN_PARTS, 0)
+    assert modulated_misfit(MODEL, np.empty((11, 0), np.float32), no_distance_field(), LIMIT, True, pose) == 0.0
+
+
+def test_the_printed_distance_grows_with_the_displacement() -> None:
+    pose = upright(TEN_PARTS, 1, spread=0.2)
+    rays = tangent_rays(MODEL, pose, 200, 1)
+    away = [pose._replace(position=pose.position + np.array([shift, 0.0, 0.0])) for shift in (0.0, 0.03, 0.06)]
+    errors = [modulated_misfit(MODEL, rays, no_distance_field(), LIMIT, True, one) for one in away]
+    assert errors[0] < 0.5 * errors[1] < 0.5 * errors[2]
+
+
+def test_the_corresponding_part_is_the_closest_or_the_one_with_the_matching_normal() -> None:
+    """A point between both upper legs: nearer to the right one, whose surface faces the other way."""
+    frames = frames_of(MODEL, t_pose())
+    right, left = TEN_PARTS.index["right_upper_leg"], TEN_PARTS.index["left_upper_leg"]
+    between = frames[left, :, 3] - frames[right, :, 3]
+    gap = float(np.linalg.norm(between))
+    inward = between / gap  # from the right leg to the left one
+    down = frames[right, :, 1] * 0.5 * MODEL.lengths[right]
+    point = frames[right, :, 3] + down + 0.49 * between
+    centres, reach = np.empty((len(frames), 3)), np.empty(len(frames))
+    part_spheres(MODEL, frames, centres, reach)
+    found, best = np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
+
+    def part_of(closest: bool) -> int:
+        return int(corresponding_part(MODEL, frames, centres, reach, closest, point, -inward, found, best))
+
+    assert part_of(True) == right
+    assert part_of(False) == left

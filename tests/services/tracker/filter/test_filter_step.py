@@ -1,0 +1,136 @@
+"""One step of the filter on scenes of a known pose: convergence, prediction, track loss."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.tracker_scenes import moved, positions_of, tangent_rays, upright
+from tests.support.tracker_stand_in import FRAME_NS, cameras
+from zenocap.common.arrays import Floats32
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.filter.filter_step import filter_step, start_tracking
+from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
+from zenocap.services.tracker.initialization.online_shape import initial_shape
+from zenocap.services.tracker.parameters import LOST_FRAMES, MIN_TRACKING_RAYS
+from zenocap.services.tracker.states import Lost, Options, Outcome, Person, Setup, Tracking
+
+BODY = average_body(FOURTEEN_PARTS, 1.75)
+MODEL = model_of(FOURTEEN_PARTS, BODY)
+PERSON = Person(BODY, MODEL, 1.75, initial_shape(BODY, np.zeros(COUNT)), expected_support=0.9)
+TRUE = upright(seed=4)
+SCENE = tangent_rays(MODEL, TRUE, 400)
+SEEDS = range(5)
+
+
+def setup_with(**options: object) -> Setup:
+    return Setup(FOURTEEN_PARTS, cameras(4), FRAME_NS, None, replace(Options(), **options))  # type: ignore[arg-type]
+
+
+def error_mm(pose: RootedPose, true: RootedPose = TRUE) -> float:
+    return 1000.0 * float(np.linalg.norm(positions_of(MODEL, pose) - positions_of(MODEL, true), axis=1).mean())
+
+
+def steps(setup: Setup, start: RootedPose, scenes: list[Floats32], seed: int = 0) -> list[tuple[Tracking | Lost, Outcome]]:
+    phase: Tracking | Lost
+    phase, _ = start_tracking(setup, PERSON, start, 0, 0.0)
+    results: list[tuple[Tracking | Lost, Outcome]] = []
+    for k, scene in enumerate(scenes, 1):
+        assert isinstance(phase, Tracking)
+        results.append(
+            filter_step(setup, phase, k * FRAME_NS, scene, no_distance_field(), np.random.default_rng([seed, k]))
+        )
+        phase = results[-1][0]
+    return results
+
+
+def tracked(result: tuple[Tracking | Lost, Outcome]) -> Tracking:
+    assert isinstance(result[0], Tracking)
+    return result[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_filter_converges_from_a_nearby_pose(seed: int) -> None:
+    start = moved(TRUE, np.random.default_rng(seed), 0.03, 0.12)
+    results = steps(setup_with(), start, [SCENE] * 4, seed)
+    assert error_mm(tracked(results[-1]).estimate) < min(12.0, 0.3 * error_mm(start))
+    assert not results[-1][1].lost
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_particles_without_refinement_are_worse(seed: int) -> None:
+    """The paper's Table II: 1000 particles, sampled and weighted only."""
+    start = moved(TRUE, np.random.default_rng(seed), 0.03, 0.12)
+    refined = tracked(steps(setup_with(), start, [SCENE] * 2, seed)[-1]).estimate
+    sampled = tracked(steps(setup_with(method="particle-filter", particles=1000), start, [SCENE] * 2, seed)[-1]).estimate
+    assert error_mm(refined) < 0.5 * error_mm(sampled)
+
+
+@pytest.mark.slow
+def test_prediction_continues_the_motion() -> None:
+    poses = [TRUE]
+    for _ in range(6):
+        last = poses[-1]
+        poses.append(RootedPose(last.position + np.array([0.05, 0.0, 0.0]), last.rotation.copy(), last.values.copy()))
+    results = steps(setup_with(), TRUE, [tangent_rays(MODEL, pose, 400) for pose in poses[1:]])
+    assert error_mm(tracked(results[-1]).estimate, poses[-1]) < 12.0
+    assert tracked(results[-1]).velocity[0] * FRAME_NS / 1e9 == pytest.approx(0.05, abs=0.01)
+
+
+def test_empty_frames_keep_the_particles_and_report_track_loss() -> None:
+    few = SCENE[:, : MIN_TRACKING_RAYS - 1]
+    phase, outcome = steps(setup_with(), TRUE, [few])[0]
+    assert isinstance(phase, Tracking)
+    assert phase.misfits_in_row == 1
+    assert outcome.lost
+    assert outcome.pose is None
+    assert error_mm(phase.estimate) == 0.0
+    results = steps(setup_with(), TRUE, [few] * (10 * LOST_FRAMES))
+    assert [k for k, (phase, _) in enumerate(results, 1) if isinstance(phase, Lost)] == [10 * LOST_FRAMES]
+
+
+def test_track_is_lost_after_consecutive_misfits() -> None:
+    away = RootedPose(TRUE.position + np.array([3.0, 0.0, 0.0]), TRUE.rotation, TRUE.values)
+    results = steps(setup_with(), TRUE, [tangent_rays(MODEL, away, 400)] * LOST_FRAMES)
+    assert [isinstance(phase, Lost) for phase, _ in results] == [False] * (LOST_FRAMES - 1) + [True]
+    assert results[-1][1].lost
+
+
+def test_tracking_continues_after_one_misfit() -> None:
+    away = RootedPose(TRUE.position + np.array([3.0, 0.0, 0.0]), TRUE.rotation, TRUE.values)
+    results = steps(setup_with(), TRUE, [SCENE, tangent_rays(MODEL, away, 400), SCENE, SCENE, SCENE])
+    assert [tracked(one).misfits_in_row for one in results] == [0, 1, 0, 0, 0]
+    assert error_mm(tracked(results[-1]).estimate) < 12.0
+
+
+def test_unobserved_part_stays_at_the_prediction_with_larger_spread() -> None:
+    """Rays of everything but the left forearm."""
+    names = FOURTEEN_PARTS.parts
+    hidden = names.index("left_lower_arm")
+    scene = tangent_rays(MODEL, TRUE, 400, parts=tuple(k for k in range(len(names)) if k != hidden))
+    phase, outcome = steps(setup_with(), TRUE, [scene] * 5)[-1]
+    assert isinstance(phase, Tracking)
+    assert error_mm(phase.estimate) < 12.0
+    at = FOURTEEN_PARTS.index
+    assert outcome.spread[at["left_elbow.x"]] > 1.5 * outcome.spread[at["right_elbow.x"]]
+
+
+@pytest.mark.parametrize("method", ["hybrid", "particle-filter"])
+def test_runs_are_equal_exactly_when_seeds_are(method: str) -> None:
+    setup, start = setup_with(method=method), moved(TRUE, np.random.default_rng(0), 0.02, 0.08)
+    one, again, other = (tracked(steps(setup, start, [SCENE] * 2, seed)[-1]) for seed in (1, 1, 2))
+    assert one.cloud.values.tobytes() == again.cloud.values.tobytes()
+    assert not np.array_equal(one.cloud.values, other.cloud.values)
+
+
+def test_weights_sum_to_one_and_give_the_effective_number() -> None:
+    phase, outcome = steps(setup_with(), moved(TRUE, np.random.default_rng(1), 0.02, 0.05), [SCENE])[0]
+    weights = tracked((phase, outcome)).cloud.weights
+    assert weights.sum() == pytest.approx(1.0)
+    assert outcome.effective == pytest.approx(1.0 / np.sum(weights**2))
+    assert 1.0 <= outcome.effective <= len(weights)
+    assert 0.0 < outcome.likelihood <= 1.0

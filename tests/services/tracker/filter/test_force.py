@@ -1,0 +1,180 @@
+"""Refinement by force and moment against plain sums, and its fixed points."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.tracker_scenes import frames_of, moved, positions_of, tangent_rays, upright
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
+from zenocap.services.tracker.body.jacobian import ROOT, joint_screws
+from zenocap.services.tracker.filter.correspondence import (
+    CONTACT_LENGTH,
+    Weights,
+    contact_on_part,
+    contact_weight,
+    misfit,
+    nearest_parts,
+)
+from zenocap.services.tracker.filter.force import generalized_forces, refine_by_force, rotate_turns
+from zenocap.services.tracker.filter.force_printed import refine_as_printed
+from zenocap.services.tracker.filter.gauss_newton import refine
+from zenocap.services.tracker.filter.particles import Refinement
+from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
+
+MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
+DOF = ROOT + len(MODEL.low)
+FREE = Weights(0.01, 0.15, np.full(DOF, 1.0), 0.25)
+seeds = st.integers(0, 10_000)
+
+
+def refined(
+    kind: Refinement, model: BodyModel, rays: Floats32, iterations: int, start: RootedPose, weights: Weights = FREE
+) -> RootedPose:
+    pose = start.copy()
+    match kind:
+        case "gauss-newton":
+            refine(model, rays, no_distance_field(), weights, iterations, pose, start)
+        case "force":
+            refine_by_force(model, rays, weights, iterations, pose, start)
+        case "force-printed":
+            refine_as_printed(model, rays, weights, False, False, iterations, pose)
+    return pose
+
+
+def apart(model: BodyModel, one: RootedPose, other: RootedPose) -> float:
+    """Mean distance over the ends of all parts, metres."""
+    return float(np.linalg.norm(positions_of(model, one) - positions_of(model, other), axis=1).mean())
+
+
+def own_screws(model: BodyModel, frames: Floats) -> tuple[Floats, list[int]]:
+    """Screws with every turn about the axes of the turning part, and the part that each moves."""
+    dof = ROOT + len(model.low)
+    screws, owner = np.empty((dof, 6)), np.empty(dof, dtype=np.int64)
+    joint_screws(model, frames, screws, owner)
+    for part in range(len(frames)):
+        if part == 0 or model.kind[part] == 3:
+            row = 3 if part == 0 else ROOT + model.first[part]
+            screws[row : row + 3] = frames[part, :, :3].T @ screws[row : row + 3]
+    return screws, owner.tolist()
+
+
+def chain(model: BodyModel, part: int) -> list[int]:
+    parts = []
+    while part >= 0:
+        parts.append(part)
+        part = int(model.parent[part])
+    return parts
+
+
+def summed(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights) -> tuple[Floats, Floats]:
+    """Gradient (6 + d,) and normal matrix (6 + d, 6 + d) of all rays, each summed along the chain of its part."""
+    frames = frames_of(model, pose)
+    screws, owner = own_screws(model, frames)
+    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
+    nearest_parts(model, frames, rays, distances, parts)
+    gradient, matrix, found = np.zeros(len(screws)), np.zeros((len(screws), len(screws))), np.empty(CONTACT_LENGTH)
+    for i, part in enumerate(parts.tolist()):
+        contact_on_part(model, frames[part], part, rays, i, found)
+        weight = weights.ray_weight * contact_weight(found, weights.spread, weights.limit)
+        acting = np.isin(owner, chain(model, part))
+        velocity = screws[:, :3] + np.cross(screws[:, 3:], found[2:5] - pose.position)
+        row = np.where(acting, velocity @ found[6:9], 0.0)
+        gradient += weight * found[1] * row
+        matrix += weight * np.outer(row, row)
+    return gradient, matrix
+
+
+def forces_at(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weights) -> tuple[Floats, Floats]:
+    dof = ROOT + len(model.low)
+    gradients, bounds = np.empty(dof), np.empty(dof)
+    distances, parts = np.empty(rays.shape[1], np.float32), np.empty(rays.shape[1], np.int32)
+    generalized_forces(model, frames_of(model, pose), rays, weights, distances, parts, gradients, bounds)
+    return gradients, bounds
+
+
+@pytest.mark.slow
+@settings(max_examples=10)
+@given(seeds)
+def test_generalized_forces_equal_sums_over_each_joints_group(seed: int) -> None:
+    """[Hybrid Eq. 38-40]"""
+    pose = upright(seed=seed)
+    rays = tangent_rays(MODEL, moved(pose, np.random.default_rng(seed), 0.03, 0.1), 100, seed)
+    gradient, _ = summed(MODEL, pose, rays, FREE)
+    assert forces_at(MODEL, pose, rays, FREE)[0] == pytest.approx(gradient, abs=1e-6 * np.abs(gradient).max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("anatomy", [TEN_PARTS, FOURTEEN_PARTS], ids=lambda anatomy: anatomy.name)
+@settings(max_examples=10)
+@given(seed=seeds)
+def test_bounds_exceed_the_curvature(anatomy: Anatomy, seed: int) -> None:
+    """In every direction, so that steps of gradient over bound always lessen the sum of squares."""
+    model = model_of(anatomy, average_body(anatomy, 1.75))
+    pose = upright(anatomy, seed)
+    rays = tangent_rays(model, moved(pose, np.random.default_rng(seed), 0.03, 0.1), 100, seed)
+    _, bounds = forces_at(model, pose, rays, FREE)
+    _, matrix = summed(model, pose, rays, FREE)
+    assert np.linalg.eigvalsh(np.diag(bounds) - matrix).min() > -1e-6 * bounds.max()
+
+
+def test_force_points_from_model_to_scene() -> None:
+    """And moments turn the body towards the scene."""
+    pose = upright(seed=4, spread=0.1)
+    aside = np.array([0.02, 0.01, -0.015])
+    there = RootedPose(pose.position + aside, pose.rotation, pose.values)
+    gradients, _ = forces_at(MODEL, pose, tangent_rays(MODEL, there, 300, 4), FREE)
+    assert gradients[:3] @ aside > 0.8 * np.linalg.norm(gradients[:3]) * np.linalg.norm(aside)
+
+
+def test_turns_convert_to_world_axes_and_back() -> None:
+    frames, step = frames_of(MODEL, upright(seed=5)), np.random.default_rng(5).normal(size=DOF)
+    world, back = np.empty(DOF), np.empty(DOF)
+    rotate_turns(MODEL, frames, step, True, world)
+    rotate_turns(MODEL, frames, world, False, back)
+    assert back == pytest.approx(step)
+    part = FOURTEEN_PARTS.index["right_upper_leg"]
+    row = ROOT + int(MODEL.first[part])
+    assert world[row : row + 3] == pytest.approx(frames[part, :, :3] @ step[row : row + 3])
+    assert world[:3] == pytest.approx(step[:3])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_force_has_the_fixed_point_of_gauss_newton(seed: int) -> None:
+    true = upright(seed=seed, spread=0.2)
+    rays = tangent_rays(MODEL, true, 400, seed)
+    start = moved(true, np.random.default_rng(seed), 0.02, 0.05)
+    newton = refined("gauss-newton", MODEL, rays, 20, start)
+    distances = [apart(MODEL, refined("force", MODEL, rays, many, start), newton) for many in (0, 20, 400)]
+    assert distances[1] < 0.6 * distances[0]
+    assert distances[2] < 0.15 * distances[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_printed_force_reduces_the_misfit(seed: int) -> None:
+    true = upright(seed=seed, spread=0.2)
+    rays = tangent_rays(MODEL, true, 400, seed)
+    start = moved(true, np.random.default_rng(seed), 0.03, 0.05)
+    found = refined("force-printed", MODEL, rays, 100, start)
+
+    def error(pose: RootedPose) -> float:
+        return float(misfit(MODEL, rays, no_distance_field(), 0.15, pose))
+
+    assert error(found) < 0.5 * error(start)
+
+
+@settings(max_examples=5)
+@given(seeds, st.sampled_from(["force", "force-printed"]))
+def test_forces_stay_within_the_limits(seed: int, kind: Refinement) -> None:
+    """[Hybrid Eq. 41]"""
+    start = upright(seed=seed)
+    rays = tangent_rays(MODEL, moved(start, np.random.default_rng(seed), 0.1, 0.5), 100, seed)
+    found = refined(kind, MODEL, rays, 20, start)
+    assert np.all(found.values >= MODEL.low)
+    assert np.all(found.values <= MODEL.high)
+    assert found.rotation @ found.rotation.T == pytest.approx(np.eye(3), abs=1e-9)

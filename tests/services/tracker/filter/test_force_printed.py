@@ -1,0 +1,98 @@
+"""Force and moment as printed: closest points, forces and sums against a plain oracle."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.tracker_scenes import frames_of, moved, tangent_rays, upright
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import model_of
+from zenocap.services.tracker.body.jacobian import ROOT
+from zenocap.services.tracker.filter.closest_points import CLOSEST_LENGTH, closest_point
+from zenocap.services.tracker.filter.correspondence import Weights
+from zenocap.services.tracker.filter.force_printed import group_forces, refine_as_printed
+from zenocap.services.tracker.hull.contour_rays import midpoints
+from zenocap.services.tracker.parameters import FORCE_TRUNCATION_M, NORMAL_MODULATION
+
+MODEL = model_of(TEN_PARTS, average_body(TEN_PARTS, 1.75))
+PARTS = len(TEN_PARTS.parts)
+LIMBS = [k for k, part in enumerate(TEN_PARTS.parts) if "arm" in part or "leg" in part]
+FREE = Weights(0.01, 0.15, np.full(ROOT + len(MODEL.low), 1.0), 0.25)
+seeds = st.integers(0, 10_000)
+
+
+def closest_of(frame: Floats, part: int, point: Floats, normal: Floats) -> Floats:
+    found = np.empty(CLOSEST_LENGTH)
+    closest_point(MODEL, frame, part, point, normal, found)
+    return found
+
+
+@given(seeds)
+def test_closest_point_of_a_limb_is_a_radius_from_its_axis(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    frames, part = frames_of(MODEL, upright(TEN_PARTS, seed)), int(rng.choice(LIMBS))
+    base, axis, radius = frames[part, :, 3], frames[part, :, 1], MODEL.radii[part, 0]
+    point = base + rng.normal(scale=0.3, size=3)
+    normal = rng.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    middle = base + np.clip((point - base) @ axis, 0.0, MODEL.lengths[part]) * axis
+    away = float(np.linalg.norm(point - middle))
+    outwards = (point - middle) / away
+    found = closest_of(frames[part], part, point, normal)
+    assert found[0] == pytest.approx(abs(away - radius), abs=1e-6)
+    assert found[2] == pytest.approx(normal @ outwards, abs=1e-6)
+    assert found[1] == pytest.approx((1 - NORMAL_MODULATION * (normal @ outwards)) * abs(away - radius), abs=1e-6)
+    assert found[3:6] == pytest.approx(middle + radius * outwards, abs=1e-6)
+
+
+def clear(frames: Floats, rays: Floats32) -> list[bool]:
+    """Whether each scene point has one closest part: two limbs that meet in a joint may be equally close."""
+    found = []
+    for point, normal in zip(midpoints(rays), rays[6:9].T.astype(np.float64), strict=True):
+        every = np.array([closest_of(frames[part], part, point, normal)[:2] for part in range(PARTS)])
+        first, second = np.sort(every, axis=0)[:2]
+        found.append(bool(np.all(second - first > 1e-5)))
+    return found
+
+
+@pytest.mark.parametrize(("linear", "closest"), [(False, False), (True, True)], ids=["default", "paper"])
+@settings(max_examples=5)
+@given(seed=seeds)
+def test_forces_and_moments_are_summed_over_groups(linear: bool, closest: bool, seed: int) -> None:
+    """[Hybrid Eq. 32, 33, 38-40], with the direction of Fig. 2."""
+    pose = upright(TEN_PARTS, seed)
+    frames = frames_of(MODEL, pose)
+    rays = tangent_rays(MODEL, moved(pose, np.random.default_rng(seed), 0.05, 0.2), 80, seed)
+    rays = np.ascontiguousarray(rays[:, clear(frames, rays)])
+    forces, moments, numbers = np.zeros((PARTS, 3)), np.zeros((PARTS, 3)), np.zeros(PARTS)
+    for point, normal in zip(midpoints(rays), rays[6:9].T.astype(np.float64), strict=True):
+        every = [closest_of(frames[part], part, point, normal) for part in range(PARTS)]
+        part = int(np.argmin([one[0 if closest else 1] for one in every]))
+        distance, cosine, on_model = every[part][0], every[part][2], every[part][3:6]
+        if distance >= 0.15:
+            continue
+        rho = min(max(cosine, 0.0) * distance, FORCE_TRUNCATION_M) ** (1 if linear else 2)
+        force = rho * (point - on_model) / np.linalg.norm(point - on_model)
+        while part >= 0:
+            forces[part] += force
+            moments[part] += np.cross(on_model - frames[part, :, 3], force)
+            numbers[part] += 1
+            part = int(MODEL.parent[part])
+    found = np.empty((PARTS, 3)), np.empty((PARTS, 3)), np.empty(PARTS)
+    group_forces(MODEL, frames, rays, 0.15, linear, closest, *found)
+    assert found[0] == pytest.approx(forces, abs=1e-6)
+    assert found[1] == pytest.approx(moments, abs=1e-6)
+    assert np.array_equal(found[2], numbers)
+
+
+def test_pose_without_scene_is_unchanged() -> None:
+    """There is no force."""
+    pose = upright(TEN_PARTS, 1, spread=0.1)
+    there = pose.copy()
+    refine_as_printed(MODEL, np.empty((11, 0), np.float32), FREE, True, True, 5, there)
+    assert np.array_equal(there.position, pose.position)
+    assert there.values == pytest.approx(pose.values)
+    assert there.rotation == pytest.approx(pose.rotation)

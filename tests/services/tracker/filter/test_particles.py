@@ -1,0 +1,191 @@
+"""Particle filter: selection, proposals, weights; random numbers as arguments."""
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.prior_cases import known_prior
+from tests.support.tracker_scenes import moved, tangent_rays, turn, upright
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.common.body.rotations import vector_to_matrix
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.body.jacobian import ROOT
+from zenocap.services.tracker.filter.correspondence import Weights, misfit
+from zenocap.services.tracker.filter.gauss_newton import refine
+from zenocap.services.tracker.filter.particles import (  # fmt: skip
+    DYNAMIC,
+    NO_PRIOR,
+    PRIOR,
+    Cloud,
+    Refinement,
+    RefinementScene,
+    Samples,
+    assign_regions,
+    draw_samples,
+    likelihood_weights,
+    propose_particles,
+    refine_particles,
+    uniform_cloud,
+)
+from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
+from zenocap.services.tracker.prior.sampling import assign, propose
+
+MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
+D = len(MODEL.low)
+WEIGHTS = Weights(0.01, 0.15, np.full(ROOT + D, 5.0), 0.25)
+TRUE = upright(seed=0, spread=0.2)
+RAYS = tangent_rays(MODEL, TRUE, 200, 0)
+VELOCITY = np.random.default_rng(5).normal(scale=0.02, size=ROOT + D)
+DEVIATIONS = np.concatenate([np.full(3, 0.02), np.full(3, 0.05), np.full(D, 0.1)])
+PRIOR_TABLES = known_prior().compiled
+seeds = st.integers(0, 10_000)
+
+
+def cloud_around(pose: RootedPose, n: int, seed: int = 0) -> Cloud:
+    rng = np.random.default_rng(seed)
+    poses = [moved(pose, rng, 0.01, 0.05) for _ in range(n)]
+    weights = rng.dirichlet(np.ones(n))
+    return Cloud(
+        np.array([p.position for p in poses]), np.array([p.rotation for p in poses]), np.array([p.values for p in poses]),
+        rng.integers(0, len(PRIOR_TABLES.centres), n), weights,
+    )  # fmt: skip
+
+
+def advanced(
+    cloud: Cloud,
+    draws: Samples,
+    iterations: int,
+    *,
+    prior: bool,
+    refinement: Refinement = "gauss-newton",
+    rays: Floats32 = RAYS,
+) -> tuple[Cloud, Floats]:
+    n = len(cloud.weights)
+    out = Cloud(np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, D)), np.zeros(n, np.int64), np.empty(n))
+    errors = np.empty(n)
+    propose_particles(MODEL, PRIOR_TABLES if prior else NO_PRIOR, prior, cloud, draws, VELOCITY, DEVIATIONS, out)
+    refine_particles(RefinementScene(MODEL, rays, no_distance_field(), WEIGHTS), refinement, iterations, out, errors)
+    if prior and iterations:
+        assign_regions(PRIOR_TABLES, out)
+    return out, errors
+
+
+def plainly_advanced(
+    cloud: Cloud, draws: Samples, k: int, iterations: int, *, prior: bool
+) -> tuple[RootedPose, int, float]:
+    """Oracle: one particle, step by step.  [Hybrid V-A]"""
+    source = int(draws.chosen[k])
+    position = cloud.positions[source] + VELOCITY[:3] + DEVIATIONS[:3] * draws.noise[k, :3]
+    rotation = turn(VELOCITY[3:6] + DEVIATIONS[3:6] * draws.noise[k, 3:6]) @ cloud.rotations[source]
+    values = cloud.values[source] + VELOCITY[6:] + DEVIATIONS[6:] * draws.noise[k, 6:]
+    region = int(cloud.regions[source])
+    if prior and draws.kinds[k] == PRIOR:
+        region = propose(
+            PRIOR_TABLES, region, cloud.values[source], float(draws.uniforms[k]), draws.normals[k], 1.0, values
+        )  # fmt: skip
+    pose = RootedPose(position, rotation, np.clip(values, MODEL.low, MODEL.high))
+    target = pose.copy()
+    if iterations:
+        refine(MODEL, RAYS, no_distance_field(), WEIGHTS, iterations, pose, target)
+        region = assign(PRIOR_TABLES, pose.values) if prior else region
+    return pose, region, misfit(MODEL, RAYS, no_distance_field(), WEIGHTS.limit, pose)
+
+
+@given(seeds, st.integers(2, 60))
+def test_selection_counts_follow_the_weights(seed: int, n: int) -> None:
+    """Systematic: counts are n times the weights, rounded up or down; the first is the heaviest."""
+    cloud = cloud_around(TRUE, n, seed)
+    draws = draw_samples(cloud, 0.5, 3, np.random.default_rng(seed))
+    times = np.bincount(draws.chosen[1:], minlength=n)
+    assert draws.chosen[0] == np.argmax(cloud.weights)
+    assert np.all(times <= np.ceil(n * cloud.weights + 1e-9))
+    assert np.all(times >= np.floor(n * cloud.weights - 1e-9) - 1)  # the first one's own slot goes to another
+    assert np.all(np.diff(draws.chosen[1:]) >= 0)
+
+
+@given(seeds, st.integers(1, 60), st.floats(0.0, 1.0))
+def test_prior_fraction_is_kept_and_first_particle_has_no_noise(seed: int, n: int, share: float) -> None:
+    draws = draw_samples(cloud_around(TRUE, n, seed), share, 4, np.random.default_rng(seed))
+    assert draws.kinds[0] == DYNAMIC
+    assert not draws.noise[0].any()
+    assert round(share * n) - 1 <= np.sum(draws.kinds == PRIOR) <= round(share * n)
+    assert draws.normals.shape == (n, 4)
+    assert np.all((draws.uniforms >= 0.0) & (draws.uniforms < 1.0))
+
+
+@pytest.mark.slow
+@given(st.lists(st.floats(0.0, 0.02), min_size=1, max_size=50), st.floats(1.0, 1e6))
+def test_weights_follow_the_likelihood_and_sum_to_one(errors: list[float], information: float) -> None:
+    """[Hybrid Eq. 29]"""
+    weights = likelihood_weights(np.array(errors), information)
+    assert weights.sum() == pytest.approx(1.0)
+    assert np.all(weights >= 0.0)
+    best = int(np.argmin(errors))
+    expected = np.exp(-(np.array(errors) - errors[best]) * information)
+    assert weights == pytest.approx(expected * weights[best])
+
+
+def test_uniform_cloud_has_equal_weights() -> None:
+    cloud = uniform_cloud(np.zeros((8, 3)), np.tile(np.eye(3), (8, 1, 1)), np.zeros((8, D)))
+    assert cloud.weights == pytest.approx(np.full(8, 1 / 8))
+    assert not cloud.regions.any()
+
+
+@pytest.mark.parametrize("prior", [False, True], ids=["dynamics", "prior"])
+@pytest.mark.parametrize("iterations", [0, 2])
+def test_particles_equal_the_plain_oracle(prior: bool, iterations: int) -> None:
+    cloud = cloud_around(TRUE, 12)
+    draws = draw_samples(cloud, 0.5, 3, np.random.default_rng(1))
+    out, errors = advanced(cloud, draws, iterations, prior=prior)
+    for k in range(12):
+        pose, region, error = plainly_advanced(cloud, draws, k, iterations, prior=prior)
+        assert out.positions[k] == pytest.approx(pose.position, abs=1e-9)
+        assert out.rotations[k] == pytest.approx(pose.rotation, abs=1e-9)
+        assert out.values[k] == pytest.approx(pose.values, abs=1e-9)
+        assert out.regions[k] == region
+        assert errors[k] == pytest.approx(error, rel=1e-6)
+
+
+def test_first_particle_follows_the_velocity() -> None:
+    cloud = cloud_around(TRUE, 6)
+    out, _ = advanced(cloud, draw_samples(cloud, 1.0, 3, np.random.default_rng(2)), 0, prior=True)
+    best, rotation = int(np.argmax(cloud.weights)), np.empty((3, 3))
+    vector_to_matrix(VELOCITY[3:6], rotation)
+    assert out.positions[0] == pytest.approx(cloud.positions[best] + VELOCITY[:3])
+    assert out.rotations[0] == pytest.approx(rotation @ cloud.rotations[best])
+    assert out.values[0] == pytest.approx(np.clip(cloud.values[best] + VELOCITY[6:], MODEL.low, MODEL.high))
+
+
+@pytest.mark.parametrize("refinement", ["gauss-newton", "force"])
+def test_refinement_reduces_every_error(refinement: Refinement) -> None:
+    cloud = cloud_around(TRUE, 8)
+    draws = draw_samples(cloud, 0.0, 3, np.random.default_rng(3))
+    _, before = advanced(cloud, draws, 0, prior=False)
+    _, after = advanced(cloud, draws, 8, prior=False, refinement=refinement)
+    assert np.all(after < 0.7 * before)
+
+
+@pytest.mark.parametrize("refinement", ["gauss-newton", "force"])
+def test_result_is_independent_of_the_number_of_threads(refinement: Refinement) -> None:
+    cloud = cloud_around(TRUE, 10)
+    results = []
+    threads = numba.get_num_threads()
+    try:
+        for many in (1, threads, threads):
+            numba.set_num_threads(many)
+            draws = draw_samples(cloud, 0.5, 3, np.random.default_rng(4))
+            results.append(advanced(cloud, draws, 3, prior=True, refinement=refinement))
+    finally:
+        numba.set_num_threads(threads)
+    for out, errors in results[1:]:
+        assert np.array_equal(errors, results[0][1])
+        assert np.array_equal(out.positions, results[0][0].positions)
+        assert np.array_equal(out.rotations, results[0][0].rotations)
+        assert np.array_equal(out.values, results[0][0].values)
+        assert np.array_equal(out.regions, results[0][0].regions)
+    other = draw_samples(cloud, 0.5, 3, np.random.default_rng(5))
+    assert not np.array_equal(advanced(cloud, other, 3, prior=True)[1], results[0][1])

@@ -1,0 +1,113 @@
+"""A measured body is found in common postures and any heading; a wrong heading is reversed."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from tests.support.tracker_ring import rendered_masks, ring, scene, setup, simulated_person, t_pose_at
+from zenocap.common.arrays import Floats32
+from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
+from zenocap.services.tracker.filter.correspondence import misfit, support_fraction
+from zenocap.services.tracker.filter.filter_step import residual_weights
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
+from zenocap.services.tracker.initialization.relocalization import best_pose, reversed_pose, search_postures
+from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
+from zenocap.services.tracker.parameters import PARTICLE_HOLD
+from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
+from zenocap.simulation.ground_truth import truth
+from zenocap.simulation.motion.timeline import motion_timeline
+
+CAMERAS = ring(4)
+SEED = 2
+WEIGHTS = residual_weights(setup(CAMERAS), PARTICLE_HOLD)
+ROUNDS = 4
+
+
+@lru_cache
+def model() -> BodyModel:
+    rays, field = shown(t_pose_at(SEED))
+    one = detect_t_pose(rays)
+    assert isinstance(one, TPose)
+    start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [one])
+    assert isinstance(start, TPoseFit)
+    return model_of(FOURTEEN_PARTS, start.measured.body)
+
+
+def shown(pose: PersonPose | None) -> tuple[Floats32, DistanceField]:
+    return scene(CAMERAS, list(rendered_masks(CAMERAS, SEED, pose).values()))
+
+
+def find(rays: Floats32, field: DistanceField, facing: RootedPose | None = None) -> RootedPose | None:
+    preferred = None if facing is None else facing.rotation
+    height = simulated_person(SEED).height
+    return best_pose(model(), rays, field, search_postures(FOURTEEN_PARTS), height, WEIGHTS, ROUNDS, preferred)
+
+
+def forward(yaw: float) -> np.ndarray:
+    return np.array([np.sin(yaw), 0.0, np.cos(yaw)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("yaw", np.linspace(0.0, 2 * np.pi, 5)[:-1] + 0.3)
+def test_standing_person_is_found_in_any_heading(yaw: float) -> None:
+    pose = place(neutral(simulated_person(SEED)), Placement(0.4, 0.3, yaw))
+    found = find(*shown(pose))
+    assert found is not None
+    assert np.linalg.norm(found.position - truth(simulated_person(SEED), pose).joints["Hip"]) < 0.08
+    assert found.rotation[:, 2] @ forward(yaw) > 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["walking", "running", "boxing"])
+def test_moving_person_is_found(name: str) -> None:
+    script = motion_timeline(simulated_person(SEED), name, 0)
+    for later_s in (0.5, 1.1):
+        pose = script.pose_at(script.motion_from_s + later_s)
+        assert pose is not None
+        rays, field = shown(pose)
+        found = find(rays, field)
+        assert found is not None
+        assert np.linalg.norm(found.position - truth(simulated_person(SEED), pose).joints["Hip"]) < 0.12
+        assert support_fraction(model(), rays, found) > 0.5
+
+
+def test_empty_scene_gives_no_pose() -> None:
+    assert find(*shown(None)) is None
+
+
+def test_preferred_heading_wins_unless_it_fits_worse() -> None:
+    pose = place(neutral(simulated_person(SEED)), Placement(0.0, 0.0, 0.3))
+    rays, field = shown(pose)
+    free = find(rays, field)
+    assert free is not None
+    with_it, against_it = find(rays, field, free), find(rays, field, RootedPose(free.position, -free.rotation, free.values))
+    assert with_it is not None
+    assert against_it is not None
+    np.testing.assert_array_equal(with_it.rotation, free.rotation)
+    assert misfit(model(), rays, field, WEIGHTS.limit, against_it) <= 1.3 * misfit(
+        model(), rays, field, WEIGHTS.limit, free
+    )
+
+
+def test_reversed_pose_fits_better_than_a_wrong_heading() -> None:
+    script = motion_timeline(simulated_person(SEED), "walking", 0)
+    pose = script.pose_at(script.motion_from_s + 0.5)
+    assert pose is not None
+    rays, field = shown(pose)
+    right = find(rays, field)
+    assert right is not None
+    wrong = reversed_pose(model(), rays, field, right, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
+    again = reversed_pose(model(), rays, field, wrong, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
+    assert wrong.rotation[:, 2] @ right.rotation[:, 2] < 0.0
+    assert misfit(model(), rays, field, WEIGHTS.limit, right) < misfit(model(), rays, field, WEIGHTS.limit, wrong)
+    assert again.rotation[:, 2] @ right.rotation[:, 2] > 0.8
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
+def test_search_postures_differ_for_every_anatomy(anatomy: Anatomy) -> None:
+    postures = search_postures(anatomy)
+    assert len(postures) == 5
+    assert len({posture.values.tobytes() for posture in postures}) == 5

@@ -1,0 +1,201 @@
+"""Prior files: complete, damaged, truncated, of another format, version or body, with invalid values."""
+
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.prior_cases import known_prior
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
+from zenocap.services.tracker.prior.file import (
+    HEADER,
+    MAGIC,
+    VERSION,
+    UserError,
+    find_prior,
+    parse_prior,
+    read_prior,
+    shipped_names,
+    write_prior,
+)
+from zenocap.services.tracker.prior.model import Prior, reconstruction_error
+from zenocap.tools.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
+
+HERE = Path("walk.prior")
+
+
+def bytes_of(folder: Path, prior: Prior) -> bytes:
+    write_prior(folder / "some.prior", prior)
+    return (folder / "some.prior").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return bytes_of(tmp_path_factory.mktemp("priors"), known_prior())
+
+
+def body_of(data: bytes) -> dict[str, dict[str, object]]:
+    body: dict[str, dict[str, object]] = msgspec.msgpack.decode(data[HEADER.size :])
+    return body
+
+
+def with_body(body: object) -> bytes:
+    packed = msgspec.msgpack.encode(body)
+    return HEADER.pack(MAGIC, VERSION, zlib.crc32(packed), len(packed)) + packed
+
+
+def test_written_prior_is_read_back(tmp_path: Path) -> None:
+    prior = known_prior()
+    write_prior(tmp_path / "some.prior", prior)
+    found = read_prior(tmp_path / "some.prior", FOURTEEN_PARTS)
+    for name in ("centres", "bases", "variances", "residuals", "transitions", "occupancy", "speeds"):
+        assert np.array_equal(getattr(found, name), getattr(prior, name))
+    assert (found.anatomy, found.names, found.rate, found.training) == (
+        prior.anatomy,
+        prior.names,
+        prior.rate,
+        prior.training,
+    )
+
+
+def test_same_prior_gives_the_same_bytes(tmp_path: Path, whole: bytes) -> None:
+    assert bytes_of(tmp_path, known_prior()) == whole
+
+
+def test_file_of_another_body_is_refused(tmp_path: Path) -> None:
+    write_prior(tmp_path / "some.prior", known_prior())
+    with pytest.raises(UserError, match=r"some\.prior: anatomy = 'fourteen-parts': allowed: 'ten-parts'"):
+        read_prior(tmp_path / "some.prior", TEN_PARTS)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda data: data[:-1], r"walk\.prior: cut: \d+ bytes after the header: allowed: \d+"),
+        (lambda data: data[:20], r"walk\.prior: cut: 20 bytes"),
+        (lambda data: data[:5], r"walk\.prior: cut: 5 bytes"),
+        (lambda data: data + b"x", "bytes after the prior"),
+        (lambda data: data[:-1] + bytes([data[-1] ^ 1]), "damaged: checksum = "),
+        (lambda data: b"", r"walk\.prior: begins with b'': allowed"),
+        (lambda data: b"HIERARCHY\nROOT Hips\n{", r"begins with b'HIERARCHY\\nROOT': allowed: b'zenocap prior"),
+        (lambda data: data[: len(MAGIC)] + b"\x09" + data[len(MAGIC) + 1 :], f"version = 9: allowed: {VERSION}; train"),
+    ],
+    ids=["cut", "in the header", "in the magic", "longer", "damaged", "empty", "foreign", "version"],
+)
+def test_incomplete_file_is_refused(whole: bytes, change: Callable[[bytes], bytes], words: str) -> None:
+    with pytest.raises(UserError, match=words):
+        parse_prior(HERE, change(whole))
+
+
+@given(st.data())
+@settings(max_examples=100)
+def test_every_changed_byte_and_cut_is_detected(whole: bytes, data: st.DataObject) -> None:
+    at = data.draw(st.integers(0, len(whole) - 1))
+    flipped = whole[:at] + bytes([whole[at] ^ data.draw(st.integers(1, 255))]) + whole[at + 1 :]
+    for broken in (flipped, whole[:at]):
+        with pytest.raises(UserError, match=r"^walk\.prior: "):
+            parse_prior(HERE, broken)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("anatomy", "spider", "anatomy = 'spider': allowed: ten-parts, fourteen-parts"),
+        ("names", ["knee"] * 24, r"names = .*: allowed: those of fourteen-parts: \['waist.1'"),
+        ("rate", -1.0, r"rate"),
+        ("rate", "fast", r"rate"),
+        ("more", 1, "more"),
+        ("centres", {"shape": [4, 23], "data": b""}, r"centres\.shape = \[4, 23\]: allowed: \[4, 24\]"),
+        ("centres", {"shape": [4, 24], "data": b"12"}, r"centres\.data = 2 bytes: allowed: 768 bytes"),
+        ("bases", {"shape": [], "data": b""}, r"bases = 4 regions of 0 dimensions"),
+        ("centres", {"shape": [10_000, 24], "data": b""}, r"centres\.data = 0 bytes: allowed"),
+        ("transitions", {"shape": [1 << 40, 1 << 40], "data": b""}, "transitions"),
+    ],
+)
+def test_error_names_the_invalid_field(whole: bytes, field: str, value: dict[str, object], words: str) -> None:
+    body = body_of(whole)
+    body[field] = value
+    with pytest.raises(UserError, match=words):
+        parse_prior(HERE, with_body(body))
+
+
+def test_error_names_the_missing_field(whole: bytes) -> None:
+    body = body_of(whole)
+    del body["occupancy"]
+    with pytest.raises(UserError, match="occupancy"):
+        parse_prior(HERE, with_body(body))
+
+
+@pytest.mark.parametrize("body", [[], 7, None, {"x": {}}])
+def test_another_kind_of_content_is_refused(body: object) -> None:
+    with pytest.raises(UserError, match=r"^walk\.prior: "):
+        parse_prior(HERE, with_body(body))
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "added", "words"),
+    [
+        ("centres", 1.0, np.nan, "centres = nan: allowed: finite"),
+        ("centres", 1.0, 100.0, "centres = .*: allowed: radians within two turns"),
+        ("bases", 1.1, 0.0, "bases = columns .* off from orthonormal"),
+        ("variances", -1.0, 0.0, "variances = -.*: allowed: 1e-12 or more"),
+        ("residuals", -1.0, 0.0, "residuals = -.*: allowed: 0 or more"),
+        ("transitions", 1.01, 0.0, "transitions = a sum .* off from 1"),
+        ("occupancy", 0.5, 0.0, "occupancy = a sum .* off from 1"),
+        ("speeds", 1.0, -5.0, "speeds = -.*: allowed: 0 or more"),
+    ],
+)
+def test_invalid_values_are_refused_without_leaving_a_file(
+    tmp_path: Path, name: str, factor: float, added: float, words: str
+) -> None:
+    prior = known_prior()
+    broken = replace(prior, **{name: getattr(prior, name) * factor + added})
+    with pytest.raises(UserError, match=words):
+        write_prior(tmp_path / "some.prior", broken)
+    assert list(tmp_path.iterdir()) == []
+
+
+MAX_BYTES = 300_000
+
+
+def test_shipped_priors_are_the_known_kinds() -> None:
+    assert shipped_names() == tuple(sorted(NAMES))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_shipped_prior_has_current_version_and_training(kind: str) -> None:
+    path = find_prior(kind)
+    prior = read_prior(path, FOURTEEN_PARTS)
+    assert path.stat().st_size < MAX_BYTES
+    assert prior.rate == RATE
+    assert len(prior.training.motions) == len(PEOPLE)
+    assert prior.training.held == (f"actor-{kind}-{HELD_PERSON}-{HELD_PERSON}",)
+    assert prior.dimensions == 3
+
+
+@pytest.mark.slow
+def test_shipped_prior_reconstructs_held_out_motion_as_recorded() -> None:
+    """Fails when the simulated person has changed since `make priors`."""
+    prior = read_prior(find_prior("walking"))
+    recorded = next(row.held for row in prior.training.errors if row.regions >= prior.regions)
+    found = reconstruction_error(prior, recording("walking", HELD_PERSON).poses)
+    assert found == pytest.approx(recorded, rel=0.05)
+    assert np.degrees(found) < 3.0
+
+
+def test_path_is_used_as_given(tmp_path: Path) -> None:
+    (tmp_path / "own.prior").touch()
+    assert find_prior(str(tmp_path / "own.prior")) == tmp_path / "own.prior"
+
+
+@pytest.mark.parametrize("text", ["swimming", "", "walking.prior", "/nowhere/own.prior"])
+def test_unknown_name_is_refused_with_the_known_ones(text: str) -> None:
+    known = "boxing, boxing-paper, general, general-paper, running, running-paper, walking"
+    with pytest.raises(UserError, match=rf"prior = '.*': no file .*; allowed: .*{known}"):
+        find_prior(text)

@@ -1,0 +1,28 @@
+"""Warm-up: compiled functions are loaded by tracking an average person."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.tracker_stand_in import tracker_setup
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.services.tracker.jit_warmup import load_compiled
+from zenocap.services.tracker.states import Options
+
+
+def test_warm_up_reaches_tracking() -> None:
+    setup = replace(tracker_setup(4), anatomy=FOURTEEN_PARTS, options=Options(particles=4, points=150))
+    assert load_compiled(setup) == "tracking"
+
+
+@pytest.mark.parametrize(("shift", "words"), [(20.0, "tracking"), (-6.0, "waiting for a person")])
+def test_warm_up_accepts_cameras_without_view_of_the_origin(shift: float, words: str) -> None:
+    """Far away, or with the person behind them."""
+    setup = tracker_setup(3)
+    moved = {
+        viewer: replace(camera, translation=camera.translation + np.array([0.0, 0.0, shift]))
+        for viewer, camera in setup.cameras.items()
+    }
+    setup = replace(setup, anatomy=FOURTEEN_PARTS, cameras=moved, options=Options(particles=4, points=150))
+    assert load_compiled(setup) == words

@@ -1,0 +1,275 @@
+"""The tracker's step around a stand-in core: frame sets passed to it, and messages published."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.tracker_stand_in import BDP, FRAME_NS, POINTS, POSE, SIZE, SPREAD, StandInTrack, stand_in, tracker_setup
+from tests.support.two_view_run import envelope
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.bus.protocol import Alive, Tick
+from zenocap.common.codec import decode, encode
+from zenocap.common.conversion import angles_of, bdp_of, points_of
+from zenocap.common.synchronizer import GONE_AFTER
+from zenocap.common.vision.mask_codec import pack
+from zenocap.services.tracker import step as tracker
+from zenocap.services.tracker.parameters import MAX_QUEUED_FRAME_SETS, POINTS_PERIOD_NS
+from zenocap.services.tracker.states import State
+
+SETUP = tracker_setup()
+VIEWERS = tuple(SETUP.cameras)
+PERSON = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+PERSON[30:90, 70:90] = 1
+EMPTY = np.zeros_like(PERSON)
+
+
+@pytest.fixture(autouse=True)
+def core() -> Iterator[None]:
+    with stand_in():
+        yield
+
+
+def silhouette(viewer: str, frame: int, mask: np.ndarray = PERSON, offset_ns: int = 0) -> m.Silhouette:
+    region, data = pack(mask)
+    size = (mask.shape[1], mask.shape[0])
+    captured_ns = (100 + frame) * FRAME_NS + offset_ns
+    return m.Silhouette(frame=frame, captured_ns=captured_ns, viewer=viewer, size=size, region=region, data=data)
+
+
+def instant(frame: int, viewers: tuple[str, ...] = VIEWERS, mask: np.ndarray = PERSON) -> list[m.Message]:
+    return [silhouette(viewer, frame, mask) for viewer in viewers]
+
+
+def play(messages: list[m.Message], state: State | None = None, *, busy: bool = False) -> tuple[State, list[m.Message]]:
+    """busy: no Tick until the end."""
+    state = state or tracker.initial_state(SETUP)
+    published: list[m.Message] = []
+    for message in messages:
+        state, more = tracker.step(SETUP, state, envelope(message))
+        published += more
+        if not busy:
+            state, more = process_pending(state)
+            published += more
+    state, more = process_pending(state)
+    return state, published + more
+
+
+def process_pending(state: State) -> tuple[State, list[m.Message]]:
+    published: list[m.Message] = []
+    while tracker.pending(state):
+        state, more = tracker.step(SETUP, state, Tick(1))
+        published += more
+    return state, published
+
+
+def poses(published: list[m.Message]) -> list[m.TrackerPose]:
+    return [message for message in published if isinstance(message, m.TrackerPose)]
+
+
+def frames(published: list[m.Message]) -> list[int]:
+    return [pose.frame for pose in poses(published)]
+
+
+def shown(state: State) -> list[tuple[str, ...]]:
+    assert isinstance(state.track, StandInTrack)
+    return [views for _, views in state.track.seen]
+
+
+def test_body_is_published_once_and_a_pose_per_frame_set() -> None:
+    state, published = play([message for k in range(4) for message in instant(k)])
+    kinds = [type(message) for message in published if not isinstance(message, m.ScenePoints)]
+    assert kinds == [
+        m.TrackerBdp,
+        *[m.TrackerPose] * 4,
+    ]
+    body = decode(encode(published[0]), m.TrackerBdp).body
+    np.testing.assert_array_equal(bdp_of(TEN_PARTS, body).sizes, BDP.sizes)
+    assert frames(published) == [0, 1, 2, 3]
+    assert tracker.describe(state) == "tracking"
+    assert dict(tracker.counts(state)) == {}
+
+
+def test_pose_message_has_all_results() -> None:
+    pose = poses(play(instant(7))[1])[0]
+    assert decode(encode(pose), m.TrackerPose) == pose
+    assert (pose.frame, pose.captured_ns) == (7, 107 * FRAME_NS)
+    assert pose.position == tuple(POSE.position)
+    np.testing.assert_array_equal(angles_of(TEN_PARTS, pose.angles, TEN_PARTS.neutral), POSE.angles)
+    np.testing.assert_array_equal([*pose.spread.values(), *pose.position_spread], SPREAD)
+    assert list(pose.spread) == list(TEN_PARTS.angles)
+    assert (pose.likelihood, pose.effective, pose.lost, pose.views) == (-0.5, 20.0, False, list(VIEWERS))
+
+
+def test_the_last_pose_is_repeated_while_the_person_is_lost() -> None:
+    _, published = play([*instant(0, mask=EMPTY), *instant(1), *instant(2, mask=EMPTY), *instant(3)])
+    found = poses(published)
+    assert [(pose.frame, pose.lost) for pose in found] == [(1, False), (2, True), (3, False)]
+    assert found[1].position == found[0].position
+    assert found[1].angles == found[0].angles
+    assert (found[1].views, found[1].effective) == ([], 0.0)
+    assert found[1].captured_ns == 102 * FRAME_NS
+
+
+def test_views_are_in_the_rigs_order() -> None:
+    forward, _ = play(instant(0))
+    backward, _ = play(instant(0)[::-1])
+    assert shown(forward) == shown(backward) == [VIEWERS]
+
+
+def test_view_may_leave_and_return() -> None:
+    two = VIEWERS[:2]
+    gone = 3 + GONE_AFTER + 4
+    before = [message for k in range(3) for message in instant(k)]
+    without = [message for k in range(3, gone) for message in instant(k, two)]
+    state, published = play([*before, *without])
+    assert frames(published) == list(range(gone))
+    assert tracker.describe(state) == "tracking, without viewer 3"
+    state, more = play([message for k in range(gone, gone + 3) for message in instant(k)], state)
+    assert frames(more) == list(range(gone, gone + 3))
+    assert shown(state)[-1] == VIEWERS
+    assert tracker.describe(state) == "tracking"
+    # An absent viewer is not waited for: its first frame after the return may be late.
+    assert tracker.counts(state) == {"silhouette_unpaired": len(without) // 2 + 1, "silhouette_late": 1}
+
+
+def test_late_view_delays_one_frame() -> None:
+    _, published = play([*instant(0), *instant(1, VIEWERS[:2])])
+    assert frames(published) == [0], "waiting for viewer 3"
+    state, published = play([*instant(0), *instant(1, VIEWERS[:2]), *instant(2, VIEWERS[:1]), *instant(1, VIEWERS[2:])])
+    assert frames(published) == [0, 1]
+    assert shown(state) == [VIEWERS, VIEWERS[:2]]
+    assert tracker.counts(state)["silhouette_late"] == 1
+
+
+def test_single_view_is_counted_without_a_pose() -> None:
+    state, published = play([message for k in range(8) for message in instant(k, ("2",))])
+    assert poses(published) == []
+    assert tracker.counts(state)["alone"] >= 7
+    assert tracker.describe(state) == "waiting for a second view; viewer 1 and 3 missing"
+
+
+def test_overload_drops_the_oldest_frame_sets() -> None:
+    count = 10
+    state, published = play([message for k in range(count) for message in instant(k)], busy=True)
+    assert frames(published) == list(range(count - MAX_QUEUED_FRAME_SETS, count))
+    assert tracker.counts(state) == {"dropped_instants": count - MAX_QUEUED_FRAME_SETS}
+
+
+def test_damaged_silhouettes_exclude_their_view() -> None:
+    bad = silhouette("1", 0)
+    bad = m.Silhouette(frame=0, captured_ns=bad.captured_ns, viewer="1", size=SIZE, region=bad.region, data=b"no zlib")
+    large = silhouette("2", 1, np.zeros((240, 320), np.uint8))
+    state, published = play([bad, *instant(0, ("2", "3")), large, *instant(1, ("1", "3"))])
+    assert frames(published) == [0, 1]
+    assert shown(state) == [("2", "3"), ("1", "3")]
+    assert tracker.counts(state) == {"damaged": 2}
+    state, published = play([bad, silhouette("2", 0, np.zeros((240, 320), np.uint8)), silhouette("3", 0)])
+    assert published == []
+    assert tracker.counts(state) == {"damaged": 2, "alone": 1}
+
+
+def test_failing_frame_set_is_counted_and_reported() -> None:
+    state, published = play([*instant(0), *instant(1, mask=np.ones_like(PERSON)), *instant(2)][:6])
+    assert frames(published) == [0]
+    assert tracker.counts(state) == {"failed": 1}
+    assert tracker.describe(state) == "tracking; a frame set failed: a view that is all person"
+    state, published = play(instant(2), state)
+    assert frames(published) == [2]
+    assert tracker.describe(state) == "tracking"
+
+
+def test_inconsistent_views_are_in_the_health_text() -> None:
+    messages = [silhouette("1", 0), silhouette("2", 0), silhouette("3", 0, EMPTY)]
+    state, published = play(messages)
+    assert poses(published)[0].views == ["1", "2"]
+    assert tracker.describe(state) == "tracking; view 3 is empty"
+
+
+def health(viewer: str, offset_ns: int) -> m.Health:
+    return m.Health(
+        frame=0, captured_ns=1, service="viewer", id=viewer, state="", rate=15.0, stages_ms={}, counts={},
+        clock_offset_ns=offset_ns, clock_error_ns=1000,
+    )  # fmt: skip
+
+
+def test_clock_offsets_are_corrected_and_reported() -> None:
+    ahead = 3 * FRAME_NS
+    messages = [silhouette("1", 0), silhouette("2", 0), silhouette("3", 0, offset_ns=ahead)]
+    state, published = play([health("3", ahead), *messages])
+    assert frames(published) == [0]
+    assert poses(published)[0].captured_ns == 100 * FRAME_NS
+    assert "viewer 3: its clock is 200.0 ms ahead of the integrator's" in tracker.describe(state)
+    state, _ = play([health("3", 0), health("9", ahead), *instant(1)], state)
+    assert "clock" not in tracker.describe(state)
+
+
+def camera_message(viewer: str, focal: float = 1.0) -> m.CameraInfo:
+    camera = SETUP.cameras[viewer]
+    return m.CameraInfo(
+        frame=0, captured_ns=1, viewer=viewer, name=camera.name, size=camera.size,
+        matrix=(focal * camera.matrix).ravel().tolist(), distortions=[], rotation=camera.rotation.ravel().tolist(),
+        translation=camera.translation.ravel().tolist(),
+    )  # fmt: skip
+
+
+def test_viewer_with_another_calibration_is_reported() -> None:
+    state, _ = play([*instant(0), *(camera_message(viewer) for viewer in VIEWERS)])
+    assert tracker.describe(state) == "tracking"
+    state, _ = play([camera_message("2", 1.01)], state)
+    assert tracker.describe(state).startswith("tracking; viewer 2 has another calibration than this rig file")
+    state, _ = play([camera_message("2")], state)
+    assert tracker.describe(state) == "tracking"
+
+
+def test_initial_health_text_and_ignored_events() -> None:
+    state = tracker.initial_state(SETUP)
+    assert tracker.describe(state) == "waiting for silhouettes"
+    for event in (Tick(1), Alive("viewer", "1", True, 1), envelope(silhouette("9", 0))):
+        after, published = tracker.step(SETUP, state, event)
+        assert published == []
+        assert not tracker.pending(after)
+
+
+EVENTS = st.lists(st.tuples(st.sampled_from(["1", "2", "3", "tick"]), st.integers(0, 6)), max_size=40)
+
+
+@given(EVENTS)
+@settings(max_examples=100, deadline=None)
+def test_poses_are_in_time_order_and_of_two_views_or_more(events: list[tuple[str, int]]) -> None:
+    state, published = tracker.initial_state(SETUP), []
+    for viewer, frame in events:
+        event = Tick(1) if viewer == "tick" else envelope(silhouette(viewer, frame))
+        state, more = tracker.step(SETUP, state, event)
+        published += more
+        assert len(state.ready) <= MAX_QUEUED_FRAME_SETS
+    times = [pose.captured_ns for pose in poses(published)]
+    assert times == sorted(set(times))
+    assert all(len(pose.views) >= 2 for pose in poses(published))
+
+
+def test_same_events_give_the_same_bytes() -> None:
+    messages = [message for k in range(5) for message in instant(k, VIEWERS[: 2 + k % 2])]
+    first, second = ([encode(message) for message in play(messages)[1]] for _ in range(2))
+    assert first == second
+
+
+@given(EVENTS)
+@settings(max_examples=100, deadline=None)
+def test_tracker_without_overload_drops_nothing(events: list[tuple[str, int]]) -> None:
+    """As offline: every frame set is tracked before the next message."""
+    messages: list[m.Message] = [silhouette(viewer, frame) for viewer, frame in events if viewer != "tick"]
+    state, _ = play(messages)
+    assert "dropped_instants" not in tracker.counts(state)
+
+
+def test_scene_points_are_published_at_most_ten_times_a_second() -> None:
+    _, published = play([message for frame in range(7) for message in instant(frame)])
+    clouds = [message for message in published if isinstance(message, m.ScenePoints)]
+    assert [cloud.frame for cloud in clouds] == [0, 2, 4, 6]  # of 15 frames a second
+    assert all(later.captured_ns - one.captured_ns >= POINTS_PERIOD_NS for one, later in pairwise(clouds))
+    np.testing.assert_allclose(points_of(clouds[0]), POINTS, atol=0.0005)

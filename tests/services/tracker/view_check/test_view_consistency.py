@@ -1,0 +1,147 @@
+"""View consistency: no finding for good views, and the correct view and cause for every fault."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.support.puppets import ring, silhouette, walker
+from zenocap.common.arrays import Mask
+from zenocap.common.camera.pinhole import Camera
+from zenocap.services.tracker.hull.contour_rays import extract_outlines
+from zenocap.services.tracker.parameters import CHECK_PERIOD_FRAMES, PERSISTENT_CHECKS
+from zenocap.services.tracker.view_check.view_consistency import (
+    Finding,
+    ViewConsistency,
+    check_views,
+    initial_consistency,
+    untrusted,
+)
+
+FPS = 30.0
+FRAMES = 190
+BAD = 2
+
+Masks = list[list[Mask]]  # view, frame
+
+
+@lru_cache
+def film(views: int, girth: float = 1.0) -> tuple[list[Camera], Masks]:
+    cameras = ring(views)
+    figures = [walker(k / FPS, girth) for k in range(FRAMES + 10)]
+    return cameras, [[silhouette(camera, figure) for figure in figures] for camera in cameras]
+
+
+def findings_of(cameras: Sequence[Camera], masks: Sequence[Sequence[Mask | None]]) -> list[tuple[Finding, ...]]:
+    """Findings of every frame."""
+    state: ViewConsistency = initial_consistency([camera.name for camera in cameras])
+    results = []
+    for frame in range(min(map(len, masks))):
+        state, findings = check_views(state, *extract_outlines([mask[frame] for mask in masks], cameras, 200))
+        results.append(findings)
+    return results
+
+
+def turned(camera: Camera, degrees: float) -> Camera:
+    rotation = np.asarray(cv2.Rodrigues(np.array([0.0, np.radians(degrees), 0.0]))[0], dtype=np.float64)
+    return replace(camera, rotation=rotation @ camera.rotation, translation=rotation @ camera.translation)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("girth", [0.8, 1.0, 1.3])
+@pytest.mark.parametrize("views", [2, 3, 4, 7])
+def test_consistent_views_give_no_finding(views: int, girth: float) -> None:
+    assert set(findings_of(*film(views, girth))) == {()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("views", [4, 5, 7])
+@pytest.mark.parametrize("degrees", [2.0, -5.0])
+def test_turned_camera_is_reported(views: int, degrees: float) -> None:
+    cameras, masks = film(views)
+    wrong = [turned(camera, degrees) if k == BAD else camera for k, camera in enumerate(cameras)]
+    results = findings_of(wrong, masks)
+    assert {(f.kind, f.view) for findings in results for f in findings} == {("calibration", BAD)}
+    (finding,) = results[-1]
+    assert finding.figure > 0.1
+    assert finding.text.startswith("view cam03 disagrees with the others: ")
+    assert "of its contour lacks support (others " in finding.text
+    assert untrusted(results[-1]) == {BAD}
+
+
+@pytest.mark.slow
+def test_moved_camera_is_reported() -> None:
+    cameras, masks = film(7)
+    moved = replace(cameras[BAD], translation=cameras[BAD].translation + np.array([0.15, 0.0, 0.0]))
+    results = findings_of([moved if k == BAD else camera for k, camera in enumerate(cameras)], masks)
+    assert {(f.kind, f.view) for findings in results for f in findings} == {("calibration", BAD)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("views", [4, 7])
+@pytest.mark.parametrize("late", [-2, 2, 5])
+def test_view_out_of_step_is_reported_with_its_lag(views: int, late: int) -> None:
+    cameras, masks = film(views)
+    shifted = [mask[5 - late :] if k == BAD else mask[5:] for k, mask in enumerate(masks)]
+    results = findings_of(cameras, shifted)
+    (finding,) = results[-1]
+    assert (finding.kind, finding.view, finding.figure) == ("out-of-step", BAD, late)
+    assert f"view cam03 is out of step, {abs(late)} frames {'late' if late > 0 else 'early'}" in finding.text
+    assert untrusted(results[-1]) == {BAD}
+
+
+@pytest.mark.slow
+def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> None:
+    cameras, masks = film(4)
+    since, until = 40, 100
+    frozen = [*masks[BAD][:since], *[masks[BAD][since]] * (until - since), *masks[BAD][until:]]
+    results = findings_of(cameras, [frozen if k == BAD else mask for k, mask in enumerate(masks)])
+    named = [k for k, findings in enumerate(results) if ("frozen", BAD) in {(f.kind, f.view) for f in findings}]
+    assert (
+        since + PERSISTENT_CHECKS * CHECK_PERIOD_FRAMES - 1
+        <= named[0]
+        <= since + (PERSISTENT_CHECKS + 2) * CHECK_PERIOD_FRAMES
+    )
+    assert until - 1 <= named[-1] <= until + 2 * CHECK_PERIOD_FRAMES
+    assert "view cam03 is frozen" in results[named[0]][0].text
+
+
+@pytest.mark.slow
+def test_a_person_standing_still_is_not_a_frozen_view() -> None:
+    cameras, masks = film(4)
+    assert set(findings_of(cameras, [[mask[50]] * FRAMES for mask in masks])) == {()}
+
+
+def test_empty_view_is_reported() -> None:
+    cameras, masks = film(4)
+    with_loss: list[Mask | None] = [*masks[BAD][:30], *[None] * (FRAMES - 30)]
+    results = findings_of(cameras, [with_loss if k == BAD else mask for k, mask in enumerate(masks)])
+    assert [(f.kind, f.view) for f in results[-1]] == [("empty", BAD)]
+    assert "view cam03 is empty for" in results[-1][0].text
+    assert untrusted(results[-1]) == frozenset()
+
+
+def test_a_view_that_never_sees_the_person_gives_no_finding() -> None:
+    cameras, masks = film(4)
+    aside = replace(cameras[BAD], matrix=cameras[BAD].matrix + np.array([[0.0, 0.0, 400.0], [0.0] * 3, [0.0] * 3]))
+    elsewhere: list[Mask | None] = [None] * FRAMES
+    results = findings_of(
+        [aside if k == BAD else camera for k, camera in enumerate(cameras)],
+        [elsewhere if k == BAD else mask for k, mask in enumerate(masks)],
+    )
+    assert set(results) == {()}
+
+
+def test_an_empty_scene_gives_no_finding() -> None:
+    cameras = ring(4)
+    assert set(findings_of(cameras, [[None] * 60 for _ in cameras])) == {()}
+
+
+@pytest.mark.parametrize("fault", [lambda camera: turned(camera, 5.0), lambda camera: camera], ids=["bad", "good"])
+def test_same_input_gives_the_same_findings(fault: Callable[[Camera], Camera]) -> None:
+    cameras, masks = film(4)
+    wrong = [fault(camera) if k == BAD else camera for k, camera in enumerate(cameras)]
+    assert findings_of(wrong, masks) == findings_of(wrong, masks)

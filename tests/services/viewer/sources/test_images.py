@@ -1,0 +1,87 @@
+"""Images rendered in advance: played on schedule, forwards and backwards."""
+
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenocap.common.rig.sources import Rendered, SpecError, parse_source
+from zenocap.services.viewer.sources.playback import OpenError, Playback, SizeMismatch
+from zenocap.services.viewer.sources.rendered import rendered_frames, there_and_back
+
+S = 1_000_000_000
+SIZE = (4, 3)
+
+
+@dataclass
+class FakeTime:
+    ns: int
+
+    def now_ns(self) -> int:
+        return self.ns
+
+    def sleep(self, seconds: float) -> None:
+        self.ns += round(seconds * S)
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Path:
+    """Five images, image k of value k."""
+    path = tmp_path / "film.npy"
+    np.save(path, np.arange(5, dtype=np.uint8)[:, None, None, None] * np.ones((1, 3, 4, 3), np.uint8))
+    return path
+
+
+@given(st.integers(0, 10**6), st.integers(1, 50))
+def test_consecutive_indices_are_adjacent_forwards_and_backwards(step: int, count: int) -> None:
+    one, two = there_and_back(step, count), there_and_back(step + 1, count)
+    assert 0 <= one < count
+    assert abs(one - two) == (count > 1)
+
+
+def test_live_frames_are_in_time_and_late_ones_are_skipped(film: Path) -> None:
+    time = FakeTime(10 * S)
+    frames = rendered_frames(Rendered(film, 10.0), 10.0, SIZE, SIZE, Playback(9 * S, time, sleep=time.sleep))
+    first = list(islice(frames, 3))
+    assert [(f.frame, f.captured_ns) for f in first] == [(10, 10 * S), (11, 10 * S + S // 10), (12, 10 * S + S // 5)]
+    assert [int(f.image[0, 0, 0]) for f in first] == [2, 3, 4]
+    time.ns += S  # the reader pauses
+    assert next(frames).frame == 22
+
+
+def test_the_speed_of_the_motion_is_independent_of_the_rate(film: Path) -> None:
+    time = FakeTime(0)
+    frames = rendered_frames(Rendered(film, 10.0), 20.0, SIZE, SIZE, Playback(0, time, sleep=time.sleep))
+    assert [int(f.image[0, 0, 0]) for f in islice(frames, 6)] == [0, 0, 1, 1, 2, 2]
+
+
+def test_offline_playback_ends(film: Path) -> None:
+    playback = Playback(0, FakeTime(0), live=False)
+    assert [f.frame for f in rendered_frames(Rendered(film, 10.0), 10.0, SIZE, SIZE, playback)] == [0, 1, 2, 3, 4]
+
+
+def test_invalid_image_arrays_are_refused(tmp_path: Path, film: Path) -> None:
+    playback = Playback(0, FakeTime(0), live=False)
+    bad = tmp_path / "bad.npy"
+    np.save(bad, np.zeros((2, 3)))
+    for path in (bad, tmp_path / "none.npy", Path(__file__)):
+        with pytest.raises(OpenError, match=path.name):
+            next(rendered_frames(Rendered(path, 10.0), 10.0, SIZE, SIZE, playback))
+    with pytest.raises(SizeMismatch):
+        next(rendered_frames(Rendered(film, 10.0), 10.0, (8, 8), (8, 8), playback))
+
+
+@pytest.mark.parametrize(
+    "text", ["rendered:a.mp4", "rendered:a.npy?fps=0", "rendered:a.npy?fps=x", "rendered:a.npy?speed=2"]
+)
+def test_invalid_source_text_is_refused(text: str) -> None:
+    with pytest.raises(SpecError, match=r"rendered:FILE\.npy"):
+        parse_source(text, Path())
+
+
+def test_source_text_has_file_and_rate() -> None:
+    assert parse_source("rendered:a.npy?fps=60", Path("films")) == Rendered(Path("films/a.npy"), 60.0)

@@ -1,0 +1,376 @@
+"""Frames of video files, pictures and cameras: numbers, times, live playback, and errors that name the source."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import islice, pairwise
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.places import CLIPS, ROOT
+from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources import device, video
+from zenocap.services.viewer.sources.device import camera_frames
+from zenocap.services.viewer.sources.images import image_frames
+from zenocap.services.viewer.sources.playback import AccessDenied, EndedEarly, OpenError, Playback, SizeMismatch
+from zenocap.services.viewer.sources.resize import Fit
+from zenocap.services.viewer.sources.source import open_source
+from zenocap.services.viewer.sources.video import taken, video_frames
+
+SIZE, WORKING = (64, 48), (32, 24)
+S = 1_000_000_000
+
+
+@dataclass
+class FakeTime:
+    """A clock that advances by calls of sleep."""
+
+    ns: int = 0
+    sleeps: list[float] = field(default_factory=list)
+
+    def now_ns(self) -> int:
+        return self.ns
+
+    def sleep(self, seconds: float) -> None:
+        self.sleeps.append(seconds)
+        self.ns += round(seconds * S)
+
+
+def offline(epoch_ns: int = 0) -> Playback:
+    return Playback(epoch_ns, FakeTime(), live=False)
+
+
+def live(time: FakeTime, epoch_ns: int = 0, loop: bool = False, reports: list[str] | None = None) -> Playback:
+    return Playback(epoch_ns, time, loop=loop, sleep=time.sleep, report=(reports if reports is not None else []).append)
+
+
+def write_video(path: Path, frames: int, fps: float = 10.0, size: tuple[int, int] = SIZE, start: int = 0) -> Path:
+    """Write a video; frame k has the grey value 10 (start + k)."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), fps, size)
+    for k in range(start, start + frames):
+        writer.write(np.full((size[1], size[0], 3), 10 * k, np.uint8))
+    writer.release()
+    return path
+
+
+def level(frame: Frame) -> int:
+    """Number encoded in the grey value of a frame."""
+    return round(float(frame.image.mean()) / 10)
+
+
+def test_a_file_gives_every_frame_at_the_working_size_with_its_own_number_and_time(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 6)
+    frames = list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline(5 * S)))
+    assert [f.frame for f in frames] == list(range(6))
+    assert [f.captured_ns for f in frames] == [5 * S + k * S // 10 for k in range(6)]
+    assert [level(f) for f in frames] == list(range(6))
+    assert all(f.image.shape == (24, 32, 3) and f.image.dtype == np.uint8 and not f.initial for f in frames)
+
+
+def test_a_lower_rate_takes_the_first_frame_of_each_period_and_keeps_its_number(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 12, fps=30.0)
+    frames = list(video_frames(VideoFile(path), 15.0, SIZE, WORKING, offline()))
+    assert [f.frame for f in frames] == [0, 2, 4, 6, 8, 10]
+    assert [level(f) for f in frames] == [0, 2, 4, 6, 8, 10]
+
+
+@given(fps=st.floats(0.5, 60), own=st.floats(1, 120), count=st.integers(2, 400))
+def test_taken_frames_are_never_more_than_the_rate_allows(fps, own, count):
+    kept = [k for k in range(count) if taken(k, fps, own)]
+    assert kept[0] == 0
+    if fps >= own:
+        assert kept == list(range(count))
+    else:
+        assert abs(len(kept) - count * fps / own) <= 1
+        assert all(abs((b - a) - own / fps) <= 1 for a, b in pairwise(kept))
+
+
+def test_the_initial_posture_comes_first_and_does_not_shift_the_files_numbers(tmp_path):
+    main, stretched = write_video(tmp_path / "a.mp4", 3), write_video(tmp_path / "s.mp4", 2, start=7)
+    frames = list(video_frames(VideoFile(main, stretched), 10.0, SIZE, WORKING, offline(S)))
+    assert [(f.frame, f.initial, level(f)) for f in frames] == [
+        (0, True, 7),
+        (1, True, 8),
+        (0, False, 0),
+        (1, False, 1),
+        (2, False, 2),
+    ]
+    assert [f.captured_ns for f in frames] == [S + k * S // 10 for k in (-2, -1, 0, 1, 2)]
+
+
+def test_a_file_is_paced_by_its_own_times_in_live_playback(tmp_path):
+    path, time = write_video(tmp_path / "a.mp4", 4), FakeTime(ns=3 * S)
+    arrived = [time.now_ns() for _ in video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, 5 * S))]
+    assert arrived == [5 * S + k * S // 10 for k in range(4)]
+
+
+def test_late_frames_are_skipped_in_live_playback(tmp_path):
+    path, time = write_video(tmp_path / "a.mp4", 10), FakeTime()
+    indices = []
+    for frame in video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time)):
+        indices.append(frame.frame)
+        if frame.frame == 2:
+            time.ns += S // 2
+    assert indices == [0, 1, 2, 6, 7, 8, 9]
+
+
+def test_frame_numbers_continue_in_a_looped_file(tmp_path):
+    path, time = write_video(tmp_path / "a.mp4", 3), FakeTime()
+    frames = list(islice(video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, loop=True)), 7))
+    assert [(f.frame, level(f)) for f in frames] == [(0, 0), (1, 1), (2, 2), (3, 0), (4, 1), (5, 2), (6, 0)]
+    assert frames[-1].captured_ns == 6 * S // 10
+
+
+def test_missing_forbidden_and_invalid_video_files_are_refused(tmp_path, monkeypatch):
+    source = VideoFile(tmp_path / "a.mp4")
+    with pytest.raises(OpenError, match=r"a\.mp4: no such video file"):
+        next(video_frames(source, 10.0, SIZE, WORKING, offline()))
+    source.path.write_bytes(b"no video")
+    with pytest.raises(OpenError, match=r"a\.mp4: not a video that can be decoded: the file is damaged"):
+        next(video_frames(source, 10.0, SIZE, WORKING, offline()))
+    monkeypatch.setattr(video.os, "access", lambda path, mode: False)
+    with pytest.raises(AccessDenied, match=r"a\.mp4: no permission to read this video file"):
+        next(video_frames(source, 10.0, SIZE, WORKING, offline()))
+
+
+class FakeVideo:
+    """Stand-in of cv2.VideoCapture for a file that declares more frames than it has."""
+
+    def __init__(self, declared: int, actual: int, fps: float = 10.0, broken: int = -1) -> None:
+        self.declared, self.left, self.fps, self.broken, self.number = declared, actual, fps, broken, -1
+
+    def __call__(self, *_: object) -> "FakeVideo":
+        return self
+
+    def isOpened(self) -> bool:
+        return True
+
+    def get(self, key: int) -> float:
+        return {cv2.CAP_PROP_FRAME_COUNT: float(self.declared), cv2.CAP_PROP_FPS: self.fps}[key]
+
+    def grab(self) -> bool:
+        self.left, self.number = self.left - 1, self.number + 1
+        return self.left >= 0
+
+    def retrieve(self) -> tuple[bool, np.ndarray | None]:
+        broken = self.number == self.broken
+        return not broken, None if broken else np.zeros((48, 64, 3), np.uint8)
+
+    def release(self) -> None:
+        self.left = 0
+
+
+@pytest.mark.parametrize(
+    ("fake", "error", "text"),
+    [
+        (FakeVideo(0, 0), EndedEarly, "a.mp4: 0 frames read, 0 declared: the file is empty or damaged"),
+        (FakeVideo(100, 0), EndedEarly, "a.mp4: 0 frames read, 100 declared: the file is empty or damaged"),
+        (FakeVideo(100, 50), EndedEarly, "a.mp4: 50 frames read, 100 declared: the file is cut or damaged"),
+        (FakeVideo(100, 100, broken=7), EndedEarly, "a.mp4: frame 7 of 100 cannot be decoded"),
+        (FakeVideo(100, 100, fps=0.0), OpenError, "a.mp4: frame rate 0.0: allowed: above 0 to 1000 a second"),
+    ],
+)
+def test_error_of_a_damaged_file_has_the_number_of_frames_read(tmp_path, monkeypatch, fake, error, text):
+    (tmp_path / "a.mp4").touch()
+    monkeypatch.setattr(video.cv2, "VideoCapture", fake)
+    with pytest.raises(error, match=text):
+        list(video_frames(VideoFile(tmp_path / "a.mp4"), 10.0, SIZE, WORKING, offline()))
+
+
+@pytest.mark.parametrize("actual", [99, 100, 101])
+def test_the_declared_number_of_frames_may_be_wrong_by_one_percent(tmp_path, monkeypatch, actual):
+    (tmp_path / "a.mp4").touch()
+    monkeypatch.setattr(video.cv2, "VideoCapture", FakeVideo(100, actual))
+    assert len(list(video_frames(VideoFile(tmp_path / "a.mp4"), 10.0, SIZE, WORKING, offline()))) == actual
+
+
+def test_a_truncated_file_raises_an_error(tmp_path):
+    path = tmp_path / "a.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, SIZE)
+    for _ in range(60):
+        writer.write(np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8))
+    writer.release()
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    with pytest.raises((EndedEarly, OpenError), match=r"a\.avi: "):
+        list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+
+
+def test_images_that_do_not_fit_the_calibration_are_refused_with_both_sizes(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 2, size=(64, 64))
+    with pytest.raises(SizeMismatch, match=r"a\.mp4: images of 64 x 64 px, but the calibration is for 64 x 48 px"):
+        list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+
+
+@pytest.mark.parametrize(("real", "calibrated"), [((1080, 1920), (1088, 1920)), ((1088, 1920), (1080, 1920))])
+def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(real, calibrated):
+    """real_beam4: 1088 columns were scaled to 1080, and the height by the same factor, about the centre."""
+    working = (calibrated[0] // 2, calibrated[1] // 2)
+    scale = real[0] / calibrated[0]
+    for point in ((100, 300), (700, 1500), (540, 960)):
+        image = np.zeros((real[1], real[0], 3), np.uint8)
+        x, y = ((p + 0.5 - c / 2) * scale + r / 2 for p, c, r in zip(point, calibrated, real, strict=True))
+        cv2.circle(image, (round(x), round(y)), 6, (255, 255, 255), -1)
+        seen = Fit("a", calibrated, working)(image)[..., 0] > 127
+        rows, columns = np.nonzero(seen)
+        assert columns.mean() * 2 == pytest.approx(point[0], abs=1.5)
+        assert rows.mean() * 2 == pytest.approx(point[1], abs=1.5)
+
+
+def test_pictures_are_ordered_by_number(tmp_path):
+    for k in (2, 10, 1):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
+    frames = list(image_frames(Images(tmp_path, "*.png"), 10.0, SIZE, WORKING, offline(S)))
+    assert [(f.frame, level(f)) for f in frames] == [(0, 1), (1, 2), (2, 10)]
+    assert [f.captured_ns for f in frames] == [S, S + S // 10, S + S // 5]
+
+
+def test_pictures_are_paced_looped_and_skipped_when_late_in_live_playback(tmp_path):
+    for k in range(3):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), np.full((48, 64, 3), 10 * k, np.uint8))
+    time = FakeTime(ns=S // 4)
+    frames = islice(image_frames(Images(tmp_path, "*.png"), 10.0, SIZE, WORKING, live(time, loop=True)), 3)
+    assert [(f.frame, level(f)) for f in frames] == [(2, 2), (3, 0), (4, 1)]
+
+
+def test_unreadable_pictures_are_refused(tmp_path, monkeypatch):
+    source = Images(tmp_path, "*.png")
+    with pytest.raises(OpenError, match=r"\*\.png: no file matches"):
+        next(image_frames(source, 10.0, SIZE, WORKING, offline()))
+    (tmp_path / "1.png").write_bytes(b"")
+    with pytest.raises(EndedEarly, match=r"1\.png: picture 0 of 1 cannot be decoded"):
+        next(image_frames(source, 10.0, SIZE, WORKING, offline()))
+
+    def refuse(self: Path) -> bytes:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    with pytest.raises(AccessDenied, match=r"1\.png: no permission to read this picture"):
+        next(image_frames(source, 10.0, SIZE, WORKING, offline()))
+
+
+class FakeCamera:
+    """Stand-in of cv2.VideoCapture that takes 1 / fps s for a frame and ends after `frames` of them."""
+
+    def __init__(self, time: FakeTime, frames: int, fps: float = 10.0, size: tuple[int, int] = SIZE) -> None:
+        self.time, self.left, self.fps, self.size, self.released = time, frames, fps, size, False
+
+    def isOpened(self) -> bool:
+        return self.left > 0
+
+    def grab(self) -> bool:
+        self.time.ns += round(S / self.fps)
+        self.left -= 1
+        return self.left >= 0
+
+    def retrieve(self) -> tuple[bool, object]:
+        return True, np.zeros((self.size[1], self.size[0], 3), np.uint8)
+
+    def release(self) -> None:
+        self.released = True
+
+
+def opening(captures: list[FakeCamera]) -> device.Opener:
+    """Return an opener that gives these captures one after the other."""
+    rest: Iterator[FakeCamera] = iter(captures)
+    return lambda source, size, fps: next(rest)
+
+
+def test_frames_of_a_camera_have_the_time_when_they_were_grabbed():
+    time = FakeTime(ns=S)
+    camera = FakeCamera(time, 50)
+    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([camera]))
+    frames = list(islice(stream, 3))
+    assert [f.frame for f in frames] == [0, 1, 2]
+    assert [f.captured_ns for f in frames] == [S + k * S // 10 for k in (2, 3, 4)]  # the first was the check
+    stream.close()
+    assert camera.released
+
+
+def test_frames_of_a_fast_camera_are_reduced_to_the_rate():
+    time = FakeTime(ns=S)
+    frames = list(
+        islice(camera_frames(Device(0), 15.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 500, 60.0)])), 30)
+    )
+    gaps = np.diff([f.captured_ns for f in frames]) / S
+    assert gaps.mean() == pytest.approx(1 / 15, rel=0.02)
+    assert [f.frame for f in frames] == list(range(30))
+
+
+def test_an_unplugged_camera_is_reported_and_opened_again_with_growing_pauses():
+    time, reports = FakeTime(ns=S), []
+    unavailable = [FakeCamera(time, 0) for _ in range(6)]
+    captures = [FakeCamera(time, 3), *unavailable, FakeCamera(time, 50)]
+    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time, reports=reports), opening(captures))
+    frames = list(islice(stream, 4))
+    assert [f.frame for f in frames] == [0, 1, 2, 3]
+    assert time.sleeps == [0.5, 1.0, 2.0, 4.0, 8.0, 10.0, 10.0]
+    assert "lost after 2 frames: unplugged, or the stream ended; trying again" in reports[0]
+    assert "back after 7 tries" in reports[1]
+    assert all(camera.released for camera in captures[:-1])
+
+
+def test_a_camera_with_other_images_is_refused():
+    time = FakeTime()
+    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 9, size=(128, 72))]))
+    with pytest.raises(SizeMismatch, match="images of 128 x 72 px, but the calibration is for 64 x 48 px"):
+        next(stream)
+
+
+def first(source: Device | Stream) -> Frame:
+    time = FakeTime()
+    return next(camera_frames(source, 10.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 0)])))
+
+
+def test_error_gives_the_reason_why_a_camera_does_not_open(monkeypatch):
+    monkeypatch.setattr(device.sys, "platform", "linux")
+    monkeypatch.setattr(device.Path, "exists", lambda path: False)
+    monkeypatch.setattr(device.Path, "glob", lambda path, pattern: iter([Path("/dev/video7")]))
+    with pytest.raises(OpenError, match=r"camera 3 \(/dev/video3\): no such camera; there are: /dev/video7"):
+        first(Device(3))
+    monkeypatch.setattr(device.Path, "exists", lambda path: True)
+    monkeypatch.setattr(device.os, "access", lambda path, mode: False)
+    with pytest.raises(AccessDenied, match=r"/dev/video3\): no permission: add this user to the group `video`"):
+        first(Device(3))
+    monkeypatch.setattr(device.os, "access", lambda path, mode: True)
+    with pytest.raises(OpenError, match="delivers no image: another program may be using it"):
+        first(Device(3))
+
+
+def test_error_names_a_failed_stream_without_its_password():
+    with pytest.raises(OpenError, match="rtsp://host:554/a: the stream does not open within 5 s") as caught:
+        first(Stream("rtsp://user:secret@host:554/a"))
+    assert "secret" not in str(caught.value)
+
+
+def test_a_viewer_opens_its_own_source(tmp_path):
+    folder = tmp_path / "take"
+    for name in ("cam01", "cam02"):
+        write_video(folder / "videos" / f"{name}.mp4", 3, size=(640, 480))
+    demo = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"
+    (folder / "calibration.toml").write_text(demo.read_text())
+    rig = load_rig(folder)
+    frames = list(open_source(rig.viewers[0], offline()))
+    assert [f.image.shape for f in frames] == [(480, 640, 3)] * 3
+    os.remove(folder / "videos" / "cam01.mp4")
+    with pytest.raises(OpenError, match="no such video file"):
+        next(open_source(rig.viewers[0], offline()))
+
+
+@pytest.mark.clips
+@pytest.mark.skipif(not CLIPS.exists(), reason="the shared clips are not beside the project")
+def test_the_real_clip_is_read_at_its_working_size_initial_posture_first():
+    rig = load_rig(CLIPS / "real_beam4")
+    for viewer in rig.viewers:
+        frames = list(islice(open_source(viewer, offline(S)), 14))
+        assert [f.initial for f in frames] == [True] * 11 + [False] * 3
+        assert [f.frame for f in frames] == [*range(11), 0, 1, 2]
+        assert {f.image.shape for f in frames} == {(viewer.camera.size[1], viewer.camera.size[0], 3)}

@@ -1,0 +1,94 @@
+"""Agreement of viewers on a common epoch, in any order of their starts."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from zenocap.common.bus.local import LocalBus, LocalNetwork
+from zenocap.common.bus.protocol import Received
+from zenocap.common.messages import CameraInfo
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.topics import CAMERA
+from zenocap.services.viewer.epoch import agreed_epoch
+from zenocap.services.viewer.parameters import EPOCH_LEAD_NS
+
+START_NS = 10**18
+SECOND = 10**9
+
+
+def info(viewer: str, captured_ns: int) -> CameraInfo:
+    return CameraInfo(
+        frame=0,
+        captured_ns=captured_ns,
+        viewer=viewer,
+        name="cam01",
+        size=(160, 120),
+        matrix=[0.0] * 9,
+        distortions=[],
+        rotation=[0.0] * 9,
+        translation=[0.0] * 3,
+    )
+
+
+class Scene:
+    """A viewer's bus: time passes with every `receive`, and the other viewer publishes at given times."""
+
+    def __init__(self, *scheduled: tuple[float, CameraInfo]) -> None:
+        self.clock = ManualClock(START_NS)
+        self.network = LocalNetwork("studio", self.clock)
+        self.bus: LocalBus = self.network.bus()
+        self.other = self.network.bus()
+        self.observer: LocalBus = self.network.bus()
+        self.observer.subscribe(CAMERA, every=True)
+        self.scheduled = iter(scheduled)
+        self.next = next(self.scheduled, None)
+        receive = self.bus.receive
+
+        def receive_with_delay(timeout_s: float = 0.0) -> Received | None:
+            self.clock.advance(int(0.05 * SECOND))
+            while self.next and self.clock.now_ns() >= START_NS + self.next[0] * SECOND:
+                self.other.publish(CAMERA, self.next[1])
+                self.next = next(self.scheduled, None)
+            return receive(timeout_s)
+
+        self.bus.receive = receive_with_delay  # type: ignore[method-assign]  # a bus on which waiting takes time
+
+    def epoch(self) -> int:
+        return agreed_epoch(["2"], lambda epoch_ns: info("1", epoch_ns), self.bus, self.clock, self._late)
+
+    def _late(self) -> bool:
+        return self.clock.now_ns() > START_NS + 60 * SECOND
+
+    def proposals(self) -> Iterator[int]:
+        while (event := self.observer.receive()) is not None:
+            message = getattr(event, "message", None)
+            if isinstance(message, CameraInfo) and message.viewer == "1":
+                yield message.captured_ns
+
+
+def test_the_first_viewer_waits_and_the_later_proposal_is_used() -> None:
+    theirs = START_NS + 5 * SECOND + EPOCH_LEAD_NS
+    scene = Scene((5.0, info("2", theirs)))
+    assert scene.epoch() == theirs
+    assert len(list(scene.proposals())) > 3  # none of them expires during the wait
+
+
+def test_the_second_viewer_uses_its_own_later_proposal() -> None:
+    scene = Scene((0.0, info("2", START_NS + SECOND)))
+    epoch_ns = scene.epoch()
+    assert epoch_ns == max(scene.proposals())
+    assert epoch_ns > START_NS + SECOND
+
+
+def test_a_restarted_viewer_uses_the_running_epoch() -> None:
+    scene = Scene((0.2, info("2", START_NS - 40 * SECOND)))
+    assert scene.epoch() == START_NS - 40 * SECOND
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.3, 0.9, 1.7, 4.2])
+def test_both_viewers_agree_on_the_epoch(delay_s: float) -> None:
+    """The epoch that the other viewer would take from this one's last proposal is the epoch of this one."""
+    theirs = START_NS + int(delay_s * SECOND) + EPOCH_LEAD_NS
+    scene = Scene((delay_s, info("2", theirs)))
+    epoch_ns = scene.epoch()
+    assert epoch_ns == max(theirs, *scene.proposals())

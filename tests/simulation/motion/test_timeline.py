@@ -1,0 +1,148 @@
+"""Time lines: order of segments, and motion without jumps."""
+
+import numpy as np
+import pytest
+
+from zenocap.simulation.body.person import person
+from zenocap.simulation.ground_truth import truth
+from zenocap.simulation.motion.postures import POSTURES
+from zenocap.simulation.motion.timeline import (
+    EMPTY,
+    LOWERING,
+    RETURNING,
+    STANDING,
+    STRETCHED,
+    MotionTimeline,
+    demo_timeline,
+    motion_timeline,
+    posture_timeline,
+    session_timeline,
+)
+
+FASTEST_M_S = 7.5  # a foot in a kick
+FASTEST_FIST_M_S = 11.0
+
+
+def top_speed(script: MotionTimeline, from_s: float, to_s: float) -> float:
+    """Speed of the fastest joint, metres per second."""
+    times = np.arange(from_s, to_s, 0.02)
+    frames = []
+    for t in times:
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        frames.append(np.array(list(truth(script.person, pose).joints.values())))
+    return float(np.linalg.norm(np.diff(np.array(frames), axis=0), axis=2).max() / 0.02)
+
+
+def test_take_starts_with_the_empty_scene_and_the_initial_posture() -> None:
+    subject = person(3)
+    script = posture_timeline(subject, "squat", 5)
+    assert [s.name for s in script.segments] == ["empty", "stretched", "lowering", "squat"]
+    assert script.pose_at(0.5) is None
+    pose = script.pose_at(1.8)
+    assert pose is not None
+    joints = truth(subject, pose).joints
+    for side, out in (("R", -1.0), ("L", 1.0)):
+        arm = joints[f"{side}Wrist"] - joints[f"{side}Shoulder"]
+        assert abs(arm[1]) < 0.04
+        assert arm[0] * out > 0.95 * np.linalg.norm(arm)
+    assert abs(truth(subject, pose).yaw) < 0.05
+    assert script.motion_from_s == pytest.approx(3.1)
+    assert script.segments[-1].start_s == script.motion_from_s
+
+
+def test_segments_follow_each_other_without_gaps() -> None:
+    script = demo_timeline(person(1), 0)
+    for first, second in zip(script.segments, script.segments[1:], strict=False):
+        assert first.end_s == second.start_s
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", POSTURES)
+@pytest.mark.parametrize("seed", [2, 17])
+def test_posture_take_has_no_jumps(name: str, seed: int) -> None:
+    script = posture_timeline(person(seed), name, seed + 1)
+    assert top_speed(script, 1.0, script.duration_s + 0.5) < FASTEST_M_S
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0])
+def test_demo_has_no_jumps_even_where_it_repeats(seed: int) -> None:
+    script = demo_timeline(person(seed), seed)
+    assert script.period_s is not None
+    assert top_speed(script, 3.0, script.duration_s + script.period_s + 1.0) < FASTEST_M_S
+
+
+def test_demo_has_all_movements_and_repeats_from_the_initial_posture() -> None:
+    script = demo_timeline(person(4), 1)
+    assert script.period_s is not None
+    names = {s.name for s in script.segments}
+    assert {"stretched", "walking", "raise-both-arms", "swing-both-arms", "squat", "kick-right", "turning"} <= names
+    assert script.segment_at(script.duration_s + 0.1).name == "stretched"
+    assert script.pose_at(script.duration_s + 0.1) is not None
+    assert script.segment_at(script.duration_s + 2.5 * script.period_s) in script.segments
+
+
+def test_the_demo_stays_in_the_action_region() -> None:
+    subject = person(22)
+    script = demo_timeline(subject, 1)
+    for t in np.arange(3.0, script.duration_s, 0.2):
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        hip = truth(subject, pose).joints["Hip"]
+        assert np.hypot(hip[0], hip[2]) < 1.7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["walking", "turning", "turn-and-walk", "march"])
+def test_single_motion_repeats_without_jumps(name: str) -> None:
+    script = motion_timeline(person(5), name, 0)
+    assert script.period_s is not None
+    assert script.segment_at(script.duration_s + 0.1).name == name
+    assert top_speed(script, 3.0, script.duration_s + 2.0) < FASTEST_M_S
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["running", "boxing"])
+def test_running_and_boxing_stay_in_the_room_without_jumps(name: str) -> None:
+    script = motion_timeline(person(5), name, 1)
+    assert script.segment_at(script.duration_s + 0.1).name == name
+    assert top_speed(script, 3.0, script.duration_s + 1.0) < FASTEST_FIST_M_S
+    for t in np.arange(7.0, script.duration_s, 0.25):
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        hip = truth(script.person, pose).joints["Hip"]
+        assert np.hypot(hip[0], hip[2]) < 2.9
+
+
+def test_person_stands_and_sways_after_the_end_of_a_take() -> None:
+    script = posture_timeline(person(5), "march", 0)
+    first, second = script.pose_at(script.duration_s + 1.0), script.pose_at(script.duration_s + 2.0)
+    assert first is not None
+    assert second is not None
+    moved = truth(script.person, first).joints["Head"] - truth(script.person, second).joints["Head"]
+    assert 1e-5 < np.linalg.norm(moved) < 0.05
+
+
+def test_session_movements_are_in_order_and_start_near_the_origin() -> None:
+    movements = [("turn-and-walk", 0), ("bend", 3), ("squat", 1)]
+    script = session_timeline(person(5), movements, [0.5, 0.0, 0.7], 2)
+    names = [segment.name for segment in script.segments]
+    assert names == [
+        EMPTY, STRETCHED, LOWERING, STANDING, "turn-and-walk", STANDING, RETURNING, "bend", STANDING, "squat", STANDING
+    ]  # fmt: skip
+    assert top_speed(script, 1.0, script.duration_s) < FASTEST_M_S
+    for segment in script.segments:
+        if segment.name in dict(movements):
+            assert np.hypot(segment.start.x, segment.start.z) < 0.25
+
+
+def test_session_rejects_an_unknown_movement() -> None:
+    with pytest.raises(ValueError, match="movement 'handstand' is not one of march, "):
+        session_timeline(person(5), [("handstand", 0)], [0.0], 0)
+
+
+@pytest.mark.parametrize("time_s", [-0.1, float("nan")])
+def test_time_before_the_start_is_an_error(time_s: float) -> None:
+    with pytest.raises(ValueError, match=r"time_s = .*, allowed 0 or more"):
+        posture_timeline(person(5), "march", 0).pose_at(time_s)

@@ -1,0 +1,107 @@
+"""Ground truth in the tracker's anatomy against the simulated skeleton."""
+
+import numpy as np
+import pytest
+
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.kinematics import joint_centres, part_frames
+from zenocap.simulation.body.person import person
+from zenocap.simulation.ground_truth import true_bdp, true_sizes, truth
+from zenocap.simulation.motion.postures import POSTURES
+from zenocap.simulation.motion.timeline import demo_timeline, posture_timeline
+
+PARTS = tuple(f"{side}_{segment}" for side in ("right", "left") for segment in ("upper_arm", "lower_arm"))
+PARTS += tuple(f"{side}_{segment}" for side in ("right", "left") for segment in ("upper_leg", "lower_leg"))
+
+
+@pytest.mark.parametrize("name", POSTURES)
+@pytest.mark.parametrize("seed", [13])
+def test_ten_part_angles_reproduce_segment_directions(name: str, seed: int) -> None:
+    subject = person(seed)
+    script, bdp = posture_timeline(subject, name, seed), true_bdp(subject)
+    for t in np.arange(1.0, script.duration_s, 0.17):
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        true_pose = truth(subject, pose)
+        frames = part_frames(TEN_PARTS, bdp, true_pose.ten_part_pose())
+        assert set(true_pose.directions) == set(PARTS)
+        for part in PARTS:
+            assert np.allclose(frames[TEN_PARTS.index[part], :, 1], true_pose.directions[part], atol=1e-6), (t, part)
+        torso = true_pose.joints["Neck"] - true_pose.joints["Hip"]
+        assert np.allclose(frames[0, :, 1], torso / np.linalg.norm(torso), atol=1e-6)
+        facing = frames[0, :, 2]
+        assert np.arctan2(facing[0], facing[2]) == pytest.approx(true_pose.yaw, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", POSTURES)
+def test_ten_part_angles_stay_within_the_anatomy_limits(name: str) -> None:
+    script = posture_timeline(person(4), name, 2)
+    slack = np.radians(20.0)
+    for t in np.arange(1.0, script.duration_s, 0.11):
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        angles = truth(script.person, pose).ten_part_pose().angles
+        within = (angles > TEN_PARTS.limits[:, 0] - slack) & (angles < TEN_PARTS.limits[:, 1] + slack)
+        outside = [name for name, good in zip(TEN_PARTS.angles, within, strict=True) if not good]
+        assert not outside, (t, outside)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", POSTURES)
+def test_ten_part_angles_are_continuous_except_near_gimbal_lock(name: str) -> None:
+    script = posture_timeline(person(4), name, 2)
+    angles = []
+    for t in np.arange(1.0, script.duration_s, 1 / 40):
+        pose = script.pose_at(float(t))
+        assert pose is not None
+        angles.append(truth(script.person, pose).ten_part_pose().angles)
+    turned = np.abs(np.diff(np.array(angles), axis=0))
+    for joint in ("right_shoulder", "left_shoulder", "right_hip", "left_hip"):
+        well_separated = np.abs(np.cos(np.array(angles)[1:, TEN_PARTS.index[f"{joint}.x"]])) > 0.4
+        for axis in "zy":
+            turned[:, TEN_PARTS.index[f"{joint}.{axis}"]] *= well_separated
+    assert turned.max() < np.radians(30.0)
+
+
+@pytest.mark.parametrize("seed", range(0, 40, 5))
+def test_ten_part_joint_centres_are_close_to_the_true_joints(seed: int) -> None:
+    subject = person(seed)
+    pose = demo_timeline(subject, 0).pose_at(4.0)
+    assert pose is not None
+    true_pose = truth(subject, pose)
+    centres = joint_centres(TEN_PARTS, true_bdp(subject), true_pose.ten_part_pose())
+    for marker, centre in zip(TEN_PARTS.markers, centres, strict=True):
+        assert np.linalg.norm(centre - true_pose.joints[marker.name]) < 0.05, marker.name
+
+
+def test_joints_have_the_names_and_order_of_the_export() -> None:
+    pose = demo_timeline(person(0), 0).pose_at(4.0)
+    assert pose is not None
+    assert list(truth(person(0), pose).joints) == [m.name for m in TEN_PARTS.markers]
+
+
+def test_yaw_follows_the_walk_round_the_circle() -> None:
+    subject = person(2)
+    script = demo_timeline(subject, 0)
+    walking = next(s for s in script.segments if s.name == "walking")
+    yaws, headings = [], []
+    for t in np.arange(walking.start_s + 1.0, walking.end_s - 1.0, 0.05):
+        poses = script.pose_at(float(t) - 0.3), script.pose_at(float(t)), script.pose_at(float(t) + 0.3)
+        hips = [truth(subject, p).joints["Hip"] for p in poses if p is not None]
+        yaws.append(truth(subject, poses[1]).yaw if poses[1] is not None else np.nan)
+        headings.append(np.arctan2(*(hips[2] - hips[0])[[0, 2]]))
+    differences = np.angle(np.exp(1j * (np.array(yaws) - np.array(headings))))
+    assert np.abs(differences).max() < np.radians(20.0)
+
+
+@pytest.mark.parametrize("seed", range(0, 40, 5))
+def test_body_sizes_are_plausible(seed: int) -> None:
+    subject = person(seed)
+    sizes = true_sizes(subject)
+    assert sizes.lower_leg + sizes.upper_leg + sizes.torso + sizes.head == pytest.approx(subject.height)
+    assert 0.02 < sizes.radii["lower_arm"] < sizes.radii["upper_arm"] < sizes.radii["upper_leg"] < 0.13
+    assert sizes.torso_half_depth < sizes.torso_half_width < 0.25
+    bdp = true_bdp(subject)
+    assert bdp.sizes.shape == (10, 3)
+    assert bdp.sizes.min() > 0.02
+    assert np.array_equal(bdp.offsets[0], np.zeros(3))

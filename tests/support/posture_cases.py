@@ -1,0 +1,44 @@
+"""Synthetic postures: from rest each raises some of the ten features and lowers them again, with variation by person."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.services.recognizer.features import NAMES
+from zenocap.services.recognizer.model import PostureModel
+from zenocap.services.recognizer.training.examples import Example, TrainingSettings, prepare
+from zenocap.services.recognizer.training.train import train_without_thresholds
+
+RATE = 15.0
+LABELS = ("wave", "kick", "bow")
+MOVED = {"wave": (0, 1), "kick": (6,), "bow": (6, 8), "stretch": (0, 2, 4)}
+FAST = TrainingSettings(symbols=24, folds=2)
+
+
+def movement(label: str, person: int, repetition: int, seconds: float = 2.0, rate: float = RATE) -> Floats:
+    """(T, 10) radians."""
+    rng = np.random.default_rng((sorted(MOVED).index(label), person, repetition))
+    amplitude = np.random.default_rng((99, person)).uniform(0.8, 1.2)
+    count = int(seconds * rate * rng.uniform(0.9, 1.1))
+    features = np.tile(np.linspace(-0.5, 0.5, len(NAMES)), (count, 1))
+    pulse = np.sin(np.pi * np.arange(count) / count) ** 2
+    for column in MOVED[label]:
+        features[:, column] += 1.5 * amplitude * pulse
+    return features + rng.normal(0.0, 0.02, features.shape)
+
+
+def examples(
+    people: Sequence[int] = (1, 2, 3), repetitions: int = 2, labels: Sequence[str] = LABELS, rate: float = RATE
+) -> list[Example]:
+    return [
+        Example(label, str(person), str(repetition), rate, movement(label, person, repetition, rate=rate))
+        for person in people
+        for label in labels
+        for repetition in range(repetitions)
+    ]
+
+
+def quick_model(labels: Sequence[str] = LABELS) -> PostureModel:
+    """A model without thresholds."""
+    return train_without_thresholds(prepare(examples(labels=labels), FAST), FAST)

@@ -1,0 +1,71 @@
+"""The simulated person seen by a ring of small cameras, for tests of the tracker."""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from tests.support.simulated_cameras import look
+from zenocap.common.arrays import Floats32, Mask
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.common.camera.pinhole import Camera
+from zenocap.services.tracker.hull.contour_rays import contour_rays, extract_outlines, scene_from
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
+from zenocap.services.tracker.states import Options, Setup
+from zenocap.simulation.body.person import Person, person
+from zenocap.simulation.body.pose import PersonPose, Placement, place
+from zenocap.simulation.motion.timeline import t_pose
+from zenocap.simulation.rendering.camera import SimulatedCamera
+
+SIZE = (240, 180)
+FRAME_NS = 1_000_000_000 // 30
+MIDDLE = np.array([0.0, 1.0, 0.0])
+
+
+@lru_cache
+def ring(count: int, size: tuple[int, int] = SIZE) -> dict[str, Camera]:
+    """Cameras "1", "2" ... in a ring, 1.2 to 2 m high and 5 m away; two of them are at a right angle."""
+    turns = [0.0, -np.pi / 2] if count == 2 else 2 * np.pi * np.arange(count) / count
+    heights = 1.2 + 0.8 * (np.arange(count) % 2)
+    return {
+        str(k): look(f"cam{k}", np.array([5.0 * np.sin(turn), height, 5.0 * np.cos(turn)]), MIDDLE).resized(size)
+        for k, (turn, height) in enumerate(zip(turns, heights, strict=True), start=1)
+    }
+
+
+def setup(cameras: Mapping[str, Camera], person_height: float | None = None, seed: int = 0) -> Setup:
+    options = Options(particles=6, points=300, seed=seed)
+    return Setup(FOURTEEN_PARTS, cameras, FRAME_NS, None, options, person_height)
+
+
+@lru_cache
+def simulated_person(seed: int) -> Person:
+    return person(seed)
+
+
+def t_pose_at(seed: int, x: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> PersonPose:
+    """T-pose, metres and radians."""
+    return place(t_pose(simulated_person(seed)), Placement(x, z, yaw))
+
+
+def rendered_masks(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | None) -> dict[str, Mask]:
+    """Masks by viewer, (height, width); empty ones without a pose."""
+    if pose is None:
+        return {viewer: np.zeros(camera.size[::-1], np.uint8) for viewer, camera in cameras.items()}
+    return {viewer: _simulated_camera(camera, seed).silhouette(pose) for viewer, camera in cameras.items()}
+
+
+def scene(cameras: Mapping[str, Camera], masks: Sequence[Mask | None], points: int = 300) -> tuple[Floats32, DistanceField]:
+    """Rays and distance field."""
+    contours, silhouettes = extract_outlines(masks, list(cameras.values()), points)
+    return contour_rays(scene_from(contours, silhouettes)), distance_field(silhouettes)
+
+
+_SIMULATED_CAMERAS: dict[tuple[int, int], SimulatedCamera] = {}
+
+
+def _simulated_camera(camera: Camera, seed: int) -> SimulatedCamera:
+    key = (id(camera), seed)
+    if key not in _SIMULATED_CAMERAS:
+        _SIMULATED_CAMERAS[key] = SimulatedCamera(camera, simulated_person(seed), 0)
+    return _SIMULATED_CAMERAS[key]

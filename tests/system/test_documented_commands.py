@@ -1,0 +1,152 @@
+"""Every `zenocap` command of README and documentation is run, in a folder that has the files they name.
+
+Commands on files run to their end.  Services and other commands that run until Ctrl-C are stopped after a few seconds: they
+must start, accept their options and end in order; their messages are tested elsewhere.
+"""
+
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import pytest
+
+from tests.support.places import ROOT
+from tests.support.simulated_cameras import paper_cameras
+from tests.test_readme import BLOCKS, INLINE
+from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.rig.rig import demo_rig_file
+from zenocap.data import POSTURES, PRIORS
+from zenocap.simulation.body.person import person
+from zenocap.simulation.motion.timeline import demo_timeline
+from zenocap.simulation.rendering.camera import SimulatedCamera
+from zenocap.tools.launcher.peer_mesh import free_ports
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+DONE, FAILED, WRONG_USAGE, LOSS = 0, 1, 2, 3
+SIZE, FPS, EMPTY, FRAMES = (160, 120), 15.0, 15, 150
+RUN_S, END_S = 4.0, 60.0
+# Commands that run until Ctrl-C, and long ones: stopped after RUN_S.
+LIVE = {
+    "animator", "integrator", "load", "posture act", "recognizer", "record", "replay", "router", "show", "top", "tracker",
+    "up", "viewer",
+}  # fmt: skip
+# Commands whose result depends on the environment: the network, or enough examples.
+MAY_FAIL = {"doctor", "health", "posture evaluate", "posture train"}
+STAND_INS = {
+    "192.168.1.10": "127.0.0.1", "/etc/zenocap/rig.toml": "machines.toml", "RIG": "studio.toml", "SERVICE": "integrator",
+    "NAME": "integrator",
+}  # fmt: skip
+COPIES = ("monday.mcap", "monday-2.mcap", "ann.mcap", "take.mcap", "recordings/demo-20260101T120000Z.mcap")
+
+
+def name_of(line: str) -> str:
+    """The command of a line: `track`, `posture act`."""
+    words = [*shlex.split(line, comments=True)[1:], "", ""]
+    grouped = words[0] in ("calibrate", "posture", "prior")
+    return " ".join(words[:2]) if grouped else words[0]
+
+
+def commands() -> list[str]:
+    """Documented lines with arguments, one for each set of options of a command, in the order of the pages."""
+    lines = [line for block in BLOCKS for line in block.splitlines() if line.startswith("zenocap")]
+    lines += [line for line in INLINE if len(line.split()) > len(name_of(line).split()) + 1]
+    unique = {(name_of(line), *re.findall(r" (--?[a-z][\w-]*)", line)): line for line in reversed(lines)}
+    return list(reversed(unique.values()))
+
+
+COMMANDS = commands()
+
+
+def film(folder: Path) -> None:
+    """Videos of the simulated person by two cameras, in the folder layout of the README."""
+    subject = person(0)
+    script = demo_timeline(subject, 0)
+    first_s = script.segments[0].end_s - EMPTY / FPS
+    cameras = dict(zip(("cam01", "cam02"), paper_cameras(SIZE), strict=True))
+    (folder / "videos").mkdir(parents=True)
+    for name, camera in cameras.items():
+        renderer = SimulatedCamera(camera, subject, 0)
+        video = cv2.VideoWriter(str(folder / "videos" / f"{name}.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), FPS, SIZE)
+        for k in range(FRAMES):
+            video.write(renderer.render(script.pose_at(first_s + k / FPS), k))
+        video.release()
+    write_calibration(folder / "calibration.toml", cameras)
+    (folder / "clip.toml").write_text(f"empty_frames = {EMPTY - 1}\n")
+
+
+def zenocap(arguments: list[str], folder: Path, seconds: float | None = None) -> tuple[int, str]:
+    """Status and output of a command.  seconds: terminate it after this time; None: wait for its end."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    command = [sys.executable, "-P", "-m", "zenocap", *arguments]
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    with subprocess.Popen(command, cwd=folder, env=environment, text=True, **pipes) as process:
+        try:
+            if seconds is not None:
+                end_s = time.monotonic() + seconds
+                while process.poll() is None and time.monotonic() < end_s:
+                    time.sleep(0.1)
+                process.terminate()
+            output, _ = process.communicate(timeout=500 if seconds is None else END_S)
+        finally:
+            process.kill()
+    return process.returncode, output
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the rigs, videos, takes and models that the documentation names."""
+    place = tmp_path_factory.mktemp("documented")
+    film(place / "walk")
+    shutil.copytree(ROOT / "deploy", place / "deploy", ignore=shutil.ignore_patterns("certs"))
+    calibration = demo_rig_file().with_name("demo-calibration.toml")
+    rig = demo_rig_file().read_text(encoding="utf-8").replace("demo-calibration.toml", str(calibration))
+    for name in ("studio", "lab", "machines", "rig"):
+        (place / f"{name}.toml").write_text(rig.replace('name = "demo"', f'name = "{name}"'), encoding="utf-8")
+    (place / "machines.toml").write_text(
+        (place / "machines.toml").read_text(encoding="utf-8") + '\n[security]\ncertificates = "certs"\n', encoding="utf-8"
+    )
+    shutil.copy(calibration, place / "calibration.toml")
+    shutil.copy(POSTURES / "fifteen.postures", place / "mine.postures")
+    shutil.copy(PRIORS / "walking.prior", place / "walk.prior")
+    status, output = zenocap(["track", "walk", "-o", "walk.mcap"], place)
+    assert status == DONE, output
+    (place / "recordings").mkdir()
+    for copy in COPIES:
+        shutil.copy(place / "walk.mcap", place / copy)
+    for export in ("walk1.bvh", "walk2.bvh", "walk/truth.trc"):
+        status, output = zenocap(["export", "walk.mcap", "--to", Path(export).suffix[1:], "-o", export], place)
+        assert status == DONE, output
+    return place
+
+
+def arguments_of(line: str) -> list[str]:
+    """Arguments of a documented line with this machine's addresses and free ports."""
+    (port,) = free_ports(1)
+    words = shlex.split(line, comments=True)[1:]
+    for old, new in STAND_INS.items():
+        words = [new if word == old else word.replace(old, new) if "." in old else word for word in words]
+    words = [re.sub(r"0\.0\.0\.0:\d+", f"127.0.0.1:{port}", word) for word in words]
+    if name_of(line) in ("animator", "show"):
+        words += ["--port", "0"]
+    return words
+
+
+def test_the_documentation_names_many_commands() -> None:
+    assert len(COMMANDS) > 25
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_a_documented_command_runs(line: str, folder: Path) -> None:
+    name = name_of(line)
+    live = name in LIVE and "--once" not in line
+    status, output = zenocap(arguments_of(line), folder, RUN_S if live else None)
+    assert "Traceback" not in output, output
+    allowed = {DONE, FAILED, LOSS, -signal.SIGTERM} if live else {DONE, FAILED} if name in (MAY_FAIL | LIVE) else {DONE}
+    assert status in allowed, output

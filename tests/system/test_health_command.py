@@ -1,0 +1,71 @@
+"""`zenocap health`: success for a working service, failure for a frozen or missing one."""
+
+import shutil
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from tests.system.test_zenoh_bus import client, free_endpoint
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.rig.rig import demo_rig_file
+from zenocap.common.runtime.clock import RealClock
+from zenocap.tools.cli.main import app
+
+pytestmark = pytest.mark.system
+RIG = "healthtest"
+
+
+@pytest.fixture
+def endpoint() -> Iterator[str]:
+    """Endpoint of a router."""
+    endpoint = free_endpoint()
+    with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
+        yield endpoint
+
+
+def health_command(folder: Path, endpoint: str, *arguments: str) -> Result:
+    source = demo_rig_file()
+    shutil.copy(source.with_name("demo-calibration.toml"), folder)
+    zenoh = f'[zenoh]\nmode = "client"\nconnect = ["{endpoint}"]\nmulticast_scouting = false\n'
+    text = source.read_text().replace('name = "demo"', f'name = "{RIG}"', 1)
+    path = folder / "rig.toml"
+    path.write_text(text + zenoh)
+    return CliRunner().invoke(app, ["health", str(path), *arguments, "--within", "2"])
+
+
+def test_router_that_accepts_a_connection_is_healthy(tmp_path: Path, endpoint: str) -> None:
+    assert health_command(tmp_path, endpoint, "router").exit_code == 0
+    result = health_command(tmp_path, free_endpoint(), "router")
+    assert result.exit_code == 1
+    assert "stopped while waiting for a Zenoh router" in result.output
+
+
+def test_service_that_handles_messages_is_healthy(tmp_path: Path, endpoint: str) -> None:
+    stop = threading.Event()
+    with ZenohBus.open(client(endpoint), RIG, RealClock()) as bus:
+        bus.declare_alive("viewer", "1")
+        unanswered = health_command(tmp_path, endpoint, "viewer", "--id", "1")
+        assert unanswered.exit_code == 1
+        assert "viewer 1 of rig healthtest does not answer within 2 s" in unanswered.output
+
+        def receive_messages() -> None:
+            while not stop.is_set():
+                bus.receive(0.05)
+
+        worker = threading.Thread(target=receive_messages)
+        worker.start()
+        try:
+            assert health_command(tmp_path, endpoint, "viewer", "--id", "1").exit_code == 0
+            assert health_command(tmp_path, endpoint, "viewer", "--id", "2").exit_code == 1
+            assert health_command(tmp_path, endpoint, "integrator").exit_code == 1
+        finally:
+            stop.set()
+            worker.join()
+
+
+def test_unknown_service_is_wrong_usage(tmp_path: Path, endpoint: str) -> None:
+    assert health_command(tmp_path, endpoint, "printer").exit_code == 2

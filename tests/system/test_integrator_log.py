@@ -1,0 +1,132 @@
+"""The integrator's log in a real process: write errors never stop tracking, and a kill loses at most a second."""
+
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.support.places import ROOT
+from tests.support.rig_process import sighting
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.recording.reader import Take
+from zenocap.common.rig.rig import demo_rig_file
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import ASSIGNMENT, HEALTH, SIGHTING
+from zenocap.tools.recordings.recover import recover
+
+pytestmark = pytest.mark.system
+PATIENCE_S = 30.0
+
+
+@pytest.fixture
+def endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+def rig_with_log(folder: Path, log: str) -> Path:
+    """The demo's rig, with its own [log] table."""
+    calibration = demo_rig_file().with_name("demo-calibration.toml")
+    text = demo_rig_file().read_text().replace("demo-calibration.toml", str(calibration))
+    (folder / "rig.toml").write_text(f"{text}\n[log]\n{log}\n")
+    return folder / "rig.toml"
+
+
+@contextmanager
+def integrator(*arguments: object, endpoint: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "zenocap", "integrator", *map(str, arguments)]
+    network = ["-e", endpoint, "--no-multicast-scouting"]
+    with subprocess.Popen([*command, *network], cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def exchange_messages(bus: ZenohBus, seconds: float, frame: int = 0) -> list[m.Message]:
+    """Publish the messages of two viewers at 30 frames/s, and return the received messages."""
+    received: list[m.Message] = []
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        for viewer in ("1", "2"):
+            bus.publish(SIGHTING, sighting(viewer, frame, time.time_ns()))
+        frame += 1
+        if isinstance(event := bus.receive(1 / 30), Envelope):
+            received.append(event.message)
+    return received
+
+
+def listening_bus(endpoint: str) -> ZenohBus:
+    options = ZenohOptions(listen=(endpoint,), multicast_scouting=False)
+    bus = ZenohBus.open(options, "demo", RealClock())
+    bus.subscribe(ASSIGNMENT, every=True)
+    bus.subscribe(HEALTH, service="integrator")
+    return bus
+
+
+def test_unwritable_folder_stops_the_log_but_not_the_tracking(tmp_path: Path, endpoint: str) -> None:
+    (tmp_path / "takes").write_text("no folder")
+    rig = rig_with_log(tmp_path, 'folder = "takes"')
+    with listening_bus(endpoint) as bus, integrator(rig, endpoint=endpoint) as process:
+        received: list[m.Message] = []
+        end_s = time.monotonic() + PATIENCE_S
+        while not any(isinstance(each, m.Health) and each.counts.get("received", 0) > 10 for each in received):
+            assert time.monotonic() < end_s
+            assert process.poll() is None
+            received += exchange_messages(bus, 0.5)
+        assert any(isinstance(each, m.Assignment) for each in received)
+        assert all(each.counts["log_stopped"] == 1 for each in received if isinstance(each, m.Health))
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 3
+    assert "takes is no folder; the log stops" in err
+    assert "Traceback" not in err
+
+
+def test_requested_file_that_cannot_be_written_is_an_error(tmp_path: Path, endpoint: str) -> None:
+    (tmp_path / "takes").write_text("no folder")
+    with integrator(demo_rig_file(), "-o", tmp_path / "takes" / "a.mcap", endpoint=endpoint) as process:
+        _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1
+    assert "a.mcap cannot be written" in err
+    assert "Traceback" not in err
+
+
+def test_kill_during_a_recording_in_parts_loses_at_most_a_second(tmp_path: Path, endpoint: str) -> None:
+    rig = rig_with_log(tmp_path, f"part_minutes = {2 / 60}")
+    folder = tmp_path / "recordings"
+    with listening_bus(endpoint) as bus, integrator(rig, endpoint=endpoint) as process:
+        end_s = time.monotonic() + PATIENCE_S
+        while len(list(folder.glob("*.mcap"))) < 2:
+            assert time.monotonic() < end_s
+            exchange_messages(bus, 0.2)
+        exchange_messages(bus, 1.3)
+        process.kill()
+        killed_ns = time.time_ns()
+        process.wait()
+    takes = {path: Take(path) for path in folder.glob("*.mcap")}
+    messages = {path: list(take.messages()) for path, take in takes.items()}
+    last = max(takes, key=lambda path: int(takes[path].metadata["part"]["number"]))
+    assert [take.cut is None for path, take in takes.items() if path != last] == [True] * (len(takes) - 1)
+    assert takes[last].cut is not None
+    assert killed_ns - messages[last][-1].log_ns < 1_500_000_000
+    assert takes[last].attachments.keys() == {
+        "rig.toml",
+        "demo-calibration.toml",
+        "parameters.json",
+        "setup.json",
+        "recognizer.postures",
+    }
+    found = recover(last, tmp_path / "recovered.mcap")
+    assert found.lost
+    assert list(Take(tmp_path / "recovered.mcap").messages()) == messages[last]

@@ -1,0 +1,70 @@
+"""Load test and `top` on real processes: all start, are measured and monitored, and end completely."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+from typer.testing import CliRunner
+
+from zenocap.tools.cli.main import app
+
+pytestmark = pytest.mark.system
+
+
+def zenocap(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "zenocap", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=280, check=False)
+
+
+def remaining_processes(name: str) -> list[str]:
+    """Command lines of processes whose rig is one of this load's."""
+    found = []
+    for process in psutil.process_iter(["cmdline"]):
+        words = process.info["cmdline"] or []
+        found += [" ".join(words) for word in words if f"/{name}-1.toml" in word]
+    return found
+
+
+def test_stand_ins_are_measured_to_the_pose(tmp_path: Path) -> None:
+    done = zenocap(
+        "load", "--silhouettes", "--subscribers", "1", "--rate", "15", "--seconds", "2", "--settle", "1", "--name", "small",
+        "--size", "64x48", "-o", str(tmp_path), "--json",
+    )  # fmt: skip
+    assert done.returncode in (0, 3), done.stderr  # a busy machine may lose messages
+    found = json.loads(done.stdout)
+    assert found == json.loads((tmp_path / "load.json").read_text())
+    (point,) = found["points"]
+    assert point["offered"] == pytest.approx(30, abs=4)
+    assert point["completed"] > 0
+    assert {service["service"] for service in point["services"]} == {
+        "router", "integrator", "viewer", "subscriber", "measuring",
+    }  # fmt: skip
+    assert point["bottleneck"]
+    assert (tmp_path / "load.csv").read_text().count("\n") == 2
+    assert (tmp_path / "load.png").stat().st_size > 1000
+    assert remaining_processes("small") == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--viewers", "4", "--method", "two-view"], "--viewers 4"),
+        (["--size", "12x"], "--size '12x'"),
+        (["--part", "viewers"], "--part viewers"),
+        (["--soak", "1", "--ramp", "rate"], "--soak --ramp"),
+        (["--mesh", "-e", "tcp/192.0.2.1:7447"], "--mesh --connect"),
+    ],
+)
+def test_impossible_options_are_rejected(arguments: list[str], words: str) -> None:
+    result = CliRunner().invoke(app, ["load", *arguments], env={"COLUMNS": "200", "NO_COLOR": "1"})
+    assert result.exit_code == 2
+    assert words in result.output
+
+
+def test_top_reports_an_empty_network() -> None:
+    done = zenocap("top", "--once", "--no-multicast-scouting", "-l", "tcp/127.0.0.1:0")
+    assert done.returncode == 1
+    assert "no service found" in done.stdout

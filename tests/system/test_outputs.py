@@ -1,0 +1,90 @@
+"""Outputs as a user runs them: `zenocap animator` and `zenocap replay` as processes, independent receivers."""
+
+import json
+import shutil
+import socket
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.services.animator.outputs.test_vmc import JOINTS, Marionette
+from tests.support.pose_tracks import moving
+from tests.support.processes import output_of, started, wait_until
+from tests.system.test_replay import network
+from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.rig.rig import demo_rig_file
+from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+
+pytestmark = pytest.mark.system
+
+COUNT = 45  # fits into the buffer of a socket that is not read
+OUTPUTS = """
+[animator.page]
+enabled = false
+
+[animator.vmc]
+port = {vmc}
+
+[animator.udp]
+port = {udp}
+
+[animator.foxglove]
+port = {foxglove}
+"""
+
+
+def rig_file(folder: Path, **ports: int) -> Path:
+    demo = demo_rig_file()
+    shutil.copy(demo.with_name("demo-calibration.toml"), folder)
+    path = folder / "studio.toml"
+    path.write_text(demo.read_text().replace('name = "demo"', 'name = "studio"') + OUTPUTS.format(**ports))
+    return path
+
+
+def test_replay_reaches_every_receiver_and_a_failing_output_is_one_log_line(tmp_path: Path) -> None:
+    take = write_take(tmp_path / "take.mcap", messages_of_track(moving(COUNT, rate=30.0)))
+    centres = read_poses(take).trajectories()
+    marionette = Marionette()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening, socket.socket() as taken:
+        listening.bind(("127.0.0.1", 0))
+        listening.setblocking(False)
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        ports = {"vmc": marionette.port, "udp": listening.getsockname()[1], "foxglove": taken.getsockname()[1]}
+        here, there = peer_mesh(free_ports(2))
+        with started(["animator", rig_file(tmp_path, **ports), *network(here)], tmp_path) as animator:
+            wait_until(lambda: "animator.udp 127.0.0.1" in output_of(tmp_path), tmp_path)
+            with started(["replay", take, "--delay", "2", *network(there)], tmp_path) as player:
+                player.wait(60)
+            assert player.returncode == 0, output_of(tmp_path)
+            animator.terminate()
+            assert animator.wait(20) == 0, output_of(tmp_path)
+        lines = [json.loads(line) for line in drained(listening)]
+    words = output_of(tmp_path)
+    assert f"ERROR animator: animator.foxglove: 127.0.0.1:{ports['foxglove']} cannot be listened on" in words
+    assert "Traceback" not in words
+
+    numbers = [line["frame"] for line in lines]
+    assert numbers == sorted(set(numbers))
+    assert len(numbers) > COUNT // 2  # of poses that arrive faster than they are sent, only the newest is sent
+    for line in lines:
+        row = int(np.flatnonzero(centres.frames == line["frame"])[0])
+        np.testing.assert_allclose(list(line["joints"].values()), centres.points[row], atol=1e-4)
+
+    marionette.listen()
+    assert marionette.values["/VMC/Ext/OK"] == (0, 0, 0, 0)  # "not loaded": the animator has ended
+    places = marionette.places()
+    for joint, bone in JOINTS.items():
+        np.testing.assert_allclose(places[bone] * [-1, 1, 1], lines[-1]["joints"][joint], atol=1e-3)
+    marionette.close()
+
+
+def drained(listening: socket.socket) -> list[bytes]:
+    found = []
+    while True:
+        try:
+            found.append(listening.recv(65536))
+        except BlockingIOError:
+            return found

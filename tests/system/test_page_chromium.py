@@ -1,0 +1,287 @@
+"""The page in a real browser: it loads, the actor follows the poses, buttons act, a silent viewer turns red.
+
+Skipped where there is no Chromium, or no playwright to drive it.
+"""
+
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.animator_stand_in import StandIn, assignment, bap, body, body_message, health, pose_at, stand_in
+from zenocap.common import messages as m
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.body.proportions import t_pose_angles
+from zenocap.common.bus.protocol import Alive
+from zenocap.common.conversion import packed_points
+from zenocap.common.messages import Request
+from zenocap.common.runtime.clock import ManualClock
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SIZE = {"width": 1280, "height": 800}
+PATIENCE_S = 40.0
+FIELD_OF_VIEW = np.radians(38)  # of the page's camera
+MARKERS = [marker.name for marker in TEN_PARTS.markers]
+
+
+class Visit:
+    """An open page.  requests: every URL that it requested.  problems: errors on its console."""
+
+    def __init__(self, browser: "playwright.Browser", animator: StandIn) -> None:
+        self.animator = animator
+        self.page = browser.new_page(viewport=SIZE)
+        self.requests: list[str] = []
+        self.problems: list[str] = []
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.on("websocket", lambda socket: self.requests.append(socket.url))
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("console", lambda line: self.problems.append(line.text) if line.type == "error" else None)
+        self.page.goto(animator.address)
+        self.until(lambda: self.text("#rig").startswith("rig demo"), "the name of the rig")
+
+    def text(self, selector: str) -> str:
+        return str(self.page.inner_text(selector))
+
+    def evaluate(self, script: str) -> object:
+        return self.page.evaluate(script)
+
+    def until(self, condition: Callable[[], bool], text: str) -> None:
+        """Poll a condition; the page's policy forbids to evaluate it there."""
+        end_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < end_s, f"not within {PATIENCE_S:g} s: {text}; {self.problems}"
+            self.page.wait_for_timeout(30)
+
+    def sees(self, frame: int) -> None:
+        self.until(lambda: self.evaluate("zenocap.locate('Hip')?.frame ?? -1") == frame, f"frame {frame} on the page")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["playwright.Browser"]:
+    with playwright.sync_playwright() as driver:
+        one = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield one
+        one.close()
+
+
+@pytest.fixture
+def visit(browser: "playwright.Browser", tmp_path: Path) -> Iterator[Visit]:
+    (tmp_path / "walk-1.mcap").write_bytes(b"not a take")
+    with stand_in(tmp_path) as animator:
+        animator.begin()
+        one = Visit(browser, animator)
+        animator.send_frame_set(0.0)
+        one.sees(1)
+        yield one
+        one.page.close()
+        assert one.problems == []
+
+
+def expected_px(visit: Visit, point: Floats) -> Floats:
+    """Position of a world point on the page, by an independent pinhole model: only the eye is taken from the page."""
+    eye = visit.evaluate(
+        "({at: zenocap.scene.position, to: zenocap.scene.eye.target, shift: zenocap.scene.shift, "
+        "width: innerWidth, height: innerHeight})"
+    )
+    assert isinstance(eye, dict)
+    backwards = np.subtract(eye["at"], eye["to"])
+    z = backwards / np.linalg.norm(backwards)
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    local = np.array([x, np.cross(z, x), z]) @ (point - eye["at"])
+    focal = eye["height"] / 2 / np.tan(FIELD_OF_VIEW / 2)
+    middle = np.array([(1 + eye["shift"][0]) * eye["width"] / 2, (1 - eye["shift"][1]) * eye["height"] / 2])
+    return middle + focal * np.array([local[0], -local[1]]) / -local[2]
+
+
+@pytest.mark.parametrize("marker", ["RWrist", "LAnkle", "Head"])
+def test_joints_are_on_the_page_where_the_kinematics_put_them(visit: Visit, marker: str) -> None:
+    places = []
+    for k, time_s in enumerate((0.2, 0.5, 0.8)):
+        pose = visit.animator.send_frame_set(time_s)
+        visit.sees(2 + k)
+        where = visit.evaluate(f"zenocap.locate('{marker}')")
+        assert isinstance(where, dict)
+        truth = joint_centres(TEN_PARTS, body(), pose)[MARKERS.index(marker)]
+        np.testing.assert_allclose(where["world"], truth, atol=1e-3)
+        np.testing.assert_allclose(where["page"], expected_px(visit, truth), atol=0.6)
+        places.append(where["page"])
+    assert np.ptp(places, axis=0).max() > 2  # it did move
+
+
+def test_elbows_are_drawn_in_the_colour_of_their_side(visit: Visit) -> None:
+    """The person's left is orange, the right blue."""
+    pose = Pose(np.array([0.0, 0.95, 0.0]), t_pose_angles(TEN_PARTS))
+    visit.animator.receive(bap(50, visit.animator.clock.now_ns(), pose))
+    visit.sees(50)
+    centres = dict(zip(MARKERS, joint_centres(TEN_PARTS, body(), pose), strict=True))
+    for name, is_right in (("LElbow", False), ("RElbow", True)):
+        red, green, blue = pixel(visit, expected_px(visit, centres[name]))
+        assert (blue > red + 40) if is_right else (red > blue + 40), (name, red, green, blue)
+
+
+def pixel(visit: Visit, at: Floats) -> tuple[int, int, int]:
+    """Colour that the scene has drawn at a position on the page."""
+    rgb = visit.evaluate(
+        f"""(() => {{ const {{scene}} = zenocap, {{gl, canvas}} = scene; scene.draw();
+        const scale = canvas.width / canvas.clientWidth, out = new Uint8Array(4);
+        gl.readPixels(Math.round({at[0]} * scale), Math.round(canvas.height - {at[1]} * scale), 1, 1, gl.RGBA,
+          gl.UNSIGNED_BYTE, out); return [...out]; }})()"""
+    )
+    assert isinstance(rgb, list)
+    return rgb[0], rgb[1], rgb[2]
+
+
+def test_no_request_leaves_the_machine(visit: Visit) -> None:
+    visit.page.click("[data-tab=takes]")
+    visit.until(lambda: visit.page.locator("#takes button").count() == 1, "takes are listed")
+    home = visit.animator.address.removeprefix("http://")
+    assert len(visit.requests) > 10
+    away = [url for url in visit.requests if not url.split("://")[1].startswith(home) and not url.startswith("data:")]
+    assert away == []
+
+
+def test_a_silent_viewer_turns_red_within_two_seconds_and_recovers(browser: "playwright.Browser", tmp_path: Path) -> None:
+    """With a manual clock, so that a slow machine does not fail."""
+    clock = ManualClock(1_700_000_000_000_000_000)
+    with stand_in(tmp_path, clock) as animator:
+        animator.begin()
+        visit = Visit(browser, animator)
+
+        def condition() -> object:
+            return visit.evaluate("document.querySelector('.view[data-viewer=\"2\"]')?.dataset.condition")
+
+        def frames(seconds: float, viewers: Sequence[str]) -> None:
+            for _ in range(round(15 * seconds)):
+                clock.advance(10**9 // 15)
+                animator.send_frame_set(0.2, viewers)
+                animator.tick()
+            animator.send_health(viewers)
+
+        frames(1.0, ["1", "2"])
+        visit.until(lambda: condition() == "ok", "viewer 2 is well")
+        frames(0.8, ["1"])
+        visit.sees(animator.frame)
+        assert condition() == "ok"
+        frames(0.8, ["1"])  # the table is updated four times a second
+        visit.until(lambda: condition() == "stale", "viewer 2 is silent")
+        assert "viewer 2 is silent" in visit.text("#alert")
+        border = visit.evaluate("getComputedStyle(document.querySelector('.view[data-viewer=\"2\"]')).borderColor")
+        assert border == "rgb(255, 90, 104)"
+        animator.receive(Alive("viewer", "2", False, clock.now_ns()))
+        frames(0.4, ["1"])
+        visit.until(lambda: condition() == "gone", "viewer 2 is gone")
+        frames(0.5, ["1", "2"])
+        visit.until(lambda: condition() == "ok", "viewer 2 is back")
+        assert not visit.page.is_visible("#alert")
+        visit.page.close()
+        assert visit.problems == []
+
+
+def test_layers_presets_and_sliders_act(visit: Visit) -> None:
+    visit.animator.play(0.4)
+    for layer in ("actor", "floor", "cameras", "trails", "points"):
+        visit.page.uncheck(f"#layers [name={layer}]")
+        assert visit.evaluate(f"zenocap.scene.layers.{layer}") is False
+        visit.page.check(f"#layers [name={layer}]")
+        assert visit.evaluate(f"zenocap.scene.layers.{layer}") is True
+    visit.page.uncheck("#layers [name=plots]")
+    assert not visit.page.is_visible("#plots")
+    visit.page.click("#presets [data-name=front]")
+    assert visit.evaluate("zenocap.scene.eye.yaw") == 0
+    before = visit.evaluate("zenocap.scene.lines.length")
+    visit.page.fill("#trail", "0")
+    assert visit.text("#trail-out") == "off"
+    assert int(str(visit.evaluate("zenocap.scene.lines.length"))) < int(str(before))
+    visit.page.mouse.move(640, 300)
+    visit.page.mouse.down()
+    visit.page.mouse.move(740, 300)
+    visit.page.mouse.up()
+    assert visit.evaluate("zenocap.scene.eye.yaw") == pytest.approx(-0.6)
+
+
+def test_scene_points_are_drawn_at_their_position(visit: Visit) -> None:
+    point = np.array([0.8, 1.2, 0.4])  # beside the person
+    place = expected_px(visit, point)
+    assert pixel(visit, place)[1] < 150
+    visit.animator.receive(m.ScenePoints(frame=1, captured_ns=1, points=packed_points(point[None])))
+    visit.until(lambda: visit.evaluate("zenocap.scene.points") == 1, "one point")
+    red, green, _ = pixel(visit, place)
+    assert green > 180
+    assert green > red + 60
+    visit.page.uncheck("#layers [name=points]")
+    assert pixel(visit, place)[1] < 150
+    visit.page.check("#layers [name=points]")
+    visit.until(lambda: visit.evaluate("zenocap.scene.points") == 0, "old points are gone")
+
+
+def test_measure_body_now_counts_down_sends_the_request_and_shows_the_result(visit: Visit) -> None:
+    visit.page.click("[data-tab=setup]")
+    visit.page.click("#measure")
+    assert visit.page.is_visible("#measure-dialog svg")
+    assert visit.text("#countdown") in "54"
+    requests: list[Request] = []
+    visit.until(lambda: bool(requests.extend(visit.animator.bridge.requests()) or requests), "the request")
+    assert [request.what for request in requests] == ["measure"]
+    now_ns = visit.animator.clock.now_ns()
+    visit.animator.receive(assignment(90, now_ns, pose_at(0.0), tracking=False))
+    visit.until(lambda: visit.text("#measure-title") == "Hold still", "it asks to hold still")
+    visit.animator.receive(body_message(now_ns))
+    visit.until(lambda: visit.text("#measure-title") == "Measured", "it is measured")
+
+
+def test_recording_is_requested_and_shown(visit: Visit) -> None:
+    visit.page.click("[data-tab=takes]")
+    visit.until(lambda: (visit.animator.tick(), visit.text("#record") == "Stop recording")[1], "it is recording at first")
+    visit.animator.send_health(recording=False)
+    visit.until(lambda: (visit.animator.tick(), visit.text("#record") == "Record a take")[1], "nothing is recorded")
+    visit.page.click("#record")
+    requests: list[Request] = []
+    visit.until(lambda: bool(requests.extend(visit.animator.bridge.requests()) or requests), "the request")
+    visit.animator.send_health(recording=True, log=321)
+    visit.until(lambda: (visit.animator.tick(), visit.text("#record") == "Stop recording")[1], "it is recording")
+    assert "321 messages" in visit.text("#recording-state")
+    visit.page.click("#record")
+    visit.until(lambda: bool(requests.extend(visit.animator.bridge.requests()) or len(requests) == 2), "the second request")
+    assert [request.what for request in requests] == ["record", "stop_recording"]
+
+
+def test_a_file_that_is_not_a_take_is_reported_and_the_page_is_live_again(visit: Visit) -> None:
+    visit.page.click("[data-tab=takes]")
+    visit.page.click("#takes button")
+    visit.until(lambda: visit.page.is_visible("#player-problem"), "the problem is shown")
+    assert "walk-1.mcap" in visit.text("#player-problem")
+    visit.until(lambda: visit.text("#feed") == "live", "live again")
+
+
+def test_the_page_shows_a_lost_connection_and_reconnects(browser: "playwright.Browser", tmp_path: Path) -> None:
+    with stand_in(tmp_path) as first:
+        visit = Visit(browser, first)
+        port = int(first.address.split(":")[2].strip("/"))
+    visit.until(lambda: visit.page.is_visible("#alert"), "the alarm")
+    assert "no connection" in visit.text("#alert")
+    with stand_in(tmp_path, port=port) as second:
+        second.begin()
+        visit.until(lambda: not visit.page.is_visible("#alert"), "the connection is back")
+        visit.page.close()
+
+
+def test_text_from_the_network_is_never_markup(visit: Visit) -> None:
+    bad = "<img src=x onerror=alert(1)><script>alert(2)</script>"
+
+    def shown() -> bool:
+        visit.animator.send_frame_set(0.2)
+        visit.animator.receive(health("viewer", "1", visit.animator.clock.now_ns(), bad))
+        return bad in visit.text("#services")
+
+    visit.until(shown, "the text is shown unchanged")
+    assert visit.page.locator("#services img").count() == 0

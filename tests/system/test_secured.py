@@ -1,0 +1,243 @@
+"""A secured rig on a real network: unknown members are rejected, and each member publishes only its own keys."""
+
+import json
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from tests.common.rig.test_security import demo_with
+from tests.support.processes import output_of, poses_in, recomputed_poses, started, wait_until
+from zenocap.common import messages as m
+from zenocap.common.bus.access import REPLAY, ROUTER, Member
+from zenocap.common.bus.protocol import Alive, BusError, Envelope, RoundTrip
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.security import needed_members, security_in, security_of
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import CAMERA, HEALTH, POSTURE, PREVIEW, SILHOUETTE, UNIVERSAL_BAP
+from zenocap.tools.certificates.folder import certify
+from zenocap.tools.launcher.peer_mesh import free_ports
+
+pytestmark = pytest.mark.system
+HOSTS = ("localhost", "127.0.0.1")
+SHORT_S = 2.0
+
+
+def certificates(folder: Path, rig: Rig) -> None:
+    members = {member: HOSTS for member in (*needed_members(rig), Member(REPLAY))}
+    certify(folder, rig.name, members, datetime.now(UTC), 1)
+
+
+@pytest.fixture(scope="module")
+def secured_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A rig file with certificates beside it, and a router in its zenoh table."""
+    (port,) = free_ports(1)
+    table = f'mode = "client"\nconnect = ["tls/127.0.0.1:{port}"]\nmulticast_scouting = false\n'
+    path = demo_with(tmp_path_factory.mktemp("secured"), f"\n[security]\n\n[zenoh]\n{table}")
+    rig = load_rig(path)
+    certificates(path.parent / "certs", rig)
+    certificates(path.parent / "other-authority", rig)
+    return path
+
+
+@pytest.fixture(scope="module")
+def endpoint(secured_rig: Path) -> Iterator[str]:
+    rig = load_rig(secured_rig)
+    options = ZenohOptions(
+        "router", listen=rig.zenoh.connect, multicast_scouting=False, security=security_of([rig], ROUTER)
+    )
+    with open_session(options):
+        yield rig.zenoh.connect[0]
+
+
+def options(rig_file: Path, endpoint: str, name: str, folder: str = "certs") -> ZenohOptions:
+    security = security_in(rig_file.parent / folder, name)
+    return ZenohOptions("client", (endpoint,), multicast_scouting=False, security=security)
+
+
+def camera(viewer: str) -> m.CameraInfo:
+    return m.CameraInfo(
+        frame=0, captured_ns=1, viewer=viewer, name="cam", size=(16, 16),
+        matrix=[1.0] * 9, distortions=[], rotation=[1.0] * 9, translation=[0.0] * 3,
+    )  # fmt: skip
+
+
+def silhouette(viewer: str) -> m.Silhouette:
+    return m.Silhouette(frame=0, captured_ns=1, viewer=viewer, size=(16, 16), region=(0, 0, 0, 0), data=b"")
+
+
+def received_keys(bus: ZenohBus, wait_s: float) -> set[str]:
+    """Keys of the received messages, and members that joined, within a short time."""
+    found: set[str] = set()
+    end_s = time.monotonic() + wait_s
+    while (left_s := end_s - time.monotonic()) > 0:
+        match bus.receive(left_s):
+            case Envelope(key=key):
+                found.add(key.removeprefix("zenocap/demo/"))
+            case Alive(service=service, id=id, alive=True):
+                found.add(f"alive/{service}/{id}")
+            case RoundTrip():
+                found.add("clock")
+    return found
+
+
+def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str) -> None:
+    clock = RealClock()
+
+    def joined(name: str) -> ZenohBus:
+        return stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+
+    with ExitStack() as stack:
+        integrator, one, two, reader = map(joined, ("integrator", "viewer-1", "viewer-2", "reader"))
+        integrator.serve_clock()
+        for bus in (integrator, reader, two):
+            for topic in (CAMERA, SILHOUETTE, PREVIEW, HEALTH):
+                bus.subscribe(topic)
+            bus.watch_alive()
+        integrator.declare_alive("integrator", "main")
+        one.declare_alive("viewer", "1")
+        # Forbidden keys: of another viewer and of the integrator for a viewer; all for a reader.
+        reader.publish(CAMERA, camera("2"))
+        one.publish(CAMERA, camera("2"))
+        one.declare_alive("viewer", "2")
+        reader.declare_alive("tracker", "main")
+        received_keys(reader, 0.5)
+        for bus in (one, reader):
+            bus.publish(SILHOUETTE, silhouette("2"))
+            bus.publish(HEALTH, m.Health(frame=0, captured_ns=1, service="integrator", id="main", state="", rate=0.0,
+                                         stages_ms={}, counts={}))  # fmt: skip
+        # Permitted keys.
+        one.publish(CAMERA, camera("1"))
+        one.publish(SILHOUETTE, silhouette("1"))
+        one.query_clock()
+        reader.query_clock()
+        late = joined("recorder")  # receives latched messages
+        late.subscribe(CAMERA)
+        late.watch_alive()
+        own_keys = {"viewer/2/camera", "viewer/2/silhouette", "integrator/main/health", "alive/tracker/main"}
+        alive_keys = {"alive/integrator/main", "alive/viewer/1"}
+        assert received_keys(integrator, SHORT_S) | alive_keys == {*alive_keys, "viewer/1/camera", "viewer/1/silhouette"}
+        assert received_keys(reader, 0.2) - own_keys - alive_keys == {"viewer/1/camera", "viewer/1/silhouette", "clock"}
+        assert received_keys(two, 0.2) == {*alive_keys, "viewer/1/camera"}  # no previews of other viewers
+        assert received_keys(late, 0.2) == {*alive_keys, "viewer/1/camera"}
+        assert received_keys(one, 0.2) == {"clock"}
+
+
+def test_replay_may_publish_in_place_of_any_service(secured_rig: Path, endpoint: str) -> None:
+    clock = RealClock()
+    with (
+        ZenohBus.open(options(secured_rig, endpoint, "reader"), "demo", clock) as reader,
+        ZenohBus.open(options(secured_rig, endpoint, REPLAY), "demo", clock) as replay,
+    ):
+        reader.subscribe(SILHOUETTE)
+        reader.subscribe(CAMERA)
+        reader.watch_alive()
+        replay.declare_alive("viewer", "2")
+        replay.publish(CAMERA, camera("2"))
+        received_keys(replay, 0.3)
+        replay.publish(SILHOUETTE, silhouette("2"))
+        assert received_keys(reader, SHORT_S) == {"viewer/2/camera", "viewer/2/silhouette", "alive/viewer/2"}
+
+
+def open_within(zenoh_options: ZenohOptions, seconds: float) -> None:
+    end_s = time.monotonic() + seconds
+    with open_session(zenoh_options, lambda: time.monotonic() > end_s):
+        pass
+
+
+def test_certificate_of_another_authority_is_rejected(secured_rig: Path, endpoint: str) -> None:
+    open_within(options(secured_rig, endpoint, "viewer-1"), 10.0)
+    with pytest.raises(BusError, match="stopped while waiting for a Zenoh router"):
+        open_within(options(secured_rig, endpoint, "viewer-1", "other-authority"), SHORT_S)
+
+
+def test_connection_without_a_certificate_is_rejected(secured_rig: Path, endpoint: str) -> None:
+    plain = zenoh.Config()
+    authority = str(secured_rig.parent / "certs" / "authority.pem")
+    for key, value in (
+        ("mode", "client"), ("scouting/multicast/enabled", False), ("transport/link/tls/root_ca_certificate", authority),
+    ):  # fmt: skip
+        plain.insert_json5(key, json.dumps(value))
+    for address in (endpoint, endpoint.replace("tls/", "tcp/")):
+        plain.insert_json5("connect/endpoints", json.dumps([address]))
+        with pytest.raises(zenoh.ZError, match="Unable to connect"):
+            zenoh.open(plain)
+
+
+def test_router_with_the_certificate_of_another_host_is_rejected(secured_rig: Path, endpoint: str, tmp_path: Path) -> None:
+    """A member with a valid certificate cannot act as the router: its certificate is for another host."""
+    rig = load_rig(secured_rig)
+    certify(
+        secured_rig.parent / "certs",
+        rig.name,
+        {Member("viewer", "1"): ("elsewhere.lab",)},
+        datetime.now(UTC),
+        1,
+        renew=True,
+    )
+    (port,) = free_ports(1)
+    place = f"tls/127.0.0.1:{port}"
+    fake = ZenohOptions("router", listen=(place,), multicast_scouting=False, security=security_of([rig], "viewer-1"))
+    try:
+        with open_session(fake), pytest.raises(BusError, match="stopped while waiting"):
+            open_within(replace(options(secured_rig, endpoint, "viewer-2"), connect=(place,)), SHORT_S)
+    finally:
+        certify(secured_rig.parent / "certs", rig.name, {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 1, renew=True)
+
+
+def test_the_whole_pipeline_through_a_secured_router(secured_rig: Path, tmp_path: Path) -> None:
+    (port,) = free_ports(1)
+    place = f"tls/127.0.0.1:{port}"
+    network = ["-e", place]
+    take = tmp_path / "take.mcap"
+    arguments: list[list[object]] = [
+        ["viewer", secured_rig, "--id", "1", *network],
+        ["viewer", secured_rig, "--id", "2", *network],
+        ["recognizer", secured_rig, *network],
+        ["animator", secured_rig, "--port", 0, *network],
+        ["integrator", secured_rig, "-o", take, *network],
+        ["router", secured_rig, "-l", place, "--no-multicast-scouting"],
+    ]
+    with ExitStack() as stack:
+        processes = [stack.enter_context(started(line, tmp_path)) for line in arguments]
+        bus = stack.enter_context(ZenohBus.open(options(secured_rig, place, "reader"), "demo", RealClock()))
+        for topic in (UNIVERSAL_BAP, HEALTH, POSTURE):
+            bus.subscribe(topic)
+        poses, offsets = 0, set()
+
+        def whole() -> bool:
+            nonlocal poses
+            match bus.receive(0.2):
+                case Envelope(message=m.UniversalBap(stale=[])):
+                    poses += 1
+                case Envelope(message=m.Health(clock_error_ns=error_ns) as health) if error_ns:
+                    offsets.add((health.service, health.id))
+            return poses >= 30 and len(offsets) == 4
+
+        wait_until(whole, tmp_path)
+        for process in processes[:5]:
+            process.send_signal(signal.SIGTERM)
+        assert [process.wait(30) for process in processes[:5]] == [0] * 5, output_of(tmp_path)
+        processes[5].send_signal(signal.SIGTERM)
+        assert processes[5].wait(30) == 0
+    assert len(poses_in(take)) >= 30
+    assert recomputed_poses(take) >= 30
+    assert "Traceback" not in output_of(tmp_path)
+
+
+def test_a_secured_mesh_of_peers_on_one_machine(secured_rig: Path, tmp_path: Path) -> None:
+    with started(["up", secured_rig, "--mode", "peer", "--no-page", "--recordings", tmp_path], tmp_path) as launcher:
+        # 20 lines with a pose
+        wait_until(lambda: output_of(tmp_path).count("°") > 100 or launcher.poll() is not None, tmp_path)
+        launcher.send_signal(signal.SIGINT)
+        assert launcher.wait(60) == 0, output_of(tmp_path)
+    (take,) = tmp_path.glob("demo-*.mcap")
+    assert len([pose for pose in poses_in(take) if not pose.stale]) > 20

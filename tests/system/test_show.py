@@ -1,0 +1,57 @@
+"""`zenocap show`: a take on the page without a rig."""
+
+import asyncio
+import json
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+from websockets.asyncio.client import connect
+
+from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.pose_tracks import moving
+from tests.support.processes import PATIENCE_S, ZENOCAP, output_of, started, wait_until
+from zenocap.tools.launcher.peer_mesh import free_ports
+
+pytestmark = pytest.mark.system
+
+
+async def updates_until_pose(port: int) -> dict[str, dict[str, object]]:
+    """Updates of a page by type, until it has a pose and a position of the player."""
+    updates: dict[str, dict[str, object]] = {}
+    async with connect(f"ws://127.0.0.1:{port}/socket", compression=None) as connection:
+        await connection.send('{"type":"select_feed","feed":"take"}')
+        while not ("pose" in updates and updates["player"]["position_s"]):
+            updates |= {update["type"]: update for update in json.loads(await connection.recv())}
+            await connection.send('{"type":"acknowledge"}')
+        await connection.send('{"type":"request","what":"measure"}')
+        while "notice" not in updates:
+            updates |= {update["type"]: update for update in json.loads(await connection.recv())}
+            await connection.send('{"type":"acknowledge"}')
+    return updates
+
+
+def test_a_take_is_played_in_a_loop_until_it_is_interrupted(tmp_path: Path) -> None:
+    take = write_take(tmp_path / "my walk.mcap", messages_of_track(moving(30, rate=30.0)))
+    (port,) = free_ports(1)
+    with started(["show", take, "--port", port], tmp_path) as process:
+        wait_until(lambda: f"my walk.mcap: open http://127.0.0.1:{port}/ in a browser" in output_of(tmp_path), tmp_path)
+        updates = asyncio.run(asyncio.wait_for(updates_until_pose(port), PATIENCE_S))
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0, output_of(tmp_path)
+    assert (updates["hello"]["rig"], updates["hello"]["live"]) == ("my walk", False)
+    assert updates["player"]["take"] == "my walk.mcap"
+    assert "without a rig" in str(updates["notice"]["text"])
+    assert "Traceback" not in output_of(tmp_path)
+
+
+@pytest.mark.parametrize(("name", "text"), [("gone.mcap", "no such file"), ("text.mcap", "is no MCAP file")])
+def test_a_file_that_is_not_a_take_is_one_error_line(name: str, text: str, tmp_path: Path) -> None:
+    (tmp_path / "text.mcap").write_text("not a take")
+    command = [*ZENOCAP, "show", str(tmp_path / name), "--port", "0"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert result.returncode == 1
+    assert result.stderr.startswith(f"error: {tmp_path / name}")
+    assert text in result.stderr
+    assert result.stderr.count("\n") == 1

@@ -1,0 +1,155 @@
+"""The two-view system as processes on a Zenoh mesh, with the simulated person."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import (
+    PATIENCE_S,
+    both_contribute,
+    children_of,
+    last_line,
+    output_of,
+    poses_in,
+    recomputed_poses,
+    recorded_demo,
+    started,
+    wait_until,
+)
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.rig.rig import demo_rig_file
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import UNIVERSAL_BAP
+from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+
+pytestmark = pytest.mark.system
+
+
+def test_the_demo_runs_and_writes_a_take(tmp_path: Path) -> None:
+    take = recorded_demo(tmp_path)
+    poses = poses_in(take)
+    assert len(poses) > 20
+    whole = [pose for pose in poses if set(pose.scores) == {"1", "2"} and not pose.stale]
+    assert len(whole) > len(poses) / 2
+    assert recomputed_poses(take) == len(poses)
+    text = output_of(tmp_path)
+    assert str(take.relative_to(tmp_path)) in text
+    assert ", 0 lost" in text
+    assert "first pose" in text
+    assert "viewer 1: 1" in text  # frames per second
+    assert "Traceback" not in text
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds children in /proc")
+def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> None:
+    with started(["demo"], tmp_path) as demo:
+        wait_until(lambda: re.search(r"viewer 2: [\d.]+/s (flank|facade)", output_of(tmp_path)) is not None, tmp_path)
+        victims = [pid for pid, line in children_of(demo.pid).items() if "viewer" in line and "--id 2" in line]
+        assert len(victims) == 1
+        os.kill(victims[0], signal.SIGKILL)
+        wait_until(lambda: "viewer 2: started again" in output_of(tmp_path), tmp_path)
+        wait_until(lambda: "without viewer 2" in output_of(tmp_path), tmp_path)
+        wait_until(lambda: both_contribute(last_line(tmp_path)), tmp_path)
+        children = children_of(demo.pid)
+        demo.send_signal(signal.SIGINT)
+        assert demo.wait(30) == 0, output_of(tmp_path)
+    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+    (take,) = (tmp_path / "recordings").glob("demo-*.mcap")
+    stale = [bool(pose.stale) for pose in poses_in(take)]
+    assert True in stale
+    assert not stale[-1]
+    assert recomputed_poses(take) == len(stale)
+    assert "died (SIGKILL); starting it again" in output_of(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "order", [("integrator", "1", "2"), ("1", "integrator", "2"), ("2", "1", "integrator")], ids="-".join
+)
+def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> None:
+    """Each service starts when the one before runs."""
+    places = dict(zip(("integrator", "1", "2", "here"), peer_mesh(free_ports(4)), strict=True))
+    rig, take = demo_rig_file(), tmp_path / "take.mcap"
+
+    def arguments(name: str) -> list[object]:
+        network: list[object] = ["--no-multicast-scouting", "--listen", places[name].listen]
+        for endpoint in places[name].connect:
+            network += ["--connect", endpoint]
+        role: list[object] = ["integrator", rig, "-o", take] if name == "integrator" else ["viewer", rig, "--id", name]
+        return [*role, *network]
+
+    here = ZenohOptions("peer", places["here"].connect, (places["here"].listen,), multicast_scouting=False)
+    processes: list[subprocess.Popen[str]] = []
+    with (
+        ZenohBus.open(here, "demo", RealClock()) as bus,
+        started(arguments(order[0]), tmp_path) as one,
+        _after(1.0, arguments(order[1]), tmp_path) as two,
+        _after(1.0, arguments(order[2]), tmp_path) as three,
+    ):
+        processes += [one, two, three]
+        bus.subscribe(UNIVERSAL_BAP)
+        whole = 0
+        end_s = time.monotonic() + PATIENCE_S
+        while whole < 20:
+            assert time.monotonic() < end_s, output_of(tmp_path)
+            match bus.receive(0.2):
+                case Envelope(message=m.UniversalBap(stale=[])):
+                    whole += 1
+        for process in processes:
+            process.send_signal(signal.SIGTERM)
+        assert [process.wait(30) for process in processes] == [0, 0, 0], output_of(tmp_path)
+    assert len(poses_in(take)) >= 20
+    assert recomputed_poses(take) >= 20
+    assert "Traceback" not in output_of(tmp_path)
+
+
+def test_a_second_viewer_with_the_same_id_is_rejected(tmp_path: Path) -> None:
+    place, other = peer_mesh(free_ports(2))
+    arguments = ["viewer", demo_rig_file(), "--id", "1", "--epoch-ns", time.time_ns(), "--no-multicast-scouting"]
+    with started([*arguments, "-l", place.listen], tmp_path) as one:
+        wait_until(lambda: one.poll() is not None or _listens(place.listen), tmp_path)
+        with started([*arguments, "-l", other.listen, "-e", place.listen], tmp_path) as two:
+            assert two.wait(PATIENCE_S) == 1
+        assert "viewer 1 of rig demo is already running" in output_of(tmp_path)
+        one.send_signal(signal.SIGTERM)
+        assert one.wait(30) == 0
+
+
+def test_an_unreadable_video_ends_the_rig_with_the_reason(tmp_path: Path) -> None:
+    text = (
+        demo_rig_file()
+        .read_text()
+        .replace("demo-calibration.toml", str(demo_rig_file().with_name("demo-calibration.toml")))
+    )
+    (tmp_path / "cam.mp4").write_bytes(b"this is no video")
+    head, mark, tail = text.rpartition('source = "actor:demo"')
+    (tmp_path / "rig.toml").write_text(head + 'source = "cam.mp4"' + tail)
+    assert mark
+    with started(["up", "rig.toml", "--seconds", "60"], tmp_path) as process:
+        assert process.wait(PATIENCE_S) == 1
+    text = output_of(tmp_path)
+    assert "cam.mp4: not a video that can be decoded" in text
+    assert "Traceback" not in text
+
+
+@contextmanager
+def _after(seconds: float, arguments: Sequence[object], folder: Path) -> Iterator[subprocess.Popen[str]]:
+    time.sleep(seconds)
+    with started(arguments, folder) as process:
+        yield process
+
+
+def _listens(endpoint: str) -> bool:
+    host, _, port = endpoint.removeprefix("tcp/").rpartition(":")
+    with socket.socket() as probe:
+        return probe.connect_ex((host, int(port))) == 0

@@ -1,0 +1,339 @@
+"""Real processes on a real Zenoh mesh: state for late joiners, deaths, duplicates, damage, clean exits."""
+
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from tests.common.bus.test_inbox import bap, sighting
+from tests.support.places import ROOT
+from tests.support.rig_process import RIG, bdp
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Alive, DuplicateService, Envelope, Received, RoundTrip
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.recording.reader import Take
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import ASSIGNMENT, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
+
+pytestmark = pytest.mark.system
+
+REPOSITORY = ROOT
+Start = Callable[..., subprocess.Popen[str]]
+
+
+def free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return free_endpoint()
+
+
+@pytest.fixture
+def start(endpoint: str) -> Iterator[Start]:
+    """Start a role of tests.support.rig_process; processes still running at the end are killed."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def starter(role: str, *arguments: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "tests.support.rig_process", role, endpoint, *arguments]
+        processes.append(subprocess.Popen(command, cwd=REPOSITORY, stderr=subprocess.PIPE, text=True))
+        return processes[-1]
+
+    yield starter
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def routed(endpoint: str) -> Iterator[ZenohOptions]:
+    """Options of a client of a router in this process."""
+    with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
+        yield client(endpoint)
+
+
+def client(endpoint: str, mode: str = "client") -> ZenohOptions:
+    assert mode in ("client", "peer")
+    return ZenohOptions("peer" if mode == "peer" else "client", connect=(endpoint,), multicast_scouting=False)
+
+
+def wait_for(bus: ZenohBus, condition: Callable[[Received], bool], timeout_s: float = 10.0) -> Received:
+    """The next event that meets the condition; fails after `timeout_s`."""
+    end_s = time.monotonic() + timeout_s
+    while time.monotonic() < end_s:
+        event = bus.receive(0.1)
+        if event is not None and condition(event):
+            return event
+    pytest.fail(f"nothing received within {timeout_s} s")
+
+
+def carries(kind: type[m.Message], least_frame: int = 0) -> Callable[[Received], bool]:
+    def condition(event: Received) -> bool:
+        return isinstance(event, Envelope) and isinstance(event.message, kind) and event.message.frame >= least_frame
+
+    return condition
+
+
+def terminated(process: subprocess.Popen[str]) -> tuple[int, float, str]:
+    """Exit status, seconds and log of a process after SIGTERM."""
+    started_s = time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    _, log = process.communicate(timeout=30.0)
+    return process.returncode, time.monotonic() - started_s, log
+
+
+def test_processes_communicate_and_survive_invalid_messages_and_kills(
+    start: Start, routed: ZenohOptions, tmp_path: Path
+) -> None:
+    path = tmp_path / "take.mcap"
+    with ZenohBus.open(routed, RIG, RealClock()) as bus:
+        bus.watch_alive()
+        bus.subscribe(ASSIGNMENT)
+        bus.subscribe(HEALTH, service="viewer")
+        viewer, integrator = start("viewer", "1", "60"), start("integrator", str(path))
+        wait_for(bus, carries(m.Assignment, 30))
+
+        # Clocks of one machine are equal within the error of the round trip.
+        viewer_health = wait_for(bus, lambda event: carries(m.Health)(event) and event.message.clock_error_ns > 0)
+        assert isinstance(viewer_health, Envelope)
+        assert isinstance(viewer_health.message, m.Health)
+        assert abs(viewer_health.message.clock_offset_ns) <= viewer_health.message.clock_error_ns < 100_000_000
+
+        # A late joiner gets the last state, which was sent long ago.
+        with ZenohBus.open(routed, RIG, RealClock()) as late:
+            late.subscribe(PARTIAL_BDP)
+            latched = wait_for(late, carries(m.PartialBdp), 2.0)
+            assert isinstance(latched, Envelope)
+            assert latched.message == bdp("1")
+
+        # Invalid bytes of an unknown sender stop no service.
+        with open_session(routed) as foreign_session:
+            for data in (b"", b"\x91" * 100, b"\xdf\xff\xff\xff\xff", bytes(1 << 20)):
+                foreign_session.put(SIGHTING.at(RIG, viewer="1"), data)
+                foreign_session.put(PARTIAL_BDP.at(RIG, viewer="1"), data)
+        bus.subscribe(HEALTH, service="integrator")
+        after_damage = wait_for(bus, lambda event: _count(event, "integrator", "rejected_invalid") >= 1)
+        assert _count(after_damage, "integrator", "step_errors") == 0
+        assert _count(after_damage, "integrator", "log_messages") > 30
+        assert _count(after_damage, "integrator", "log_lost") == 0
+        assignment = wait_for(bus, carries(m.Assignment))
+        assert isinstance(assignment, Envelope)
+        wait_for(bus, carries(m.Assignment, assignment.message.frame + 30))
+
+        # The same viewer a second time is rejected, and the first one continues.
+        second = start("viewer", "1", "60")
+        _, log = second.communicate(timeout=30.0)
+        assert second.returncode == 1
+        assert f"viewer 1 of rig {RIG} is already running" in log
+
+        # A killed viewer is detected at once, and its id is free again.
+        viewer.kill()
+        departure = wait_for(bus, lambda event: isinstance(event, Alive) and not event.alive, 1.0)
+        assert departure == Alive("viewer", "1", False, departure.received_ns)
+        viewer = start("viewer", "1", "60")
+        wait_for(bus, lambda event: isinstance(event, Alive) and event.service == "viewer" and event.alive)
+        wait_for(bus, carries(m.Assignment, 30))
+
+        # The log of a killed integrator lacks at most the last second.
+        killed_ns = time.time_ns()
+        integrator.kill()
+        take = Take(path)
+        recorded = list(take.messages())
+        assert take.cut is not None
+        assert killed_ns - recorded[-1].log_ns < 1_200_000_000
+        keys = {each.topic for each in recorded}
+        assert {SIGHTING.at(RIG, viewer="1"), ASSIGNMENT.at(RIG), PARTIAL_BDP.at(RIG, viewer="1")} <= keys
+
+        status, seconds, log = terminated(viewer)
+        assert (status, log.count("Traceback")) == (0, 0)
+        assert seconds < 2.0
+
+
+def _count(event: Received, service: str, name: str) -> int:
+    match event:
+        case Envelope(message=m.Health() as health) if health.service == service:
+            return health.counts.get(name, 0)
+        case _:
+            return 0
+
+
+def test_all_roles_end_within_two_seconds_of_sigterm(start: Start, endpoint: str, tmp_path: Path) -> None:
+    router = start("router")
+    with ZenohBus.open(client(endpoint), RIG, RealClock()) as bus:
+        bus.subscribe(ASSIGNMENT)
+        viewer, integrator = start("viewer", "1", "30"), start("integrator", str(tmp_path / "take.mcap"))
+        wait_for(bus, carries(m.Assignment))
+    ends = [terminated(process) for process in (viewer, integrator, router)]
+    assert [status for status, _, _ in ends] == [0, 0, 0]
+    assert max(seconds for _, seconds, _ in ends) < 2.0
+    take = Take(tmp_path / "take.mcap")
+    assert list(take.messages())
+    assert take.cut is None
+
+
+def test_service_without_a_router_stops_on_sigterm(start: Start) -> None:
+    viewer = start("viewer", "1", "30")
+    with pytest.raises(subprocess.TimeoutExpired):
+        viewer.communicate(timeout=8.0)
+    status, seconds, log = terminated(viewer)
+    assert status == 1
+    assert "stopped while waiting for a Zenoh router" in log
+    assert seconds < 2.0
+
+
+def test_services_reconnect_to_a_restarted_router(endpoint: str) -> None:
+    listening = ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)
+    router = open_session(listening)
+    with ZenohBus.open(client(endpoint), RIG, RealClock()) as sender:
+        sender.publish(PARTIAL_BDP, bdp("1"))
+        with ZenohBus.open(client(endpoint), RIG, RealClock()) as reader:
+            reader.subscribe(PARTIAL_BDP)
+            wait_for(reader, carries(m.PartialBdp))
+            router.close()
+            changed = m.PartialBdp(frame=9, captured_ns=0, viewer="1", side="side", height_px=1.0, score=0.1, lengths={})
+            sender.publish(PARTIAL_BDP, changed)
+            with open_session(listening):
+                found = wait_for(reader, carries(m.PartialBdp), 5.0)
+    assert isinstance(found, Envelope)
+    assert found.message == changed
+
+
+def test_restarted_publisher_replaces_its_latched_state(routed: ZenohOptions) -> None:
+    with ZenohBus.open(routed, RIG, RealClock()) as reader:
+        reader.subscribe(PARTIAL_BDP)
+        for frame in (5, 3, 1):
+            message = m.PartialBdp(
+                frame=frame, captured_ns=0, viewer="1", side="side", height_px=1.0, score=0.1, lengths={}
+            )
+            with ZenohBus.open(routed, RIG, RealClock()) as sender:
+                sender.publish(PARTIAL_BDP, message)
+                found = wait_for(reader, carries(m.PartialBdp), 2.0)
+            assert isinstance(found, Envelope)
+            assert found.message == message
+
+
+def test_older_of_two_equal_services_continues_after_a_network_split(endpoint: str) -> None:
+    with (
+        ZenohBus.open(client(endpoint, "peer"), RIG, RealClock()) as older,
+        ZenohBus.open(client(endpoint, "peer"), RIG, RealClock()) as newer,
+    ):
+        older.declare_alive("viewer", "1")
+        newer.declare_alive("viewer", "1")
+        assert newer.receive(0.0) is None
+        with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
+            with pytest.raises(DuplicateService, match=f"viewer 1 of rig {RIG} is already running"):
+                wait_for(newer, lambda _: False, 5.0)
+            assert older.receive(0.0) is None
+
+
+def test_queueing_latest_all_and_every_over_the_network(routed: ZenohOptions) -> None:
+    with (
+        ZenohBus.open(routed, RIG, RealClock()) as sender,
+        ZenohBus.open(routed, RIG, RealClock()) as reader,
+        reader.reader() as log,
+    ):
+        reader.subscribe(SIGHTING, viewer="1")
+        reader.subscribe(UNIVERSAL_BAP)
+        log.subscribe(SIGHTING, every=True)
+        log.subscribe(UNIVERSAL_BAP, every=True)
+        for name in ("1", "2"):
+            _publish_until_received(sender, reader if name == "1" else log, name)
+        _all(reader)
+        before = reader.counters.dropped.get("superseded", 0)
+        for frame in range(100, 120):
+            sender.publish(SIGHTING, sighting("1", frame))
+            sender.publish(UNIVERSAL_BAP, bap(frame))
+        everything = [wait_for(log, lambda event: _frame(event) >= 100) for _ in range(40)]
+        assert sorted(_frame(event) for event in everything) == sorted([*range(100, 120)] * 2)
+        # The reader has its own connection: its newest sighting arrives when the 19 before it were superseded.
+        end_s = time.monotonic() + 10
+        while reader.counters.dropped.get("superseded", 0) < before + 19 and time.monotonic() < end_s:
+            time.sleep(0.01)
+        received: list[Received] = []
+        while sum(map(carries(m.UniversalBap), received)) < 20:
+            received.append(wait_for(reader, lambda event: _frame(event) >= 100))
+        received += _all(reader)
+        assert [_frame(event) for event in received if carries(m.UniversalBap)(event)] == list(range(100, 120))
+        assert [_frame(event) for event in received if carries(m.Sighting)(event)] == [119]
+        assert reader.counters.rejected == {}
+
+
+def _frame(event: Received) -> int:
+    return event.message.frame if isinstance(event, Envelope) else -1
+
+
+def _all(bus: ZenohBus) -> list[Received]:
+    return list(iter(lambda: bus.receive(0.0), None))
+
+
+def _publish_until_received(sender: ZenohBus, reader: ZenohBus, viewer: str) -> None:
+    """Publish until a first message arrives: subscriptions take a moment to reach the sender."""
+    for frame in range(100):
+        sender.publish(SIGHTING, sighting(viewer, frame))
+        if reader.receive(0.1) is not None:
+            return
+    pytest.fail("the reader receives nothing")
+
+
+def test_clock_queries_are_answered_with_ordered_times(routed: ZenohOptions) -> None:
+    with ZenohBus.open(routed, RIG, RealClock()) as clock_server, ZenohBus.open(routed, RIG, RealClock()) as querier:
+        clock_server.serve_clock()
+        trips = []
+        for _ in range(100):
+            querier.query_clock()
+            trip = querier.receive(0.1)
+            if isinstance(trip, RoundTrip):
+                trips.append(trip)
+            if len(trips) == 3:
+                break
+        assert len(trips) == 3
+        assert all(trip.sent_ns <= trip.answered_ns <= trip.received_ns for trip in trips)
+
+
+def test_invalid_clock_queries_are_rejected(routed: ZenohOptions) -> None:
+    with ZenohBus.open(routed, RIG, RealClock()) as clock_server, open_session(routed) as foreign_session:
+        clock_server.serve_clock()
+        for _ in range(50):
+            list(foreign_session.get(f"zenocap/{RIG}/integrator/clock", payload=b"\x91" * 9, timeout=0.2))
+            if clock_server.counters.rejected:
+                break
+        assert set(clock_server.counters.rejected) == {"invalid"}
+        assert isinstance(foreign_session, zenoh.Session)
+
+
+def test_observer_finds_every_rig_and_receives_each_separately(routed: ZenohOptions) -> None:
+    clock = RealClock()
+    with ZenohBus.open(routed, "observer", clock) as observer:
+        for rig in ("studio", "lab"):
+            with ZenohBus.open(routed, rig, clock) as bus:
+                bus.declare_alive("viewer", "1")
+                _wait_for_rigs(observer, {rig})
+                with observer.reader_of(rig) as rig_bus:
+                    rig_bus.subscribe(UNIVERSAL_BAP)
+                    rig_bus.watch_alive()
+                    wait_for(rig_bus, lambda event: isinstance(event, Alive) and event.alive)
+                    bus.publish(UNIVERSAL_BAP, bap(7))
+                    event = wait_for(rig_bus, lambda event: isinstance(event, Envelope))
+                    assert isinstance(event, Envelope)
+                    assert event.key == f"zenocap/{rig}/integrator/bap"
+        _wait_for_rigs(observer, set())
+        with pytest.raises(ValueError, match="rig"):
+            observer.reader_of("*")
+
+
+def _wait_for_rigs(observer: ZenohBus, expected: set[str], timeout_s: float = 10.0) -> None:
+    """Wait until the observer finds exactly these rigs: liveliness takes a moment to reach it."""
+    end_s = time.monotonic() + timeout_s
+    while observer.rigs() != expected:
+        assert time.monotonic() < end_s, (observer.rigs(), expected)
+        time.sleep(0.05)

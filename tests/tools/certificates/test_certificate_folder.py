@@ -1,0 +1,89 @@
+"""The folder of certificates: private permissions, existing files kept, inconsistent files rejected."""
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from zenocap.common.bus.access import Member
+from zenocap.common.errors import UserError
+from zenocap.tools.certificates.authority import read_certificate, signed_by
+from zenocap.tools.certificates.folder import certify, ready_authority
+
+NOW = datetime(2026, 1, 2, tzinfo=UTC)
+HERE = ("localhost", "127.0.0.1")
+ONE, TWO = Member("viewer", "1"), Member("viewer", "2")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def test_private_keys_are_readable_by_their_owner_only(tmp_path: Path) -> None:
+    folder = tmp_path / "certs"
+    certify(folder, "studio", {ONE: HERE}, NOW, 30)
+    modes = {path.name: path.stat().st_mode & 0o777 for path in folder.iterdir()}
+    assert modes == {"authority.pem": 0o644, "authority-key.pem": 0o600, "viewer-1.pem": 0o644, "viewer-1-key.pem": 0o600}
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+def test_existing_certificates_are_kept_when_new_ones_are_added(tmp_path: Path) -> None:
+    assert [one.done for one in certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)] == ["made"]
+    before = contents(tmp_path)
+    assert [one.done for one in certify(tmp_path, "studio", {ONE: HERE, TWO: HERE}, NOW, 30)] == ["kept", "made"]
+    after = contents(tmp_path)
+    assert {name: after[name] for name in before} == before
+
+
+def test_renewed_certificates_are_signed_by_the_same_authority(tmp_path: Path) -> None:
+    certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)
+    before = contents(tmp_path)
+    later = NOW + timedelta(days=20)
+    (made,) = certify(tmp_path, "studio", {ONE: HERE}, later, 30, renew=True)
+    after = contents(tmp_path)
+    assert (made.done, made.ends) == ("renewed", later + timedelta(days=30))
+    assert {name for name in after if after[name] != before[name]} == {"viewer-1.pem", "viewer-1-key.pem"}
+    authority = read_certificate("", after["authority.pem"])
+    assert signed_by(read_certificate("", after["viewer-1.pem"]), authority)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda folder: (folder / "authority-key.pem").unlink(), r"authority-key\.pem: missing beside the other half"),
+        (lambda folder: (folder / "authority.pem").unlink(), r"authority\.pem: missing beside the other half"),
+        (lambda folder: (folder / "authority.pem").write_text("x"), r"authority\.pem: no certificate"),
+        (lambda folder: (folder / "viewer-1.pem").unlink(), r"viewer-1\.pem: missing beside its key"),
+        (lambda folder: (folder / "viewer-1.pem").write_text("x"), r"viewer-1\.pem: no certificate"),
+    ],
+)
+def test_missing_or_damaged_file_is_named_in_the_error(tmp_path: Path, change: object, message: str) -> None:
+    certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)
+    change(tmp_path)  # type: ignore[operator]
+    with pytest.raises(UserError, match=message):
+        certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)
+
+
+def test_certificate_for_another_host_or_rig_is_rejected_and_not_overwritten(tmp_path: Path) -> None:
+    certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)
+    before = contents(tmp_path)
+    with pytest.raises(UserError, match=r"not for 192\.168\.1\.11: --renew"):
+        certify(tmp_path, "studio", {ONE: (*HERE, "192.168.1.11")}, NOW, 30)
+    with pytest.raises(UserError, match="exists already, of 'studio/viewer/1'"):
+        certify(tmp_path, "lab", {ONE: HERE}, NOW, 30)
+    assert contents(tmp_path) == before
+
+
+def test_certificate_of_another_authority_is_rejected(tmp_path: Path) -> None:
+    certify(tmp_path / "a", "studio", {ONE: HERE}, NOW, 30)
+    certify(tmp_path / "b", "studio", {ONE: HERE}, NOW, 30)
+    for name in ("authority.pem", "authority-key.pem"):
+        (tmp_path / "a" / name).replace(tmp_path / "b" / name)
+    with pytest.raises(UserError, match="signed by another authority"):
+        certify(tmp_path / "b", "studio", {ONE: HERE}, NOW, 30)
+
+
+def test_expired_authority_is_rejected(tmp_path: Path) -> None:
+    certify(tmp_path, "studio", {ONE: HERE}, NOW, 30)
+    with pytest.raises(UserError, match="expired on 2035"):
+        ready_authority(tmp_path, "studio", NOW + timedelta(days=3651))

@@ -1,0 +1,225 @@
+"""`zenocap posture train`, `evaluate` and `info`."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.places import MOTIONS
+from tests.support.posture_cases import LABELS, RATE, movement
+from tests.tools.cli.test_main import zenocap
+from zenocap.common.errors import UserError
+from zenocap.services.recognizer.features import Kind
+from zenocap.services.recognizer.model_file import read_model
+from zenocap.services.recognizer.training import example_files
+from zenocap.services.recognizer.training.example_files import Features
+from zenocap.services.recognizer.training.manifest import Row
+from zenocap.tools.cli.posture import tracked_sources
+from zenocap.tools.cli.posture.tracked_sources import take_name, with_takes
+
+
+@pytest.fixture
+def manifest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Three people, three postures, two repetitions; real files are covered by the tests of their reader."""
+
+    def read(path: Path, kind: Kind) -> Features:
+        label, person, repetition = path.stem.split("-")
+        features = movement(label, int(person), int(repetition))
+        return Features(RATE, np.arange(len(features)) / RATE, features)
+
+    monkeypatch.setattr(example_files, "read_features", read)
+    rows = ["take,posture,person"]
+    for person in (1, 2, 3):
+        for label in LABELS:
+            for repetition in (0, 1):
+                (tmp_path / f"{label}-{person}-{repetition}.bvh").touch()
+                rows.append(f"{label}-{person}-{repetition}.bvh,{label},{person}")
+    (tmp_path / "m.csv").write_text("\n".join(rows) + "\n")
+    return tmp_path / "m.csv"
+
+
+def test_train_writes_a_model_and_info_prints_the_same_summary(manifest: Path, tmp_path: Path) -> None:
+    out = tmp_path / "mine.postures"
+    status, output, _ = zenocap("posture", "train", manifest, "-o", out, "--json", "--symbols", 24)
+    assert status == 0
+    assert json.loads(output)["labels"] == list(LABELS)
+    assert read_model(out).training.people == ("1", "2", "3")
+    status, text, _ = zenocap("posture", "info", out, "--json")
+    assert (status, json.loads(text)) == (0, json.loads(output))
+    status, text, _ = zenocap("posture", "info", out)
+    assert status == 0
+    rows = {line.split()[0]: line.split() for line in text.splitlines() if line.split()[:1] and line.split()[0] in LABELS}
+    assert [rows[label][1:3] for label in LABELS] == [["6", "3"]] * 3
+
+
+def test_the_same_manifest_gives_the_same_bytes(manifest: Path, tmp_path: Path) -> None:
+    one, other = tmp_path / "one.postures", tmp_path / "other.postures"
+    for path in (one, other):
+        assert zenocap("posture", "train", manifest, "-o", path, "--symbols", 24)[0] == 0
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_training_options_are_applied(manifest: Path, tmp_path: Path) -> None:
+    out = tmp_path / "mine.postures"
+    options = "--symbols 20 --states 3 --topology ergodic --scale none --rate 30 --features joint-angles --seed 4"
+    assert zenocap("posture", "train", manifest, "-o", out, *options.split())[0] == 0
+    model = read_model(out)
+    assert (model.symbols, model.states, model.rate, model.features) == (20, 3, 30.0, "joint-angles")
+    assert (model.transition > 0).all()
+    assert model.training.settings["seed"] == "4"
+
+
+def test_evaluate_uses_both_protocols_and_writes_the_confusion_matrix(manifest: Path, tmp_path: Path) -> None:
+    table, figure = tmp_path / "confusion.csv", tmp_path / "confusion.png"
+    status, text, _ = zenocap("posture", "evaluate", manifest, "--confusion", table, "--plot", figure, "--symbols", 24)
+    assert status == 0
+    lines = [line.split() for line in text.splitlines()]
+    assert lines[0] == ["posture", "paper", "subjects"]
+    assert ["all", "18/18", "18/18"] in lines
+    rows = list(csv.reader(table.open(encoding="utf-8")))
+    assert rows[0] == ["protocol", "posture", *LABELS]
+    assert rows[1] == ["paper", "wave", "6", "0", "0"]
+    assert len(rows) == 7
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_evaluate_prints_json(manifest: Path) -> None:
+    status, text, _ = zenocap("posture", "evaluate", manifest, "--protocol", "subjects", "--json", "--symbols", 24)
+    assert status == 0
+    (found,) = json.loads(text)["protocols"]
+    assert (found["protocol"], found["right"], found["total"], found["people"]) == ("subjects", 18, 18, 3)
+    assert np.array(found["confusion"]).sum() == 18
+    assert found["wrong"] == []
+
+
+def test_examples_of_one_person_are_evaluated_without_the_subjects_protocol(manifest: Path) -> None:
+    rows = [line for line in manifest.read_text().splitlines() if not line.endswith((",2", ",3"))]
+    manifest.write_text("\n".join(rows) + "\n")
+    status, text, errors = zenocap("posture", "evaluate", manifest, "--symbols", 24)
+    assert status == 0
+    assert "note: subjects: 6 examples by 1 people: allowed: two people or more" in errors
+    assert "6/6" in text
+    status, _, errors = zenocap("posture", "evaluate", manifest, "--protocol", "subjects")
+    assert status == 1
+    assert "error: subjects: " in errors
+
+
+def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path) -> None:
+    unreadable = manifest.parent / "lost.mcap"
+    unreadable.touch()
+
+    read = example_files.read_features
+
+    def read_or_fail(path: Path, kind: Kind) -> Features:
+        if path == unreadable:
+            raise UserError(f"{path}: no universal BDP")
+        return read(path, kind)
+
+    with pytest.MonkeyPatch.context() as patch, manifest.open("a") as file:
+        patch.setattr(example_files, "read_features", read_or_fail)
+        file.write("lost.mcap,wave,1\n")
+        file.flush()
+        status, _, errors = zenocap("posture", "evaluate", manifest, "--symbols", 24)
+        assert (status, "line 20: " in errors) == (1, True)
+        status, text, errors = zenocap("posture", "evaluate", manifest, "--skip-missing", "--json", "--symbols", 24)
+    assert status == 0
+    assert errors.startswith("missing: ")
+    assert len(json.loads(text)["missing"]) == 1
+    assert json.loads(text)["protocols"][0]["total"] == 18
+
+
+def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Path) -> None:
+    text = "\n".join(manifest.read_text().splitlines()[:2]) + "\n"
+    manifest.write_text(text)
+    status, _, errors = zenocap("posture", "train", manifest, "-o", tmp_path / "one.postures")
+    assert status == 0
+    assert "note: 'wave' has one example" in errors
+    assert "note: nothing to hold out: no movement will be rejected" in errors
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["train", "nowhere.csv", "-o", "x.postures"], "error: nowhere.csv: cannot be read"),
+        (["train", "m.csv", "-o", "nowhere/x.postures"], "there is no folder nowhere"),
+        (["evaluate", "m.csv", "--confusion", "nowhere/c.csv"], "there is no folder nowhere"),
+        (["evaluate", "m.csv", "--plot", "x.gif"], "suffix '.gif': allowed: .png, .svg, .pdf"),
+        (["info", "nowhere"], "model = 'nowhere': no file nowhere; allowed: a file, or a name of: "),
+        (["info", "m.csv"], "m.csv: begins with b'take,posture"),
+    ],
+)
+def test_invalid_input_is_a_one_line_error(
+    manifest: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, errors = zenocap("posture", *arguments)
+    assert status == 1
+    assert words in errors
+    assert len(errors.strip().splitlines()) == 1
+    assert not (tmp_path / "x.postures").exists()
+
+
+@pytest.mark.parametrize("command", ["train", "evaluate", "info"])
+def test_every_command_has_a_help_text(command: str) -> None:
+    status, text, _ = zenocap("posture", command, "--help")
+    assert status == 0
+    assert len(text.split()) > 30
+    assert "Example" in text
+
+
+def test_takes_of_rigs_are_named_by_path_and_method(tmp_path: Path) -> None:
+    (tmp_path / "clips" / "a b").mkdir(parents=True)
+    (tmp_path / "studio.toml").touch()
+    manifest = tmp_path / "m.csv"
+    assert take_name(manifest, tmp_path / "clips" / "a b", "two-view") == "clips-a-b-two-view.mcap"
+    assert take_name(manifest, tmp_path / "studio.toml", "hybrid") == "studio-hybrid.mcap"
+    assert (
+        take_name(tmp_path / "clips" / "m.csv", tmp_path / "studio.toml", "hybrid") == f"{tmp_path.name}-studio-hybrid.mcap"
+    )
+
+
+def test_rig_of_several_rows_is_tracked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tracked: list[str] = []
+
+    def track_once(manifest: Path, source: Path, folder: Path, method: str | None) -> Path:
+        tracked.append(source.name)
+        return folder / f"{source.name}.mcap"
+
+    monkeypatch.setattr(tracked_sources, "_take", track_once)
+    (tmp_path / "clip").mkdir()
+    rows = [
+        Row(2, tmp_path / "clip", 0.0, 1.0, "wave", "1", "1"),
+        Row(3, tmp_path / "clip", 1.0, 2.0, "wave", "1", "2"),
+        Row(4, tmp_path / "a.bvh", None, None, "wave", "1", "3"),
+    ]
+    found = with_takes(tmp_path / "m.csv", rows, tmp_path / "tracked", None, lambda done, of, words: None)
+    assert tracked == ["clip"]
+    assert [row.source.name for row in found] == ["clip.mcap", "clip.mcap", "a.bvh"]
+    assert [row.line for row in found] == [2, 3, 4]
+
+
+def test_rigs_that_cannot_be_tracked_are_reported_with_their_line(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "bad.toml").write_text("name = 3")
+    rows = [Row(k, tmp_path / name, None, None, "a", "1", "1") for k, name in ((2, "empty"), (3, "bad.toml"))]
+    with pytest.raises(UserError) as raised:
+        with_takes(tmp_path / "m.csv", rows, tmp_path / "tracked", None, lambda done, of, words: None)
+    lines = str(raised.value).splitlines()
+    assert [line.split(": ")[1] for line in lines] == ["line 2", "line 3"]
+
+
+@pytest.mark.slow
+@pytest.mark.clips
+@pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
+def test_walking_and_kicking_are_distinguished_on_recorded_motion(tmp_path: Path) -> None:
+    rows = ["source,posture,person"]
+    walks = (("02_01", "02"), ("02_02", "02"), ("07_01", "07"), ("07_02", "07"))
+    rows += [f"{MOTIONS / f'cmu_{name}.bvh'},walk,{person}" for name, person in walks]
+    rows += [f"{MOTIONS / f'cmu_{name}_01.bvh'},kick,{name}" for name in ("10", "11")]
+    (tmp_path / "m.csv").write_text("\n".join(rows))
+    status, text, _ = zenocap("posture", "evaluate", tmp_path / "m.csv", "--protocol", "subjects", "--json")
+    assert status == 0
+    (found,) = json.loads(text)["protocols"]
+    assert (found["right"], found["total"]) == (6, 6)

@@ -1,0 +1,149 @@
+"""`zenocap posture label`: rows of a manifest from a motion, interactive or not; saved names."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.posture_cases import quick_model
+from tests.tools.cli.test_main import zenocap
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trc import write_trc
+from zenocap.services.recognizer.model_file import write_model
+from zenocap.services.recognizer.training.labelling import Candidate, add_rows, is_labelled
+from zenocap.services.recognizer.training.manifest import Row, read_manifest
+from zenocap.simulation.body.person import person
+from zenocap.simulation.ground_truth import landmarks
+from zenocap.simulation.motion.motion_corpus import chained
+from zenocap.simulation.motion.postures import posture
+
+NAMES = ("raise-right-arm", "squat", "kick-left")
+RATE = 30.0
+
+
+@pytest.fixture(scope="module")
+def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three postures of a simulated person with rests between them, as joint centres."""
+    subject = person(7)
+    performed = chained(subject, [posture(subject, name, 0) for name in NAMES], pause_s=1.0)
+    frames = [landmarks(subject, performed.pose_at(k / RATE)) for k in range(int(performed.duration_s * RATE))]
+    names = tuple(frames[0])
+    points = np.array([[points[name] for name in names] for points in frames])
+    path = tmp_path_factory.mktemp("motion") / "three.trc"
+    write_trc(path, Trajectories(names, np.arange(len(frames)), np.arange(len(frames)) / RATE, points, RATE))
+    return path
+
+
+def answers(monkeypatch: pytest.MonkeyPatch, *lines_typed: str) -> None:
+    remaining = list(lines_typed)
+
+    def answer(_: str) -> str:
+        if not remaining:
+            raise EOFError
+        return remaining.pop(0)
+
+    monkeypatch.setattr("builtins.input", answer)
+
+
+def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
+    status, output, _ = zenocap("posture", "label", motion, "--json")
+    found = json.loads(output)["candidates"]
+    assert status == 0
+    assert [one["limbs"] for one in (found[0], found[2])] == [["right arm"], ["left leg"]]
+    assert {"left leg", "right leg"} <= set(found[1]["limbs"])
+    status, text, _ = zenocap("posture", "label", motion)
+    assert status == 0
+    assert text.count("right arm") >= 1
+    assert len([line for line in text.splitlines() if line[:3].strip().isdigit()]) == 3
+
+
+def test_answers_become_rows_and_are_not_asked_again(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    manifest = tmp_path / "m.csv"
+    answers(monkeypatch, "?", "raise", "s", "b -0.1", "b x", "kick")
+    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play")
+    assert status == 0
+    assert "2 of 3 labelled, 2 rows" in output
+    assert "allowed: seconds, such as b -0.2" in output
+    rows = read_manifest(manifest)
+    assert [(row.posture, row.person, row.repetition) for row in rows] == [("raise", "anna", "1"), ("kick", "anna", "1")]
+    answers(monkeypatch, "squat")
+    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play")
+    assert "1 of 1 labelled, 3 rows" in output
+    assert [row.posture for row in read_manifest(manifest)] == ["raise", "kick", "squat"]
+    result = json.loads(zenocap("posture", "label", motion, "-o", manifest, "--json")[1])
+    assert result["candidates"] == []
+
+
+@pytest.mark.parametrize("quit_key", ["q", None])
+def test_labels_are_saved_when_the_user_quits(
+    quit_key: str | None, motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest = tmp_path / "m.csv"
+    answers(monkeypatch, "raise", *([quit_key] if quit_key else []))
+    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--no-play")
+    assert status == 0
+    assert "1 of 3 labelled, 1 rows" in output
+    assert [row.posture for row in read_manifest(manifest)] == ["raise"]
+
+
+def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answers(monkeypatch, "r", "q")
+    status, output, _ = zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20)
+    assert status == 0
+    assert output.count("from the front") >= 2
+    assert not (tmp_path / "m.csv").exists()
+
+
+def test_guess_of_a_model_is_shown_and_accepted_by_enter(
+    motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = tmp_path / "mine.postures"
+    write_model(model, quick_model())
+    found = json.loads(zenocap("posture", "label", motion, "--json", "--model", model)[1])["candidates"]
+    guesses = [one["guess"]["label"] for one in found]
+    assert set(guesses) <= set(quick_model().labels)
+    answers(monkeypatch, "")
+    zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--model", model, "--no-play")
+    assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == guesses[:1]
+    confident = sum(one["guess"]["known"] for one in found)
+    zenocap("posture", "label", motion, "-o", tmp_path / "all.csv", "--model", model, "--accept")
+    named = read_manifest(tmp_path / "all.csv") if confident else []
+    assert len(named) == confident
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["missing.trc"], "missing.trc"),
+        (["three.wav"], "allowed: .bvh, .trc, .mcap"),
+        (["three.trc", "--model", "none-such"], "none-such"),
+        (["three.trc", "-o", "nowhere/m.csv"], "there is no folder"),
+    ],
+)
+def test_unusable_input_is_a_one_line_error(
+    arguments: list[str], words: str, motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "three.trc").write_bytes(motion.read_bytes())
+    (tmp_path / "three.wav").touch()
+    status, _, error = zenocap("posture", "label", *arguments)
+    assert status == 1
+    assert words in error
+    assert len(error.strip().splitlines()) == 1
+
+
+def test_candidate_with_half_of_it_in_a_row_is_labelled(tmp_path: Path) -> None:
+    take, other = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    rows = [Row(2, take, 1.0, 2.0, "kick", "1", "1")]
+    for start, end, named in ((1.2, 2.4, True), (1.6, 2.8, False), (0.0, 1.0, False), (0.9, 2.1, True)):
+        assert is_labelled(rows, take, Candidate(start, end, 1.0, ("right leg",))) is named
+    assert not is_labelled(rows, other, Candidate(1.0, 2.0, 1.0, ("right leg",)))
+    assert is_labelled([Row(2, take, None, None, "kick", "1", "1")], take, Candidate(5.0, 6.0, 1.0, ("right leg",)))
+
+
+def test_repetition_numbers_continue_by_person_and_posture(tmp_path: Path) -> None:
+    take, one = tmp_path / "a.mcap", Candidate(1.0, 2.0, 1.0, ("right leg",))
+    rows = add_rows([], take, "anna", [(one, "kick"), (one, "kick"), (one, "bow")])
+    rows = add_rows(rows, take, "ben", [(one, "kick")])
+    assert [row.repetition for row in rows] == ["1", "2", "1", "1"]

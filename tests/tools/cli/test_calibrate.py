@@ -1,0 +1,146 @@
+"""The commands `calibrate lines` and `calibrate check`: input files, options, output and exit statuses."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.support.places import ROOT
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.tools.cli.calibrate import EXAMPLE, calibrate
+
+DEMO = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"
+TEXT = "\n".join(line.strip() for line in EXAMPLE.splitlines()[1:])
+OPTIONS = [
+    "--size",
+    "160",
+    "120",
+    "--d-x",
+    "1",
+    "--d-z",
+    "1",
+    "--t",
+    "1.7",
+    "--a1",
+    "79.5",
+    "39.3",
+    "--b1",
+    "79.5",
+    "34.5",
+    "--c1",
+    "108.3",
+    "39.3",
+    "--a2",
+    "79.5",
+    "39.3",
+    "--b2",
+    "108.3",
+    "39.3",
+    "--c2",
+    "79.5",
+    "42.6",
+    "--distance1",
+    "5.2",
+    "--distance2",
+    "5.2",
+]
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(calibrate, [str(a) for a in arguments])
+
+
+def test_a_measurements_file_gives_a_calibration(tmp_path):
+    (tmp_path / "measured.toml").write_text(TEXT)
+    output = tmp_path / "calibration.toml"
+    result = run("lines", tmp_path / "measured.toml", "-o", output)
+    assert result.exit_code == 0, result.output
+    cameras = read_calibration(output)
+    np.testing.assert_allclose(cameras["cam01"].centre, [0, 1, 5.2], atol=0.02)
+    np.testing.assert_allclose(cameras["cam02"].centre, [-5.2, 1, 0], atol=0.02)
+    assert cameras["cam01"].matrix[0, 0] == pytest.approx(150, rel=0.01)
+    for text in ("cam01: focal length 149.8 px", "distance 5.200 ± 0.010 m", "residuals px: A' (", "verdict: good"):
+        assert text in result.output
+
+
+def test_options_and_file_give_the_same_calibration(tmp_path):
+    (tmp_path / "measured.toml").write_text(TEXT)
+    run("lines", tmp_path / "measured.toml", "-o", tmp_path / "a.toml")
+    assert run("lines", *OPTIONS, "-o", tmp_path / "b.toml").exit_code == 0
+    assert (tmp_path / "a.toml").read_text() == (tmp_path / "b.toml").read_text()
+
+
+def test_a_poor_calibration_is_written_with_exit_status_3(tmp_path):
+    output = tmp_path / "b.toml"
+    result = run("lines", *OPTIONS, "--height1", "1.5", "-o", output)
+    assert result.exit_code == 3
+    assert "verdict: poor" in result.output
+    assert "camera 1: measured height 1.50 m, but the pinnacles give 1.00 m" in result.output
+    assert output.exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("d_x = 1.0", "d_x = 0.0", "d_x = 0.0: allowed: 0.05 to 100 m"),
+        ("d_x = 1.0", "dx = 1.0", "unknown field `dx`"),
+        ("d_x = 1.0", "d_x = ", "not TOML"),
+        ("t = 1.7", 't = "tall"', "Expected `float`, got `str` - at `$.t`; allowed: size, d_x"),
+    ],
+)
+def test_invalid_measurements_are_rejected(tmp_path, old, new, text):
+    (tmp_path / "measured.toml").write_text(TEXT.replace(old, new))
+    result = run("lines", tmp_path / "measured.toml", "-o", tmp_path / "out.toml")
+    assert result.exit_code == 1
+    assert text in result.output
+    assert not (tmp_path / "out.toml").exists()
+
+
+def test_unreadable_and_unwritable_files_are_errors(tmp_path):
+    result = run("lines", tmp_path / "none.toml")
+    assert (result.exit_code, "cannot be read: No such file" in result.output) == (1, True)
+    result = run("lines", *OPTIONS, "-o", tmp_path / "none" / "out.toml")
+    assert (result.exit_code, "cannot be written: No such file" in result.output) == (1, True)
+    result = run("lines", *OPTIONS, "-o", tmp_path / "out.yml")
+    assert (result.exit_code, "allowed when writing: .toml" in result.output) == (1, True)
+
+
+def test_wrong_usage(tmp_path):
+    result = run("lines", "--t", "1.7")
+    assert result.exit_code == 2
+    assert "--size" in result.output
+    result = run("lines", tmp_path / "measured.toml", "--t", "1.7")
+    assert result.exit_code == 2
+    result = run("lines", *OPTIONS[:1], "160.5", *OPTIONS[2:])
+    assert result.exit_code == 2
+
+
+def test_check_prints_positions_and_attitudes():
+    result = run("check", DEMO)
+    assert result.exit_code == 0
+    for text in (
+        "cam01: 640 x 480 px, focal length 600.0 px",
+        "at (0.000, 1.000, 5.200) m, Y up",
+        "heading 90.0 degrees from -Z towards +X, tilt +0.0, roll ",
+        "cam01 and cam02: 90.0 degrees apart",
+        "most nearly orthogonal: cam01 (front) and cam02, 90.0 degrees apart",
+    ):
+        assert text in result.output
+
+
+def test_check_prints_json():
+    data = json.loads(run("check", DEMO, "--json").output)
+    assert data["most_orthogonal"] == ["cam01", "cam02"]
+    assert data["angles"][0]["angle_deg"] == pytest.approx(90)
+    assert data["cameras"][1]["position_m"] == pytest.approx([-5.2, 1.0, 0.0])
+
+
+def test_check_suggests_the_other_up_axis_and_reports_errors(tmp_path):
+    path = tmp_path / "calibration.toml"
+    path.write_text(DEMO.read_text())
+    assert "is the up axis right" in run("check", path, "--up-axis", "z").output
+    path.write_text(DEMO.read_text().split("[cam_02]")[0])
+    assert run("check", path).exit_code == 0
+    result = run("check", path, "--up-axis", "x")
+    assert (result.exit_code, "up_axis = 'x': allowed: 'y' or 'z'" in result.output) == (1, True)

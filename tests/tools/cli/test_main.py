@@ -1,0 +1,233 @@
+"""The command line: help texts, start-up, exit statuses, and user errors in one line."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.common.rig.test_rig import CALIBRATION
+from zenocap.common.rig.rig import demo_rig, demo_rig_file
+from zenocap.tools.cli.main import TABLE, app
+
+runner = CliRunner()
+COMMANDS = [command.__name__ for _, command in TABLE]
+NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top")
+SIZE = (160, 120)
+
+
+def zenocap(*arguments: object) -> tuple[int, str, str]:
+    """Exit status, standard output, standard error."""
+    result = runner.invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "200", "NO_COLOR": "1"})
+    if result.exception and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def write_video(path: Path, count: int = 12, size: tuple[int, int] = SIZE, codec: str = "mp4v") -> None:
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), 15.0, size)
+    for k in range(count):
+        writer.write(np.full((size[1], size[0], 3), 10 * k % 250, dtype=np.uint8))
+    writer.release()
+
+
+@pytest.fixture
+def studio(tmp_path: Path) -> Path:
+    """A rig file with two short videos."""
+    (tmp_path / "videos").mkdir()
+    for name in ("cam01", "cam02"):
+        write_video(tmp_path / "videos" / f"{name}.mp4")
+    text = CALIBRATION.replace("[640.0, 480.0]", "[160.0, 120.0]")
+    text = text.replace("[[600.0, 0.0, 319.5], [0.0, 600.0, 239.5]", "[[150.0, 0.0, 79.5], [0.0, 150.0, 59.5]")
+    (tmp_path / "calibration.toml").write_text(text)
+    viewers = "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "videos/cam0{k}.mp4"\nbackground = "first:3"\n'
+        for k in (1, 2)
+    )
+    path = tmp_path / "studio.toml"
+    path.write_text(f'name = "studio"\ncalibration = "calibration.toml"\n{viewers}[log]\nfolder = "takes"\n')
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [*COMMANDS, "calibrate lines", "calibrate check"])
+def test_every_command_has_a_help_text(command: str) -> None:
+    status, text, _ = zenocap(*command.split(), "--help")
+    assert status == 0
+    assert len(text.split()) > 30
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_an_example(command: str) -> None:
+    assert "Example" in zenocap(command, "--help")[1]
+
+
+@pytest.mark.parametrize("command", NETWORKED)
+def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
+    text = zenocap(command, "--help")[1]
+    for option in ("-e", "--connect", "-l", "--listen", "-c", "--config", "--no-multicast-scouting"):
+        assert option in text
+    assert ("--mode" in text) == (command != "router")
+
+
+def test_the_help_lists_every_command() -> None:
+    text = zenocap("-h")[1]
+    for name in COMMANDS:
+        assert name in text
+
+
+def test_the_version_is_printed() -> None:
+    assert "Show the version and exit." in zenocap("--help")[1]
+    assert zenocap("--version")[1].startswith("zenocap 0.")
+
+
+def test_help_imports_no_heavy_modules() -> None:
+    code = "import sys, zenocap.tools.cli.main; print(sorted({'numba', 'zenoh', 'scipy', 'mcap'} & set(sys.modules)))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def test_wrong_usage_is_status_2() -> None:
+    assert zenocap("viewer", "studio.toml")[0] == 2
+    assert zenocap("track", "studio.toml", "-o", "a.mcap", "--size", "160")[0] == 2
+    assert zenocap("track", "studio.toml", "-o", "a.mcap", "--method", "joint")[0] == 2
+    assert zenocap("export", "a.mcap", "-o", "a.fbx")[0] == 2
+    assert zenocap("export", "a.mcap", "--to", "fbx", "-o", "a.fbx")[0] == 2
+    assert zenocap("fly")[0] == 2
+
+
+def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
+    status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
+    assert status == 3
+    assert "12 frames, 0 poses" in out
+    assert "no pose" in err
+    status, out, _ = zenocap("info", tmp_path / "a.mcap", "--json")
+    assert status == 0
+    found = json.loads(out)
+    assert found["messages"] > 2
+    assert found["attachments"].keys() == {"studio.toml", "calibration.toml", "parameters.json", "setup.json"}
+    assert {channel["schema"] for channel in found["channels"]} >= {"zenocap.Sighting", "zenocap.CameraInfo"}
+    status, _, err = zenocap("export", tmp_path / "a.mcap", "--to", "trc", "-o", tmp_path / "a.trc")
+    assert (status, err.count("\n")) == (1, 1)
+    assert "no T-pose was measured" in err
+
+
+def test_truncated_take_is_reported(studio: Path, tmp_path: Path) -> None:
+    zenocap("track", studio, "-o", tmp_path / "a.mcap")
+    data = (tmp_path / "a.mcap").read_bytes()
+    (tmp_path / "b.mcap").write_bytes(data[: len(data) // 2])
+    status, _, err = zenocap("info", tmp_path / "b.mcap")
+    assert status == 3
+    assert "cut before its end" in err
+
+
+def changed(old: str, new: str) -> Callable[[Path], None]:
+    def change(studio: Path) -> None:
+        text = studio.read_text()
+        assert old in text
+        studio.write_text(text.replace(old, new))
+
+    return change
+
+
+def cut_video(studio: Path) -> None:
+    path = studio.parent / "videos" / "cam02.mp4"
+    path.write_bytes(b"not a video at all" * 50)
+
+
+def large_video(studio: Path) -> None:
+    write_video(studio.parent / "videos" / "cam02.mp4", size=(320, 200))
+
+
+BAD = [
+    (changed("videos/cam02.mp4", "videos/cam09.mp4"), ("viewer[1].source", "no file", "cam09.mp4")),
+    (cut_video, ("cam02.mp4", "cannot be opened as a video")),
+    (large_video, ("cam02.mp4", "320 x 200", "160 x 120")),
+    (changed("camera =", "lens =\ncamera ="), ("not TOML",)),
+    (changed('id = "2"', 'id = "2"\nkamera = "x"'), ("viewer[1].kamera", "no such key", "did you mean 'camera'")),
+    (changed('camera = "cam02"', 'camera = "cam07"'), ("viewer[1].camera", "cam07", "cam01")),
+    (changed('id = "2"', 'id = "1"'), ("viewer[1].id = '1'", "viewer[0]")),
+    (changed('name = "studio"', 'name = "studio"\nmethod = "joint"'), ("method = 'joint'", "two-view")),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), BAD, ids=[words[0] for _, words in BAD])
+def test_invalid_rig_is_a_one_line_error(change: Callable[[Path], None], words: tuple[str, ...], studio: Path) -> None:
+    change(studio)
+    if "method" in words[0]:  # track has an option for it
+        status, _, err = zenocap("up", studio, "--seconds", "1")
+    else:
+        status, _, err = zenocap("track", studio, "-o", studio.parent / "a.mcap")
+    assert status == 1
+    lines = [line for line in err.splitlines() if not line.startswith("note:")]
+    assert len(lines) == 1
+    assert lines[0].startswith("error: ")
+    for word in words:
+        assert word in lines[0]
+    assert not (studio.parent / "a.mcap").exists()
+
+
+def test_truncated_video_is_tracked_to_its_last_readable_frame(studio: Path, tmp_path: Path) -> None:
+    path = studio.parent / "videos" / "cam02.avi"
+    write_video(path, 60, codec="MJPG")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 6 // 10])
+    changed("cam02.mp4", "cam02.avi")(studio)
+    status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
+    assert status == 3
+    assert "lost: " in err
+    assert "cam02.avi" in err
+    assert "frames" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("up", "nowhere.toml"), "no such rig"),
+        (("viewer", "nowhere.toml", "--id", "1"), "no such rig"),
+        (("integrator", "nowhere.toml"), "no such rig"),
+        (("tracker", "nowhere.toml"), "no such rig"),
+        (("info", "nowhere.mcap"), "no such file"),
+        (("verify", "nowhere.mcap"), "cannot be read"),
+        (("export", "nowhere.mcap", "--to", "csv", "-o", "a.csv"), "cannot be read"),
+        (("evaluate", "nowhere.mcap", "--truth", "a.trc"), "cannot be read"),
+        (("router", "-l", "nonsense"), "PROTOCOL/ADDRESS expected"),
+    ],
+)
+def test_missing_file_is_a_one_line_error(arguments: tuple[str, ...], words: str) -> None:
+    status, _, err = zenocap(*arguments)
+    assert status == 1
+    assert err.count("\n") == 1
+    assert words in err
+
+
+def test_unknown_viewer_error_lists_the_known_viewers(studio: Path) -> None:
+    status, _, err = zenocap("viewer", studio, "--id", "7")
+    assert status == 1
+    assert "no viewer '7'; there are: 1, 2" in err
+
+
+@pytest.mark.slow
+def test_track_to_bvh_equals_track_and_export(tmp_path: Path) -> None:
+    for file in demo_rig().files:
+        (tmp_path / file.name).write_text(file.read_text().replace("actor:demo", "actor:raise-both-arms"))
+    rig = tmp_path / demo_rig_file().name
+    status, out, _ = zenocap("track", rig, "-o", tmp_path / "one.bvh")
+    assert status == 0
+    assert "the take was temporary" in out
+    assert zenocap("track", rig, "-o", tmp_path / "arms.mcap")[0] == 0
+    assert zenocap("export", tmp_path / "arms.mcap", "-o", tmp_path / "two.bvh")[0] == 0
+    assert (tmp_path / "one.bvh").read_bytes() == (tmp_path / "two.bvh").read_bytes()
+    assert zenocap("verify", tmp_path / "arms.mcap")[0] == 0
+
+
+def test_without_a_pose_nothing_is_exported(studio: Path, tmp_path: Path) -> None:
+    status, out, err = zenocap("track", studio, "-o", tmp_path / "a.bvh")
+    assert (status, out) == (3, "12 frames, 0 poses\n")
+    assert "T-pose" in err
+    assert not (tmp_path / "a.bvh").exists()

@@ -1,0 +1,120 @@
+"""`zenocap prior train` and `zenocap prior info`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.places import MOTIONS
+from tests.support.prior_cases import gait
+from tests.tools.cli.test_main import zenocap
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from zenocap.services.tracker.prior import motions
+from zenocap.services.tracker.prior.file import read_prior
+from zenocap.services.tracker.prior.motions import Motion
+from zenocap.tools.cli.prior import parsed_frames
+
+
+@pytest.fixture
+def walks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """Files of a synthetic gait; real files are covered by the tests of their reader."""
+    paths = [tmp_path / f"walk{k}.bvh" for k in range(2)]
+    for path in paths:
+        path.touch()
+
+    def read(path: Path, anatomy: Anatomy, frames: range | None = None) -> Motion:
+        assert anatomy is FOURTEEN_PARTS
+        poses = gait(240, int(path.stem[-1]))
+        return Motion(path.stem, 60.0, poses if frames is None else poses[frames.start : frames.stop])
+
+    monkeypatch.setattr(motions, "read_motion", read)
+    return paths
+
+
+@pytest.mark.slow
+def test_train_writes_a_prior_and_prints_the_error_by_regions(walks: list[Path], tmp_path: Path) -> None:
+    out, figure = tmp_path / "walk.prior", tmp_path / "errors.png"
+    status, text, _ = zenocap("prior", "train", *walks, "-o", out, "--plot", figure)
+    assert status == 0
+    prior = read_prior(out, FOURTEEN_PARTS)
+    assert prior.training.motions == ("walk0", "walk1")
+    rows = [line.split() for line in text.splitlines() if line.strip()[:1].isdigit()]
+    assert [int(row[0]) for row in rows] == [row.regions for row in prior.training.errors]
+    assert float(rows[0][2].rstrip("°")) == pytest.approx(np.degrees(prior.training.errors[0].held), abs=0.006)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_equal_seeds_give_equal_bytes_and_info_prints_the_same_summary(walks: list[Path], tmp_path: Path) -> None:
+    one, other = tmp_path / "one.prior", tmp_path / "other.prior"
+    _, output, _ = zenocap("prior", "train", *walks, "-o", one, "--regions", 6, "--json")
+    zenocap("prior", "train", *walks, "-o", other, "--regions", 6)
+    assert one.read_bytes() == other.read_bytes()
+    status, text, _ = zenocap("prior", "info", one, "--json")
+    assert (status, json.loads(text)) == (0, json.loads(output))
+    assert json.loads(text)["regions"] == 6
+
+
+def test_held_out_files_and_frames_follow_the_options(walks: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "walk.prior"
+    status, text, _ = zenocap(
+        "prior", "train", walks[0], "--held", walks[1], "--frames", "0-99", "--no-mirror", "-o", out, "--regions", 20
+    )
+    assert status == 0
+    assert "held out    walk1" in text
+    training = read_prior(out).training
+    assert (training.frames, training.mirrored, training.held) == (100, False, ("walk1",))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["train", "nowhere.bvh", "-o", "x.prior"], "error: nowhere.bvh: there is no such file"),
+        (["train", "walk0.bvh", "-o", "nowhere/x.prior"], "there is no folder nowhere"),
+        (["train", "walk0.bvh", "-o", "x.prior", "--plot", "x.gif"], "suffix '.gif': allowed: .png, .svg, .pdf"),
+        (["train", "walk0.bvh", "-o", "x.prior", "--frames", "0-9"], "training frames: allowed: 25 or more"),
+        (["info", "nowhere"], "prior = 'nowhere': no file nowhere; allowed: a file, or a name of: "),
+        (["info", "walk0.bvh"], "walk0.bvh: begins with b'': allowed"),
+    ],
+)
+def test_invalid_input_is_a_one_line_error(
+    walks: list[Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, errors = zenocap("prior", *arguments)
+    assert status == 1
+    assert words in errors
+    assert len(errors.strip().splitlines()) == 1
+    assert not (tmp_path / "x.prior").exists()
+
+
+@pytest.mark.parametrize("text", ["", "9-0", "5", "5-5", "a-b", "-1-4"])
+def test_invalid_frame_range_is_wrong_usage(text: str) -> None:
+    status, _, errors = zenocap("prior", "train", "x.bvh", "-o", "x.prior", "--frames", text)
+    assert status == 2
+    assert "--frames" in errors
+
+
+def test_frame_range_includes_its_last_frame() -> None:
+    assert parsed_frames("0-99") == range(100)
+
+
+@pytest.mark.parametrize("command", ["prior train", "prior info"])
+def test_every_command_has_a_help_text(command: str) -> None:
+    status, text, _ = zenocap(*command.split(), "--help")
+    assert status == 0
+    assert len(text.split()) > 30
+
+
+@pytest.mark.slow
+@pytest.mark.clips
+@pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
+def test_a_prior_of_recorded_walks_reconstructs_another_persons_walk(tmp_path: Path) -> None:
+    files = [MOTIONS / f"cmu_07_0{k}.bvh" for k in (1, 2, 3)]
+    out = tmp_path / "walk.prior"
+    status, _, errors = zenocap("prior", "train", *files, "--held", MOTIONS / "cmu_02_01.bvh", "-o", out)
+    assert (status, errors) == (0, "")
+    prior = read_prior(out, FOURTEEN_PARTS)
+    assert min(np.degrees(row.training) for row in prior.training.errors) < 2.0
+    assert min(np.degrees(row.held) for row in prior.training.errors) < 12.0

@@ -1,0 +1,52 @@
+"""Progress of long work: its numbers, and one line every ten seconds away from a terminal."""
+
+from threading import Event
+
+import pytest
+
+from zenocap.tools.cli import progress as module
+from zenocap.tools.cli.progress import Progress, progress
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    now_s = [0.0]
+    monkeypatch.setattr(module, "monotonic", lambda: now_s[0])
+    return now_s
+
+
+def test_progress_line_has_count_total_rate_and_remaining_time(clock: list[float]) -> None:
+    state = Progress("tracking", "frames", 100)
+    assert state.line() == "tracking: 0 of 100 frames, 0 s elapsed"
+    clock[0] = 20.0
+    state.update(10)  # compilation took the time before: it does not count
+    clock[0] = 25.0
+    state.update(60, note="searching")
+    assert state.line() == "tracking: 60 of 100 frames, 10.0/s, 25 s elapsed, 4 s remaining  (searching)"
+
+
+def test_without_a_total_there_is_no_remaining_time(clock: list[float]) -> None:
+    state = Progress("reading walk.mcap", "bytes")
+    assert state.line() == "reading walk.mcap: 0 s elapsed"
+    state.update(1_000_000)
+    clock[0] = 2.0
+    state.update(5_000_000)
+    assert state.line() == "reading walk.mcap: 5 MB, 2.0/s, 2 s elapsed"
+    assert state.remaining_s is None
+
+
+def test_lines_are_printed_during_the_work_without_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(module, "LINE_S", 0.01)
+    printed = Event()
+    monkeypatch.setattr(module.typer, "echo", lambda text, err: (print(text), printed.set()))
+    with progress("drawing", "pictures", 3) as state:
+        state.update(1)
+        assert printed.wait(10.0)
+    assert "drawing: 1 of 3 pictures" in capsys.readouterr().out
+    monkeypatch.setattr(module, "LINE_S", 10.0)
+    printed.clear()
+    with progress("drawing"):
+        pass  # short work prints nothing
+    assert not printed.is_set()

@@ -1,0 +1,78 @@
+"""Suggestions for unknown commands and arguments of the wrong type: one line with the correct command."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.tools.cli.test_main import COMMANDS, zenocap
+from zenocap.tools.cli.suggestions import OTHER_WORDS, unknown_command
+
+ALL = [*COMMANDS, "calibrate", "prior", "posture", "show", "render"]
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("cameras", "did you mean zenocap calibrate or zenocap doctor?"),
+        ("blender", "did you mean zenocap export?"),
+        ("latency", "did you mean zenocap top?"),
+        ("Start", "did you mean zenocap up or zenocap demo?"),
+        ("exprot", "did you mean zenocap export?"),
+        ("studio.toml", "zenocap up studio.toml"),
+        ("walk.mcap", "zenocap info walk.mcap"),
+        ("film.MP4", "zenocap track --help"),
+        ("fly", "zenocap --help lists the commands"),
+    ],
+)
+def test_unknown_command_suggests_the_intended_one(word: str, expected: str) -> None:
+    assert expected in unknown_command(word, ALL)
+    assert "certs" not in unknown_command(word, ALL)
+    status, _, err = zenocap(word)
+    assert status == 2
+    assert word in err
+
+
+def test_synonyms_map_to_commands_and_are_not_commands() -> None:
+    for words, names in OTHER_WORDS.items():
+        assert set(names) <= set(ALL)
+        assert not set(words) & set(ALL)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "film.mp4").write_bytes(b"")
+    (tmp_path / "walk.mcap").write_bytes(b"")
+    (tmp_path / "studio.toml").write_text("")
+    (tmp_path / "clip").mkdir()
+    (tmp_path / "clip" / "calibration.toml").write_text("")
+    (tmp_path / "empty").mkdir()
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "words"),
+    [
+        (("track", "film.mp4", "-o", "a.mcap"), 2, ("single video", "calibration.toml", "zenocap track FOLDER")),
+        (("up", "walk.mcap"), 2, ("is a take", "a rig is needed", "zenocap show")),
+        (("viewer", "walk.mcap", "--id", "1"), 2, ("is a take", "a rig is needed")),
+        (("up", "empty"), 1, ("no calibration.toml in this folder", "zenocap calibrate")),
+        (("up", "studi"), 1, ("no such rig", "a TOML file")),
+        (("up", "studio"), 1, ("no such rig", "did you mean", "studio.toml?")),
+        (("info", "studio.toml"), 2, ("is a rig file", "zenocap up", "zenocap track")),
+        (("export", "clip", "-o", "a.bvh"), 2, ("is a folder of videos", "zenocap track")),
+        (("replay", "."), 2, ("is a folder", "its newest is walk.mcap")),
+        (("verify", "film.mp4"), 2, ("is a video", "zenocap track")),
+        (("evaluate", "empty", "--truth", "a.trc"), 2, ("is a folder", "there is none in it")),
+        (("info", "wlak.mcap"), 1, ("no such file", "did you mean walk.mcap?")),
+        (("recover", "nowhere.mcap"), 1, ("nowhere.mcap cannot be read: no such file",)),
+    ],
+)
+def test_argument_of_the_wrong_type_suggests_the_right_command(
+    arguments: tuple[str, ...], status: int, words: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    found, out, err = zenocap(*arguments)
+    assert (found, out, err.count("\n")) == (status, "", 1)
+    assert err.startswith("error: ")
+    for word in words:
+        assert word in err

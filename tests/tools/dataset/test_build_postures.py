@@ -1,0 +1,43 @@
+"""`make postures` with fewer people than for the built-in models, and the built-in models."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from zenocap.services.recognizer.model_file import find_model, packed, read_model
+from zenocap.services.recognizer.training.examples import TrainingSettings
+from zenocap.simulation.motion.posture_style import POSTURES
+from zenocap.tools.dataset import build_postures
+from zenocap.tools.dataset.batch import people, posture_takes
+
+SMALL = posture_takes([7, 8], ("squat", "kick-left"), 1)
+
+
+@pytest.mark.slow
+def test_model_does_not_depend_on_the_folder_of_its_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build_postures, "METHODS", ("truth",))
+    one, other = (
+        build_postures.shipped_model(tmp_path / name, SMALL, 1, TrainingSettings(folds=2)) for name in ("one", "other")
+    )
+    assert packed(tmp_path, one) == packed(tmp_path, other)
+    assert one.labels == ("squat", "kick-left")
+
+
+def test_model_is_written_to_the_given_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build_postures, "METHODS", ("truth",))
+    monkeypatch.setattr(build_postures, "posture_takes", lambda _people: SMALL)
+    monkeypatch.setattr(
+        sys, "argv", ["build_postures", "--to", str(tmp_path / "to"), "--takes", str(tmp_path), "--jobs", "1"]
+    )
+    build_postures.main()
+    assert read_model(tmp_path / "to" / "fifteen.postures").labels == ("squat", "kick-left")
+
+
+def test_built_in_model_recognizes_the_fifteen_postures() -> None:
+    model = read_model(find_model("fifteen"))
+    assert model.labels == POSTURES
+    assert model.training.people == tuple(sorted(str(one) for one in people(build_postures.PEOPLE_SEED)))
+    assert not any("/" in source for source in model.training.sources)
+    recognized = sum(row.recognised for row in model.training.figures)
+    assert recognized > 0.9 * sum(row.held for row in model.training.figures)

@@ -1,0 +1,57 @@
+"""Display of `top` on a terminal, and as JSON."""
+
+import io
+import json
+
+import msgspec
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from zenocap.tools.monitor.display import BLOCKS, as_json, shown, sparkline
+from zenocap.tools.monitor.table import Row
+
+UP = Row(
+    "studio", "viewer", "1", "up", 15.0, (1.0, 15.0), 7.0, "frame 2.5", 9, 2, 0, -20.0, 0.5, 120.0, 0.2, 0.1, "tracking"
+)
+
+
+def text(rows: list[Row]) -> str:
+    console = Console(file=io.StringIO(), width=200, color_system="truecolor", force_terminal=True)
+    console.print(shown(rows, "q ends"))
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_every_rig_has_a_table_with_totals() -> None:
+    rows = [UP, Row("studio", "integrator", "main", "missing"), Row("lab", "viewer", "1", "gone", 3.0)]
+    found = text(rows)
+    assert "studio: 1 of 2 up, 0.20 cores, 120 MB" in found
+    assert "lab: 0 of 1 up" in found
+    assert "q ends" in found
+
+
+def test_problems_are_red() -> None:
+    red = "\x1b[31m"
+    assert red in text([Row("lab", "viewer", "1", "gone")])
+    assert red in text([UP])  # its losses and its clock
+    assert red not in text([Row("lab", "viewer", "1", "up", 3.0)])
+
+
+def test_empty_network_is_reported() -> None:
+    assert "no service found" in text([])
+
+
+@given(st.lists(st.floats(0.0, 1e6), max_size=30))
+def test_sparkline_shows_the_last_values_relative_to_the_largest(values: list[float]) -> None:
+    line = sparkline(values)
+    last = values[-10:]
+    assert len(line) == len(last)
+    assert set(line) <= set(BLOCKS)
+    if last and max(last) > 0:
+        assert line[last.index(max(last))] == BLOCKS[-1]
+
+
+def test_json_has_every_row() -> None:
+    (service,) = json.loads(msgspec.json.encode(as_json([UP])))["services"]
+    assert (service["rig"], service["service"], service["status"], service["lost"]) == ("studio", "viewer", "up", 9)

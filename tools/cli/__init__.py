@@ -1,0 +1,1 @@
+"""The commands of `zenocap`, by what they work on; `zenocap.tools.cli.main` is the table of them."""

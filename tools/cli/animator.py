@@ -1,0 +1,72 @@
+"""The command that shows a live rig: animator."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.options import RigPath, one_line_errors, rig_at, take_folder
+from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+
+
+def animator(
+    rig: RigPath,
+    host: Annotated[
+        str | None, typer.Option("--host", help="Address of the page on this machine; default: the rig's, or 127.0.0.1.")
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option("--port", min=0, max=65535, help="Port of the page, 0 for any free one; default: the rig's, or 8080."),
+    ] = None,
+    token: Annotated[
+        str | None,
+        typer.Option(
+            "--token",
+            help="Access token of the page; required with a --host that other machines can reach. "
+            "`new` generates and prints one.",
+        ),
+    ] = None,
+    recordings: Annotated[
+        Path | None,
+        typer.Option("--recordings", metavar="DIR", help="Folder of the takes that the page can play; default: the rig's."),
+    ] = None,
+    with_parent: Annotated[bool, typer.Option("--with-parent", hidden=True)] = False,
+    *,
+    zenoh: ZenohArguments,
+) -> None:
+    """Show the virtual actor of a live rig on a page at http://127.0.0.1:8080, and send its poses to the rig's outputs.
+
+    Open the page in any browser. It shows the actor, the views of the cameras, the state of every service, and during the
+    set-up what to correct. It loads nothing from other servers. Other machines can open it only with --host and --token.
+    For a recorded take, use `zenocap show`.
+
+    Example: `zenocap animator studio.toml`
+    """
+    from dataclasses import replace
+    from secrets import token_urlsafe
+
+    import msgspec
+
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.animator import PageTable, open_page_problem
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.services.animator.shell import run_animator
+
+    logs.configure("animator")
+    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+        if rig.suffix == ".mcap":
+            raise UserError(f"{rig} is a take; zenocap show {rig} shows it")
+        loaded = rig_at(rig, files=False)
+        token = token_urlsafe(24) if token == "new" else token
+        given = {name: value for name, value in (("host", host), ("port", port), ("token", token)) if value is not None}
+        try:
+            page = msgspec.convert(msgspec.to_builtins(loaded.animator.page) | given, PageTable)
+        except msgspec.ValidationError as error:
+            raise UserError(f"page: {error}") from error
+        problem = open_page_problem(page)
+        if problem:
+            raise UserError(f"animator.page.host = {page.host!r}: {problem}")
+        loaded = replace(loaded, animator=msgspec.structs.replace(loaded.animator, page=page))
+        options = zenoh.options(loaded, "animator")
+        raise typer.Exit(run_animator(loaded, take_folder(loaded, rig, recordings), options, stopped))

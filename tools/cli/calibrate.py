@@ -1,0 +1,98 @@
+"""Commands: calibrate lines, calibrate check."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.options import one_line_errors
+
+POOR = 3  # exit status of a calibration with remarks
+
+calibrate = typer.Typer(help="Calibrate cameras, and check calibration files.", no_args_is_help=True)
+
+Pair = tuple[float, float]
+
+EXAMPLE = """A file of measurements has the same names (px from the top left, metres):
+
+    size = [160, 120]
+    d_x = 1.0
+    d_z = 1.0
+    t = 1.7
+    camera1 = { a = [79.5, 39.3], b = [79.5, 34.5], c = [108.3, 39.3], distance = 5.2 }
+    camera2 = { a = [79.5, 39.3], b = [108.3, 39.3], c = [79.5, 42.6], distance = 5.2 }
+"""
+
+
+@calibrate.command(epilog=EXAMPLE.replace("\n\n    ", "\n\n\b\n    "))
+def lines(
+    measurements: Annotated[Path | None, typer.Argument(help="TOML of measurements, instead of the options.")] = None,
+    size: Annotated[Pair | None, typer.Option(help="Width and height of the images, px.")] = None,
+    d_x: Annotated[float | None, typer.Option(help="Position of object C on the X axis, m.")] = None,
+    d_z: Annotated[float | None, typer.Option(help="Position of object B on the Z axis, m.")] = None,
+    t: Annotated[float | None, typer.Option(help="Height of the three objects, m.")] = None,
+    a1: Annotated[Pair | None, typer.Option(help="Top of A in camera 1, column and row, px.")] = None,
+    b1: Annotated[Pair | None, typer.Option(help="Top of B in camera 1.")] = None,
+    c1: Annotated[Pair | None, typer.Option(help="Top of C in camera 1.")] = None,
+    a2: Annotated[Pair | None, typer.Option(help="Top of A in camera 2.")] = None,
+    b2: Annotated[Pair | None, typer.Option(help="Top of B in camera 2.")] = None,
+    c2: Annotated[Pair | None, typer.Option(help="Top of C in camera 2.")] = None,
+    distance1: Annotated[float | None, typer.Option(help="Camera 1 to origin along Z, m, if measured.")] = None,
+    distance2: Annotated[
+        float | None, typer.Option(help="Distance of camera 2 from the origin along X, m, if measured.")
+    ] = None,
+    height1: Annotated[float | None, typer.Option(help="Height of camera 1, m, if measured.")] = None,
+    height2: Annotated[float | None, typer.Option(help="Height of camera 2, m, if measured.")] = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
+) -> None:
+    """Calibrate two level cameras, aimed along the axes, from three upright objects of one height (the paper's method).
+
+    Place them at A = (0, 0), B = (0, D_Z) and C = (D_X, 0); camera 1 on +Z looks to -Z, camera 2 on -X looks to +X.
+    """
+    from zenocap.common.camera.calibration_files import write_calibration
+    from zenocap.common.camera.line_calibration import Measurements, Pinnacles, calibrate_lines
+    from zenocap.common.errors import UserError
+    from zenocap.tools.calibration import read_measurements, solution_report
+
+    options = {"--size": size, "--d-x": d_x, "--d-z": d_z, "--t": t}
+    options |= {"--a1": a1, "--b1": b1, "--c1": c1, "--a2": a2, "--b2": b2, "--c2": c2}
+    with one_line_errors():
+        if measurements is not None:
+            if given := [name for name, value in options.items() if value is not None]:
+                raise typer.BadParameter(f"{measurements} has the measurements: leave out {', '.join(given)}")
+            measured = read_measurements(measurements)
+        elif size and d_x is not None and d_z is not None and t is not None and a1 and b1 and c1 and a2 and b2 and c2:
+            one = Pinnacles(a1, b1, c1, distance1, height1)
+            two = Pinnacles(a2, b2, c2, distance2, height2)
+            if any(side != int(side) for side in size):
+                raise typer.BadParameter(f"--size {size[0]:g} {size[1]:g}: allowed: whole pixels")
+            measured = Measurements((int(size[0]), int(size[1])), d_x, d_z, t, one, two)
+        else:
+            missing = ", ".join(name for name, value in options.items() if value is None)
+            raise typer.BadParameter(f"give a TOML of measurements, or also {missing}")
+        solved = calibrate_lines(measured)
+        try:
+            write_calibration(output, {one.camera.name: one.camera for one in solved})
+        except OSError as error:
+            raise UserError(f"{output}: cannot be written: {error.strerror}") from error
+    typer.echo("\n".join([*solution_report(solved), f"written: {output}"]))
+    remarks = [remark for camera in solved for remark in camera.remarks]
+    typer.echo("\n  ".join(["verdict: poor" if remarks else "verdict: good", *remarks]))
+    if remarks:
+        raise typer.Exit(POOR)
+
+
+@calibrate.command()
+def check(
+    file: Annotated[Path, typer.Argument(help="Calibration: anipose or Pose2Sim TOML, OpenCV, Qualisys.")],
+    up_axis: Annotated[str, typer.Option(help="Up axis of the file's world: y or z.")] = "y",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Print position and attitude of the cameras of a file, and the most nearly orthogonal pair."""
+    from zenocap.common.camera.calibration_files import read_calibration
+    from zenocap.tools.calibration import camera_data, camera_report
+
+    with one_line_errors():
+        cameras = read_calibration(file, up_axis)
+    typer.echo(json.dumps(camera_data(cameras), indent=2) if as_json else "\n".join(camera_report(cameras)))

@@ -1,0 +1,80 @@
+"""The command that writes the poses of a take for other programs: export."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from zenocap.tools.cli.frame_range import FrameRange
+from zenocap.tools.cli.options import DONE, LOSS, OutputOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.progress import progress
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.tools.recordings.export import Format
+
+FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv")
+
+
+def export(
+    take: TakePath,
+    output: OutputOption,
+    to: Annotated[
+        Literal["trc", "bvh", "c3d", "csv"] | None,
+        typer.Option(
+            help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
+            "csv: joint angles, scores and joint centres."
+        ),
+    ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1, max=1000, help="Resample to this rate (frames per second, FPS); default: the frames of the take."
+        ),
+    ] = None,
+    axes: Annotated[
+        Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"], typer.Option(help="World axes, see below.")
+    ] = "y-up",
+    units: Annotated[
+        Literal["m", "cm", "mm"] | None,
+        typer.Option(help="Unit of length; default: m in trc and csv, cm in bvh, mm in c3d."),
+    ] = None,
+    angles: Annotated[Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv.")] = "deg",
+    *,
+    span: FrameRange,
+) -> None:
+    """Export the poses of a take to BVH, TRC, C3D or CSV, for Blender, OpenSim and others.
+
+    An existing output is replaced, by the complete file or not at all.
+
+    trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
+    csv: one row per frame. Frame k of a video is frame k of every file: in bvh and c3d, rows count from frame 0, or from
+    --from. Rows are blank while the person is lost; bvh repeats the last pose.
+
+    --fps puts rows at exact multiples of 1/fps s: positions are interpolated linearly, joints along the shortest rotation;
+    gaps of more than 0.25 s stay empty. (--to is the format, so the end of a range is --until.)
+
+    --axes: y-up, as recorded, the person first faces Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing X.
+    opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.
+
+    Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
+    """
+    start, end = span.bounds()
+    to = to or next((name for name in FORMATS if output.suffix.lower() == f".{name}"), None)
+    if to is None:
+        raise typer.BadParameter(f"--output {output}: allowed: a name ending in .trc, .bvh, .c3d or .csv, or any with --to")
+    with one_line_errors(), progress(f"exporting {take}"):
+        from zenocap.tools.recordings.export import ExportOptions
+        from zenocap.tools.recordings.export import export as run_export
+
+        written = run_export(checked_take(take), output, ExportOptions(to, start, end, fps, axes, units, angles))
+    typer.echo(
+        f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
+    )
+    if written.empty:
+        typer.echo(
+            f"note: {written.empty} frames without pose: {'last pose repeated' if to == 'bvh' else 'blank'}", err=True
+        )
+    if written.cut:
+        typer.echo(f"lost: {written.cut}", err=True)
+    raise typer.Exit(LOSS if written.cut else DONE)

@@ -1,0 +1,128 @@
+"""`zenocap`: the table of commands."""
+
+import os
+import sys
+import threading
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli import (
+    animator,
+    certs,
+    doctor,
+    export,
+    health,
+    live,
+    load,
+    recognizer,
+    record,
+    render,
+    replay,
+    show,
+    takes,
+    top,
+    track,
+    verify,
+)
+from zenocap.tools.cli.calibrate import calibrate
+from zenocap.tools.cli.expansion import expanded
+from zenocap.tools.cli.posture.commands import posture
+from zenocap.tools.cli.prior import prior
+from zenocap.tools.cli.suggestions import Commands
+
+OPENER = "zenoh-open"  # the thread of `common.bus.zenoh_session` that waits for a router
+
+app = typer.Typer(
+    name="zenocap",
+    cls=Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""Markerless human motion capture from ordinary fixed cameras, in real time, without neural network or GPU.
+
+    `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap calibrate`, write a rig file, then
+    `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and others `zenocap export`.
+
+    Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss.""",
+)
+
+ON_THIS_MACHINE, SERVICES, FILES, BEFORE = "On this machine", "Single services", "Videos and takes", "Set-up"
+NETWORK = "Network"
+TABLE = (
+    (ON_THIS_MACHINE, live.demo),
+    (ON_THIS_MACHINE, live.up),
+    (SERVICES, live.viewer),
+    (SERVICES, live.integrator),
+    (SERVICES, live.tracker),
+    (SERVICES, recognizer.recognizer),
+    (SERVICES, animator.animator),
+    (SERVICES, live.router),
+    (SERVICES, record.record),
+    (NETWORK, top.top),
+    (NETWORK, load.load),
+    (NETWORK, health.health),
+    (FILES, track.track),
+    (FILES, show.show),
+    (FILES, render.render),
+    (FILES, export.export),
+    (FILES, takes.info),
+    (FILES, takes.recover),
+    (FILES, replay.replay),
+    (FILES, verify.verify),
+    (FILES, takes.evaluate),
+    (BEFORE, doctor.doctor),
+    (BEFORE, certs.certs),
+    (BEFORE, live.warmup),
+)
+# The extra that installs an optional module.
+EXTRAS = {
+    "cryptography": "certs", "ezc3d": "export", "hmmlearn": "training", "matplotlib": "plots", "psutil": "load",
+    "pylsl": "lsl", "sklearn": "training", "threadpoolctl": "training",
+}  # fmt: skip
+for panel, command in TABLE:
+    app.command(command.__name__, rich_help_panel=panel)(expanded(command))
+app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
+app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
+app.add_typer(posture, name="posture", rich_help_panel=BEFORE)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from zenocap.common.runtime.service_info import versions
+
+        typer.echo(f"zenocap {versions()['zenocap']}")
+        raise typer.Exit
+
+
+@app.callback()
+def common_options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    try:
+        app()
+    except SystemExit as end:
+        if any(thread.name == OPENER for thread in threading.enumerate()):
+            # Zenoh cannot be stopped while it waits for a router; its thread would abort the interpreter's own ending.
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(end.code if isinstance(end.code, int) else int(end.code is not None))
+        raise
+    except ModuleNotFoundError as error:
+        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        typer.echo(f"error: {error.name} is not installed here: pip install 'zenocap[{extra}]', or [all]", err=True)
+        raise SystemExit(1) from None
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""What commands share: arguments, exit statuses, and user errors printed as one line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from zenocap.common.errors import UserError
+from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_take_path
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.rig.rig import Rig
+
+DONE, FAILED, USAGE, LOSS = 0, 1, 2, 3
+Method = Literal["two-view", "hybrid", "image-force", "particle-filter"]
+Variant = Literal["improved", "paper"]  # of the method two-view
+
+RigPath = Annotated[
+    Path,
+    typer.Argument(metavar="RIG", help="Rig file (TOML), or folder with calibration.toml and videos/.", show_default=False),
+]
+TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="Take (MCAP file).", show_default=False)]
+OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="File to write.", show_default=False)]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
+
+
+def rig_at(path: Path, *, files: bool, method: str | None = None, variant: str | None = None) -> Rig:
+    """Load a rig.  files: whether its videos must be on this machine.  Raises UserError, WrongArgument for a take."""
+    check_rig_path(path)
+    from zenocap.common.rig.rig import load_rig
+
+    return load_rig(path, method, variant, files=files)
+
+
+def checked_take(path: Path) -> Path:
+    """Return the path of a take.  Raises UserError, WrongArgument for a rig, a video or a folder."""
+    check_take_path(path)
+    return path
+
+
+def take_folder(rig: Rig, path: Path, folder: Path | None) -> Path:
+    """Folder of a rig's takes: `folder` if given, else as the rig file has it, or ./recordings for a folder of videos."""
+    if folder is not None:
+        return folder
+    return Path(rig.log.folder) if path.is_dir() else rig.base / rig.log.folder
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Print a UserError as one line on standard error and exit with status 1, of a WrongArgument with 2.
+
+    Other exceptions are bugs and pass.
+    """
+    try:
+        yield
+    except UserError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None

@@ -1,0 +1,1 @@
+"""`zenocap posture`: train, evaluate, label and show posture models."""

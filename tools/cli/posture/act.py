@@ -1,0 +1,64 @@
+"""`zenocap posture act`: generate a posture dataset of simulated people."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
+
+import typer
+
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors
+from zenocap.tools.cli.progress import progress
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    pass
+
+
+def act(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the takes.", show_default=False)],
+    people: Annotated[int, typer.Option(min=1, max=1000, help="Number of people.")] = 12,
+    people_seed: Annotated[int, typer.Option(min=0, max=1_000_000, metavar="N", help="First person: seed 12 N.")] = 0,
+    repetitions: Annotated[int, typer.Option(min=1, max=10, help="Repetitions of every posture by every person.")] = 2,
+    postures: Annotated[str | None, typer.Option(metavar="NAME,...", help="Postures; default: all fifteen.")] = None,
+    method: Annotated[
+        Literal["two-view", "hybrid", "truth"],
+        typer.Option(help="Tracking: two viewers, hybrid tracker with four cameras, or none (true angles)."),
+    ] = "two-view",
+    jobs: Annotated[int, typer.Option(min=1, max=64, help="Number of processes.")] = 2,
+) -> None:
+    """Render simulated people in the fifteen postures and track the videos: the data of the paper's Table 2.
+
+    Writes one take per person, posture and repetition with the tracked poses, and manifest.csv with the start and end of
+    each posture. Existing takes are kept, so an interrupted run can be continued. Exit status 3: done, but some takes have
+    no poses.
+
+    Example: `zenocap posture act -o acted`, then `zenocap posture evaluate acted/manifest.csv`
+    """
+    wanted = None if postures is None else [name.strip() for name in postures.split(",")]
+    with one_line_errors():
+        from zenocap.common.runtime import logs
+        from zenocap.simulation.motion.posture_style import POSTURES
+        from zenocap.tools.dataset.batch import MANIFEST, generate_takes, posture_takes
+        from zenocap.tools.dataset.batch import people as people_seeds
+
+        logs.configure("act")
+        unknown = [name for name in wanted or () if name not in POSTURES]
+        if unknown:
+            raise typer.BadParameter(f"--postures {', '.join(unknown)}: allowed: {', '.join(POSTURES)}")
+        takes = posture_takes(people_seeds(people_seed, people), wanted or POSTURES, repetitions)
+        signal.signal(signal.SIGTERM, _stop)
+        with progress("rendering", "takes") as state:
+            generated = generate_takes(output, method, takes, jobs, state.update)
+    typer.echo(f"{output / MANIFEST}: {len(takes)} takes, {len(generated)} new")
+    incomplete = [one for one in generated if one.problems or not one.poses]
+    for one in incomplete:
+        typer.echo(f"lost: {one.take.name}: {'; '.join(one.problems) or 'no pose'}", err=True)
+    raise typer.Exit(LOSS if incomplete else DONE)
+
+
+def _stop(number: int, frame: FrameType | None) -> NoReturn:
+    """End by an exception, so that the pool of processes is ended too."""
+    typer.echo("stopped; run the same command again to continue", err=True)
+    raise SystemExit(FAILED)

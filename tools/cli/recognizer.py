@@ -1,0 +1,68 @@
+"""The command `recognizer`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenocap.tools.cli.live import WithParentOption
+from zenocap.tools.cli.options import one_line_errors, rig_at
+from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.rig.rig import Rig
+
+
+def recognizer(
+    rigs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RIG...", help="Rig files, or folders with calibration.toml and videos/.", show_default=False
+        ),
+    ],
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE", help="Posture model; default: the rig's, else `fifteen`.", show_default=False),
+    ] = None,
+    with_parent: WithParentOption = False,
+    *,
+    zenoh: ZenohArguments,
+) -> None:
+    """Run the posture recognizer of one or more rigs: publishes each posture with its start and end.
+
+    Receives poses of the integrator or the tracker and publishes each posture within half a second of its end; a movement
+    that no model explains is published without a label. Runs until Ctrl-C. A rig that fails does not stop the others.
+
+    Example: `zenocap recognizer studio.toml lab.toml`
+    """
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.services.recognizer.shell import run_recognizers
+
+    logs.configure("recognizer")
+    if zenoh.listen and len(rigs) > 1:
+        raise typer.BadParameter("--listen with several rigs: allowed: `listen` in the zenoh table of each")
+    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+        found = [with_recognizer(rig_at(rig, files=False), model) for rig in rigs]
+        options = [zenoh.options(rig, "recognizer") for rig in found]
+        raise typer.Exit(run_recognizers(list(zip(found, options, strict=True)), stopped))
+
+
+def with_recognizer(rig: Rig, model: str | None) -> Rig:
+    """The rig with a recognizer: its own, or the defaults.  model: instead of its own.  Raises UserError."""
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.recognizer import RecognizerError, RecognizerTable, find_postures, recognizer_spec
+
+    try:
+        spec = rig.recognizer
+        if spec is None:
+            table = RecognizerTable() if model is None else RecognizerTable(model=model)
+            spec = recognizer_spec(table, rig.method, rig.tracker is not None, Path())
+        elif model is not None:
+            spec = replace(spec, model=find_postures(model, Path()))
+    except RecognizerError as error:
+        raise UserError(f"--{error}" if model is not None else f"rig {rig.name}: recognizer.{error}") from error
+    return replace(rig, recognizer=spec)

@@ -1,0 +1,124 @@
+"""The command that records the messages of a rig: record."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenocap.tools.cli.options import one_line_errors, take_folder
+from zenocap.tools.cli.suggestions import check_rig_path
+from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+
+if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
+    from zenocap.tools.recordings.record import Progress
+
+PLAIN_S = 10  # seconds from line to line where there is no terminal
+
+
+def record(
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="RIG", help="Rig file or folder, name of a rig, or key expression such as 'zenocap/studio/viewer/**'."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE|DIR",
+            help="Take to write (NAME.mcap), or a folder; default: a new name of rig and time.",
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", min=0.1, help="Recording time (s); default: until Ctrl-C.", show_default=False),
+    ] = None,
+    topics: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--topics", metavar="NAME", help="Topic to record, such as universal_bap; default: all; may be repeated."
+        ),
+    ] = None,
+    part_mb: Annotated[
+        float | None,
+        typer.Option("--part-mb", min=0, help="Size at which a new file begins (MB); 0 for never; default: the rig's own."),
+    ] = None,
+    part_minutes: Annotated[
+        float | None,
+        typer.Option(
+            "--part-minutes", min=0, help="Time after which a new file begins (min); 0 for never; default: the rig's own."
+        ),
+    ] = None,
+    id: Annotated[str | None, typer.Option("--id", help="Id of this recorder; default: this machine's name.")] = None,
+    *,
+    zenoh: ZenohArguments,
+) -> None:
+    """Record the messages of a rig from any machine on its network, in addition to the integrator's take or instead of it.
+
+    A rig file provides the rig's name, its Zenoh options and the files that are attached to the take; a name or a key
+    expression works without it. Every message is validated. Several recorders may run, each with its own id. It ends with
+    Ctrl-C. Exit status: 3 when messages were lost, 1 when none arrived.
+
+    Example: `zenocap record studio --seconds 600 --part-minutes 10 -e tcp/192.168.1.10:7447`
+    """
+    import time
+
+    from zenocap.common.recording.parts import PartLimits, take_path
+    from zenocap.common.rig.file import LogTable
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.common.topics import checked_name
+    from zenocap.tools.recordings.record import own_id, parse_selection, run_recorder, topics_named
+
+    logs.configure("recorder")
+    with one_line_errors(), stop_signals() as stopped:
+        if Path(what).suffix in (".mcap", ".toml") or Path(what).is_dir():
+            check_rig_path(Path(what))
+        selection = parse_selection(what)
+        own = own_id() if id is None else id
+        try:
+            checked_name("--id", own)
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+        table = selection.file.log if selection.file else LogTable()
+        limits = PartLimits.of(
+            table.part_mb if part_mb is None else part_mb, table.part_minutes if part_minutes is None else part_minutes
+        )
+        folder = take_folder(selection.file, Path(what), None) if selection.file else Path(table.folder)
+        if output is not None and output.suffix != ".mcap":
+            folder, output = output, None
+        take = output or take_path(selection.name, folder, time.time_ns())
+        options = zenoh.options(selection.file, "recorder")
+        started_s = time.monotonic()
+
+        def ended() -> bool:
+            return stopped() or (seconds is not None and time.monotonic() - started_s >= seconds)
+
+        status = run_recorder(
+            selection, options, take, own, topics_named(topics or ()), limits, ended, _Line(str(take)).show
+        )
+    raise typer.Exit(status)
+
+
+class _Line:
+    """Status line: overwritten on a terminal, elsewhere one every PLAIN_S seconds."""
+
+    def __init__(self, take: str) -> None:
+        self._take = take
+        self._seconds = 0
+
+    def show(self, progress: "Progress") -> None:
+        parts = f", {progress.parts} files" if progress.parts > 1 else ""
+        free = f", {progress.free_bytes / 1e9:.1f} GB free" if progress.free_bytes is not None else ""
+        text = (
+            f"{self._seconds:5d} s  {progress.messages} messages, {progress.bytes / 1e6:.1f} MB, "
+            f"{progress.lost} lost{parts}{free}  {self._take}"
+        )
+        if sys.stderr.isatty():
+            typer.echo(f"\r{text}\x1b[K", err=True, nl=False)
+        elif self._seconds % PLAIN_S == 0:
+            typer.echo(text, err=True)
+        self._seconds += 1

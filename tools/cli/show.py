@@ -1,0 +1,64 @@
+"""The command that shows a take on the page: show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.options import one_line_errors
+
+DEFAULT_PORT = 8080
+
+
+def show(
+    take: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TAKE", help="A take: an MCAP file, recorded, or made by `zenocap track`.", show_default=False
+        ),
+    ],
+    port: Annotated[
+        int | None,
+        typer.Option(
+            min=0, max=65535, help=f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one."
+        ),
+    ] = None,
+) -> None:
+    """Play a take on a page at http://127.0.0.1:8080, in a loop, until Ctrl-C. Needs no rig.
+
+    The page has the virtual actor, the silhouettes, the joint angles and the recognized postures of the take, as far as
+    they were recorded, and controls for position and rate. Only this machine can open it.
+
+    Example: `zenocap show walk.mcap`
+    """
+    with one_line_errors():
+        from zenocap.common.rig.animator import PageTable
+        from zenocap.common.runtime import logs
+        from zenocap.common.runtime.signals import stop_signals
+        from zenocap.services.animator.show import show_take
+
+        logs.configure("show")
+        if port is None:
+            port = DEFAULT_PORT if _is_free(DEFAULT_PORT) else 0
+        with stop_signals() as stopped:
+            show_take(
+                take,
+                PageTable(port=port),
+                stopped,
+                lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
+            )
+
+
+def _is_free(port: int) -> bool:
+    """Whether a TCP port of the loopback interface can be listened on."""
+    import socket
+
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True

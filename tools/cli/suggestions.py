@@ -1,0 +1,121 @@
+"""What the user similar: other names of commands, and arguments of the wrong kind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+import typer
+from typer.core import TyperGroup
+
+from zenocap.common.errors import UserError
+
+CUTOFF = 0.75  # similarity of a misspelt command, 0 to 1; "cameras" and "certs" have 0.67
+# Words that users try, and the commands that do it.
+OTHER_WORDS = {
+    ("camera", "cameras", "devices"): ("calibrate", "doctor"),
+    ("calibration", "intrinsics", "extrinsics", "chessboard"): ("calibrate",),
+    ("start", "run", "live", "launch", "serve", "capture"): ("up", "demo"),
+    ("process", "video", "videos", "offline", "solve", "mocap"): ("track",),
+    ("convert", "save", "blender", "bvh", "c3d", "trc", "csv", "fbx", "download"): ("export",),
+    ("play", "playback", "player"): ("show", "replay"),
+    ("view", "watch", "open", "gui", "ui", "page", "browser", "web", "viz", "visualize"): ("show", "animator"),
+    ("film", "movie", "mp4", "png", "picture", "image", "draw", "animate"): ("render",),
+    ("check", "diagnose", "test", "problems", "setup"): ("doctor",),
+    ("monitor", "status", "stats", "ps", "fps", "latency"): ("top",),
+    ("ls", "list", "inspect", "summary", "metadata"): ("info",),
+    ("log", "rec"): ("record",),
+    ("benchmark", "bench", "stress", "capacity"): ("load",),
+    ("accuracy", "compare", "error", "errors", "score", "mpjpe"): ("evaluate",),
+    ("repair", "fix", "restore"): ("recover",),
+    ("recompute", "reproduce", "validate"): ("verify",),
+    ("train", "learn", "model"): ("prior", "posture"),
+    ("gesture", "gestures", "action", "actions", "classify"): ("recognizer", "posture"),
+    ("recognize", "recognise", "recogniser"): ("recognizer", "posture"),
+    ("certificate", "certificates", "tls", "security", "keys"): ("certs",),
+    ("compile", "jit"): ("warmup",),
+}  # fmt: skip
+VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
+
+
+class WrongArgument(UserError):
+    """An argument of another kind than the command needs: wrong usage, exit status 2."""
+
+
+class Commands(TyperGroup):
+    """The commands of zenocap; an unknown one is answered with similar ones."""
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> object:  # type: ignore[override]  # of private types
+        if args and args[0] not in self.commands and not args[0].startswith("-"):
+            ctx.fail(unknown_command(args[0], list(self.commands)))
+        return super().resolve_command(ctx, args)
+
+
+def unknown_command(word: str, commands: Sequence[str]) -> str:
+    """One line for a word that is no command."""
+    suffix = Path(word).suffix.lower()
+    if suffix == ".toml":
+        return f"{word} is a rig file, not a command: zenocap up {word}"
+    if suffix == ".mcap":
+        return f"{word} is a take, not a command: zenocap show {word}, or zenocap info {word}"
+    if suffix in VIDEOS:
+        return f"{word} is a video, not a command: see zenocap track --help"
+    found = [name for words, names in OTHER_WORDS.items() if word.lower() in words for name in names if name in commands]
+    found = found or get_close_matches(word.lower(), commands, cutoff=CUTOFF)
+    if found:
+        return f"no command {word!r}; did you mean {' or '.join(f'zenocap {name}' for name in found)}?"
+    return f"no command {word!r}; zenocap --help lists the commands"
+
+
+def check_rig_path(path: Path) -> None:
+    """Raise WrongArgument or UserError when `path` is certainly no rig: the text names the command for what it is."""
+    if path.suffix.lower() == ".mcap":
+        raise WrongArgument(
+            f"{path} is a take; a rig is needed: a TOML file, or a folder with calibration.toml and videos/. "
+            f"To see the take: zenocap show {path}; to publish its messages again: zenocap replay {path}"
+        )
+    if path.suffix.lower() in VIDEOS and (path.is_file() or not path.exists()):
+        raise WrongArgument(
+            f"{path} is a single video; needed: synchronised videos of two or more calibrated cameras, as "
+            "FOLDER/videos/NAME.mp4 beside FOLDER/calibration.toml, then: zenocap track FOLDER -o take.mcap"
+        )
+    if path.is_dir():
+        if not (path / "calibration.toml").is_file():
+            files = sorted(file.name for file in path.glob("*.toml"))
+            others = f"; or one of its files: {', '.join(files)}" if files else ""
+            raise UserError(
+                f"{path}: no calibration.toml in this folder; needed: the cameras' calibration. `zenocap calibrate lines` "
+                f"measures it, `zenocap calibrate check FILE` reads one of anipose, Pose2Sim, OpenCV or Qualisys{others}"
+            )
+        return
+    if not path.exists():
+        toml = path.with_name(f"{path.name}.toml")
+        similar = f"; did you mean {toml}?" if toml.is_file() else ""
+        raise UserError(
+            f"{path}: no such rig: needed: a TOML file, or a folder with calibration.toml and videos/{similar}; "
+            "zenocap demo needs none"
+        )
+
+
+def check_take_path(path: Path) -> None:
+    """Raise WrongArgument or UserError when `path` is certainly no take: the text names the command for what it is."""
+    if path.suffix.lower() == ".toml":
+        raise WrongArgument(
+            f"{path} is a rig file; a take (.mcap) is needed. `zenocap up {path}` records one, "
+            f"`zenocap track {path} -o take.mcap` makes one of its videos"
+        )
+    if path.suffix.lower() in VIDEOS:
+        raise WrongArgument(f"{path} is a video; a take (.mcap) is needed: zenocap track FOLDER -o take.mcap makes one")
+    if path.is_dir():
+        if (path / "calibration.toml").is_file():
+            raise WrongArgument(
+                f"{path} is a folder of videos; a take (.mcap) is needed: zenocap track {path} -o take.mcap makes one"
+            )
+        takes = sorted(path.glob("*.mcap"), key=lambda take: take.stat().st_mtime)
+        newest = f"; its newest is {takes[-1]}" if takes else ", and there is none in it"
+        raise WrongArgument(f"{path} is a folder; a take (.mcap) is needed{newest}")
+    if not path.exists():
+        near = sorted(str(take) for take in path.parent.glob("*.mcap")) if path.parent.is_dir() else []
+        similar = get_close_matches(str(path), near, n=1, cutoff=CUTOFF)
+        raise UserError(f"{path} cannot be read: no such file{f'; did you mean {similar[0]}?' if similar else ''}")

@@ -1,0 +1,112 @@
+"""Commands that read takes: info, evaluate, recover."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.frame_range import FrameRange
+from zenocap.tools.cli.options import DONE, LOSS, JsonOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.progress import progress
+
+
+def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> None:
+    """Show the content of a take: channels with rates and gaps, missing frames, frame sets, health, versions, files.
+
+    Reads the whole file, or the part from --from to --until. Of a cut or damaged take, everything that is intact; then
+    exit status 3.
+
+    Example: `zenocap info recordings/demo.mcap`
+    """
+    first, last = span.bounds()
+    with one_line_errors(), progress(f"reading {take}", "messages") as state:
+        from zenocap.tools.recordings.info import info as read_info
+        from zenocap.tools.recordings.info_text import lines_of
+
+        found = read_info(checked_take(take), first, last, state.update)
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=2))
+    else:
+        for line in lines_of(found):
+            typer.echo(line)
+    if found.cut:
+        typer.echo(f"lost: {found.cut}", err=True)
+    raise typer.Exit(LOSS if found.cut else DONE)
+
+
+def evaluate(
+    take: TakePath,
+    truth: Annotated[
+        Path, typer.Option(metavar="FILE.trc", help="Ground truth: joint centres in a TRC file.", show_default=False)
+    ],
+    every: Annotated[int, typer.Option(min=1, help="Score every Nth frame, for a take at 1/N of the truth's rate.")] = 1,
+    offset: Annotated[int, typer.Option(help="Frame number of the take minus that of the truth.")] = 0,
+    as_json: JsonOption = False,
+    *,
+    span: FrameRange,
+) -> None:
+    """Measure the error of a take's joint centres against ground truth: MPJPE, RMSE, shape error, share of lost ones.
+
+    mpjpe_mm, rmse_mm and median_mm are distances (mm) over all joints of all frames. shape_mm is the RMS distance without
+    each joint's constant offset in the person's pelvis frame, because two bodies do not define their joints alike.
+    lost_pct is the share of joints without estimate or more than 250 mm away. --from and --until are frames of the truth.
+
+    Example: `zenocap evaluate walk.mcap --truth clips/walk/truth.trc --from 99`
+    """
+    first, last = span.bounds()
+    with one_line_errors(), progress(f"reading {take}"):
+        from zenocap.common.formats.take_poses import read_poses
+        from zenocap.common.formats.trc import read_trc
+        from zenocap.tools.recordings.evaluate import Selection, accuracy
+
+        poses = read_poses(checked_take(take))
+        found = accuracy(poses.trajectories(), read_trc(truth), Selection(first, last, every, offset))
+    if as_json:
+        typer.echo(json.dumps(asdict(found)))
+    else:
+        for name in ("frames", "joints"):
+            typer.echo(f"{name:10} {getattr(found, name)}")
+        for name in ("mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
+            typer.echo(f"{name:10} {getattr(found, name):.2f}")
+        typer.echo("joints mm  " + "  ".join(f"{name} {value:.0f}" for name, value in found.per_joint_mm.items()))
+    if poses.cut:
+        typer.echo(f"lost: {poses.cut}", err=True)
+    raise typer.Exit(LOSS if poses.cut else DONE)
+
+
+def recover(
+    take: TakePath,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="File to write; default: TAKE-recovered.mcap.", show_default=False
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Copy the intact content of a cut or damaged take to a new file with index and summary, and list what is lost.
+
+    The take itself is not changed. Exit status: 0 nothing is lost, 3 something is, 1 there is nothing to recover.
+
+    Example: `zenocap recover recordings/demo.mcap -o whole.mcap`
+    """
+    with one_line_errors():
+        from zenocap.common.recording.parts import free_name
+        from zenocap.tools.recordings.recover import loss_lines
+        from zenocap.tools.recordings.recover import recover as run_recover
+
+        checked_take(take)
+        output = output or free_name(take.with_name(f"{take.stem}-recovered{take.suffix}"))
+        with progress(f"recovering {take.name}", "bytes", take.stat().st_size) as state:
+            found = run_recover(take, output, state.update)
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=2, default=str))
+    else:
+        typer.echo(f"{output}: {found.messages} messages, {found.bytes / 1e6:.1f} MB, {found.attachments} files")
+        for line in loss_lines(found):
+            typer.echo(line, err=True)
+    raise typer.Exit(LOSS if found.lost else DONE)

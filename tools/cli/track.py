@@ -1,0 +1,217 @@
+"""The command that tracks videos offline: track."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from zenocap.tools.cli.options import DONE, LOSS, Method, RigPath, Variant, one_line_errors, rig_at
+from zenocap.tools.cli.progress import progress
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.rig.rig import Rig
+    from zenocap.tools.recordings.export import Format
+    from zenocap.tools.recordings.overlay import Overlay
+    from zenocap.tools.recordings.track import Tracked, TrackedFrameSet
+
+Preset = Literal["default", "paper"]
+Refinement = Literal["gauss-newton", "force", "force-printed"]
+PICTURES = 20  # of an overlay, about
+TRACKER = "Tracker (methods hybrid, image-force and particle-filter)"
+EXPORTED: dict[str, Format] = {".trc": "trc", ".bvh": "bvh", ".c3d": "c3d", ".csv": "csv"}
+
+
+def track(
+    rig: RigPath,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Output file: a take (.mcap), or an export (.bvh, .trc, .c3d, .csv) without keeping the take.",
+            show_default=False,
+        ),
+    ],
+    method: Annotated[
+        Method | None,
+        typer.Option(help="Tracking method: two-view uses two views, the others all; default: the rig's, else two-view."),
+    ] = None,
+    variant: Annotated[
+        Variant | None,
+        typer.Option(help="Variant of two-view: improved, or as printed in the paper; default: the rig's, else improved."),
+    ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Working size of the images (px), such as 160x120; default: the rig's."),
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option(min=0.1, max=1000, help="Frames per second (FPS) to use; default: the rig's.")
+    ] = None,
+    height: Annotated[
+        float | None,
+        typer.Option(
+            "--height",
+            min=0.5,
+            max=2.5,
+            metavar="METRES",
+            help="Body height (m) for videos without T-pose; the body then gets average proportions.",
+        ),
+    ] = None,
+    preset: Annotated[
+        Preset | None,
+        typer.Option(
+            help="Defaults of all options below and in the rig: zenocap's, or as printed in the paper; default: the rig's.",
+            rich_help_panel=TRACKER,
+        ),
+    ] = None,
+    prior: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|FILE", help="Motion prior, such as walking.", rich_help_panel=TRACKER),
+    ] = None,
+    particles: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=20_000, help="Number of particles; default: 40, particle-filter 1000.", rich_help_panel=TRACKER
+        ),
+    ] = None,
+    points: Annotated[
+        int | None,
+        typer.Option(
+            min=20, max=10_000, help="Number of points on the visual hull; default: 400.", rich_help_panel=TRACKER
+        ),
+    ] = None,
+    iterations: Annotated[
+        int | None,
+        typer.Option(
+            min=0, max=100, help="Iterations of the refinement; default: 4, with forces 40.", rich_help_panel=TRACKER
+        ),
+    ] = None,
+    refinement: Annotated[
+        Refinement | None,
+        typer.Option(
+            help="Least squares, or the paper's forces and moments, corrected or as printed; default: by method.",
+            rich_help_panel=TRACKER,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Random seed; equal seeds give identical output; default: 0.", rich_help_panel=TRACKER),
+    ] = None,
+    overlay: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for pictures and a video of the model over the images.")
+    ] = None,
+    overlay_every: Annotated[
+        int | None, typer.Option(min=1, help="Frames from one overlay picture to the next; default: about 20 pictures.")
+    ] = None,
+) -> None:
+    """Track every frame of a rig's videos offline, and write a take or an export for Blender, OpenSim and others.
+
+    The same steps as live, without network; equal inputs give equal bytes. The videos must show a T-pose (standing, arms
+    stretched sideways) at their beginning, from which the body is measured; without it, give --height. An existing output
+    is replaced. Exit status 3: done, but a video ended early or something was lost.
+
+    Example: `zenocap track clips/walk -o walk.mcap`, then `zenocap export walk.mcap -o walk.bvh`; or in one step:
+    `zenocap track clips/walk -o walk.bvh`
+
+    With three or more cameras: `zenocap track clips/walk --method hybrid --prior walking -o walk.mcap`
+    """
+    working_size = None if size is None else parsed_size(size)
+    to = EXPORTED.get(output.suffix.lower())
+    with one_line_errors():
+        from zenocap.common.rig.tracker import TrackerOverrides
+        from zenocap.common.runtime import logs
+        from zenocap.tools.recordings.track import at_working_size, of_height, with_tracker
+
+        logs.configure("track")
+        one = at_working_size(rig_at(rig, files=True, method=method, variant=variant), working_size, fps)
+        one = with_tracker(one, TrackerOverrides(prior, particles, points, iterations, refinement, seed, preset))
+        if height is not None:
+            one = of_height(one, height)
+        for note in one.notes:
+            typer.echo(f"note: {note}", err=True)
+        expected = expected_frame_sets(one)
+        drawing = None if overlay is None else _overlay(one, overlay, overlay_every, expected)
+        listeners = () if drawing is None else (drawing.add,)
+        if to is None:
+            result = _tracked(one, output, expected, listeners)
+            typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses, {result.messages} messages")
+        else:
+            result = _exported(one, output, to, expected, listeners)
+    if drawing is not None:
+        typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4")
+    for problem in result.problems:
+        typer.echo(f"lost: {problem}", err=True)
+    if not result.poses:
+        typer.echo("no pose: the body is measured when all viewers see a T-pose (arms stretched sideways);", err=True)
+        typer.echo("  for videos without it, give --height.  State at the end:", err=True)
+        for service, state in result.states.items():
+            typer.echo(f"  {service}: {state}", err=True)
+    raise typer.Exit(LOSS if result.problems or not result.poses else DONE)
+
+
+def _tracked(
+    rig: Rig, take: Path, expected: int | None, listeners: tuple[Callable[[TrackedFrameSet], None], ...]
+) -> Tracked:
+    """Write the take, with progress on standard error."""
+    from zenocap.tools.recordings.track import track as run_track
+
+    count = 0
+    with progress("tracking (the first run compiles for some 20 s)", "frames", expected) as state:
+
+        def on_frame_set(frame_set: TrackedFrameSet) -> None:
+            nonlocal count
+            count += 1
+            state.activity = "tracking"
+            for listener in listeners:
+                listener(frame_set)
+            state.update(count, note=frame_set.state)
+
+        return run_track(rig, take, on_frame_set)
+
+
+def _exported(
+    rig: Rig, output: Path, to: Format, expected: int | None, listeners: tuple[Callable[[TrackedFrameSet], None], ...]
+) -> Tracked:
+    """Track into a temporary take and export it; nothing is exported without poses."""
+    from zenocap.tools.recordings.export import ExportOptions, export
+
+    with TemporaryDirectory(prefix="zenocap-") as folder:
+        take = Path(folder) / f"{output.stem}.mcap"
+        result = _tracked(rig, take, expected, listeners)
+        if not result.poses:
+            typer.echo(f"{result.frame_sets} frames, 0 poses")
+            return result
+        written = export(take, output, ExportOptions(to))
+    typer.echo(
+        f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}; "
+        "the take was temporary: give -o FILE.mcap to keep it"
+    )
+    return result
+
+
+def parsed_size(text: str) -> tuple[int, int]:
+    """(width, height) px of "160x120".  Raises typer.BadParameter."""
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if not found or min(int(found[1]), int(found[2])) < 16:
+        raise typer.BadParameter(f"--size {text!r}: allowed: WIDTHxHEIGHT of 16 px or more, such as 160x120")
+    return int(found[1]), int(found[2])
+
+
+def expected_frame_sets(rig: Rig) -> int | None:
+    """Estimated number of frame sets in a rig's files; None when no file states its length."""
+    from zenocap.services.viewer.sources.source import frame_count
+
+    counts = [count for count in map(frame_count, rig.viewers) if count]
+    return max(counts) if counts else None
+
+
+def _overlay(rig: Rig, folder: Path, every: int | None, expected: int | None) -> Overlay:
+    from zenocap.tools.recordings.overlay import Overlay
+
+    return Overlay(rig, folder, every or max(1, (expected or PICTURES) // PICTURES))

@@ -1,0 +1,69 @@
+"""`make postures`: train the shipped posture model on simulated people.  Equal code gives equal bytes.
+
+python -m zenocap.tools.dataset.build_postures [--to FOLDER] [--takes FOLDER] [--jobs N]
+
+Trained on true angles and on angles tracked by two viewers together: with the first alone, two-view's errors are rejected
+as unknown movements, and with the second alone, the tracker's better angles are.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from zenocap.services.recognizer.features import DEFAULT
+from zenocap.services.recognizer.model import PostureModel
+from zenocap.services.recognizer.model_file import SHIPPED, SUFFIX, write_model
+from zenocap.services.recognizer.training.example_files import examples_of
+from zenocap.services.recognizer.training.examples import Example, TrainingSettings
+from zenocap.services.recognizer.training.manifest import read_manifest
+from zenocap.services.recognizer.training.train import train
+from zenocap.tools.dataset.batch import MANIFEST, PostureTake, Report, generate_takes, people, posture_takes
+from zenocap.tools.dataset.generate import Method
+
+NAME = "fifteen"
+PEOPLE_SEED = 9  # persons 108 to 119
+METHODS: tuple[Method, ...] = ("truth", "two-view")
+
+
+def quiet(done: int, of: int, text: str) -> None: ...
+
+
+def shipped_model(
+    folder: Path, takes: Sequence[PostureTake], jobs: int, settings: TrainingSettings | None = None, report: Report = quiet
+) -> PostureModel:
+    """Train a model.  folder: of the takes; existing ones are reused.  Raises as `generate_takes` and `train` do."""
+    examples: list[Example] = []
+    for method in METHODS:
+        generate_takes(folder / method, method, takes, jobs, report)
+        manifest = folder / method / MANIFEST
+        rows = read_manifest(manifest)
+        for row, example in zip(rows, examples_of(manifest, rows, DEFAULT), strict=True):
+            # Only the file name: with the folder, the model would differ between machines.
+            examples.append(replace(example, source=row.source.name))
+    return train(examples, settings or TrainingSettings(), report)
+
+
+def print_progress(done: int, of: int, text: str) -> None:
+    print(f"\r{done} of {of} {text:40.40}", end="", file=sys.stderr, flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Train the shipped posture model on simulated people.")
+    parser.add_argument("--to", type=Path, default=SHIPPED, metavar="FOLDER")
+    parser.add_argument(
+        "--takes", type=Path, default=Path("build") / "postures", metavar="FOLDER", help="folder of the takes, kept"
+    )
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="number of processes (default 2)")
+    wanted = parser.parse_args()
+    model = shipped_model(wanted.takes, posture_takes(people(PEOPLE_SEED)), wanted.jobs, report=print_progress)
+    wanted.to.mkdir(parents=True, exist_ok=True)
+    path = wanted.to / f"{NAME}{SUFFIX}"
+    write_model(path, model)
+    frames, size = model.training.frames, path.stat().st_size / 1000
+    print(f"\n{path}: {len(model.labels)} postures of {frames} frames, {size:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,94 @@
+"""All checks of one rig, for one service or for all that this machine may run."""
+
+from datetime import UTC, datetime
+from importlib.util import find_spec
+from pathlib import Path
+from socket import gethostname
+
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.messages import ServiceInfo
+from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import MAIN, SERVICES, kinds_of, services_of
+from zenocap.common.runtime.compiled import is_compiled
+from zenocap.common.runtime.service_info import versions
+from zenocap.tools.doctor.finding import Finding, warning
+from zenocap.tools.doctor.machine_checks import (
+    Port,
+    check_certificate,
+    check_compiled,
+    check_disk,
+    check_endpoint,
+    check_file,
+    check_port,
+    check_source,
+)
+from zenocap.tools.doctor.machine_probe import (
+    certified,
+    look_at_certificates,
+    look_at_disk,
+    look_at_file,
+    look_at_port,
+    look_at_source,
+)
+from zenocap.tools.doctor.network_checks import (
+    Network,
+    check_clocks,
+    check_messages,
+    check_open,
+    check_presence,
+    check_rigs,
+    check_versions,
+)
+from zenocap.tools.doctor.network_probe import look_at_network, probe_endpoint
+
+
+def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: str | None) -> list[Finding]:
+    """Results of all checks.  takes: folder of the takes.  service: such as viewer-1; None for all of the rig."""
+    name, _, id = (service or "").partition("-")
+    chosen = [viewer for viewer in rig.viewers if service is None or (name == "viewer" and viewer.id == id)]
+    kinds = [kind for kind in SERVICES if (kind in kinds_of(rig) if service is None else kind.name == name)]
+    wanted = [kind.name for kind in kinds]
+    endpoints = [probe_endpoint(address, options.security) for address in options.connect]
+    network = look_at_network(options, rig.name)
+    frame_ns = min(round(1e9 / viewer.fps) for viewer in rig.viewers)
+    expected = services_of(rig, required=True)
+    found = [*map(check_endpoint, endpoints), check_open(network, options.security is not None)]
+    if network.problem is None:
+        found += check_presence(expected, network, str(path))
+        found += [*check_rigs(rig.digest, network), *check_versions(versions(), network)]
+        found += [*check_clocks(network, frame_ns), *check_messages(network)]
+    for viewer in chosen:
+        runs = ("viewer", viewer.id) in network.alive
+        found.append(check_source(look_at_source(viewer, runs=runs, local=service is not None)))
+    found += [check_file(look_at_file(title, file)) for kind in kinds for title, file in kind.files(rig)]
+    if "integrator" in wanted:
+        found.append(check_disk(look_at_disk(takes)))
+    if "animator" in wanted:
+        found += map(check_port, _ports(rig, ours=_runs_here("animator", network)))
+    if rig.security is not None and find_spec("cryptography") is None:
+        text = "cannot be checked: the package cryptography is not installed on this machine"
+        found.append(warning("certificates", text, "pip install 'zenocap[certs]'"))
+    elif rig.security is not None:
+        names = [service] if service is not None else certified(rig.security)
+        found += [check_certificate(one, datetime.now(UTC)) for one in look_at_certificates(rig.security, names)]
+    parts = list(dict.fromkeys(part for kind in kinds for part in kind.warmup(rig)))
+    if parts:
+        found.append(check_compiled([part for part in parts if not is_compiled(part)]))
+    return found
+
+
+def _ports(rig: Rig, *, ours: bool) -> list[Port]:
+    """Ports on which the animator listens."""
+    page, foxglove = rig.animator.page, rig.animator.foxglove
+    found = []
+    if page.enabled and page.port:
+        found.append(look_at_port("page", "animator.page.port", page.host, page.port, ours=ours))
+    if foxglove is not None and foxglove.enabled:
+        found.append(look_at_port("Foxglove output", "animator.foxglove.port", foxglove.host, foxglove.port, ours=ours))
+    return found
+
+
+def _runs_here(service: str, network: Network) -> bool:
+    """Whether a service of the rig runs on this machine."""
+    about = network.about.get((service, MAIN))
+    return isinstance(about, ServiceInfo) and about.host == gethostname()

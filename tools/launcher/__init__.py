@@ -1,0 +1,1 @@
+"""`zenocap up` and `zenocap demo`: run every service of a rig as a process, supervise them, and display their status."""

@@ -1,0 +1,169 @@
+"""Child processes: start, supervision, restart with increasing pauses, and stop.
+
+A child's standard input is a pipe from this process, so that it ends with this process even when that is killed.
+"""
+
+import queue
+import signal
+import subprocess
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import IO, Protocol
+
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
+SETTLED_S = 10.0  # run time after which a start counts as successful
+QUICK_FAILURES = 5  # in a row, before giving up
+
+
+class Process(Protocol):
+    """The part of subprocess.Popen that is used."""
+
+    @property
+    def pid(self) -> int: ...
+
+    @property
+    def stderr(self) -> IO[str] | None: ...
+
+    def poll(self) -> int | None: ...
+
+    def wait(self, timeout: float | None = None) -> int: ...
+
+    def send_signal(self, sig: int) -> None: ...
+
+    def kill(self) -> None: ...
+
+
+Spawn = Callable[[Sequence[str]], Process]
+
+
+def spawn(arguments: Sequence[str]) -> Process:
+    """Start a process in a separate session, so that Ctrl-C reaches only its parent, which stops the children in order."""
+    process: Process = subprocess.Popen(
+        arguments,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    )
+    return process
+
+
+@dataclass
+class ChildProcess:
+    """name: for display.  status: exit status of a process that is not restarted.  due_s: time of the next restart."""
+
+    name: str
+    arguments: tuple[str, ...]
+    process: Process | None = None
+    started_s: float = 0.0
+    due_s: float | None = None
+    starts: int = 0
+    quick_failures: int = 0
+    status: int | None = None
+    reader: threading.Thread | None = field(default=None, repr=False)
+
+
+class ChildProcesses:
+    """The children of this process.  clock: monotonic, seconds.  `lines` returns their output and status changes."""
+
+    def __init__(
+        self, commands: Sequence[tuple[str, Sequence[str]]], clock: Callable[[], float], start: Spawn = spawn
+    ) -> None:
+        self._clock, self._spawn = clock, start
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.all = [ChildProcess(name, tuple(arguments)) for name, arguments in commands]
+
+    def start(self) -> None:
+        for child in self.all:
+            self._start(child)
+
+    def poll(self) -> None:
+        """Detect ended processes; restart those whose pause is over."""
+        for child in self.all:
+            if child.process is not None and child.process.poll() is not None:
+                self._ended(child, int(child.process.poll() or 0))
+            elif child.due_s is not None and self._clock() >= child.due_s:
+                self._start(child)
+
+    def lines(self) -> list[str]:
+        """Lines written since the last call."""
+        found = []
+        while not self._lines.empty():
+            found.append(self._lines.get())
+        return found
+
+    @property
+    def given_up(self) -> list[ChildProcess]:
+        """Processes that failed and are not restarted."""
+        return [child for child in self.all if child.status not in (None, 0)]
+
+    def restarts(self) -> int:
+        return sum(max(0, child.starts - 1) for child in self.all)
+
+    def stop(self, names: Callable[[str], bool] = lambda _: True, patience_s: float = 8.0) -> None:
+        """End processes by name: SIGTERM, then SIGKILL after `patience_s`."""
+        running = []
+        for child in self.all:
+            if names(child.name):
+                child.due_s = None
+                if child.process is not None and child.process.poll() is None:
+                    child.process.send_signal(signal.SIGTERM)
+                    running.append(child)
+        end_s = self._clock() + patience_s
+        for child in running:
+            assert child.process is not None  # it is running
+            try:
+                child.status = child.process.wait(max(0.05, end_s - self._clock()))
+            except subprocess.TimeoutExpired:
+                child.process.kill()
+                child.status = child.process.wait()
+                self._lines.put(f"{child.name}: did not stop in {patience_s:g} s and was killed")
+            child.process = None
+            if child.reader is not None:
+                child.reader.join(1.0)
+
+    def _start(self, child: ChildProcess) -> None:
+        child.process = self._spawn(child.arguments)
+        child.started_s, child.due_s = self._clock(), None
+        child.starts += 1
+        if child.starts > 1:
+            self._lines.put(f"{child.name}: started again (pid {child.process.pid})")
+        stream = child.process.stderr
+        if stream is not None:
+            child.reader = threading.Thread(target=self._read, args=(stream,), name=child.name, daemon=True)
+            child.reader.start()
+
+    def _read(self, stream: IO[str]) -> None:
+        for line in stream:
+            self._lines.put(line.rstrip())
+
+    def _ended(self, child: ChildProcess, status: int) -> None:
+        child.process = None
+        if child.reader is not None:
+            child.reader.join(1.0)
+        if status == 0:
+            child.status = 0
+            self._lines.put(f"{child.name}: finished")
+            return
+        runtime_s = self._clock() - child.started_s
+        child.quick_failures = child.quick_failures + 1 if runtime_s < SETTLED_S else 0
+        # A process that exits right after its first start would fail again; one that was killed or ran longer may not.
+        if (status > 0 and child.starts == 1 and child.quick_failures) or child.quick_failures >= QUICK_FAILURES:
+            child.status = status
+            self._lines.put(f"{child.name}: {_exit_text(status)} after {runtime_s:.1f} s; not started again")
+            return
+        pause_s = min(FIRST_PAUSE_S * 2 ** max(0, child.quick_failures - 1), LONGEST_PAUSE_S)
+        child.due_s = self._clock() + pause_s
+        self._lines.put(f"{child.name}: {_exit_text(status)}; starting it again in {pause_s:g} s")
+
+
+def _exit_text(status: int) -> str:
+    if status < 0:
+        try:
+            return f"died ({signal.Signals(-status).name})"
+        except ValueError:
+            return f"died (signal {-status})"
+    return f"failed (exit status {status})"

@@ -1,0 +1,97 @@
+"""Status of a rig from its messages, for the live table and the plain lines."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import degrees
+from types import MappingProxyType
+
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import Alive, Envelope
+from zenocap.common.rig.services import ServiceKey
+
+MAX_SERVICES = 256  # largest number of services whose health is stored
+
+# Joint angles that are easy to recognize; degrees, a straight elbow or knee is 0.
+SHOWN_ANGLES = (
+    ("turn", "navel.y"),
+    ("right elbow", "right_elbow.x"),
+    ("left elbow", "left_elbow.x"),
+    ("right knee", "right_knee.x"),
+    ("left knee", "left_knee.x"),
+)
+
+
+@dataclass(frozen=True)
+class RigStatus:
+    """health: last of each service.  alive: running services.  pose: last universal BAP or pose of the tracker.  bodies:
+    number received.  complete: number of poses to which every viewer contributes.  posture, postures: last one; number by
+    label."""
+
+    health: Mapping[ServiceKey, m.Health] = field(default_factory=lambda: MappingProxyType({}))
+    alive: frozenset[ServiceKey] = frozenset()
+    pose: m.UniversalBap | m.TrackerPose | None = None
+    poses: int = 0
+    complete: int = 0
+    bodies: int = 0
+    posture: m.Posture | None = None
+    postures: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+
+    def updated(self, event: Envelope | Alive) -> "RigStatus":
+        """The status after one event."""
+        match event:
+            case Alive(service=service, id=id, alive=alive):
+                services = self.alive | {(service, id)} if alive else self.alive - {(service, id)}
+                return replace(self, alive=services)
+            case Envelope(message=m.Health() as health):
+                sender = (health.service, health.id)
+                if sender not in self.health and len(self.health) >= MAX_SERVICES:
+                    return self
+                healths = {**self.health, sender: health}
+                return replace(self, health=MappingProxyType(healths))
+            case Envelope(message=m.UniversalBap() as bap):
+                return replace(self, pose=bap, poses=self.poses + 1, complete=self.complete + (not bap.stale))
+            case Envelope(message=m.TrackerPose() as pose):
+                viewers = {id for service, id in self.alive if service == "viewer"}
+                return replace(self, pose=pose, poses=self.poses + 1, complete=self.complete + (viewers <= {*pose.views}))
+            case Envelope(message=m.UniversalBdp() | m.TrackerBdp()):
+                return replace(self, bodies=self.bodies + 1)
+            case Envelope(message=m.Posture() as posture):
+                label = posture_label(posture)
+                postures = {**self.postures, label: self.postures.get(label, 0) + 1}
+                return replace(self, posture=posture, postures=MappingProxyType(postures))
+            case _:
+                return self
+
+    def angles(self) -> dict[str, int]:
+        """The displayed joint angles of the last pose, integer degrees."""
+        if self.pose is None:
+            return {}
+        named = self.pose.angles
+        return {label: round(degrees(named[name])) for label, name in SHOWN_ANGLES if name in named}
+
+
+def view_of(pose: m.UniversalBap | m.TrackerPose | None, viewer: str) -> tuple[str, float | None]:
+    """Role of a viewer in a pose ("" for none), and its matching score, None without one."""
+    match pose:
+        case m.UniversalBap(views=views, scores=scores) if viewer in views:
+            return views[viewer], scores.get(viewer)
+        case m.TrackerPose(views=used):
+            return "used" if viewer in used else "left out", None
+        case _:
+            return "", None
+
+
+def posture_label(posture: m.Posture) -> str:
+    return posture.label or "unknown movement"
+
+
+def lost_text(pose: m.UniversalBap | m.TrackerPose) -> str:
+    """Limbs that are being relocalized, and viewers whose contribution is old; empty when there are none."""
+    if isinstance(pose, m.TrackerPose):
+        return "searching for the person" if pose.lost else ""
+    parts = []
+    if pose.lost:
+        parts.append("searching for " + ", ".join(name.replace("_", " ") for name in pose.lost))
+    if pose.stale:
+        parts.append("without viewer " + " and ".join(pose.stale))
+    return "; ".join(parts)

@@ -1,0 +1,240 @@
+"""Run a whole rig on this machine: compile, start, supervise, display, stop."""
+
+import logging
+import sys
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from rich.console import Console
+from rich.live import Live
+from rich.logging import RichHandler
+
+from zenocap.common.bus.protocol import Alive, Bus, Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import SERVICES, TIMEKEEPER, ServiceKey, services_of, title, warmup_parts
+from zenocap.common.runtime import logs
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
+from zenocap.tools.launcher.display import dropped, plain_line, table
+from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
+from zenocap.tools.launcher.rig_status import RigStatus
+from zenocap.tools.warmup.processes import compile_parts
+
+DONE, FAILED, LOSS = 0, 1, 3
+REQUIRED = {kind.name for kind in SERVICES if kind.required}
+POLL_S, REFRESH_S, LINE_S = 0.1, 0.25, 1.0
+
+
+def run_rig(
+    rig: Rig,
+    rig_argument: Path,
+    options: ZenohOptions,
+    take: Path | None,
+    seconds: float | None,
+    stopped: Callable[[], bool],
+    console: Console,
+    page: bool = True,
+    port: int | None = None,
+) -> int:
+    """Run every service of a rig as a separate process; return the exit status.
+
+    take: path of the take, None for none.  seconds: run time from the start of the processes.  page: whether to run the
+    animator.  port: of the page, None for the rig's own.
+    Raises BusError.
+    """
+    if console.is_terminal:
+        logging.getLogger().handlers[:] = [RichHandler(console=console, show_path=False)]
+    else:
+        logs.configure("zenocap")
+    for note in rig.notes:
+        console.print(f"note: {note}", markup=False, highlight=False)
+    if not compile_parts(warmup_parts(rig), stopped, console):
+        return DONE if stopped() else FAILED
+    services = [service for service in services_of(rig) if page or service[0] != "animator"]
+    starting = sorted(services, key=lambda service: service[0] != TIMEKEEPER)  # integrator first, others in order
+    clock = RealClock()
+    places = _places(options, len(services) + 1)
+    commands = []
+    for (name, id), place in zip(starting, places, strict=False):
+        arguments = [sys.executable, "-P", "-m", "zenocap", name, str(rig_argument), "--with-parent"]
+        own = {"viewer": ["--id", id], "integrator": _log_arguments(take), "animator": _page_arguments(take, port)}
+        arguments += own.get(name, [])
+        commands.append((title((name, id)), [*arguments, *_zenoh_arguments(place)]))
+    children = ChildProcesses(commands, time.monotonic)
+    with ZenohBus.open(places[-1], rig.name, clock, stopped) as bus:
+        supervisor = Supervisor(children, bus, services, take, console)
+        try:
+            children.start()
+            supervisor.run(seconds, stopped)
+        finally:
+            console.print("stopping ...", markup=False)
+            children.stop(lambda name: name != TIMEKEEPER)
+            children.stop()
+            supervisor.print_output()
+    return supervisor.summary()
+
+
+class Supervisor:
+    """Supervision of the children: reads the bus, displays the status, and prints the result."""
+
+    def __init__(
+        self, children: ChildProcesses, bus: Bus, services: list[ServiceKey], take: Path | None, console: Console
+    ) -> None:
+        self._children, self._bus, self._services = children, bus, services
+        self._take, self._console = take, console
+        self._status = RigStatus()
+        self._first_s: float | None = None
+        for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
+            bus.subscribe(topic)
+        bus.watch_alive()
+
+    def run(self, seconds: float | None, stopped: Callable[[], bool]) -> None:
+        """Run until stopped, the time is over, every viewer has finished, or a required service is not restarted."""
+        started_s = time.monotonic()
+        line_s = started_s + LINE_S
+        with self._display() as live:
+            while not stopped() and not self._is_over():
+                now_s = time.monotonic()
+                if seconds is not None and now_s - started_s >= seconds:
+                    return
+                self._children.poll()
+                self.print_output()
+                self._receive(now_s - started_s)
+                if live is not None:
+                    live.update(table(self._status, self._services, now_s - started_s, str(self._take or "none")))
+                elif now_s >= line_s:
+                    line_s += LINE_S
+                    self._print(plain_line(self._status, self._services, now_s - started_s))
+
+    def print_output(self) -> None:
+        """Print what the children wrote."""
+        for line in self._children.lines():
+            if self._console.is_terminal:
+                self._print(line)
+            else:
+                print(line, file=sys.stderr, flush=True)
+
+    def summary(self) -> int:
+        """Print the result; return the exit status."""
+        failed = self._failed_services()
+        integrator = next(child for child in self._children.all if child.name == TIMEKEEPER)
+        lost = max(0, sum(health.counts.get("log_lost", 0) for health in self._status.health.values()))
+        if self._first_s is not None:
+            self._print(
+                f"first pose {self._first_s:.1f} s after the start; {self._status.poses} poses, "
+                f"{self._status.complete} of them by all viewers; frames dropped: {self._dropped()}"
+            )
+        else:
+            self._print("no pose: the body is measured when all viewers see a T-pose")
+        if self._status.postures:
+            counts = ", ".join(f"{label} {count}" for label, count in self._status.postures.items())
+            self._print(f"postures: {counts}")
+        if self._take is not None:
+            takes = sorted(self._take.parent.glob(f"{self._take.stem}*.mcap"))
+            for path in takes:
+                self._print(f"take: {path}: {messages_in(path)} messages, {lost} lost")
+            if takes and self._status.poses:
+                self._print(f"content: zenocap info {takes[0]}")
+                self._print(f"joint centres: zenocap export {takes[0]} --to trc -o {self._take.stem}.trc")
+        broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
+        for child in broken:
+            self._print(f"error: {child.name} failed; see its output above")
+        stopped = any(health.counts.get("log_stopped", 0) for health in self._status.health.values())
+        return FAILED if broken else LOSS if failed or lost or stopped else DONE
+
+    def _is_over(self) -> bool:
+        names = [title(service) for service in self._services if service[0] == "viewer"]
+        viewers = [child for child in self._children.all if child.name in names]
+        return bool(self._failed_services()) or all(_finished(child) for child in viewers)
+
+    def _failed_services(self) -> list[ChildProcess]:
+        """Required services that failed and are not restarted."""
+        names = [title(service) for service in self._services if service[0] in REQUIRED]
+        return [child for child in self._children.given_up if child.name in names]
+
+    def _receive(self, elapsed_s: float) -> None:
+        """Handle all received events, after a short wait for the first."""
+        until_s = time.monotonic() + (REFRESH_S if self._console.is_terminal else POLL_S)
+        while (left_s := until_s - time.monotonic()) > 0:
+            event = self._bus.receive(left_s)
+            if isinstance(event, Envelope | Alive):
+                self._status = self._status.updated(event)
+                if self._status.pose is not None and self._first_s is None:
+                    self._first_s = elapsed_s
+
+    def _dropped(self) -> int:
+        return sum(dropped(health) for health in self._status.health.values())
+
+    def _display(self) -> AbstractContextManager[Live | None]:
+        if not self._console.is_terminal:
+            return nullcontext(None)
+        return Live(console=self._console, refresh_per_second=4, transient=False)
+
+    def _print(self, text: str) -> None:
+        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+        self._console.file.flush()
+
+
+def messages_in(path: Path) -> int:
+    """Number of messages of a finished take; 0 for a truncated one."""
+    try:
+        with path.open("rb") as file:
+            summary = make_reader(file).get_summary()
+    except (McapError, OSError):
+        return 0
+    return summary.statistics.message_count if summary and summary.statistics else 0
+
+
+def _finished(child: ChildProcess) -> bool:
+    return child.status == 0
+
+
+def _places(options: ZenohOptions, count: int) -> list[ZenohOptions]:
+    """Connection options of each member, the integrator's first, this process's last.
+
+    Peers form a mesh over loopback, in addition to the rig's own endpoints, so that other machines can join.  Clients
+    connect only to their router.
+    """
+    if options.mode == "client":
+        return [options] * count
+    places = peer_mesh(free_ports(count), "tls" if options.security else "tcp")
+    members = [_member(options, place) for place in places]
+    members[0] = replace(members[0], listen=(*members[0].listen, *options.listen))
+    return members
+
+
+def _member(options: ZenohOptions, place: Peer) -> ZenohOptions:
+    return replace(
+        options,
+        mode="peer",
+        listen=(place.listen,),
+        connect=(*place.connect, *options.connect),
+        multicast_scouting=False,
+    )
+
+
+def _zenoh_arguments(options: ZenohOptions) -> list[str]:
+    arguments = ["--mode", options.mode] if options.mode else []
+    for name, endpoints in (("--connect", options.connect), ("--listen", options.listen)):
+        for endpoint in endpoints:
+            arguments += [name, endpoint]
+    if options.config_file:
+        arguments += ["--config", str(options.config_file)]
+    return arguments if options.multicast_scouting else [*arguments, "--no-multicast-scouting"]
+
+
+def _page_arguments(take: Path | None, port: int | None) -> list[str]:
+    recordings = [] if take is None else ["--recordings", str(take.parent)]
+    return recordings if port is None else [*recordings, "--port", str(port)]
+
+
+def _log_arguments(take: Path | None) -> list[str]:
+    return ["--no-log"] if take is None else ["--output", str(take)]

@@ -1,0 +1,140 @@
+"""The processes of a load: router, integrators, trackers, viewers or their stand-ins, subscribers."""
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
+from zenocap.tools.launcher.peer_mesh import HOST, free_ports, peer_mesh
+from zenocap.tools.load_test.plan import Plan
+
+ROUTER = ("", "router", "main")
+
+
+@dataclass(frozen=True)
+class ProcessSpec:
+    """One process: service, rig, and command without Zenoh's options."""
+
+    rig: str
+    service: str
+    id: str
+    command: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        return " ".join(word for word in (self.rig, self.service, self.id) if word and word != "main")
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        return self.rig, self.service, self.id
+
+
+class LoadProcesses:
+    """All processes of a load.  connect, config: of a running network; without, a router of its own or a mesh is used.
+
+    own: session options of the measuring process.
+    """
+
+    def __init__(
+        self, plan: Plan, rigs: tuple[Path, ...], takes: Path, epoch_ns: int, connect: tuple[str, ...], config: Path | None
+    ) -> None:
+        specs = [spec for name, path in zip(plan.rig_names, rigs, strict=True) for spec in _specs(plan, name, path, takes)]
+        router: list[ProcessSpec] = []
+        if plan.mesh:
+            places = [_peer(place.listen, place.connect, config) for place in peer_mesh(free_ports(len(specs) + 1))]
+        else:
+            if not connect:
+                connect = (f"tcp/{HOST}:{free_ports(1)[0]}",)
+                listen = ("--listen", connect[0], "--no-multicast-scouting")
+                config_of_router = ("--config", str(config)) if config else ()
+                router = [ProcessSpec(*ROUTER, (*_zenocap("router"), *listen, *config_of_router))]
+            client = ZenohOptions("client", connect, config_file=config, multicast_scouting=False)
+            places = [client] * (len(specs) + 1)
+        self.own = places[-1]
+        self._children = ChildProcesses(
+            [(spec.title, spec.command) for spec in router]
+            + [(spec.title, _started(spec, epoch_ns, place)) for spec, place in zip(specs, places[:-1], strict=True)],
+            time.monotonic,
+        )
+        self.specs = {spec.title: spec for spec in (*router, *specs)}
+
+    def start(self) -> None:
+        self._children.start()
+
+    def poll(self) -> None:
+        """Restart processes that ended."""
+        self._children.poll()
+
+    def pids(self) -> dict[tuple[str, str, str], int]:
+        """Process ids of the running processes."""
+        running = ((self.specs[child.name].key, child.process) for child in self._children.all)
+        return {key: process.pid for key, process in running if process is not None}
+
+    @property
+    def failed(self) -> list[str]:
+        """Titles of the processes that are no longer restarted."""
+        return [child.name for child in self._children.given_up]
+
+    def lines(self) -> list[str]:
+        """Output since the last call."""
+        return self._children.lines()
+
+    def kill(self, title: str) -> None:
+        """Kill a process; `poll` restarts it.  Raises KeyError."""
+        child = self._child(title)
+        if child.process is not None:
+            child.process.kill()
+
+    def stop(self) -> None:
+        self._children.stop(lambda title: self.specs[title].service != "router")
+        self._children.stop()
+
+    def _child(self, title: str) -> ChildProcess:
+        for child in self._children.all:
+            if child.name == title:
+                return child
+        raise KeyError(title)
+
+
+def _specs(plan: Plan, name: str, path: Path, takes: Path) -> list[ProcessSpec]:
+    member = (sys.executable, "-P", "-m", "zenocap.tools.load_test.stand_in")
+    specs = []
+    if plan.part != "viewers":
+        log = ("--output", str(takes / f"{name}.mcap")) if plan.log else ("--no-log",)
+        specs.append(ProcessSpec(name, "integrator", "main", (*_zenocap("integrator"), str(path), "--with-parent", *log)))
+        if plan.has_tracker:
+            specs.append(ProcessSpec(name, "tracker", "main", (*_zenocap("tracker"), str(path), "--with-parent")))
+    if plan.part != "integrators":
+        for id in plan.views:
+            real = (*_zenocap("viewer"), str(path), "--id", id, "--with-parent")
+            specs.append(
+                ProcessSpec(name, "viewer", id, (*member, "stand-in", str(path), "--id", id) if plan.stand_ins else real)
+            )
+        for number in range(1, plan.subscribers + 1):
+            specs.append(
+                ProcessSpec(name, "subscriber", str(number), (*member, "subscriber", str(path), "--id", str(number)))
+            )
+    return specs
+
+
+def _zenocap(command: str) -> tuple[str, ...]:
+    return sys.executable, "-P", "-m", "zenocap", command
+
+
+def _started(spec: ProcessSpec, epoch_ns: int, place: ZenohOptions) -> list[str]:
+    arguments = list(spec.command)
+    if spec.service == "viewer":
+        arguments += ["--epoch-ns", str(epoch_ns)]
+    arguments += ["--mode", place.mode] if place.mode else []
+    for name, endpoints in (("--connect", place.connect), ("--listen", place.listen)):
+        for endpoint in endpoints:
+            arguments += [name, endpoint]
+    if place.config_file:
+        arguments += ["--config", str(place.config_file)]
+    return [*arguments, "--no-multicast-scouting"]
+
+
+def _peer(listen: str, connect: tuple[str, ...], config: Path | None) -> ZenohOptions:
+    return ZenohOptions("peer", connect, (listen,), config, multicast_scouting=False)

@@ -1,0 +1,134 @@
+"""Parameters of one measurement, and the order of values that a ramp tries."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from zenocap.common.errors import UserError
+
+Method = Literal["two-view", "hybrid"]
+Until = Literal["pose", "silhouette"]
+Part = Literal["all", "viewers", "integrators"]
+RampQuantity = Literal["rate", "viewers", "rigs"]
+
+MAX_VIEWERS, MAX_RIGS, MAX_RATE = 64, 64, 1000.0
+BISECTIONS = 3  # between the largest value that held and the smallest that did not
+
+
+class PlanError(UserError):
+    """An impossible plan; the text contains the option, its value and the allowed values."""
+
+
+class LoadError(UserError):
+    """A load that cannot be measured; the text is the reason."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """viewers, subscribers: of each rig.  rate: frames per second of each viewer.  size: (width, height) px.
+
+    until: message that completes a frame set: the pose, or every viewer's silhouette (then no pose is computed).
+    stand_ins: viewers that publish recorded messages and compute nothing.  name: prefix of the rigs' names.
+    seconds: measured time, after `settle_s` seconds of warm-up.  log: takes are written and deleted.
+    mesh: peers without a router; else clients of a router.  part: the processes started on this machine.
+    """
+
+    viewers: int = 2
+    rigs: int = 1
+    rate: float = 30.0
+    size: tuple[int, int] = (160, 120)
+    method: Method = "two-view"
+    until: Until = "pose"
+    stand_ins: bool = False
+    subscribers: int = 0
+    seconds: float = 10.0
+    settle_s: float = 3.0
+    mesh: bool = False
+    log: bool = False
+    part: Part = "all"
+    name: str = "load"
+
+    @property
+    def period_s(self) -> float:
+        return 1.0 / self.rate
+
+    @property
+    def views(self) -> tuple[str, ...]:
+        """Ids of the viewers of each rig."""
+        return tuple(str(number) for number in range(1, self.viewers + 1))
+
+    @property
+    def rig_names(self) -> tuple[str, ...]:
+        return tuple(f"{self.name}-{number}" for number in range(1, self.rigs + 1))
+
+    @property
+    def has_tracker(self) -> bool:
+        return self.method == "hybrid" and self.until == "pose"
+
+    def title(self) -> str:
+        what = "stand-ins for viewers" if self.stand_ins else "viewers"
+        many = f"{self.rigs} rigs of " if self.rigs > 1 else ""
+        more = [", silhouettes only"] if self.until == "silhouette" else [f", {self.method}"]
+        more += [f", {self.subscribers} subscribers"] if self.subscribers else []
+        more += [", mesh"] if self.mesh else []
+        return f"{many}{self.viewers} {what}, {self.rate:g} frames/s, {self.size[0]}x{self.size[1]}{''.join(more)}"
+
+
+def checked(plan: Plan) -> Plan:
+    """Return the plan if it is possible.  Raises PlanError."""
+    for option, value, most in (
+        ("viewers", plan.viewers, MAX_VIEWERS),
+        ("rigs", plan.rigs, MAX_RIGS),
+        ("rate", plan.rate, MAX_RATE),
+    ):
+        if value > most:
+            raise PlanError(f"--{option} {value:g}: allowed: to {most:g}")
+    if plan.method == "two-view" and plan.viewers != 2:
+        raise PlanError(
+            f"--viewers {plan.viewers}: allowed with --method two-view: 2; more with --method hybrid, or --rigs"
+        )
+    if plan.method == "two-view" and plan.until == "silhouette":
+        raise PlanError("--until silhouette: allowed with --method hybrid")
+    if plan.viewers < 2:
+        raise PlanError(f"--viewers {plan.viewers}: allowed: 2 to {MAX_VIEWERS}")
+    if plan.mesh and plan.part != "all":
+        raise PlanError(f"--mesh --part {plan.part}: allowed: with all parts on this machine")
+    return plan
+
+
+def scaled(plan: Plan, quantity: RampQuantity, value: float) -> Plan:
+    match quantity:
+        case "rate":
+            return replace(plan, rate=value)
+        case "viewers":
+            return replace(plan, viewers=round(value))
+        case "rigs":
+            return replace(plan, rigs=round(value))
+
+
+def next_value(quantity: RampQuantity, start: float, tried: Sequence[tuple[float, bool]]) -> float | None:
+    """Next value of a ramp after the tried ones (value, held); None when the limit is known well enough.
+
+    Doubles until one does not hold, then bisects between the largest that held and the smallest that did not.
+    A value that held above one that did not is ignored: the limit is the smallest that did not.
+    """
+    if not tried:
+        return start
+    most = {"rate": MAX_RATE, "viewers": MAX_VIEWERS, "rigs": MAX_RIGS}[quantity]
+    failed = min((value for value, held in tried if not held), default=math.inf)
+    held_below = max((value for value, held in tried if held and value < failed), default=0.0)
+    if math.isinf(failed):
+        return min(2 * held_below, most) if held_below < most else None
+    if held_below == 0.0:  # not even the start
+        return None
+    doublings = sum(1 for value, held in tried if held and value <= held_below and _doubled(value, start))
+    bisections = len(tried) - doublings - 1
+    middle = math.sqrt(held_below * failed) if quantity == "rate" else float((held_below + failed) // 2)
+    middle = round(middle, 1)
+    return middle if bisections < BISECTIONS and held_below < middle < failed else None
+
+
+def _doubled(value: float, start: float) -> bool:
+    power = math.log2(value / start)
+    return abs(power - round(power)) < 1e-9

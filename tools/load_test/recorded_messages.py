@@ -1,0 +1,134 @@
+"""Messages that viewers publish for the films, recorded beforehand for the stand-ins."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import msgspec
+
+from zenocap.common import codec
+from zenocap.common.arrays import Bytes
+from zenocap.common.bus.local import LocalBus, LocalNetwork
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.messages import PartialBap, Sighting, Silhouette
+from zenocap.common.rig.rig import Rig, Viewer, load_rig
+from zenocap.common.rig.sources import Rendered
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.topics import PARTIAL_BAP, SIGHTING, SILHOUETTE
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.shell import silhouette_service
+from zenocap.services.viewer.sources.rendered import opened
+from zenocap.tools.load_test.scene import FILM_FPS
+from zenocap.tools.recordings.offline import Offline
+
+LEARNING_FRAMES = 12  # repetitions of the first image, to learn the background and find the pose
+EPOCH_NS = 1_000_000_000_000
+
+
+@dataclass(frozen=True)
+class RecordedMessages:
+    """Messages of one image.  sighting, bap: None with method hybrid."""
+
+    silhouette: Silhouette
+    sighting: Sighting | None = None
+    bap: PartialBap | None = None
+
+
+def record_messages(rig_file: Path, watch: Callable[[int, int], None] = lambda done, of: None) -> None:
+    """Track a rig's films once, and write each viewer's messages to their folder, unless they exist.
+
+    watch: is called with the number of images done, and of all.  Raises UserError, SourceError, OSError, ValueError.
+    """
+    rig = load_rig(rig_file)
+    if all(messages_file(viewer).exists() for viewer in rig.viewers):
+        return
+    for viewer, recorded in zip(
+        rig.viewers, _tracked(rig, watch) if rig.tracker is None else _silhouettes(rig, watch), strict=True
+    ):
+        each = [[b"" if m is None else codec.encode(m) for m in (s.silhouette, s.sighting, s.bap)] for s in recorded]
+        messages_file(viewer).write_bytes(msgspec.msgpack.encode(each))
+
+
+def messages_file(viewer: Viewer) -> Path:
+    """Path of the messages, in the folder of a viewer's film.  Raises ValueError when it has none."""
+    if not isinstance(viewer.source, Rendered):
+        raise ValueError(f"viewer {viewer.id}: its source is not a rendered film")
+    return viewer.source.path.with_suffix(".messages")
+
+
+def read_messages(path: Path) -> tuple[RecordedMessages, ...]:
+    """Messages of each image of the film.  Raises OSError, msgspec.DecodeError and BadMessage."""
+    each = msgspec.msgpack.decode(path.read_bytes(), type=list[tuple[bytes, bytes, bytes]])
+    return tuple(
+        RecordedMessages(
+            codec.decode(silhouette, Silhouette),
+            codec.decode(sighting, Sighting) if sighting else None,
+            codec.decode(bap, PartialBap) if bap else None,
+        )
+        for silhouette, sighting, bap in each
+    )
+
+
+def _learning_then_all(viewer: Viewer) -> Iterator[Frame]:
+    """The first image LEARNING_FRAMES times, then every image once."""
+    pictures = _pictures(viewer)
+    for index in range(LEARNING_FRAMES + len(pictures)):
+        yield Frame(index, EPOCH_NS + round(index * 1e9 / FILM_FPS), pictures[max(0, index - LEARNING_FRAMES)].copy())
+
+
+def _pictures(viewer: Viewer) -> Bytes:
+    assert isinstance(viewer.source, Rendered)  # checked by messages_file
+    return opened(viewer.source.path)
+
+
+def _tracked(rig: Rig, watch: Callable[[int, int], None]) -> Iterable[tuple[RecordedMessages, ...]]:
+    """Messages by viewer, with sightings and partial BAPs, as published together with an integrator."""
+    clock = ManualClock(EPOCH_NS)
+    network = LocalNetwork(rig.name, clock)
+    offline, bus = Offline(rig, network), network.bus()
+    for topic in (SILHOUETTE, SIGHTING, PARTIAL_BAP):
+        bus.subscribe(topic, every=True)
+    offline.publish_cameras(EPOCH_NS)
+    count = LEARNING_FRAMES + len(_pictures(rig.viewers[0]))
+    recorded: dict[str, list[RecordedMessages]] = {viewer.id: [] for viewer in rig.viewers}
+    last: dict[str, RecordedMessages] = {}
+    for index, frames in enumerate(zip(*(_learning_then_all(viewer) for viewer in rig.viewers), strict=True)):
+        clock.set(frames[0].captured_ns)
+        offline.process({viewer.id: frame for viewer, frame in zip(rig.viewers, frames, strict=True)})
+        _collect(bus, last)
+        if index >= LEARNING_FRAMES:
+            for viewer, messages in recorded.items():
+                messages.append(last[viewer])
+        watch(index + 1, count)
+    if any(one.bap is None for one in last.values()):
+        raise ValueError("the films were not tracked: a viewer published no partial BAP")
+    return [tuple(messages) for messages in recorded.values()]
+
+
+def _collect(bus: LocalBus, last: dict[str, RecordedMessages]) -> None:
+    while (event := bus.receive()) is not None:
+        match event:
+            case Envelope(message=Silhouette() as silhouette):
+                last[silhouette.viewer] = replace(
+                    last.get(silhouette.viewer) or RecordedMessages(silhouette), silhouette=silhouette
+                )
+            case Envelope(message=Sighting() as sighting):
+                last[sighting.viewer] = replace(last[sighting.viewer], sighting=sighting)
+            case Envelope(message=PartialBap() as bap):
+                last[bap.viewer] = replace(last[bap.viewer], bap=bap)
+
+
+def _silhouettes(rig: Rig, watch: Callable[[int, int], None]) -> Iterator[tuple[RecordedMessages, ...]]:
+    """Messages by viewer, silhouettes only."""
+    for number, viewer in enumerate(rig.viewers):
+        service = silhouette_service(viewer)
+        state, recorded = service.state, []
+        for frame in _learning_then_all(viewer):
+            state, messages = service.step(service.setup, state, frame)
+            recorded += [
+                RecordedMessages(message)
+                for message in messages
+                if isinstance(message, Silhouette) and frame.frame >= LEARNING_FRAMES
+            ]
+        watch(number + 1, len(rig.viewers))
+        yield tuple(recorded)

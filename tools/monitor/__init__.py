@@ -1,0 +1,1 @@
+"""`zenocap top`: a live table of all services of one or more rigs."""

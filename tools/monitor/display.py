@@ -1,0 +1,86 @@
+"""Display of the network as a table on a terminal, and as JSON."""
+
+from collections.abc import Sequence
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from zenocap.tools.monitor.table import TROUBLE, Row
+
+BLOCKS = "▁▂▃▄▅▆▇█"
+QUARTER_FRAME_MS = 8.0  # at 30 frames/s; larger clock offsets are highlighted
+HEADINGS = (
+    "service",
+    "",
+    "rate/s",
+    "",
+    "latency ms",
+    "longest step ms",
+    "lost",
+    "clock ms",
+    "MB",
+    "cores",
+    "busy",
+    "state",
+)
+LEFT = ("service", "", "longest step ms", "state")
+STYLES = {"up": "green", "starting": "yellow", "silent": "red", "gone": "red", "missing": "red"}
+
+
+def shown(rows: Sequence[Row], foot: str) -> Group:
+    """One table per rig.  foot: the last line."""
+    rigs = list(dict.fromkeys(row.rig for row in rows))
+    tables = [_table(rig, [row for row in rows if row.rig == rig]) for rig in rigs]
+    return Group(*tables, *([] if tables else [Text("no service found", style="yellow")]), Text(foot, style="dim"))
+
+
+def _table(rig: str, rows: Sequence[Row]) -> Table:
+    up, cores = sum(row.status == "up" for row in rows), sum(row.cores for row in rows)
+    memory = sum(row.memory_mb for row in rows)
+    table = Table(
+        title=f"{rig}: {up} of {len(rows)} up, {cores:.2f} cores, {memory:.0f} MB", title_justify="left", expand=False
+    )
+    for heading in HEADINGS:
+        left = heading in LEFT
+        table.add_column(heading, justify="left" if left else "right", no_wrap=heading != "state", overflow="ellipsis")
+    for row in rows:
+        table.add_row(*_cells(row), style="red" if row.status in TROUBLE else "")
+    return table
+
+
+def _cells(row: Row) -> list[str | Text]:
+    status = Text(row.status, style=STYLES[row.status])
+    if row.status in ("missing", "starting"):
+        return [row.title, status]
+    lost = Text(f"{row.lost}" + (f" +{row.lately}" if row.lately else ""), style="red" if row.lately else "")
+    return [
+        row.title, status, f"{row.rate:.1f}", sparkline(row.rates), _number(row.latency_ms), row.stage, lost, _clock(row),
+        f"{row.memory_mb:.0f}", f"{row.cores:.2f}", Text(f"{row.busy:.0%}", style="red" if row.busy > 0.9 else ""),
+        row.words,
+    ]  # fmt: skip
+
+
+def sparkline(values: Sequence[float], length: int = 10) -> str:
+    """The last `length` values as bars, scaled from 0 to the largest."""
+    last = values[-length:]
+    most = max(last, default=0.0)
+    if most <= 0:
+        return BLOCKS[0] * len(last)
+    return "".join(BLOCKS[min(len(BLOCKS) - 1, int(value / most * (len(BLOCKS) - 1) + 0.5))] for value in last)
+
+
+def _clock(row: Row) -> Text:
+    if row.offset_ms is None or row.error_ms is None:
+        return Text("")
+    far = abs(row.offset_ms) - row.error_ms > QUARTER_FRAME_MS
+    return Text(f"{row.offset_ms:+.1f} ±{row.error_ms:.1f}", style="red" if far else "")
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.1f}"
+
+
+def as_json(rows: Sequence[Row]) -> dict[str, object]:
+    """One object: `services`, each with every field of its row."""
+    return {"services": [{name: value for name, value in vars(row).items() if name != "rates"} for row in rows]}

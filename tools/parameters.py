@@ -1,0 +1,27 @@
+"""Parameters of the services of a rig, as its takes carry them (attachment `parameters.json`)."""
+
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
+from zenocap.common.recording.setup_file import Parameters
+from zenocap.common.rig.rig import Rig
+from zenocap.services.integrator import parameters as integrator
+from zenocap.services.recognizer import parameters as recognizer
+from zenocap.services.tracker import parameters as tracker
+from zenocap.services.viewer import parameters as viewer
+
+Values: TypeAlias = Callable[[], Mapping[str, object]]
+
+OF_SERVICES: Mapping[str, Values] = {
+    "viewer": viewer.parameters,
+    "integrator": integrator.parameters,
+    "tracker": tracker.parameters,
+    "recognizer": recognizer.parameters,
+}
+"""By service: its behavioural constants by name."""
+
+
+def service_parameters(rig: Rig) -> Parameters:
+    """Parameters of the services whose messages a rig's take has, by service and name."""
+    runs = {"viewer": True, "integrator": True, "tracker": rig.tracker, "recognizer": rig.recognizer}
+    return {service: values() for service, values in OF_SERVICES.items() if runs.get(service)}

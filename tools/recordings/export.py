@@ -1,0 +1,92 @@
+"""`zenocap export`: poses of a take as TRC, BVH, C3D or CSV."""
+
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from zenocap.common.errors import UserError
+from zenocap.common.formats.csv import Angle, write_csv
+from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame
+from zenocap.common.formats.resampling import resampled
+from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.formats.trajectories import Axes, Unit
+from zenocap.common.formats.trc import write_trc
+
+Format = Literal["trc", "bvh", "c3d", "csv"]
+UNITS: dict[Format, Unit] = {"trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m"}  # customary units
+NUMBERED: tuple[Format, ...] = ("trc", "csv")  # rows have frame numbers; in the others row k is frame k
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary."""
+
+    to: Format
+    first: Bound | None = None
+    last: Bound | None = None
+    fps: float | None = None
+    axes: Axes = "y-up"
+    unit: Unit | None = None
+    angle: Angle = "deg"
+
+
+@dataclass(frozen=True)
+class Exported:
+    """Result of an export.  first, last: frame numbers.  empty: rows without pose (in BVH: last pose repeated).
+
+    cut: description of missing content of the take, None when it is complete.
+    """
+
+    rows: int
+    first: int
+    last: int
+    rate: float
+    unit: Unit
+    empty: int
+    cut: str | None
+
+
+def export(take: Path, output: Path, options: ExportOptions) -> Exported:
+    """Write the poses of `take` to `output`, replaced by the complete file or not at all.  Raises UserError."""
+    poses = read_poses(take)
+    track = selected(poses.track(), options)
+    unit = options.unit or UNITS[options.to]
+    try:
+        _write(output, track, options, unit)
+    except OSError as error:
+        raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
+    empty = int(np.count_nonzero(~track.known))
+    return Exported(len(track.frames), int(track.frames[0]), int(track.frames[-1]), track.rate, unit, empty, poses.cut)
+
+
+def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
+    """Rows to write: the selected part, resampled, and without gaps in formats whose rows have no numbers."""
+    track = between(take, options.first, options.last)
+    if options.fps:
+        track = resampled(track, options.fps)
+    if options.to in NUMBERED:
+        return track
+    first = 0
+    if options.first is not None:
+        start_s = options.first.value if options.first.seconds else options.first.value / (take.rate or 1.0)
+        first = min(max(0, ceil(start_s * track.rate - 1e-6)), int(track.frames[0]))
+    return every_frame(track, first)
+
+
+def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
+    match options.to:
+        case "trc":
+            write_trc(output, track.trajectories(), axes=options.axes, unit=unit)
+        case "csv":
+            write_csv(output, track, axes=options.axes, unit=unit, angle=options.angle)
+        case "bvh":
+            from zenocap.common.formats.bvh_writer import write_bvh
+
+            write_bvh(output, track, axes=options.axes, unit=unit)
+        case "c3d":
+            from zenocap.common.formats.c3d import write_c3d
+
+            write_c3d(output, track.trajectories(), axes=options.axes, unit=unit)

@@ -1,0 +1,174 @@
+"""`zenocap info`: content of a take, read once from beginning to end, in bounded memory."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from zenocap.common import messages as m
+from zenocap.common.codec import BadMessage
+from zenocap.common.formats.pose_track import Bound
+from zenocap.common.recording.reader import Recorded, Take, envelope
+from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
+from zenocap.common.topics import ASSIGNMENT, HEALTH, POSTURE, SIGHTING, SILHOUETTE, TRACKER_POSE, topic_at
+from zenocap.tools.recordings.take_part import TakePart
+from zenocap.tools.recordings.take_statistics import (
+    Channel,
+    ChannelTally,
+    Frames,
+    FrameTally,
+    HealthTally,
+    Pairs,
+    Recognized,
+    ServiceHealth,
+    Tracked,
+    chunk_counts,
+)
+
+BY_FRAME = (SIGHTING, SILHOUETTE)  # published by a viewer for every frame
+UPDATE_EVERY = 1000  # messages between two calls of `watch`
+
+
+@dataclass(frozen=True)
+class Info:
+    """Content of a take.
+
+    start_ns, end_ns: log time of the first and last message since the Unix epoch; start, end: the same in ISO 8601.
+
+    rig: of the first zenocap key, "" without one.  unreadable: messages that this version cannot decode.
+    chunks: by compression.  attachments: name to bytes.  parameters: service to number of values.
+    cut: missing content, None for a complete file.
+    """
+
+    path: str
+    rig: str
+    size_bytes: int
+    start_ns: int
+    end_ns: int
+    start: str
+    end: str
+    duration_s: float
+    messages: int
+    unreadable: int
+    cut: str | None
+    library: str
+    chunks: dict[str, int]
+    channels: tuple[Channel, ...]
+    frames: tuple[Frames, ...]
+    pairs: Pairs | None
+    tracked: Tracked | None
+    recognised: Recognized | None  # spelled as in the JSON of `zenocap info`
+    health: tuple[ServiceHealth, ...]
+    metadata: dict[str, dict[str, str]]
+    attachments: dict[str, int]
+    parameters: dict[str, int]
+
+
+def info(
+    path: Path,
+    first: Bound | None = None,
+    last: Bound | None = None,
+    watch: Callable[[int], None] = lambda _: None,
+) -> Info:
+    """Content of the take at `path`, of the part from `first` to `last`.  Raises UserError.
+
+    watch: is called with the number of messages read.
+    """
+    take, tally, part = Take(path), _Tally(), TakePart(first, last)
+    for count, recorded in enumerate(take.messages()):
+        if part.includes(recorded):
+            tally.add(recorded)
+        if count % UPDATE_EVERY == 0:
+            watch(count)
+    start_ns = min((channel.first_ns for channel in tally.channels.values()), default=0)
+    end_ns = max((channel.last_ns for channel in tally.channels.values()), default=0)
+    return Info(
+        path=str(path),
+        rig=tally.rig,
+        size_bytes=path.stat().st_size,
+        start_ns=start_ns,
+        end_ns=end_ns,
+        start=utc(start_ns),
+        end=utc(end_ns),
+        duration_s=(end_ns - start_ns) / 1e9,
+        messages=sum(channel.messages for channel in tally.channels.values()),
+        unreadable=tally.unreadable,
+        cut=take.cut,
+        library=take.library,
+        chunks=chunk_counts(path),
+        channels=tuple(
+            Channel(
+                key=key,
+                schema=schema,
+                encoding=encoding,
+                messages=one.messages,
+                bytes=one.bytes,
+                rate=one.rate(),
+                gap_s=one.gap_ns / 1e9,
+                gap_at_s=(one.gap_at_ns - start_ns) / 1e9,
+            )
+            for (key, schema, encoding), one in sorted(tally.channels.items())
+        ),
+        frames=tuple(one.frames(viewer, topic) for (viewer, topic), one in sorted(tally.frames.items())),
+        pairs=tally.pairs if tally.pairs.instants else None,
+        tracked=tally.tracked if tally.tracked.poses else None,
+        recognised=tally.recognized if tally.recognized.answers else None,
+        health=tuple(one.health(service, id) for (service, id), one in sorted(tally.health.items())),
+        metadata=take.metadata,
+        attachments={name: len(data) for name, data in take.attachments.items()},
+        parameters=_parameters(path, take),
+    )
+
+
+def _parameters(path: Path, take: Take) -> dict[str, int]:
+    data = take.attachments.get(PARAMETERS_FILE)
+    return {} if data is None else {name: len(values) for name, values in read_parameters(path, data).items()}
+
+
+def utc(time_ns: int) -> str:
+    """ISO 8601 to the millisecond; times beyond the year 9999 come from damage and become its end."""
+    seconds = min(time_ns // 10**9, 253_402_300_799)
+    return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%dT%H:%M:%S}.{time_ns // 10**6 % 1000:03d}Z"
+
+
+class _Tally:
+    """Counts over the messages of one take."""
+
+    def __init__(self) -> None:
+        self.channels: dict[tuple[str, str, str], ChannelTally] = {}
+        self.frames: dict[tuple[str, str], FrameTally] = {}
+        self.health: dict[tuple[str, str], HealthTally] = {}
+        self.pairs = Pairs()
+        self.tracked = Tracked()
+        self.recognized = Recognized()
+        self.unreadable = 0
+        self.rig = ""
+
+    def add(self, recorded: Recorded) -> None:
+        channel = (recorded.topic, recorded.schema, recorded.encoding)
+        self.channels.setdefault(channel, ChannelTally()).add(recorded.log_ns, len(recorded.data))
+        topic = topic_at(recorded.topic) if recorded.encoding == "msgpack" else None
+        names = topic.names(recorded.topic) if topic else None
+        if topic is None or names is None:
+            return
+        self.rig = self.rig or names["rig"]
+        if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
+            self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
+        elif topic in (ASSIGNMENT, TRACKER_POSE, POSTURE, HEALTH):
+            self._read(recorded)
+
+    def _read(self, recorded: Recorded) -> None:
+        try:
+            received = envelope(recorded)
+        except BadMessage:
+            self.unreadable += 1
+            return
+        match received.message if received else None:
+            case m.Assignment() as assignment:
+                self.pairs.add(assignment)
+            case m.TrackerPose() as pose:
+                self.tracked.add(pose)
+            case m.Posture() as posture:
+                self.recognized.add(posture)
+            case m.Health() as health:
+                self.health.setdefault((health.service, health.id), HealthTally()).add(health)

@@ -1,0 +1,145 @@
+"""Text of `zenocap info`: plain lines of at most 100 columns where keys allow, the same in a pipe."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from zenocap.tools.recordings.info import Info
+from zenocap.tools.recordings.take_statistics import Channel, Frames, ServiceHealth
+
+LABEL = 12
+WIDTH = 100
+
+
+def lines_of(info: Info) -> Iterator[str]:
+    """Yield the lines, without line ends."""
+    chunks = ", ".join(f"{count} chunks {name}" for name, count in info.chunks.items()) or "no chunks"
+    yield _line("take", info.path)
+    yield _line("size", f"{_size(info.size_bytes)}, {info.messages} messages, {chunks}")
+    if info.messages:
+        yield _line("time", f"{_date(info.start)} to {_date(info.end)} UTC, {info.duration_s:.3f} s")
+    yield _line("state", "cut or damaged: only intact messages are counted" if info.cut else "intact")
+    if info.unreadable:
+        yield _line("unreadable", f"{info.unreadable} messages, perhaps of another version")
+    for name, values in info.metadata.items():
+        yield from _wrapped(name, [f"{key} {value}".strip() for key, value in values.items()])
+    for name, size in info.attachments.items():
+        yield _line("file", f"{name}, {_size(size)}")
+    if info.parameters:
+        yield _line("parameters", f"{sum(info.parameters.values())} values of {len(info.parameters)} services")
+    if info.channels:
+        yield ""
+        yield from _channels(info.channels)
+        yield "gap: longest time between two messages; at: time since the start."
+    if info.frames:
+        yield ""
+        yield from _frames(info.frames)
+    if info.pairs:
+        pairs = info.pairs
+        parts = [
+            f"{pairs.instants} frame sets",
+            f"{pairs.complete} with all viewers",
+            f"{pairs.one_viewer} with one viewer",
+        ]
+        yield ""
+        yield _line("pairs", ", ".join([*parts, f"{pairs.stale} with a stale viewer"]))
+    if info.tracked:
+        tracked = info.tracked
+        by_views = [f"{count} of {views} views" for views, count in sorted(tracked.views.items(), reverse=True)]
+        yield ""
+        yield from _wrapped("tracker", [f"{tracked.poses} poses", f"{tracked.lost} without a person", *by_views])
+    if info.recognised:
+        recognized = info.recognised
+        by_label = [f"{label} {count}" for label, count in sorted(recognized.labels.items())]
+        unknown = [f"{recognized.unknown} unknown movements"] if recognized.unknown else []
+        yield ""
+        yield from _wrapped("postures", [f"{recognized.answers - recognized.unknown} postures", *by_label, *unknown])
+    for health in info.health:
+        yield ""
+        yield from _health(health)
+
+
+def _channels(channels: Sequence[Channel]) -> Iterator[str]:
+    """Table of channels, grouped by the first two parts of the keys where that is shorter."""
+    groups = Counter(_stem(channel.key) for channel in channels)
+    rows: list[tuple[str, ...]] = [("channel", "count", "bytes", "/s", "gap s", "at s", "schema")]
+    above = ""
+    for channel in channels:
+        stem = _stem(channel.key) if groups[_stem(channel.key)] > 1 else ""
+        if stem and stem != above:
+            rows.append((stem, "", "", "", "", "", ""))
+        above = stem
+        several = channel.messages > 1
+        rows.append(
+            (
+                f"  {channel.key.removeprefix(stem)}" if stem else channel.key,
+                str(channel.messages),
+                _size(channel.bytes),
+                f"{channel.rate:.1f}" if several else "",
+                f"{channel.gap_s:.3f}" if several else "",
+                f"{channel.gap_at_s:.1f}" if several else "",
+                f"{'' if channel.encoding == 'msgpack' else channel.encoding} {channel.schema or '-'}".strip(),
+            )
+        )
+    yield from _table(rows, right=(1, 2, 3, 4, 5))
+
+
+def _stem(key: str) -> str:
+    parts = key.split("/")
+    return "/".join(parts[:2]) + "/" if len(parts) > 2 else ""
+
+
+def _frames(frames: Sequence[Frames]) -> Iterator[str]:
+    rows = [("viewer", "every frame", "first", "last", "missing", "which")]
+    for one in frames:
+        holes = [f"{first}" if first == last else f"{first}-{last}" for first, last in one.holes[:5]]
+        which = ", ".join([*holes, *(["..."] if len(one.holes) > 5 else [])])
+        if one.restarts:
+            which += f"{'; ' if which else ''}numbering restarted {one.restarts} times"
+        rows.append((one.viewer, one.topic, str(one.first), str(one.last), str(one.missing), which))
+    yield from _table(rows, right=(2, 3, 4))
+
+
+def _health(health: ServiceHealth) -> Iterator[str]:
+    yield f"{health.service} {health.id}: {health.reports} reports, at the end: {health.state}"
+    parts = [f"{name} {count}" for name, count in health.counts.items()]
+    parts += [f"memory {health.memory_mb:.0f} MB"] if health.memory_mb else []
+    if health.clock_offset_ms or health.clock_error_ms:
+        parts.append(f"clock off by {health.clock_offset_ms:+.3f} ms at most (± {health.clock_error_ms:.3f})")
+    yield from _wrapped("", parts)
+
+
+def _table(rows: Sequence[tuple[str, ...]], right: tuple[int, ...]) -> Iterator[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    for row in rows:
+        cells = [
+            f"{cell:>{width}}" if k in right else f"{cell:{width}}"
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        yield "  ".join(cells).rstrip()
+
+
+def _wrapped(label: str, parts: Sequence[str]) -> Iterator[str]:
+    """The parts, separated by commas, wrapped to WIDTH columns."""
+    line = ""
+    for part in parts:
+        if line and LABEL + len(line) + len(part) + 3 > WIDTH:
+            yield _line(label, f"{line},")
+            label, line = "", ""
+        line += f"{', ' if line else ''}{part}"
+    if line or label:
+        yield _line(label, line)
+
+
+def _line(label: str, text: str) -> str:
+    return f"{label:{LABEL - 1}} {text}".rstrip()
+
+
+def _date(iso: str) -> str:
+    return iso.replace("T", " ").removesuffix("Z")
+
+
+def _size(count: int) -> str:
+    for limit, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= limit:
+            return f"{count / limit:.1f} {unit}"
+    return f"{count} B"

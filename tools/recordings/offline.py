@@ -1,0 +1,144 @@
+"""The services of a rig on a network inside this process: the same steps as live, in a fixed order.
+
+Frame k of every viewer, then all resulting messages until none is left; two runs give equal bytes.
+"""
+
+from collections.abc import Mapping
+from typing import Generic, Protocol, TypeVar
+
+from zenocap.common.bus.local import LocalNetwork
+from zenocap.common.bus.protocol import FrameLike, RoundTrip, Tick
+from zenocap.common.rig.rig import Rig
+from zenocap.common.runtime.service import Runner, Service
+from zenocap.common.topics import CAMERA
+from zenocap.services.integrator.shell import integrator_service
+from zenocap.services.recognizer.shell import model_of, recognizer_service
+from zenocap.services.tracker.shell import tracker_service
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.shell import camera_info, silhouette_service, viewer_service
+
+Setup = TypeVar("Setup")
+State = TypeVar("State")
+F = TypeVar("F", bound=FrameLike)
+
+FAILURES = {"steps failed": "step_errors", "messages could not be sent": "unsendable", "frame sets failed": "failed"}
+
+
+class Member(Protocol):
+    """A service.  title: for display.  drain: handle all received messages; returns whether there were any."""
+
+    @property
+    def title(self) -> str: ...
+
+    def drain(self) -> bool: ...
+
+    def report_handled(self) -> None: ...
+
+    def describe(self) -> str: ...
+
+    def counts(self) -> Mapping[str, int]: ...
+
+
+class Running(Generic[Setup, State, F]):
+    """A `Member` of any kind of service."""
+
+    def __init__(self, service: Service[Setup, State, F], network: LocalNetwork) -> None:
+        self.runner = Runner(service, network.bus(), network.clock)
+        self.runner.subscribe()
+
+    @property
+    def title(self) -> str:
+        service = self.runner.service
+        return f"{service.name} {service.id}" if service.name == "viewer" else service.name
+
+    def drain(self) -> bool:
+        """Handle all messages; nothing is dropped, and postponed work is run at once."""
+        any_event = False
+        while (event := self.runner.bus.receive(0.0)) is not None:
+            any_event = True
+            if not isinstance(event, RoundTrip):
+                self.runner.handle(event)
+            while self.runner.pending:
+                self.runner.handle(Tick(self.runner.clock.now_ns()))
+        return any_event
+
+    def report_handled(self) -> None:
+        self.runner.report_handled()
+
+    def describe(self) -> str:
+        return self.runner.service.describe(self.runner.state)
+
+    def counts(self) -> Mapping[str, int]:
+        """Counters of the loop and of the step."""
+        return self.runner.meter.counts | dict(self.runner.service.count(self.runner.state))
+
+
+class ViewerMember(Member, Protocol):
+    """A viewer."""
+
+    def process(self, frame: Frame) -> None: ...
+
+
+class RunningViewer(Running[Setup, State, Frame]):
+    """A `ViewerMember` with either kind of viewer service."""
+
+    def process(self, frame: Frame) -> None:
+        self.runner.handle(frame)
+
+
+class Offline:
+    """The viewers, the integrator or tracker, and the recognizer if the rig has one."""
+
+    def __init__(self, rig: Rig, network: LocalNetwork) -> None:
+        """Raises as `viewer_service`, `integrator_service`, `tracker_service` and `model_of` do."""
+        self._rig, self._network = rig, network
+        self._viewers: dict[str, ViewerMember] = {}
+        self._pose_service: Member
+        for viewer in rig.viewers:
+            if rig.tracker is None:
+                self._viewers[viewer.id] = RunningViewer(viewer_service(viewer, rig.additions), network)
+            else:
+                self._viewers[viewer.id] = RunningViewer(silhouette_service(viewer), network)
+        if rig.tracker is None:
+            self._pose_service = Running(integrator_service(rig), network)
+        else:
+            self._pose_service = Running(tracker_service(rig), network)
+        self._others: list[Member] = []
+        if rig.recognizer is not None:
+            self._others.append(Running(recognizer_service(rig, model_of(rig)), network))
+
+    def publish_cameras(self, epoch_ns: int) -> None:
+        """Publish the camera of every viewer.  epoch_ns: capture time of frame 0."""
+        bus = self._network.bus()
+        for viewer in self._rig.viewers:
+            bus.publish(CAMERA, camera_info(viewer, epoch_ns))
+        bus.close()
+
+    def process(self, frames: Mapping[str, Frame]) -> None:
+        """Handle the frames of one frame set, in the rig's order, and all resulting messages."""
+        for id, viewer in self._viewers.items():
+            if id in frames:
+                viewer.process(frames[id])
+        while any([member.drain() for member in self._members()]):
+            pass
+
+    def report_handled(self) -> None:
+        """Let every service publish its input trace."""
+        for member in (*self._viewers.values(), self._pose_service, *self._others):
+            member.report_handled()
+
+    def state(self) -> str:
+        """State of the integrator or tracker in words."""
+        return self._pose_service.describe()
+
+    def states(self) -> dict[str, str]:
+        """State of each service in words."""
+        return {member.title: member.describe() for member in (*self._viewers.values(), self._pose_service, *self._others)}
+
+    def failures(self) -> dict[str, int]:
+        """Number of failures by kind: steps that raised, messages that could not be published, failed frame sets."""
+        counts = [member.counts() for member in self._members()]
+        return {text: sum(count.get(name, 0) for count in counts) for text, name in FAILURES.items()}
+
+    def _members(self) -> list[Member]:
+        return [self._pose_service, *self._viewers.values(), *self._others]

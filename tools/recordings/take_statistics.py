@@ -1,0 +1,237 @@
+"""Counts over a take: its chunks, and the messages as they are read, in bounded memory."""
+
+import struct
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from zenocap.common import messages as m
+
+MAX_HOLES = 1000  # stored, so that a late frame does not count as missing
+SHOWN_HOLES = 20
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel.  key: of the messages.  rate: per second between the first and the last; 0 for a single one.
+
+    gap_s: longest time between two messages, which began gap_at_s after the take's start.
+    """
+
+    key: str
+    schema: str
+    encoding: str
+    messages: int
+    bytes: int
+    rate: float
+    gap_s: float
+    gap_at_s: float
+
+
+@dataclass
+class ChannelTally:
+    messages: int = 0
+    bytes: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+    gap_ns: int = 0
+    gap_at_ns: int = 0
+
+    def add(self, log_ns: int, size: int) -> None:
+        if not self.messages:
+            self.first_ns = self.last_ns = self.gap_at_ns = log_ns
+        if log_ns - self.last_ns > self.gap_ns:
+            self.gap_ns, self.gap_at_ns = log_ns - self.last_ns, self.last_ns
+        self.messages += 1
+        self.bytes += size
+        self.first_ns, self.last_ns = min(self.first_ns, log_ns), max(self.last_ns, log_ns)
+
+    def rate(self) -> float:
+        span_ns = self.last_ns - self.first_ns
+        return (self.messages - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Frames:
+    """One viewer's frames on one topic, by their numbers.
+
+    missing: numbers between first and last without message.  holes: the first 20 runs of them, (first, last).
+    restarts: how often the numbers restarted.
+    """
+
+    viewer: str
+    topic: str
+    first: int
+    last: int
+    seen: int
+    missing: int
+    restarts: int
+    holes: tuple[tuple[int, int], ...]
+
+
+@dataclass
+class FrameTally:
+    first: int = -1
+    last: int = -1
+    seen: int = 0
+    missing: int = 0
+    restarts: int = 0
+    holes: list[list[int]] = field(default_factory=list)
+
+    def add(self, frame: int) -> None:
+        self.seen += 1
+        if self.first < 0:
+            self.first = self.last = frame
+        elif frame > self.last:
+            if frame > self.last + 1:
+                self.missing += frame - self.last - 1
+                if len(self.holes) < MAX_HOLES:
+                    self.holes.append([self.last + 1, frame - 1])
+            self.last = frame
+        elif not self._fill(frame) and frame != self.last:
+            self.restarts += 1
+            self.last = frame
+
+    def _fill(self, frame: int) -> bool:
+        """Remove a late `frame` from the missing ones; returns whether it was one of them."""
+        for k, (first, last) in enumerate(self.holes):
+            if first <= frame <= last:
+                rest = [part for part in ([first, frame - 1], [frame + 1, last]) if part[0] <= part[1]]
+                self.holes[k : k + 1] = rest
+                self.missing -= 1
+                return True
+        return False
+
+    def frames(self, viewer: str, topic: str) -> Frames:
+        holes = tuple((first, last) for first, last in self.holes[:SHOWN_HOLES])
+        return Frames(viewer, topic, self.first, self.last, self.seen, self.missing, self.restarts, holes)
+
+
+@dataclass
+class Pairs:
+    """Frame sets with an assignment by the integrator.
+
+    complete: with a sighting of every viewer, of two or more.  one_viewer: with one or none.  stale: with an old part of
+    some viewer.
+    """
+
+    instants: int = 0
+    complete: int = 0
+    one_viewer: int = 0
+    stale: int = 0
+
+    def add(self, assignment: m.Assignment) -> None:
+        fresh = sum(not view.stale for view in assignment.views.values())
+        self.instants += 1
+        if fresh == len(assignment.views) and fresh > 1:
+            self.complete += 1
+        elif fresh <= 1:
+            self.one_viewer += 1
+        if fresh < len(assignment.views):
+            self.stale += 1
+
+
+@dataclass
+class Tracked:
+    """Poses of the tracker.  lost: poses without a person.  views: number of poses by number of views."""
+
+    poses: int = 0
+    lost: int = 0
+    views: dict[int, int] = field(default_factory=dict)
+
+    def add(self, pose: m.TrackerPose) -> None:
+        self.poses += 1
+        self.lost += pose.lost
+        self.views[len(pose.views)] = self.views.get(len(pose.views), 0) + 1
+
+
+@dataclass
+class Recognized:
+    """Results of the recognizer.  labels: count by posture.  unknown: movements without a known posture."""
+
+    answers: int = 0
+    unknown: int = 0
+    labels: dict[str, int] = field(default_factory=dict)
+
+    def add(self, posture: m.Posture) -> None:
+        self.answers += 1
+        if posture.label is None:
+            self.unknown += 1
+        else:
+            self.labels[posture.label] = self.labels.get(posture.label, 0) + 1
+
+
+@dataclass(frozen=True)
+class ServiceHealth:
+    """Health of one service over a take.
+
+    reports: of health.  state: the last.  clock_offset_ms: the largest.  counts: summed over restarts, without zeros.
+    """
+
+    service: str
+    id: str
+    reports: int
+    state: str
+    clock_offset_ms: float
+    clock_error_ms: float
+    memory_mb: float
+    counts: dict[str, int]
+
+
+@dataclass
+class HealthTally:
+    reports: int = 0
+    state: str = ""
+    offset_ns: int = 0
+    error_ns: int = 0
+    memory_bytes: int = 0
+    last: dict[str, int] = field(default_factory=dict)
+    before: Counter[str] = field(default_factory=Counter)  # of processes before restarts
+
+    def add(self, health: m.Health) -> None:
+        self.reports += 1
+        self.state = health.state
+        self.memory_bytes = max(self.memory_bytes, health.memory_bytes)
+        if abs(health.clock_offset_ns) >= abs(self.offset_ns):
+            self.offset_ns, self.error_ns = health.clock_offset_ns, health.clock_error_ns
+        for name, count in health.counts.items():
+            if count < self.last.get(name, 0):
+                self.before[name] += self.last[name]
+            self.last[name] = count
+
+    def health(self, service: str, id: str) -> ServiceHealth:
+        counts = {name: self.before[name] + count for name, count in sorted(self.last.items())}
+        return ServiceHealth(
+            service=service,
+            id=id,
+            reports=self.reports,
+            state=self.state,
+            clock_offset_ms=self.offset_ns / 1e6,
+            clock_error_ms=self.error_ns / 1e6,
+            memory_mb=self.memory_bytes / 1e6,
+            counts={name: count for name, count in counts.items() if count},
+        )
+
+
+MAGIC = 8
+RECORD = struct.Struct("<BQ")
+CHUNK, DATA_END, FOOTER = 0x06, 0x0F, 0x02
+CHUNK_HEAD = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
+
+
+def chunk_counts(path: Path) -> dict[str, int]:
+    """Number of chunks by compression ("none" among them), without reading their content.  Raises OSError."""
+    counts: Counter[str] = Counter()
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        at = MAGIC
+        while at + RECORD.size <= size:
+            file.seek(at)
+            kind, length = RECORD.unpack(file.read(RECORD.size))
+            at += RECORD.size + length
+            if kind in (DATA_END, FOOTER) or at > size:
+                break
+            if kind == CHUNK and length >= CHUNK_HEAD.size:
+                *_, name_length = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
+                counts[file.read(min(name_length, 32)).decode("ascii", "replace") or "none"] += 1
+    return dict(sorted(counts.items()))

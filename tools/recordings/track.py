@@ -1,0 +1,204 @@
+"""`zenocap track`: run the services of a rig on every frame of its files, in one process, without network.
+
+Time is that of the frames, so that two runs give equal bytes.
+"""
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from zenocap.common.bus.local import LocalBus, LocalNetwork
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.errors import UserError
+from zenocap.common.messages import Message, TrackerPose, UniversalBap
+from zenocap.common.recording.opening import new_recording
+from zenocap.common.recording.writer import Recording
+from zenocap.common.rig.file import TRACKER_METHODS
+from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.sources import Actor, FirstFrames, Images, Rendered, VideoFile
+from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_overrides
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service import HEALTH_NS
+from zenocap.common.topics import TOPICS, Topic
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.sources.playback import Playback, SourceError
+from zenocap.services.viewer.sources.source import open_source
+from zenocap.tools.parameters import service_parameters
+from zenocap.tools.recordings.offline import Offline
+
+logger = logging.getLogger(__name__)
+
+EPOCH_NS = 1_072_915_200_000_000_000  # 2004-01-01, the year of [Two-view]: results do not depend on the date
+SAME_SHAPE = 0.02
+
+
+@dataclass(frozen=True)
+class TrackedFrameSet:
+    """One frame set: each viewer's frame, all resulting messages, and the state of the tracking in words."""
+
+    frames: dict[str, Frame]
+    messages: tuple[Message, ...]
+    state: str = ""
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Result of tracking.
+
+    frame_sets: number of frame sets.  poses: of the integrator or tracker.  problems: losses in words.
+    states: of each service at the end, in words.
+    """
+
+    frame_sets: int
+    poses: int
+    messages: int
+    problems: tuple[str, ...]
+    states: dict[str, str]
+
+
+def track(rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None) -> Tracked:
+    """Write the take of a rig whose sources end.  on_frame_set: gets every frame set, in order.
+
+    Raises UserError, SourceError before the first frame, RecordingError and ValueError.
+    """
+    for viewer in rig.viewers:
+        if not isinstance(viewer.source, VideoFile | Images | Actor | Rendered):
+            raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
+    clock = ManualClock(EPOCH_NS)
+    frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
+    return track_frames(rig, frames, clock, take, on_frame_set)
+
+
+def track_frames(
+    rig: Rig,
+    frames: dict[str, Iterator[Frame]],
+    clock: ManualClock,
+    take: Path,
+    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
+    logged: Sequence[Topic] = TOPICS,
+) -> Tracked:
+    """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
+
+    logged: topics of the take.  Raises SourceError before the first frame, RecordingError and ValueError.
+    """
+    network = LocalNetwork(rig.name, clock)
+    offline = Offline(rig, network)
+    problems: list[str] = []
+    recorder = network.bus()
+    for topic in logged:
+        recorder.subscribe(topic, every=True)
+    groups = frame_sets(frames, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems)
+    first = next(groups, None)
+    if first is None or problems:
+        raise SourceError("; ".join(problems) or f"rig {rig.name}: its sources have no frames")
+    recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
+    count = poses = 0
+    report_ns = EPOCH_NS + HEALTH_NS
+    with closing(recording):
+        offline.publish_cameras(EPOCH_NS)
+        current: dict[str, Frame] | None = first
+        while current is not None:
+            clock.set(max(frame.captured_ns for frame in current.values()))
+            offline.process(current)
+            if clock.now_ns() >= report_ns:
+                offline.report_handled()
+                report_ns += HEALTH_NS
+            messages = tuple(_record(recorder, recording))
+            poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
+            count += 1
+            on_frame_set(TrackedFrameSet(current, messages, offline.state()))
+            current = next(groups, None)
+        offline.report_handled()
+        _record(recorder, recording)
+    written = recording.statistics
+    problems += [f"{count} {kind}" for kind, count in offline.failures().items() if count]
+    if written.failure:
+        problems.append(f"{written.failure}; {written.lost} messages lost")
+    return Tracked(count, poses, written.messages, tuple(problems), offline.states())
+
+
+def frame_sets(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: list[str]) -> Iterator[dict[str, Frame]]:
+    """Yield the frames of all viewers grouped by capture time; a failing source adds a line to `problems`.
+
+    Frames within `tolerance_ns` of the earliest one form a group.  Ends with the longest source.
+    """
+    waiting: dict[str, Frame] = {}
+    ended: set[str] = set()
+    while True:
+        for id, source in sources.items():
+            if id not in waiting and id not in ended:
+                try:
+                    waiting[id] = next(source)
+                except StopIteration:
+                    ended.add(id)
+                except SourceError as error:
+                    ended.add(id)
+                    problems.append(str(error))
+        if not waiting:
+            return
+        start_ns = min(frame.captured_ns for frame in waiting.values())
+        group = {id: frame for id, frame in waiting.items() if frame.captured_ns - start_ns <= tolerance_ns}
+        yield {id: group[id] for id in sources if id in group}
+        for id in group:
+            del waiting[id]
+
+
+def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -> Rig:
+    """The rig with every viewer's working size and rate replaced where given.  Raises UserError.
+
+    The empty scene at the beginning keeps its duration.
+    """
+    return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
+
+
+def with_tracker(rig: Rig, overrides: TrackerOverrides) -> Rig:
+    """The rig with the given options instead of its own tracker's.  Raises UserError."""
+    if rig.tracker is None:
+        if overrides != TrackerOverrides():
+            raise UserError(
+                f"rig {rig.name}: method = {rig.method!r} has no tracker: allowed with "
+                f"{', '.join(f'--{name}' for name in vars(overrides))}: {', '.join(TRACKER_METHODS)}"
+            )
+        return rig
+    try:
+        spec = with_overrides(rig.tracker, rig.method, overrides)
+    except TrackerError as error:
+        raise UserError(f"--{error}") from error
+    return replace(rig, tracker=spec)
+
+
+def of_height(rig: Rig, height: float) -> Rig:
+    """The rig for a person of that height (m) whose body is not measured, for videos without T-pose."""
+    viewers = tuple(
+        replace(viewer, source=replace(viewer.source, initial=None)) if isinstance(viewer.source, VideoFile) else viewer
+        for viewer in rig.viewers
+    )
+    return replace(rig, viewers=viewers, person_height=height)
+
+
+def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float | None) -> Viewer:
+    if size is not None:
+        width, height = viewer.calibrated_size
+        if abs((size[0] / width) / (size[1] / height) - 1) > SAME_SHAPE:
+            raise UserError(
+                f"rig {rig.name}: viewer {viewer.id}: size {size[0]}x{size[1]}: allowed: the shape of the calibrated "
+                f"{width}x{height} px, such as {size[0]}x{round(size[0] * height / width)}"
+            )
+        viewer = replace(viewer, camera=viewer.camera.resized(size))
+    if fps is None:
+        return viewer
+    background = viewer.background
+    if isinstance(background, FirstFrames) and fps < viewer.fps:  # the same duration in fewer frames
+        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
+    return replace(viewer, fps=fps, background=background)
+
+
+def _record(bus: LocalBus, recording: Recording) -> Sequence[Message]:
+    messages = []
+    while (event := bus.receive()) is not None:
+        if isinstance(event, Envelope):
+            recording.record(event)
+            messages.append(event.message)
+    return messages

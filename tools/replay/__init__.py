@@ -1,0 +1,1 @@
+"""`zenocap replay`: publish the messages of a take again, at their recorded intervals."""

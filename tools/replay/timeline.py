@@ -1,0 +1,213 @@
+"""Takes on one time line: duration, keys, and reading from any place.
+
+A place is in nanoseconds since the beginning of the first take, by log_time.  Takes follow one another; the gap between
+two, such as the files of one recording, is kept up to LONGEST_GAP_NS.
+"""
+
+import logging
+import struct
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.reader import SeekingReader
+from mcap.records import Chunk, Message
+from mcap.stream_reader import breakup_chunk
+from mcap.summary import Summary
+
+from zenocap.common.errors import UserError
+from zenocap.common.recording.mcap_records import MAX_RECORD
+from zenocap.common.recording.reader import Recorded, Take, recorded_of
+
+logger = logging.getLogger(__name__)
+
+# Exceptions of the mcap reader on missing or damaged bytes.
+BROKEN = (McapError, struct.error, zstandard.ZstdError, ValueError, KeyError, OverflowError, MemoryError)
+LONGEST_GAP_NS = 10_000_000_000
+FOREVER_NS = 2**64
+OPCODE_AND_LENGTH = 9  # bytes of a record before its content
+CLOCK_STEP_NS = 1_000_000_000  # a log_time further back than this shows that the clock was set back
+
+
+@dataclass(frozen=True)
+class Part:
+    """One take.  start_ns, end_ns: its first and last log_time.  keys: messages by key.
+
+    indexed: it can be read from any log_time without reading the messages before.
+    """
+
+    path: Path
+    start_ns: int
+    end_ns: int
+    keys: dict[str, int]
+    indexed: bool
+
+
+@dataclass(frozen=True)
+class PlacedMessage:
+    """A message and its place."""
+
+    place_ns: int
+    recorded: Recorded
+
+
+class Timeline:
+    """The takes, ordered by start time.  lost: missing content by take, known after reading."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        """Open the takes.  Raises UserError for a file that is not a take."""
+        self.lost: dict[Path, str] = {}
+        self.parts = tuple(sorted(map(self._part, paths), key=lambda part: part.start_ns))
+        self._begins_ns: list[int] = []
+        end_ns = before_ns = 0
+        for number, part in enumerate(self.parts):
+            gap_ns = part.start_ns - before_ns if number else 0
+            if gap_ns < 0:
+                logger.warning("%s begins before the previous take has ended: played after it", part.path)
+            self._begins_ns.append(end_ns + (gap_ns if 0 <= gap_ns <= LONGEST_GAP_NS else 0))
+            end_ns, before_ns = self._begins_ns[-1] + part.end_ns - part.start_ns, part.end_ns
+        self.duration_ns = end_ns
+        self.keys: Counter[str] = sum((Counter(part.keys) for part in self.parts), Counter())
+
+    def log_at(self, place_ns: int) -> int:
+        """The log_time of a place."""
+        number = self._number(place_ns)
+        return self.parts[number].start_ns + place_ns - self._begins_ns[number]
+
+    def read(self, from_ns: int = 0) -> Iterator[PlacedMessage]:
+        """Every message from a place on, in the order of writing; places never go back.  Raises UserError."""
+        first = self._number(from_ns)
+        for number in range(first, len(self.parts)):
+            part, begin_ns = self.parts[number], self._begins_ns[number]
+            for place_ns, recorded in self._of_part(part, max(0, from_ns - begin_ns) if number == first else 0):
+                yield PlacedMessage(begin_ns + place_ns, recorded)
+
+    def last_before(self, place_ns: int, keys: Sequence[str]) -> list[Recorded]:
+        """The last message of each of `keys` before a place, in the order of writing.  Raises UserError."""
+        last: dict[str, Recorded] = {}
+        for number in range(self._number(place_ns) + 1):
+            part, left_ns = self.parts[number], place_ns - self._begins_ns[number]
+            wanted = [key for key in keys if key in part.keys]
+            if not wanted or left_ns <= 0:
+                continue
+            for recorded in self._state(part, left_ns, wanted):
+                last.pop(recorded.topic, None)
+                last[recorded.topic] = recorded
+        return list(last.values())
+
+    def _number(self, place_ns: int) -> int:
+        return max((k for k, begin_ns in enumerate(self._begins_ns) if begin_ns <= place_ns), default=0)
+
+    def _part(self, path: Path) -> Part:
+        try:
+            with path.open("rb") as file:
+                part = _from_summary(path, SeekingReader(file, record_size_limit=MAX_RECORD).get_summary())
+        except (*BROKEN, OSError):
+            part = None  # reading the file decides whether it is a take
+        if part is not None:
+            return part
+        counts: Counter[str] = Counter()
+        start_ns = length_ns = 0
+        for place_ns, recorded in _places(self._scan(path)):
+            if not counts:
+                start_ns = recorded.log_ns
+            counts[recorded.topic] += 1
+            length_ns = place_ns
+        return Part(path, start_ns, start_ns + length_ns, dict(counts), False)
+
+    def _of_part(self, part: Part, from_ns: int) -> Iterator[tuple[int, Recorded]]:
+        if not (part.indexed and from_ns):
+            yield from (item for item in _places(self._scan(part.path), part.start_ns) if item[0] >= from_ns)
+            return
+        yield from _places(self._indexed(part, part.start_ns + from_ns), part.start_ns)
+
+    def _state(self, part: Part, before_ns: int, keys: Sequence[str]) -> Iterator[Recorded]:
+        if part.indexed:
+            yield from self._indexed(part, 0, part.start_ns + before_ns, keys)
+            return
+        for place_ns, recorded in _places(self._scan(part.path), part.start_ns):
+            if place_ns >= before_ns:
+                return
+            if recorded.topic in keys:
+                yield recorded
+
+    def _scan(self, path: Path) -> Iterator[Recorded]:
+        take = Take(path)
+        yield from take.messages()
+        if take.cut:
+            self.lost[path] = take.cut
+
+    def _indexed(
+        self, part: Part, from_log_ns: int, to_log_ns: int | None = None, keys: Sequence[str] | None = None
+    ) -> Iterator[Recorded]:
+        """Messages logged from one time until before another, of `keys` if given, in the order of writing.
+
+        One chunk is in memory at a time (mcap's own reader loads all of them for the order of writing).
+        """
+        try:
+            file = part.path.open("rb")
+        except OSError as error:
+            raise UserError(f"{part.path} cannot be read: {error.strerror or error}") from error
+        with file:
+            summary = SeekingReader(file, record_size_limit=MAX_RECORD).get_summary()
+            if summary is None:
+                return
+            for index in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
+                if index.message_end_time < from_log_ns or (to_log_ns and index.message_start_time >= to_log_ns):
+                    continue
+                channels = [summary.channels[id] for id in index.message_index_offsets]
+                if keys is not None and channels and not any(channel.topic in keys for channel in channels):
+                    continue
+                try:
+                    file.seek(index.chunk_start_offset + OPCODE_AND_LENGTH)
+                    records = breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
+                except (*BROKEN, OSError):
+                    self.lost[part.path] = f"{part.path}: damaged: a chunk lost at byte {index.chunk_start_offset}"
+                    continue
+                for message in records:
+                    if isinstance(message, Message) and from_log_ns <= message.log_time < (to_log_ns or FOREVER_NS):
+                        channel = summary.channels.get(message.channel_id)
+                        if channel is not None and (keys is None or channel.topic in keys):
+                            yield recorded_of(message, channel, summary.schemas)
+
+
+def _places(messages: Iterator[Recorded], start_ns: int | None = None) -> Iterator[tuple[int, Recorded]]:
+    """Yield places, counted from `start_ns` or the first message.  After a clock that was set back, places continue."""
+    latest_ns = 0
+    for recorded in messages:
+        if start_ns is None:
+            start_ns = recorded.log_ns
+        place_ns = recorded.log_ns - start_ns
+        if place_ns < latest_ns - CLOCK_STEP_NS:
+            start_ns = recorded.log_ns - latest_ns
+        latest_ns = max(latest_ns, place_ns)
+        yield latest_ns, recorded
+
+
+def _from_summary(path: Path, summary: Summary | None) -> Part | None:
+    """None when the summary is incomplete or contradictory.  Raises the exceptions in BROKEN."""
+    if summary is None or summary.statistics is None or not summary.chunk_indexes or not _in_order(summary):
+        return None
+    statistics = summary.statistics
+    counts: Counter[str] = Counter()
+    for channel_id, count in statistics.channel_message_counts.items():
+        counts[summary.channels[channel_id].topic] += count
+    filled = [chunk for chunk in summary.chunk_indexes if chunk.message_end_time]
+    start_ns, end_ns = min(c.message_start_time for c in filled), max(c.message_end_time for c in filled)
+    if (start_ns, end_ns) != (statistics.message_start_time, statistics.message_end_time):
+        return None
+    if any(id not in summary.channels for chunk in filled for id in chunk.message_index_offsets):
+        return None
+    return Part(path, start_ns, end_ns, dict(counts), True)
+
+
+def _in_order(summary: Summary) -> bool:
+    """True when the chunks are in the order of time in the file, so no clock was set back."""
+    chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
+    filled = [chunk for chunk in chunks if chunk.message_end_time]
+    return all(after.message_start_time >= before.message_end_time - CLOCK_STEP_NS for before, after in pairwise(filled))

@@ -1,0 +1,54 @@
+"""Real-time, markerless human motion capture from ordinary fixed cameras.
+
+The public interface is what this module lists in `__all__`:
+
+- `track(videos, ...)` tracks a folder or a list of videos offline and writes a take;
+- `open_take(path)` reads poses, joint centres and angles of a take as numpy arrays;
+- `subscribe(rig)` receives the poses of a running rig, as an iterator and as an asynchronous iterator;
+- `Rig.load(path)` reads a rig file or a folder of videos; `demo_rig()` returns a rig of two simulated cameras.
+
+Errors that a user can put right are `UserError`s, whose text names file, key, value and what is allowed.  Everything else
+in the package may change without notice.
+"""
+
+import os
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+# Matrices here are small; several BLAS threads per matrix would only wait for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is first imported
+
+if TYPE_CHECKING:
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.rig import Rig, demo_rig
+    from zenocap.live import LivePose, Subscription, subscribe
+    from zenocap.offline import track
+    from zenocap.take import Poses, Take, open_take
+
+__all__ = [
+    "LivePose", "Poses", "Rig", "Subscription", "Take", "UserError", "demo_rig", "open_take", "subscribe", "track",
+]  # fmt: skip
+
+# Loaded on first use: `zenocap --help` and a viewer's process need none of them.
+_HOMES = {
+    "LivePose": "zenocap.live",
+    "Poses": "zenocap.take",
+    "Rig": "zenocap.common.rig.rig",
+    "Subscription": "zenocap.live",
+    "Take": "zenocap.take",
+    "UserError": "zenocap.common.errors",
+    "demo_rig": "zenocap.common.rig.rig",
+    "open_take": "zenocap.take",
+    "subscribe": "zenocap.live",
+    "track": "zenocap.offline",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'zenocap' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

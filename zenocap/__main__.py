@@ -1,0 +1,5 @@
+"""`python -m zenocap`: the command line."""
+
+from zenocap.tools.cli.main import main
+
+main()

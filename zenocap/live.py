@@ -1,0 +1,159 @@
+"""Live poses of a running rig: `subscribe`."""
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.conversion import anatomy_of, bdp_of
+from zenocap.common.errors import UserError
+from zenocap.common.formats.take_poses import is_lost, pose_of
+from zenocap.common.messages import Body, TrackerBdp, TrackerPose, UniversalBap, UniversalBdp
+from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.security import security_of
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+
+logger = logging.getLogger(__name__)
+
+POLL_S = 0.2  # longest wait of one receive call, after which `close` and `timeout_s` are looked at
+
+
+@dataclass(frozen=True)
+class LivePose:
+    """One pose as it was published; units and frames as in `zenocap.Poses`.
+
+    frame: frame number of the newest image used.
+    captured_ns: capture time, nanoseconds since the Unix epoch, on the integrator's clock.
+    position: (3,) of the navel, metres.
+    angles: joint angles by name, radians.
+    joint_centres: (joints, 3) metres, rows as `joint_names`.
+    lost: whether the person is being searched for; the pose is then the last one known.
+    """
+
+    frame: int
+    captured_ns: int
+    position: Floats
+    angles: Mapping[str, float]
+    joint_names: tuple[str, ...]
+    joint_centres: Floats
+    lost: bool
+
+
+class Subscription:
+    """The poses of a rig as they come: `for pose in subscription` or `async for pose in subscription`.
+
+    Iteration ends when the subscription is closed, or `timeout_s` after the last pose.  Use it in a `with` statement: an
+    open Zenoh session keeps the process alive.  A slow reader receives every pose, late; the queue is bounded.
+    """
+
+    def __init__(self, bus: ZenohBus, timeout_s: float | None) -> None:
+        self._bus, self._timeout_s = bus, timeout_s
+        self._bodies: dict[type[UniversalBap | TrackerPose], tuple[Anatomy, Bdp]] = {}
+        self._closed = False
+        for topic in (UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE):
+            bus.subscribe(topic)
+
+    def receive(self, timeout_s: float) -> LivePose | None:
+        """Return the next pose, or None after `timeout_s` or when closed."""
+        until_s = monotonic() + timeout_s
+        while not self._closed and (left_s := until_s - monotonic()) > 0:
+            event = self._bus.receive(min(left_s, POLL_S))
+            if not isinstance(event, Envelope):
+                continue
+            match event.message:
+                case UniversalBdp(body=body):
+                    self._define(UniversalBap, body)
+                case TrackerBdp(body=body):
+                    self._define(TrackerPose, body)
+                case UniversalBap() | TrackerPose() as bap if type(bap) in self._bodies:
+                    anatomy, bdp = self._bodies[type(bap)]
+                    return _live_pose(anatomy, bdp, bap)
+        return None
+
+    def __iter__(self) -> Iterator[LivePose]:
+        while not self._closed:
+            pose = self.receive(POLL_S if self._timeout_s is None else self._timeout_s)
+            if pose is not None:
+                yield pose
+            elif self._timeout_s is not None:
+                return
+
+    async def __aiter__(self) -> AsyncIterator[LivePose]:
+        poses = iter(self)
+        while (pose := await asyncio.to_thread(next, poses, None)) is not None:
+            yield pose
+
+    def close(self) -> None:
+        self._closed = True
+        self._bus.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _define(self, kind: type[UniversalBap | TrackerPose], body: Body) -> None:
+        try:
+            anatomy = anatomy_of(body)
+            self._bodies[kind] = anatomy, bdp_of(anatomy, body)
+        except ValueError as error:  # published by another version: its poses cannot be interpreted here
+            logger.warning("body ignored: %s", error)
+            self._bodies.pop(kind, None)
+
+
+def subscribe(
+    rig: Rig | Path | str,
+    *,
+    connect: Sequence[str] = (),
+    timeout_s: float | None = None,
+) -> Subscription:
+    """Open a subscription to the poses of a running rig.
+
+    rig: a rig or its file, whose `[zenoh]` and `[security]` tables are used, or the name of an unsecured rig, which is
+        found by multicast.
+    connect: Zenoh endpoints to connect to, such as "tcp/192.168.1.10:7447", instead of the rig's own.
+    timeout_s: iteration ends so long after the last pose; None: it goes on until closed.
+
+    Poses are received once the rig has measured the body, also when this starts later.  Raises UserError when the rig
+    file is wrong or Zenoh cannot be opened.
+    """
+    if isinstance(rig, str) and not rig.endswith(".toml") and not Path(rig).exists():
+        options, name = ZenohOptions(connect=tuple(connect), multicast_scouting=not connect), rig
+    else:
+        one = rig if isinstance(rig, Rig) else load_rig(rig, files=False)
+        table, name = one.zenoh, one.name
+        try:
+            security = security_of([one], "reader")
+        except ValueError as error:
+            raise UserError(str(error)) from error
+        options = ZenohOptions(
+            mode="client" if table.mode == "client" else "peer",
+            connect=tuple(connect or table.connect),
+            config_file=one.base / table.config if table.config else None,
+            multicast_scouting=table.multicast_scouting and not connect,
+            security=security,
+        )
+    return Subscription(ZenohBus.open(options, name, RealClock()), timeout_s)
+
+
+def _live_pose(anatomy: Anatomy, bdp: Bdp, bap: UniversalBap | TrackerPose) -> LivePose:
+    pose = pose_of(anatomy, bap)
+    angles = dict(zip(anatomy.angles, pose.angles.tolist(), strict=True))
+    names = tuple(marker.name for marker in anatomy.markers)
+    centres = joint_centres(anatomy, bdp, pose)
+    return LivePose(bap.frame, bap.captured_ns, np.asarray(pose.position), angles, names, centres, is_lost(bap))

@@ -1,0 +1,104 @@
+"""Offline tracking: `track` turns the videos of a rig into a take."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from shutil import copyfile
+from tempfile import TemporaryDirectory
+
+from zenocap.common.errors import UserError
+from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.tracker import TrackerOverrides
+from zenocap.take import Take, open_take
+from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, of_height, with_tracker
+from zenocap.tools.recordings.track import track as write_take
+
+Progress = Callable[[int], None]
+
+
+def track(
+    source: Rig | Path | str | Sequence[Path | str],
+    output: Path | str,
+    *,
+    calibration: Path | str | None = None,
+    empty_frames: int | None = None,
+    up_axis: str = "y",
+    method: str | None = None,
+    size: tuple[int, int] | None = None,
+    fps: float | None = None,
+    height: float | None = None,
+    prior: str | None = None,
+    seed: int | None = None,
+    progress: Progress | None = None,
+) -> Take:
+    """Track every frame of a rig's videos and write the take to `output`; equal input gives an equal file.
+
+    source: a rig, a rig file, a folder with `calibration.toml` and `videos/` (Pose2Sim layout), or a list of videos.
+    calibration: with a list of videos: the file of their cameras (anipose, Pose2Sim, OpenCV or Qualisys); videos are
+        matched to cameras by name, or by order where no name fits.
+    empty_frames: with a list of videos: frames at the start of each that show the empty scene; default: the background
+        is the median of the video.
+    up_axis: of the calibration of a list of videos, "y" or "z".
+    method: "two-view" (two cameras) or "hybrid" (two to eight); default: the rig's own, else "two-view".
+    size: working size (width, height), pixels; default: the rig's.
+    fps: frames per second that are used; default: the rig's.
+    height: of the person, metres, where no T-pose is shown: the body then has average proportions.
+    prior: motion prior of the hybrid tracker, a name or a file.
+    seed: random seed of the hybrid tracker.
+    progress: called after each frame set with the number of frame sets so far.
+
+    Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
+    """
+    if isinstance(source, Rig | Path | str):
+        if calibration is not None or empty_frames is not None:
+            raise UserError("calibration and empty_frames: allowed with a list of videos; a rig or a folder has its own")
+        rig = source if isinstance(source, Rig) else load_rig(source, method)
+        return _tracked(rig, Path(output), size, fps, height, TrackerOverrides(prior=prior, seed=seed), progress)
+    if calibration is None:
+        raise UserError("calibration is missing: a list of videos needs the file of their cameras")
+    with TemporaryDirectory(prefix="zenocap-") as name:
+        folder = Path(name) / Path(output).stem
+        _lay_out(
+            folder, [Path(video) for video in source], Path(calibration), {"empty_frames": empty_frames, "up_axis": up_axis}
+        )
+        rig = load_rig(folder, method)
+        return _tracked(rig, Path(output), size, fps, height, TrackerOverrides(prior=prior, seed=seed), progress)
+
+
+def _tracked(
+    rig: Rig,
+    output: Path,
+    size: tuple[int, int] | None,
+    fps: float | None,
+    height: float | None,
+    overrides: TrackerOverrides,
+    progress: Progress | None,
+) -> Take:
+    rig = with_tracker(at_working_size(rig, size, fps), overrides)
+    if height is not None:
+        rig = of_height(rig, height)
+    count = 0
+
+    def on_frame_set(_: TrackedFrameSet) -> None:
+        nonlocal count
+        count += 1
+        if progress is not None:
+            progress(count)
+
+    write_take(rig, output, on_frame_set)
+    return open_take(output)
+
+
+def _lay_out(folder: Path, videos: Sequence[Path], calibration: Path, clip: Mapping[str, int | str | None]) -> None:
+    """Make `folder` a clip in the Pose2Sim layout, with links to the videos.  Raises UserError for missing files."""
+    for path in (*videos, calibration):
+        if not path.is_file():
+            raise UserError(f"{path}: no such file")
+    (folder / "videos").mkdir(parents=True)
+    copyfile(calibration, folder / "calibration.toml")
+    for video in videos:
+        link = folder / "videos" / video.name
+        if link.is_symlink():
+            raise UserError(f"{video}: another video has this name: allowed: one name per camera")
+        link.symlink_to(video.resolve())
+    values = {key: f'"{value}"' if isinstance(value, str) else value for key, value in clip.items() if value is not None}
+    (folder / "clip.toml").write_text("".join(f"{key} = {value}\n" for key, value in values.items()))

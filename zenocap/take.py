@@ -1,0 +1,177 @@
+"""Takes as numpy arrays: `open_take` and what it returns."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from heapq import heappop, heappush
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.errors import UserError
+from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, pose_of, summary_of
+from zenocap.common.formats.trajectories import Axes, Unit
+from zenocap.common.messages import TrackerPose, UniversalBap
+from zenocap.common.recording.reader import Take as Recording
+from zenocap.tools.recordings.export import Exported, ExportOptions, Format, export
+
+CHUNK = 1000  # frames: 40 s at 25 frames/s, about 1 MB of arrays
+REORDERED = 64  # poses that may be recorded out of the order of their capture times
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses of one person in n consecutive frames, in the world: metres, right-handed, Y up, origin on the ground.
+
+    frames: (n,) frame numbers, rising.
+    times_s: (n,) seconds since frame 0.
+    captured_ns: (n,) capture times, nanoseconds since the Unix epoch.
+    positions: (n, 3) of the navel, metres.
+    angles: (n, angles) joint angles, radians, columns as `Take.angle_names`.
+    joint_centres: (n, joints, 3) metres, columns as `Take.joint_names`.
+    lost: (n,) whether the person is being searched for; positions, angles and joint centres are NaN there.
+    """
+
+    frames: Ints
+    times_s: Floats
+    captured_ns: Ints
+    positions: Floats
+    angles: Floats
+    joint_centres: Floats
+    lost: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+
+@dataclass(frozen=True)
+class Take:
+    """A recorded take.  Only its summary is held in memory; `poses` and `chunks` read the file again.
+
+    path: the MCAP file.  rate: frames per second, 0 when one frame cannot tell.  frame_count: frames with a pose message.
+    """
+
+    path: Path
+    _summary: Summary
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joint centres, HALPE-26 as Pose2Sim has them: Hip, RHip, RKnee, ..."""
+        return tuple(marker.name for marker in self._anatomy.markers)
+
+    @property
+    def angle_names(self) -> tuple[str, ...]:
+        """Names of the joint angles, `joint.axis`, such as `right_knee.x`."""
+        return self._anatomy.angles
+
+    @property
+    def frame_count(self) -> int:
+        return len(self._summary.captured_ns)
+
+    @property
+    def rate(self) -> float:
+        times_s = self._times_s
+        frames = self._summary.frames
+        return float(frames[-1] - frames[0]) / float(times_s[-1] - times_s[0]) if len(frames) > 1 else 0.0
+
+    @property
+    def missing(self) -> str | None:
+        """What is missing of a cut or damaged file, in words; None for a whole one."""
+        return self._summary.cut
+
+    def poses(self) -> Poses:
+        """Return all poses at once.  An hour at 30 frames/s takes about 150 MB."""
+        (poses,) = self.chunks(max(1, self.frame_count))
+        return poses
+
+    def chunks(self, size: int = CHUNK) -> Iterator[Poses]:
+        """Yield the poses in order, at most `size` frames at a time.  Raises ValueError for a size below 1."""
+        if size < 1:
+            raise ValueError(f"size = {size}: allowed: 1 or more frames")
+        rows: list[Bap] = []
+        for bap in self._in_order():
+            rows.append(bap)
+            if len(rows) == size:
+                yield self._arrays(rows)
+                rows = []
+        if rows:
+            yield self._arrays(rows)
+
+    def export(
+        self,
+        output: Path | str,
+        *,
+        fps: float | None = None,
+        axes: Axes = "y-up",
+        unit: Unit | None = None,
+    ) -> Exported:
+        """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d or .csv.
+
+        fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
+        format's usual one.  The file appears whole or not at all.  Raises UserError.
+        """
+        path = Path(output)
+        kind = next((name for name in get_args(Format) if path.suffix.lower() == f".{name}"), None)
+        if kind is None:
+            raise UserError(f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}")
+        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit))
+
+    @property
+    def _anatomy(self) -> Anatomy:
+        return self._summary.anatomy
+
+    @cached_property
+    def _bdp(self) -> Bdp:
+        return self._summary.bdp
+
+    @property
+    def _times_s(self) -> Floats:
+        return (self._summary.captured_ns - self._summary.start_ns) / 1e9
+
+    def _in_order(self) -> Iterator[Bap]:
+        """Pose messages by capture time, one each: the last recorded, as `zenocap.common.formats.take_poses` has them."""
+        waiting: dict[int, Bap] = {}
+        heap: list[int] = []
+        newest_ns = self._summary.start_ns - 1  # of those given out
+        for envelope in envelopes_of(Recording(self.path)):
+            bap = envelope.message
+            if not isinstance(bap, UniversalBap | TrackerPose) or type(bap) is not self._summary.kind:
+                continue
+            if bap.captured_ns <= newest_ns:
+                continue
+            if bap.captured_ns not in waiting:
+                heappush(heap, bap.captured_ns)
+            waiting[bap.captured_ns] = bap
+            if len(heap) > REORDERED:
+                newest_ns = heappop(heap)
+                yield waiting.pop(newest_ns)
+        while heap:
+            yield waiting.pop(heappop(heap))
+
+    def _arrays(self, rows: list[Bap]) -> Poses:
+        summary = self._summary
+        at = np.searchsorted(summary.captured_ns, [bap.captured_ns for bap in rows])
+        positions = np.full((len(rows), 3), np.nan)
+        angles = np.full((len(rows), len(self.angle_names)), np.nan)
+        centres = np.full((len(rows), len(self.joint_names), 3), np.nan)
+        lost = np.array([is_lost(bap) for bap in rows])
+        for row in np.flatnonzero(~lost):
+            pose = pose_of(self._anatomy, rows[row])
+            positions[row], angles[row] = pose.position, pose.angles
+            centres[row] = joint_centres(self._anatomy, self._bdp, pose)
+        return Poses(summary.frames[at], self._times_s[at], summary.captured_ns[at], positions, angles, centres, lost)
+
+
+def open_take(path: Path | str) -> Take:
+    """Open a take for reading: one written by `track`, by `zenocap track` or recorded from a running rig.
+
+    The file is read once for its summary.  A cut or damaged file gives what is whole; `Take.missing` describes the rest.
+    Raises UserError when the file cannot be read, is no take, or has no pose.
+    """
+    return Take(Path(path), summary_of(Path(path)))

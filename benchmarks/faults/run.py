@@ -20,6 +20,7 @@ from zenocap.tools.verify.take_messages import DERIVED, messages_of
 SETTLED_S = 5.0  # duration of poses from all viewers before the next fault (s)
 PATIENCE_S = 90.0  # until the first pose (s): compilation, empty scene, initial posture
 FPS = 15.0
+LATE_S = 45.0  # observation is continued at most so long for a rig that has not recovered, as on a busy machine (s)
 BETWEEN_S = 0.4  # between the starts of two services (s)
 SERVICES = {
     "two-view": (ROUTER, INTEGRATOR, "viewer-1", "viewer-2", "recognizer", "animator"),
@@ -137,6 +138,9 @@ def _apply_fault(running: RunningRig, fault: Fault) -> Result:
         end_ns = time.time_ns()
         fault.end(running)
         time.sleep(fault.after_s)
+        late_s = time.monotonic() + LATE_S
+        while not running.settled_since(end_ns) and time.monotonic() < late_s:
+            time.sleep(0.1)
         window = Window(begin_ns, end_ns, time.time_ns())
         fault.repair(running)
     except RigError:

@@ -17,7 +17,7 @@ def no_action(_: RunningRig) -> None:
 class Fault:
     """One fault.  affected: ids of the viewers that cannot contribute during the fault.  method: of the affected rig.
 
-    long: only in the long form.  after_s: duration of the observation after the fault.  repair: action after that.
+    long: only in the long form.  after_s: shortest observation after the fault.  repair: action after that.
     settle: the fault begins when poses of all viewers arrive after `begin`, as for clocks.
     """
 

@@ -38,7 +38,7 @@ SIDES = (("right", "r", 1.0), ("left", "l", -1.0))
 
 # All values below are chosen by hand.
 LEAST_FLEXION_DEG = 20.0  # of knee or elbow, for the axial rotation of thigh or upper arm: errors grow with 1 / sin
-MOST_MIDDLE_DEG = 75.0  # largest absolute second angle of a sequence: the first and the third have one axis at 90
+FROM_LOCK_DEG = 15.0  # smallest distance of a sequence's second angle from 90, where the first and third have one axis
 ELEVATION_DEG = (20.0, 160.0)  # of the arm, within which its plane of elevation is defined
 
 
@@ -176,6 +176,24 @@ def cardan_angles(axes: str, rotations: Floats) -> Floats:
     return np.stack([first, middle, last], axis=-1)
 
 
+def other_solution(degrees: Floats) -> Floats:
+    """The other three angles (n, 3) of the same rotations about three different axes, in [-180, 180)."""
+    return within_half_a_turn(np.stack([degrees[:, 0] + 180.0, 180.0 - degrees[:, 1], degrees[:, 2] + 180.0], axis=-1))
+
+
+def within_half_a_turn(degrees: Floats) -> Floats:
+    """Angles equal to `degrees` modulo a full turn, in [-180, 180)."""
+    wrapped: Floats = (degrees + 180.0) % 360.0 - 180.0
+    return wrapped
+
+
+def _of_raised_arms(degrees: Floats) -> Floats:
+    """Of both solutions (n, 3) the one with less flexion and adduction: an arm raised sideways has no flexion."""
+    other = other_solution(degrees)
+    nearer = np.abs(other[:, :2]).sum(axis=1) < np.abs(degrees[:, :2]).sum(axis=1)
+    return np.where(nearer[:, None], other, degrees)
+
+
 def _axes_of(part: str) -> Floats:
     """Axes (3, 3) of the segment frame of a part of an anatomy, or of the world ("")."""
     if part.endswith("foot"):
@@ -195,10 +213,12 @@ def _values(angle: ClinicalAngle, rotations: JointRotations) -> Floats:
             return _where((elevation >= ELEVATION_DEG[0]) & (elevation <= ELEVATION_DEG[1]), plane)
         axes = INCLINATION_AXES if angle.joint in INCLINATIONS else JOINT_AXES
         found = np.degrees(cardan_angles(axes, rotation))
+        if angle.joint.endswith("shoulder"):
+            found = _of_raised_arms(found)
         values = angle.sign * found[:, axes.index(angle.axis)]
         if angle.axis == axes[1]:
             return values
-        defined = np.abs(found[:, 1]) <= MOST_MIDDLE_DEG
+        defined = np.abs(np.abs(found[:, 1]) - 90.0) >= FROM_LOCK_DEG
         if angle.hinge:
             if angle.hinge not in rotations:
                 return np.full(len(values), np.nan)

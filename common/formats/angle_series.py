@@ -35,7 +35,7 @@ class BvhPoses:
     segments: Mapping[str, Floats]
 
 
-Source: TypeAlias = PoseTrack | Trajectories | BvhPoses | Mot
+AngleSource: TypeAlias = PoseTrack | Trajectories | BvhPoses | Mot
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class AngleSeries:
     notes: tuple[str, ...] = ()
 
 
-def read_source(path: Path) -> Source:
+def read_source(path: Path) -> AngleSource:
     """Read the poses, joint centres or coordinates of a file, by its suffix, one of FORMATS.  Raises UserError."""
     match path.suffix.lower():
         case ".mot":
@@ -75,7 +75,7 @@ def filled(track: PoseTrack) -> PoseTrack:
     return every_frame(track, int(track.frames[0]))
 
 
-def has_rigid_trunk(source: Source) -> bool:
+def has_rigid_trunk(source: AngleSource) -> bool:
     """Whether the trunk is one part: poses of ten parts, and joint centres without `Waist`."""
     match source:
         case PoseTrack():
@@ -85,7 +85,7 @@ def has_rigid_trunk(source: Source) -> bool:
     return False
 
 
-def angle_series(source: Source, path: Path, *, rigid_trunk: bool) -> AngleSeries:
+def angle_series(source: AngleSource, path: Path, *, rigid_trunk: bool) -> AngleSeries:
     """Angles of a file's poses.  path: for errors.  Raises UserError.
 
     rigid_trunk: measure hips and shoulders against a trunk that is one part, for comparison with poses that have no more.

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.common.body.clinical_angles import ANGLES
+from zenocap.common.body.clinical_angles import ANGLES, other_solution, within_half_a_turn
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries, angle_series, filled, has_rigid_trunk, read_source
 from zenocap.common.formats.pose_track import PoseTrack, inside
@@ -108,6 +108,7 @@ def compared(
         raise UserError(f"{take_path.name} and {truth_path.name} have no pose in the same frame: check --offset")
     expected = {name: np.where(both, values[truth_at], np.nan) for name, values in truth.angles.items()}
     found = {name: np.where(both, values[take_at], np.nan) for name, values in take.angles.items()}
+    found |= _nearest_solutions(found, expected)
     angles, not_compared = {}, {}
     curves: tuple[dict[str, Floats], dict[str, Floats]] = ({}, {})
     for name in (angle.name for angle in ANGLES):
@@ -172,12 +173,6 @@ def error_of(take: Floats, truth: Floats) -> AngleError:
     )
 
 
-def within_half_a_turn(degrees: Floats) -> Floats:
-    """Angles equal to `degrees` modulo a full turn, in [-180, 180)."""
-    wrapped: Floats = (degrees + 180.0) % 360.0 - 180.0
-    return wrapped
-
-
 def angle_lines(found: AngleAccuracy) -> list[str]:
     """Table of the errors, for a terminal."""
     lines = [
@@ -197,6 +192,23 @@ def angle_lines(found: AngleAccuracy) -> list[str]:
     lines += [f"note: {note}" for note in found.notes]
     lines.append(f"convention: {found.convention}")
     return lines
+
+
+def _nearest_solutions(found: Mapping[str, Floats], expected: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Flexion, adduction and rotation of the take's shoulders: of both solutions the one nearer to the truth's."""
+    result: dict[str, Floats] = {}
+    for side in "rl":
+        names = [f"shoulder_{name}_{side}" for name in ("flexion", "adduction", "rotation")]
+        if not all(name in found and name in expected for name in names):
+            continue
+        one, truth = (np.stack([angles[name] for name in names], axis=-1) for angles in (found, expected))
+        other = other_solution(one)
+        distance, other_distance = (
+            np.nansum(np.abs(within_half_a_turn(three - truth))[:, :2], axis=1) for three in (one, other)
+        )
+        nearer = np.where((other_distance < distance)[:, None], other, one)
+        result |= {name: nearer[:, k] for k, name in enumerate(names)}
+    return result
 
 
 def _nearest(times_s: Floats, wanted_s: Floats, tolerance_s: float) -> Ints:

@@ -11,8 +11,8 @@ from tests.support.angle_cases import posed
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.clinical_angles import (
     ANGLES,
+    FROM_LOCK_DEG,
     LEAST_FLEXION_DEG,
-    MOST_MIDDLE_DEG,
     cardan_angles,
     clinical_angles,
     joint_rotations,
@@ -54,6 +54,12 @@ CASES = {
     ),
     "right arm sideways": ({"right_shoulder.z": -60}, {"shoulder_adduction_r": -60, "shoulder_elevation_r": 60}),
     "left arm sideways": ({"left_shoulder.z": 60}, {"shoulder_adduction_l": -60, "shoulder_elevation_l": 60}),
+    "right arm raised sideways": ({"right_shoulder.z": -130}, {"shoulder_adduction_r": -130, "shoulder_elevation_r": 130}),
+    "left arm raised sideways": ({"left_shoulder.z": 150}, {"shoulder_adduction_l": -150, "shoulder_elevation_l": 150}),
+    "left arm raised forward": (
+        {"left_shoulder.x": 140},
+        {"shoulder_flexion_l": 140, "shoulder_elevation_l": 140, "shoulder_plane_l": 90},
+    ),
     "arms rotated inward": (
         {**BENT_ELBOWS, "right_shoulder.y": -20, "left_shoulder.y": 20},
         {"elbow_flexion_r": 30, "elbow_flexion_l": 30, "shoulder_rotation_r": 20, "shoulder_rotation_l": 20},
@@ -118,7 +124,8 @@ def test_an_axial_rotation_needs_a_flexed_hinge() -> None:
 
 
 def test_flexion_of_an_arm_stretched_sideways_is_not_defined() -> None:
-    for adduction, defined in ((MOST_MIDDLE_DEG - 1, True), (MOST_MIDDLE_DEG + 1, False)):
+    nearest = 90.0 - FROM_LOCK_DEG
+    for adduction, defined in ((nearest - 1, True), (nearest + 1, False), (179 - nearest, False), (181 - nearest, True)):
         found = clinical_angles(joint_rotations(TEN_PARTS, posed(TEN_PARTS, {"right_shoulder.z": -adduction})))
         assert np.isfinite(found["shoulder_flexion_r"][0]) == defined
         assert found["shoulder_elevation_r"][0] == pytest.approx(adduction)

@@ -16,6 +16,7 @@ from tests.tools.dataset.test_generate import TAKE as POSTURE
 from tests.tools.dataset.test_generate import short_timeline
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.clinical_angles import within_half_a_turn
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries
 from zenocap.common.formats.pose_track import Bound
@@ -28,7 +29,6 @@ from zenocap.tools.recordings.evaluate_angles import (
     compared,
     error_of,
     paired_rows,
-    within_half_a_turn,
 )
 
 ALL = Selection()
@@ -72,6 +72,17 @@ def test_differences_are_within_half_a_turn_and_curves_continuous() -> None:
     assert (error.range_truth_deg, error.range_take_deg) == (45.0, 45.0)
     np.testing.assert_allclose(curves.truth["knee_flexion_r"], [160.0, 175.0, 190.0, 205.0])
     np.testing.assert_allclose(within_half_a_turn(np.array([190.0, -190.0, 10.0])), [-170.0, 170.0, 10.0])
+
+
+def test_the_solution_of_the_shoulder_nearer_to_the_truth_is_compared() -> None:
+    """Flexion 100, adduction -60 and rotation 20 are the same rotation as -80, -120 and -160."""
+    names = ("shoulder_flexion_r", "shoulder_adduction_r", "shoulder_rotation_r")
+    knee = np.zeros(2)
+    one, other = ((100.0, -60.0, 20.0), (-80.0, -120.0, -160.0))
+    take = series(knee, **{name: np.full(2, value) for name, value in zip(names, one, strict=True)})
+    truth = series(knee, **{name: np.full(2, value) for name, value in zip(names, other, strict=True)})
+    found = errors(take, truth)
+    assert [found.angles[name].rms_deg for name in names] == [0.0, 0.0, 0.0]
 
 
 def test_rows_without_pose_are_not_compared_and_their_share_is_stated() -> None:

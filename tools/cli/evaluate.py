@@ -68,7 +68,7 @@ def evaluate(
         raise typer.BadParameter(f"--plot {plot}: draws joint angles: allowed: with --angles, or a truth of another format")
     with one_line_errors(), progress(f"reading {take}"):
         from zenocap.common.errors import UserError
-        from zenocap.common.formats.take_poses import read_poses
+        from zenocap.common.formats.take_poses import read_poses, summary_of
         from zenocap.tools.recordings.evaluate import Selection, accuracy
 
         allowed = ANGLES if use_angles else CENTRES
@@ -95,11 +95,12 @@ def evaluate(
 
             scored = accuracy(poses.trajectories(), read_centres(truth), selection)
             result, lines = asdict(scored), _centre_lines(scored)
+        cuts = [cut for cut in (poses.cut, summary_of(truth).cut if suffix == ".mcap" else None) if cut]
     for line in [json.dumps(result)] if as_json else lines:
         typer.echo(line)
-    if poses.cut:
-        typer.echo(f"lost: {poses.cut}", err=True)
-    raise typer.Exit(LOSS if poses.cut else DONE)
+    for cut in cuts:
+        typer.echo(f"lost: {cut}", err=True)
+    raise typer.Exit(LOSS if cuts else DONE)
 
 
 def _centre_lines(found: Accuracy) -> list[str]:

@@ -217,6 +217,17 @@ def test_two_takes_of_different_bodies_are_compared_as_the_poorer_one(tmp_path: 
         assert found["angles"]["hip_flexion_l"]["rms_deg"] < 3.0
 
 
+def test_a_cut_take_is_reported_on_either_side(walk: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(walk.read_bytes()[:-100])
+    for take, truth in ((walk, cut), (cut, walk)):
+        status, text, problems = zenocap("evaluate", take, "--truth", truth)
+        assert status == 3
+        assert text.startswith("frames ")
+        assert "lost: " in problems
+        assert "cut.mcap" in problems
+
+
 def test_joint_centres_of_two_takes_and_of_a_skeleton_are_compared(walk: Path) -> None:
     for suffix in (".trc", ".bvh", ".mcap"):
         options = ["--centres"] if suffix != ".trc" else []

@@ -111,7 +111,7 @@ class Take:
         axes: Axes = "y-up",
         unit: Unit | None = None,
     ) -> Exported:
-        """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d or .csv.
+        """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv or .mot.
 
         fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
         format's usual one.  The file appears whole or not at all.  Raises UserError.

@@ -57,12 +57,12 @@ def centres_of(file: Bvh, path: Path, axes: Axes | None = None, unit: Unit | Non
     at = roles_of(file.names, path)
     points = {role: file.points[:, k] for role, k in at.items()}
     to_metres = 1.0 / PER_METRE[unit] if unit else _to_metres(points, path)
-    to_y_up = MATRICES[axes].T if axes else _to_y_up(points)
+    to_y_up = MATRICES[axes].T if axes else to_y_up_of(points)
     centres = {role: place @ (to_metres * to_y_up).T for role, place in points.items()}
     centres["Hip"] = 0.5 * (centres["RHip"] + centres["LHip"])
     centres["Neck"] = 0.5 * (centres["RShoulder"] + centres["LShoulder"])
     trunk, standing = centres["Neck"] - centres["Hip"], _standing(centres)
-    pelvis = _common_ancestor(file.parents, at["RHip"], at["LHip"])
+    pelvis = common_ancestor(file.parents, at["RHip"], at["LHip"])
     upward = _fixed_line(to_y_up @ file.rotations[:, pelvis], trunk, standing)
     centres["Waist"] = centres["Hip"] + WAIST * np.linalg.norm(trunk, axis=1, keepdims=True) * upward
     end = _bone_end(file, at["Head"])
@@ -98,7 +98,9 @@ def roles_of(names: tuple[str, ...], path: Path) -> dict[str, int]:
     missing = [role for role in required if role not in found]
     if missing:
         joint_names = ", ".join(name for name in names if not name.endswith(END))
-        raise UserError(f"{path}: no joint for {', '.join(missing)}; there are: {joint_names[:600]}")
+        known = ", ".join(STEMS.get(missing[0].lstrip("RL"), ("head",)))
+        allowed = f"allowed for {missing[0]}{'' if missing[0] == 'Head' else ', with its side'}: {known}"
+        raise UserError(f"{path}: no joint for {', '.join(missing)}; there are: {joint_names[:600]}; {allowed}")
     return found
 
 
@@ -134,7 +136,7 @@ def _median_length(vectors: Floats) -> float:
     return float(np.median(np.linalg.norm(vectors, axis=1)))
 
 
-def _to_y_up(points: Mapping[str, Floats]) -> Floats:
+def to_y_up_of(points: Mapping[str, Floats]) -> Floats:
     """Matrix (3, 3) from the file's axes to Y up: up is from ankles to shoulders, and knees point forward."""
     ankles, shoulders = points["RAnkle"] + points["LAnkle"], points["RShoulder"] + points["LShoulder"]
     up = np.mean(shoulders - ankles, axis=0)
@@ -168,7 +170,7 @@ def _fixed_line(rotations: Floats, direction: Floats, standing: Bools) -> Floats
     return carried
 
 
-def _common_ancestor(parents: tuple[int, ...], one: int, other: int) -> int:
+def common_ancestor(parents: tuple[int, ...], one: int, other: int) -> int:
     while one != other:  # parents come before their children
         one, other = (parents[one], other) if one > other else (one, parents[other])
     return one

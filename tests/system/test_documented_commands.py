@@ -120,7 +120,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "recordings").mkdir()
     for copy in COPIES:
         shutil.copy(place / "walk.mcap", place / copy)
-    for export in ("walk1.bvh", "walk2.bvh", "walk/truth.trc"):
+    for export in ("walk1.bvh", "walk2.bvh", "walk/truth.trc", "walk/angles.mot"):
         status, output = zenocap(["export", "walk.mcap", "--to", Path(export).suffix[1:], "-o", export], place)
         assert status == DONE, output
     return place

@@ -13,17 +13,18 @@ from zenocap.tools.cli.progress import progress
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.recordings.export import Format
 
-FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv")
+FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot")
+WITHOUT_POSE = {"bvh": "last pose repeated", "mot": "left out"}
 
 
 def export(
     take: TakePath,
     output: OutputOption,
     to: Annotated[
-        Literal["trc", "bvh", "c3d", "csv"] | None,
+        Literal["trc", "bvh", "c3d", "csv", "mot"] | None,
         typer.Option(
             help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
-            "csv: joint angles, scores and joint centres."
+            "csv: joint angles, scores and joint centres. mot: OpenSim's coordinates."
         ),
     ] = None,
     fps: Annotated[
@@ -37,19 +38,20 @@ def export(
     ] = "y-up",
     units: Annotated[
         Literal["m", "cm", "mm"] | None,
-        typer.Option(help="Unit of length; default: m in trc and csv, cm in bvh, mm in c3d."),
+        typer.Option(help="Unit of length; default: m in trc, csv and mot, cm in bvh, mm in c3d."),
     ] = None,
     angles: Annotated[Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv.")] = "deg",
     *,
     span: FrameRange,
 ) -> None:
-    """Export the poses of a take to BVH, TRC, C3D or CSV, for Blender, OpenSim and others.
+    """Export the poses of a take to BVH, TRC, C3D, CSV or MOT, for Blender, OpenSim and others.
 
     An existing output is replaced, by the complete file or not at all.
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
-    csv: one row per frame. Frame k of a video is frame k of every file: in bvh and c3d, rows count from frame 0, or from
-    --from. Rows are blank while the person is lost; bvh repeats the last pose.
+    csv: one row per frame. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
+    of every file: in bvh and c3d, rows count from frame 0, or from --from. Rows are blank while the person is lost; bvh
+    repeats the last pose, mot leaves the row out.
 
     --fps puts rows at exact multiples of 1/fps s: positions are interpolated linearly, joints along the shortest rotation;
     gaps of more than 0.25 s stay empty. (--to is the format, so the end of a range is --until.)
@@ -62,7 +64,8 @@ def export(
     start, end = span.bounds()
     to = to or next((name for name in FORMATS if output.suffix.lower() == f".{name}"), None)
     if to is None:
-        raise typer.BadParameter(f"--output {output}: allowed: a name ending in .trc, .bvh, .c3d or .csv, or any with --to")
+        allowed = ", ".join(f".{name}" for name in FORMATS)
+        raise typer.BadParameter(f"--output {output}: allowed: a name ending in {allowed}, or any with --to")
     with one_line_errors(), progress(f"exporting {take}"):
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
@@ -72,9 +75,7 @@ def export(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
     if written.empty:
-        typer.echo(
-            f"note: {written.empty} frames without pose: {'last pose repeated' if to == 'bvh' else 'blank'}", err=True
-        )
+        typer.echo(f"note: {written.empty} frames without pose: {WITHOUT_POSE.get(to, 'blank')}", err=True)
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
     raise typer.Exit(LOSS if written.cut else DONE)

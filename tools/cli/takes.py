@@ -1,4 +1,4 @@
-"""Commands that read takes: info, evaluate, recover."""
+"""Commands that read takes: info, recover."""
 
 from __future__ import annotations
 
@@ -36,46 +36,6 @@ def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> No
     if found.cut:
         typer.echo(f"lost: {found.cut}", err=True)
     raise typer.Exit(LOSS if found.cut else DONE)
-
-
-def evaluate(
-    take: TakePath,
-    truth: Annotated[
-        Path, typer.Option(metavar="FILE.trc", help="Ground truth: joint centres in a TRC file.", show_default=False)
-    ],
-    every: Annotated[int, typer.Option(min=1, help="Score every Nth frame, for a take at 1/N of the truth's rate.")] = 1,
-    offset: Annotated[int, typer.Option(help="Frame number of the take minus that of the truth.")] = 0,
-    as_json: JsonOption = False,
-    *,
-    span: FrameRange,
-) -> None:
-    """Measure the error of a take's joint centres against ground truth: MPJPE, RMSE, shape error, share of lost ones.
-
-    mpjpe_mm, rmse_mm and median_mm are distances (mm) over all joints of all frames. shape_mm is the RMS distance without
-    each joint's constant offset in the person's pelvis frame, because two bodies do not define their joints alike.
-    lost_pct is the share of joints without estimate or more than 250 mm away. --from and --until are frames of the truth.
-
-    Example: `zenocap evaluate walk.mcap --truth clips/walk/truth.trc --from 99`
-    """
-    first, last = span.bounds()
-    with one_line_errors(), progress(f"reading {take}"):
-        from zenocap.common.formats.take_poses import read_poses
-        from zenocap.common.formats.trc import read_trc
-        from zenocap.tools.recordings.evaluate import Selection, accuracy
-
-        poses = read_poses(checked_take(take))
-        found = accuracy(poses.trajectories(), read_trc(truth), Selection(first, last, every, offset))
-    if as_json:
-        typer.echo(json.dumps(asdict(found)))
-    else:
-        for name in ("frames", "joints"):
-            typer.echo(f"{name:10} {getattr(found, name)}")
-        for name in ("mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
-            typer.echo(f"{name:10} {getattr(found, name):.2f}")
-        typer.echo("joints mm  " + "  ".join(f"{name} {value:.0f}" for name, value in found.per_joint_mm.items()))
-    if poses.cut:
-        typer.echo(f"lost: {poses.cut}", err=True)
-    raise typer.Exit(LOSS if poses.cut else DONE)
 
 
 def recover(

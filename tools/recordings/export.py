@@ -1,4 +1,4 @@
-"""`zenocap export`: poses of a take as TRC, BVH, C3D or CSV."""
+"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV or MOT."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -9,15 +9,17 @@ import numpy as np
 
 from zenocap.common.errors import UserError
 from zenocap.common.formats.csv import Angle, write_csv
+from zenocap.common.formats.mot import write_mot
+from zenocap.common.formats.opensim_coordinates import FRAMES, coordinates_of
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame
 from zenocap.common.formats.resampling import resampled
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.formats.trc import write_trc
 
-Format = Literal["trc", "bvh", "c3d", "csv"]
-UNITS: dict[Format, Unit] = {"trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m"}  # customary units
-NUMBERED: tuple[Format, ...] = ("trc", "csv")  # rows have frame numbers; in the others row k is frame k
+Format = Literal["trc", "bvh", "c3d", "csv", "mot"]
+UNITS: dict[Format, Unit] = {"trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m"}  # customary units
+NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers or times; in the others row k is frame k
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     poses = read_poses(take)
     track = selected(poses.track(), options)
     unit = options.unit or UNITS[options.to]
+    _check(output, track, options, unit)
     try:
         _write(output, track, options, unit)
     except OSError as error:
@@ -76,12 +79,26 @@ def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
     return every_frame(track, first)
 
 
+def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
+    """Raise UserError for what OpenSim cannot read: another unit, an axis other than Y up, or a file without rows."""
+    if options.to != "mot":
+        return
+    if unit != UNITS["mot"]:
+        raise UserError(f"{output}: units {unit}: allowed in mot: {UNITS['mot']}")
+    if options.axes not in FRAMES:
+        raise UserError(f"{output}: axes {options.axes}: allowed in mot: {', '.join(FRAMES)}")
+    if not track.known.any():
+        raise UserError(f"{output}: the person is lost in every frame: no row to write")
+
+
 def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
     match options.to:
         case "trc":
             write_trc(output, track.trajectories(), axes=options.axes, unit=unit)
         case "csv":
             write_csv(output, track, axes=options.axes, unit=unit, angle=options.angle)
+        case "mot":
+            write_mot(output, *coordinates_of(track, options.axes))
         case "bvh":
             from zenocap.common.formats.bvh_writer import write_bvh
 

@@ -1,0 +1,151 @@
+"""OpenSim's generalized coordinates as joint rotations, and back.
+
+Names and rotation orders are those of the models gait2392, Rajagopal 2015 and Pose2Sim: hip_flexion, hip_adduction,
+hip_rotation about Z, X, Y of frames with X to the front, Y up and Z to the right, with X and Y reversed on the left side;
+arm_flex, arm_add, arm_rot and the lumbar and neck joints likewise.  Knee, ankle and elbow are hinges about Z here; the
+models' axes are oblique by a few degrees.  The signs were checked against triangulated key points of the clip real_beam4.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.common.body.clinical_angles import JOINT_AXES, SIDES, JointRotations, joint_rotations
+from zenocap.common.body.rotations import euler_to_matrix, matrix_to_euler
+from zenocap.common.errors import UserError
+from zenocap.common.formats.mot import Mot
+from zenocap.common.formats.pose_track import PoseTrack
+from zenocap.common.formats.trajectories import MATRICES, Axes, convert
+
+FRAMES: tuple[Axes, ...] = ("y-up", "opensim")  # axes with Y up, as OpenSim's ground
+VERTEBRAE = ("L5_S1", "L4_L5", "L3_L4", "L2_L3", "L1_L2", "L1_T12")
+# Knees below this that never flex as much the other way: the model counts flexion negative (gait2392).  Chosen by hand,
+# beyond any hyperextension.
+NEGATIVE_KNEE_DEG = -20.0
+
+
+@dataclass(frozen=True)
+class CoordinateTriple:
+    """Coordinates about Z, X and Y of one joint, or about Z only.  signs: of the rotations about the axes."""
+
+    names: tuple[str, ...]
+    signs: tuple[float, ...] = (1.0, 1.0, 1.0)
+
+    @property
+    def axes(self) -> str:
+        """Rotation axes, outermost first."""
+        return JOINT_AXES[: len(self.names)]
+
+
+def _limbs(side: str, letter: str, out: float) -> dict[str, tuple[CoordinateTriple, ...]]:
+    """Joints of one side.  out: 1 for the right, -1 for the left."""
+    signs = (1.0, out, out)
+    hip = tuple(f"hip_{name}_{letter}" for name in ("flexion", "adduction", "rotation"))
+    arm = tuple(f"arm_{name}_{letter}" for name in ("flex", "add", "rot"))
+    return {
+        f"{side}_hip": (CoordinateTriple(hip, signs),),
+        f"{side}_knee": (CoordinateTriple((f"knee_angle_{letter}",), (-1.0,)),),
+        f"{side}_ankle": (CoordinateTriple((f"ankle_angle_{letter}",), (1.0,)),),
+        f"{side}_shoulder": (CoordinateTriple(arm, signs),),
+        f"{side}_elbow": (CoordinateTriple((f"elbow_flex_{letter}",), (1.0,)),),
+    }
+
+
+PELVIS = CoordinateTriple(("pelvis_tilt", "pelvis_list", "pelvis_rotation"))
+POSITION = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
+LUMBAR = CoordinateTriple(("lumbar_extension", "lumbar_bending", "lumbar_rotation"))
+SPINE = tuple(CoordinateTriple((f"{name}_Flex_Ext", f"{name}_Lat_Bending", f"{name}_axial_rotation")) for name in VERTEBRAE)
+NECK = CoordinateTriple(("neck_flexion", "neck_bending", "neck_rotation"))
+# By joint: alternatives, each a chain of triples from the proximal to the distal segment.
+JOINTS: Mapping[str, tuple[tuple[CoordinateTriple, ...], ...]] = {
+    "pelvis": ((PELVIS,),),
+    "trunk": ((LUMBAR,), SPINE),
+    "neck": ((NECK,),),
+} | {joint: (chain,) for side in SIDES for joint, chain in _limbs(*side).items()}
+
+
+def rotations_of(mot: Mot, path: Path) -> tuple[dict[str, Floats], tuple[str, ...]]:
+    """Joint rotations (n, 3, 3) of the known coordinates, and notes about assumptions.
+
+    A joint needs its first coordinate, about Z; missing ones about X and Y are 0.  path: for errors.  Raises UserError
+    when no coordinate is known.
+    """
+    rotations: dict[str, Floats] = {}
+    notes = []
+    for joint, alternatives in JOINTS.items():
+        chain = next((chain for chain in alternatives if all(triple.names[0] in mot.columns for triple in chain)), None)
+        if chain is None:
+            continue
+        if missing := [name for triple in chain for name in triple.names if name not in mot.columns]:
+            notes.append(f"no {', '.join(missing)} in {path.name}: taken as 0")
+        rotation: Floats = np.broadcast_to(np.eye(3), (len(mot.times_s), 3, 3))
+        for triple in chain:
+            rotation = rotation @ _rotation(mot, triple)
+        if joint.endswith("_knee") and _flexion_is_negative(mot):
+            rotation = np.swapaxes(rotation, 1, 2)
+        rotations[joint] = rotation
+    if not rotations:
+        allowed = [alternatives[0][0].names[0] for alternatives in JOINTS.values()]
+        columns = ", ".join(mot.columns)[:200]
+        raise UserError(f"{path}: no known coordinate: {columns}: allowed: one or more of {', '.join(allowed)}")
+    if _flexion_is_negative(mot):
+        notes.append(f"knee_angle is negative in flexion in {path.name}, as in gait2392: its sign is reversed")
+    if "pelvis" in rotations and "trunk" in rotations:
+        rotations["trunk_inclination"] = rotations["pelvis"] @ rotations["trunk"]
+    return rotations, tuple(notes)
+
+
+def coordinates_of(track: PoseTrack, axes: Axes = "opensim") -> tuple[Floats, dict[str, Floats]]:
+    """Times (m,) in seconds and coordinates by name, (m,) degrees and metres, of the m rows with a pose.
+
+    axes: of the ground, one of FRAMES.  pelvis_tx ... is midway between the hips.  The trunk of ten parts is the pelvis,
+    with a lumbar joint at 0; there are no ankles then.  Raises ValueError for other axes.
+    """
+    if axes not in FRAMES:
+        raise ValueError(f"axes {axes!r}: allowed: {', '.join(FRAMES)}")
+    rows = np.flatnonzero(track.known)
+    rotations: JointRotations = joint_rotations(track.anatomy, track.angles[rows])
+    found = dict(rotations)
+    found.setdefault("pelvis", found["trunk_inclination"])
+    found.setdefault("trunk", np.tile(np.eye(3), (len(rows), 1, 1)))
+    found["pelvis"] = MATRICES[axes] @ MATRICES["opensim"].T @ found["pelvis"]
+    centres = track.trajectories()
+    hips = convert(centres.points[rows, centres.names.index("Hip")], axes)
+    columns: dict[str, Floats] = {}
+    for joint, alternatives in JOINTS.items():
+        if joint in found:
+            (triple,) = alternatives[0]
+            columns |= _coordinates(triple, found[joint])
+        if joint == "pelvis":
+            columns |= {name: hips[:, k] for k, name in enumerate(POSITION)}
+    return track.times_s[rows], columns
+
+
+def _rotation(mot: Mot, triple: CoordinateTriple) -> Floats:
+    zero = np.zeros(len(mot.times_s))
+    values = np.stack(
+        [sign * mot.columns.get(name, zero) for name, sign in zip(triple.names, triple.signs, strict=True)], 1
+    )
+    return euler_to_matrix(triple.axes, np.radians(values) if mot.in_degrees else values)
+
+
+def _coordinates(triple: CoordinateTriple, rotations: Floats) -> dict[str, Floats]:
+    """Coordinates in degrees, each row nearest to the one before."""
+    angles, near = np.empty((len(rotations), 3)), np.zeros((1, 3))
+    for row in range(len(rotations)):
+        near = matrix_to_euler(JOINT_AXES, rotations[row : row + 1], near)
+        angles[row] = near
+    return {
+        name: np.degrees(sign * angles[:, k]) for k, (name, sign) in enumerate(zip(triple.names, triple.signs, strict=True))
+    }
+
+
+def _flexion_is_negative(mot: Mot) -> bool:
+    knees = [mot.columns[name] for name in ("knee_angle_r", "knee_angle_l") if name in mot.columns]
+    if not knees:
+        return False
+    values = np.concatenate(knees) if mot.in_degrees else np.degrees(np.concatenate(knees))
+    return bool(values.min() < NEGATIVE_KNEE_DEG and values.max() < -NEGATIVE_KNEE_DEG)

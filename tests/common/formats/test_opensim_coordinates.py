@@ -1,0 +1,139 @@
+"""OpenSim's coordinates: the same angles back, and the same directions as key points of the same video."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.common.formats.test_mot import ANGLES
+from tests.support.angle_cases import posed, track_of_angles, walking_person
+from tests.support.places import CLIPS
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.clinical_angles import clinical_angles, joint_rotations
+from zenocap.common.body.rotations import unit
+from zenocap.common.errors import UserError
+from zenocap.common.formats.mot import Mot, read_mot
+from zenocap.common.formats.opensim_coordinates import VERTEBRAE, coordinates_of, rotations_of
+from zenocap.common.formats.trajectories import Axes
+from zenocap.common.formats.trc import read_trc
+
+PATH = Path("angles.mot")
+BOTH = (TEN_PARTS, FOURTEEN_PARTS)
+
+
+def mot(columns: dict[str, Floats | list[float]], in_degrees: bool = True) -> Mot:
+    values = {name: np.asarray(column, dtype=np.float64) for name, column in columns.items()}
+    count = len(next(iter(values.values())))
+    return Mot(np.arange(count) / 60.0, values, in_degrees, 60.0)
+
+
+@pytest.mark.parametrize("axes", ["opensim", "y-up"])
+@pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
+def test_coordinates_of_a_walk_give_its_angles_back(anatomy: Anatomy, axes: Axes) -> None:
+    track = walking_person(anatomy, 20)
+    _, columns = coordinates_of(track, axes)
+    rotations, notes = rotations_of(mot(columns), PATH)
+    found, expected = clinical_angles(rotations), clinical_angles(joint_rotations(anatomy, track.angles))
+    assert notes == ()
+    for name, values in expected.items():
+        np.testing.assert_allclose(found[name], values, atol=1e-6, err_msg=name)
+
+
+def test_coordinates_are_in_degrees_with_opensims_signs() -> None:
+    changes = {
+        "right_knee.x": -30, "left_knee.x": -40, "right_hip.x": 25, "left_hip.z": -10, "right_ankle.x": 12,
+        "left_elbow.x": 50, "right_shoulder.x": 35, "waist.x": 20, "neck.x": 8,
+    }  # fmt: skip
+    angles = posed(FOURTEEN_PARTS, changes)
+    _, found = coordinates_of(track_of_angles(FOURTEEN_PARTS, np.zeros((1, 3)), angles))
+    expected = {
+        "knee_angle_r": 30, "knee_angle_l": 40, "hip_flexion_r": 25, "hip_adduction_l": 10, "ankle_angle_r": 12,
+        "elbow_flex_l": 50, "arm_flex_r": 35, "lumbar_extension": -20, "neck_flexion": -8,
+    }  # fmt: skip
+    for name, (value,) in found.items():
+        if not name.startswith("pelvis_t"):
+            assert value == pytest.approx(expected.get(name, 0.0), abs=1e-9), name
+    assert found["pelvis_tilt"][0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_person_who_faces_x_of_opensim_has_no_pelvis_rotation() -> None:
+    track = track_of_angles(FOURTEEN_PARTS, np.array([[1.0, 0.95, 2.0]]), posed(FOURTEEN_PARTS, {}))
+    _, found = coordinates_of(track, "opensim")
+    assert found["pelvis_rotation"][0] == pytest.approx(0.0, abs=1e-9)
+    position = [found[f"pelvis_t{axis}"][0] for axis in "xyz"]
+    np.testing.assert_allclose(position, [2.0, 0.93, -1.0], atol=1e-9)  # the hips of this body are 2 cm below the navel
+    _, found = coordinates_of(track, "y-up")
+    assert found["pelvis_rotation"][0] == pytest.approx(-90.0, abs=1e-9)
+
+
+def test_rows_without_pose_are_left_out_and_other_axes_an_error() -> None:
+    track = walking_person(TEN_PARTS, 6, lost=(2, 3))
+    times_s, columns = coordinates_of(track)
+    np.testing.assert_allclose(times_s, np.array([0, 1, 4, 5]) / 30.0)
+    assert all(len(column) == 4 for column in columns.values())
+    with pytest.raises(ValueError, match="axes 'z-up': allowed: y-up, opensim"):
+        coordinates_of(track, "z-up")
+
+
+def test_radians_are_converted() -> None:
+    rotations, _ = rotations_of(mot({"elbow_flex_r": [np.pi / 4]}, in_degrees=False), PATH)
+    assert clinical_angles(rotations)["elbow_flexion_r"][0] == pytest.approx(45.0)
+
+
+def test_joints_of_the_spine_add_up() -> None:
+    columns = {f"{name}_{axis}": [0.0] for name in VERTEBRAE for axis in ("Flex_Ext", "Lat_Bending", "axial_rotation")}
+    columns |= {f"{name}_Lat_Bending": [2.0] for name in VERTEBRAE}
+    rotations, notes = rotations_of(mot(columns), PATH)
+    assert clinical_angles(rotations)["trunk_bending"][0] == pytest.approx(12.0)
+    assert notes == ()
+
+
+def test_missing_coordinates_of_a_joint_are_zero_with_a_note() -> None:
+    rotations, notes = rotations_of(mot({"hip_flexion_r": [20.0]}), PATH)
+    found = clinical_angles(rotations)
+    assert found["hip_flexion_r"][0] == pytest.approx(20.0)
+    assert found["hip_adduction_r"][0] == pytest.approx(0.0)
+    assert notes == ("no hip_adduction_r, hip_rotation_r in angles.mot: taken as 0",)
+
+
+def test_knees_that_flex_to_negative_angles_are_reversed_with_a_note() -> None:
+    rotations, notes = rotations_of(mot({"knee_angle_r": [-5.0, -60.0], "knee_angle_l": [4.0, -10.0]}), PATH)
+    np.testing.assert_allclose(clinical_angles(rotations)["knee_flexion_r"], [5.0, 60.0])
+    assert notes == ("knee_angle is negative in flexion in angles.mot, as in gait2392: its sign is reversed",)
+    rotations, notes = rotations_of(mot({"knee_angle_r": [-5.0, 60.0]}), PATH)
+    np.testing.assert_allclose(clinical_angles(rotations)["knee_flexion_r"], [-5.0, 60.0])
+    assert notes == ()
+
+
+def test_a_file_without_a_known_coordinate_is_an_error() -> None:
+    with pytest.raises(UserError, match=r"angles\.mot: no known coordinate: rotor, flap: allowed: .*hip_flexion_r"):
+        rotations_of(mot({"rotor": [1.0], "flap": [2.0]}), PATH)
+
+
+@pytest.mark.clips
+@pytest.mark.skipif(not ANGLES.exists(), reason="the test clips are not beside the project")
+def test_directions_of_the_reference_agree_with_triangulated_key_points() -> None:
+    """Mean angle between segments of OpenSim's inverse kinematics and lines between the key points it was computed from."""
+    rotations, notes = rotations_of(read_mot(ANGLES), ANGLES)
+    points = read_trc(CLIPS / "real_beam4" / "reference.trc")
+    at = {name: points.points[:, k] for k, name in enumerate(points.names)}
+    pelvis, trunk = rotations["pelvis"], rotations["trunk_inclination"]
+    assert notes == ()
+    assert _between(trunk[:, :, 1], 2.0 * at["Neck"] - at["RHip"] - at["LHip"]) < 8.0
+    assert _between(trunk[:, :, 2], at["RShoulder"] - at["LShoulder"]) < 8.0
+    for letter, side in (("R", "right"), ("L", "left")):
+        thigh = pelvis @ rotations[f"{side}_hip"]
+        shank = thigh @ rotations[f"{side}_knee"]
+        arm = trunk @ rotations[f"{side}_shoulder"]
+        forearm = arm @ rotations[f"{side}_elbow"]
+        assert _between(-thigh[:, :, 1], at[f"{letter}Knee"] - at[f"{letter}Hip"]) < 8.0
+        assert _between(-shank[:, :, 1], at[f"{letter}Ankle"] - at[f"{letter}Knee"]) < 8.0
+        assert _between((shank @ rotations[f"{side}_ankle"])[:, :, 0], at[f"{letter}BigToe"] - at[f"{letter}Heel"]) < 18.0
+        assert _between(-arm[:, :, 1], at[f"{letter}Elbow"] - at[f"{letter}Shoulder"]) < 12.0
+        assert _between(-forearm[:, :, 1], at[f"{letter}Wrist"] - at[f"{letter}Elbow"]) < 18.0
+
+
+def _between(one: Floats, other: Floats) -> float:
+    """Mean angle, degrees."""
+    return float(np.degrees(np.arccos(np.clip(np.sum(unit(one) * unit(other), axis=1), -1.0, 1.0))).mean())

@@ -1,0 +1,111 @@
+"""The command that compares a take with ground truth, with another system or another take: evaluate."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenocap.tools.cli.frame_range import FrameRange
+from zenocap.tools.cli.options import DONE, LOSS, JsonOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.progress import progress
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.tools.recordings.evaluate import Accuracy
+
+CENTRES = (".trc", ".bvh", ".mcap")  # suffixes of files with joint centres; the first one's are compared by default
+ANGLES = (".mot", ".bvh", ".trc", ".mcap")
+
+
+def evaluate(
+    take: TakePath,
+    truth: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="Ground truth: joint centres (.trc), skeleton (.bvh), OpenSim coordinates (.mot), or a take (.mcap).",
+            show_default=False,
+        ),
+    ],
+    every: Annotated[int, typer.Option(min=1, help="Score every Nth frame, for a take at 1/N of the truth's rate.")] = 1,
+    offset: Annotated[int, typer.Option(help="Frame number of the take minus that of the truth.")] = 0,
+    angles: Annotated[
+        bool | None,
+        typer.Option(
+            "--angles/--centres",
+            help="Compare joint angles, or joint centres; default: centres for .trc, angles for the others.",
+            show_default=False,
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the angles over time (PNG, JPG, PDF, SVG).", show_default=False),
+    ] = None,
+    as_json: JsonOption = False,
+    *,
+    span: FrameRange,
+) -> None:
+    """Measure the error of a take's joint centres or joint angles against ground truth, or compare two takes.
+
+    Joint centres: mpjpe_mm, rmse_mm and median_mm are distances (mm) over all joints of all frames. shape_mm is the RMS
+    distance without each joint's constant offset in the person's pelvis frame, because two bodies do not define their
+    joints alike. lost_pct is the share of joints without estimate or more than 250 mm away.
+
+    Joint angles (degrees): mean absolute error, RMS, bias (mean of take minus truth), RMS without the bias, ranges of
+    motion, correlation. Frames are paired by time, within half a frame interval. Definitions: docs/conventions.md.
+
+    --from and --until are frames of the truth.
+
+    Example: `zenocap evaluate walk.mcap --truth clips/walk/truth.trc --from 99`
+    """
+    first, last = span.bounds()
+    suffix = truth.suffix.lower()
+    use_angles = suffix != CENTRES[0] if angles is None else angles
+    if plot is not None and not use_angles:
+        raise typer.BadParameter(f"--plot {plot}: draws joint angles: allowed: with --angles, or a truth of another format")
+    with one_line_errors(), progress(f"reading {take}"):
+        from zenocap.common.errors import UserError
+        from zenocap.common.formats.take_poses import read_poses, summary_of
+        from zenocap.tools.recordings.evaluate import Selection, accuracy
+
+        allowed = ANGLES if use_angles else CENTRES
+        if suffix not in allowed:
+            quantity = "joint angles" if use_angles else "joint centres"
+            raise UserError(f"--truth {truth}: suffix {truth.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")
+        if plot is not None:
+            from zenocap.tools.recordings.angle_plot import check_picture
+
+            check_picture(plot)
+        poses = read_poses(checked_take(take))
+        selection = Selection(first, last, every, offset)
+        if use_angles:
+            from zenocap.tools.recordings.evaluate_angles import angle_accuracy, angle_lines
+
+            found, curves = angle_accuracy(poses.track(), truth, selection, take)
+            if plot is not None:
+                from zenocap.tools.recordings.angle_plot import draw_angles
+
+                draw_angles(plot, curves, found, (truth.name, take.name))
+            result, lines = asdict(found), angle_lines(found)
+        else:
+            from zenocap.common.formats.motion_files import read_centres
+
+            scored = accuracy(poses.trajectories(), read_centres(truth), selection)
+            result, lines = asdict(scored), _centre_lines(scored)
+        cuts = [cut for cut in (poses.cut, summary_of(truth).cut if suffix == ".mcap" else None) if cut]
+    for line in [json.dumps(result)] if as_json else lines:
+        typer.echo(line)
+    for cut in cuts:
+        typer.echo(f"lost: {cut}", err=True)
+    raise typer.Exit(LOSS if cuts else DONE)
+
+
+def _centre_lines(found: Accuracy) -> list[str]:
+    lines = [f"{name:10} {getattr(found, name)}" for name in ("frames", "joints")]
+    for name in ("mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
+        lines.append(f"{name:10} {getattr(found, name):.2f}")
+    per_joint = "  ".join(f"{name} {value:.0f}" for name, value in found.per_joint_mm.items())
+    return [*lines, f"joints mm  {per_joint}"]

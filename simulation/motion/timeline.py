@@ -125,14 +125,15 @@ def session_timeline(
 
 
 def demo_timeline(person: Person, seed: int) -> MotionTimeline:
-    """Empty scene 3 s, then a loop of T-pose, walking, arms, squatting, kicking and turning."""
+    """Empty scene 3 s, then a loop of T-pose, walking, arms, squatting, kicking, arms and turning."""
     standing = _held(neutral(person))
     parts: list[Part] = [
         *_opening(person),
         ("walking", *_timed(_walking(person))),
         (STANDING, 0.4, standing),
     ]
-    for name in ("raise-both-arms", "raise-right-arm", "swing-both-arms", "squat", "kick-right", "kick-left"):
+    arms, legs = ("raise-both-arms", "raise-right-arm", "swing-both-arms"), ("squat", "kick-right", "kick-left")
+    for name in (*arms, *legs, "raise-right-arm", "raise-left-arm"):
         parts += [(name, *_timed(posture(person, name, seed))), (STANDING, 0.4, standing)]
     parts += [
         ("turning", *_timed(_turning(person))),

@@ -32,6 +32,8 @@ def rig_file(folder: Path, name: str) -> Path:
     text = demo_rig_file().read_text().replace('name = "demo"', f'name = "{name}"')
     text = text.replace("demo-calibration.toml", str(demo_rig_file().with_name("demo-calibration.toml")))
     write_model(folder / "three.postures", actor_model())
+    before, _, after = text.partition("[recognizer.commands")
+    text = before + after[after.index("[[viewer]]") :]  # commands of postures that the model does not have
     (folder / f"{name}.toml").write_text(text.replace('model = "fifteen"', 'model = "three.postures"'))
     return folder / f"{name}.toml"
 

@@ -19,6 +19,7 @@ const MAX_TRAIL_POSES = 400;
 const MAX_LATENCIES = 4096;
 const LATENCY_POSES = 60;  // over which the median latency is taken
 const RATE_MS = 2000;  // over which the rate of poses is counted
+const SLIDES_PAUSE_MS = 150;  // after each picture of the scene beside the slides, so that a slow machine turns them at once
 const SLIDES_DISTANCE_M = 3.2;  // of the scene's camera beside the slides: from behind, so that left and right are the person's
 const CAMERA_COLOUR = [0.56, 0.66, 0.8];
 const STALE_COLOUR = [1.0, 0.36, 0.42];
@@ -45,8 +46,8 @@ const connection = new Connection({
   hello: showHello, body: setBody, pose: setPose, points: setPoints, camera: setCamera, services: setServices,
   posture: setPosture,
   commands: (update) => slides.receive(update, state.feed === 'live'),
-  view: (update) => views.show(update, state.source, drawnInViews),
-  preview: (update) => views.setPreview(update),
+  view: (update) => { if (el('slides').hidden) views.show(update, state.source, drawnInViews); },
+  preview: (update) => { if (el('slides').hidden) views.setPreview(update); },
   checks: (update) => { panel.showChecks(update); dialog.setAdvice(update.advice); },
   takes: ({ takes }) => panel.listTakes(takes, (take) => player.play(take)),
   player: (update) => player.show(update),
@@ -80,7 +81,7 @@ document.querySelector('[data-tab=takes]').addEventListener('click', () => conne
 showTrailLength();
 new ResizeObserver(centreScene).observe(el('bottom'));
 addEventListener('resize', centreScene);
-setInterval(() => plots.draw(), 100);
+setInterval(() => { if (el('slides').hidden) plots.draw(); }, 100);
 setInterval(updateNumbers, 500);
 
 function showTrailLength() { el('trail-out').textContent = state.trailSeconds ? `${state.trailSeconds} s` : 'off'; }
@@ -193,8 +194,10 @@ function showSlides(open) {
     orbit.look('back');
     scene.eye.distance = SLIDES_DISTANCE_M;
     scene.quality = 0;
+    scene.pauseMs = SLIDES_PAUSE_MS;
   } else {
     Object.assign(scene.eye, state.eyeBefore);
+    scene.pauseMs = 0;
   }
   centreScene();
 }

@@ -17,9 +17,9 @@ from urllib.parse import urlsplit
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.formats.osc import osc_message
 from zenocap.common.rig.commands import HttpAction, OscAction, ProgramAction, ZenohAction, is_loopback_url
+from zenocap.services.recognizer.parameters import MAX_ERROR_BYTES
 
 Put = Callable[[str, bytes], None]
-ERROR_BYTES = 400  # of a program's standard error that are logged
 EXPECTED_STATUS = range(200, 300)
 
 
@@ -121,7 +121,7 @@ class ProgramRunner:
 def _error_text(file: int) -> str:
     """The end of a file in one line, preceded by a colon; "" without text."""
     size = os.fstat(file).st_size
-    text = " ".join(os.pread(file, ERROR_BYTES, max(0, size - ERROR_BYTES)).decode("utf-8", "replace").split())
+    text = " ".join(os.pread(file, MAX_ERROR_BYTES, max(0, size - MAX_ERROR_BYTES)).decode("utf-8", "replace").split())
     return f": {text}" if text else ""
 
 

@@ -19,6 +19,7 @@ WINDOWS_KEPT = 16  # answered windows that are compared with movements; chosen b
 # Commands
 MAX_COMMAND_AGE_S = 2.0  # of the pose when its posture is published: older ones are of a replay or a stall; chosen by hand
 COMMANDS_WAITING = 2  # of one command behind the one that is being performed; further ones are dropped; chosen by hand
+MAX_ERROR_BYTES = 400  # of the end of a program's standard error, which its failure contains; chosen by hand
 STOP_TIMEOUT_S = 3.0  # for commands that are being performed when the recognizer stops; chosen by hand
 
 # Segmentation

@@ -185,6 +185,27 @@ class Posture(Message, frozen=True, tag="posture"):
     margin: Annotated[float, Meta(ge=0, le=1e9)]
 
 
+class CommandResult(Message, frozen=True, tag="command_result"):
+    """A command of the rig that a posture triggered, and what became of it.
+
+    frame: counts from 0.  captured_ns: of the pose by which the posture was recognized, on the integrator's clock.
+    action, target: as in the rig file.  confidence: of the posture.
+    latency_ns: from captured_ns to the action: put, datagram or request sent, program started; or to its failure.
+    since_end_ns, since_start_ns: the same from the last and from the first frame of the posture.
+    outcome: "dropped" when too many earlier ones of the same command were waiting.  error: empty when it is done.
+    """
+
+    posture: Label
+    action: Literal["zenoh", "osc", "http", "program"]
+    target: Text
+    confidence: Score
+    latency_ns: Nanoseconds
+    since_end_ns: Nanoseconds
+    since_start_ns: Nanoseconds
+    outcome: Literal["done", "failed", "dropped"]
+    error: Text = ""
+
+
 class Silhouette(Message, frozen=True, tag="silhouette"):
     """A binary mask: byte 1, then zlib of the region's rows, each as its difference from the one above, 8 pixels a byte."""
 
@@ -285,5 +306,5 @@ class PaceQuery(Message, frozen=True, tag="pace_query"):
 
 AnyMessage = (
     PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | ScenePoints
-    | Posture | Silhouette | Preview | CameraInfo | Health | Handled | Request | ClockQuery | PaceQuery
+    | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | Request | ClockQuery | PaceQuery
 )  # fmt: skip

@@ -68,6 +68,7 @@ TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Qu
 TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, FRAME_HZ, True)
 SCENE_POINTS = Topic("scene_points", "zenocap/{rig}/tracker/points", m.ScenePoints, Queueing.LATEST, 10)
 POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queueing.ALL, 0)
+COMMAND = Topic("command", "zenocap/{rig}/recognizer/command", m.CommandResult, Queueing.ALL, 0)
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, 1)
 HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, 1)
 REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, 0)
@@ -86,6 +87,7 @@ TOPICS = (
     TRACKER_POSE,
     SCENE_POINTS,
     POSTURE,
+    COMMAND,
     HEALTH,
     HANDLED,
     REQUEST,

@@ -45,10 +45,14 @@ REQUEST_SENDER = "animator"  # its page sends commands to the rig
 
 @dataclass(frozen=True)
 class Member:
-    """Holder of a certificate: a service of a rig, or one of READER, RECORDER, REPLAY and ROUTER."""
+    """Holder of a certificate: a service of a rig, or one of READER, RECORDER, REPLAY and ROUTER.
+
+    puts: keys that are no topic's, on which it puts for other programs; every member of the rig may subscribe to them.
+    """
 
     service: str
     id: str = "main"
+    puts: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -69,7 +73,7 @@ def access_control(rigs: Mapping[str, Sequence[Member]]) -> str:
     subjects: list[Rule] = [{"id": ROUTER, "cert_common_names": [ROUTER]}]
     policies: list[Rule] = [{"rules": ["routers"], "subjects": [ROUTER]}]
     for rig, members in rigs.items():
-        common = _of_all(rig)
+        common = _of_all(rig, [key for member in members for key in member.puts])
         images = _rule(f"{rig}: no images", ("egress",), ("put", "reply"), [SILHOUETTE.on(rig), PREVIEW.on(rig)], "deny")
         rules += [*common, images]
         for member in members:
@@ -100,16 +104,16 @@ def keys_of(rig: str, member: Member) -> dict[Topic, str]:
     return found
 
 
-def _of_all(rig: str) -> list[Rule]:
-    """Rules of every member: subscriptions, and the queries that all may send."""
+def _of_all(rig: str, puts: Sequence[str]) -> list[Rule]:
+    """Rules of every member: subscriptions, and the queries that all may send.  puts: keys of no topic."""
     everything, kept = EVERYTHING.format(rig=rig), _advanced(EVERYTHING.format(rig=rig))
     queries = [CLOCK.format(rig=rig), SERVICE_INFO.format(rig=rig, service="*", id="*"), kept]
     alive = [ALIVE.format(rig=rig, service="*", id="*"), CLAIM.format(rig=rig, service="*", id="*", claim="*"), kept]
     return [
-        _rule(f"{rig}: subscribe", ("ingress",), ("declare_subscriber",), [everything, kept]),
+        _rule(f"{rig}: subscribe", ("ingress",), ("declare_subscriber",), [everything, kept, *puts]),
         _rule(f"{rig}: query", ("ingress",), ("query",), queries),
         _rule(f"{rig}: watch liveliness", ("ingress",), LIVELINESS, alive),
-        _rule(f"{rig}: receive", ("egress",), EVERY_MESSAGE, [everything, kept]),
+        _rule(f"{rig}: receive", ("egress",), EVERY_MESSAGE, [everything, kept, *puts]),
     ]
 
 
@@ -129,7 +133,7 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
     tokens = [ALIVE.format_map(names), CLAIM.format_map(names | {"claim": "*"}), *advanced]
     name = f"{rig}: {member.name}"
     rules = [
-        _rule(f"{name}: publish", ("ingress",), ("put",), [*keys.values(), *advanced]),
+        _rule(f"{name}: publish", ("ingress",), ("put",), [*keys.values(), *advanced, *member.puts]),
         _rule(f"{name}: reply to queries", ("ingress",), ("declare_queryable", "reply"), [*answers, *kept, *advanced]),
         _rule(f"{name}: declare liveliness", ("ingress",), ("liveliness_token",), tokens),
     ]

@@ -22,7 +22,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
 from zenocap.common.messages import Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import ALIVE, CLAIM, FLOW_CONTROL, TOPICS, Queueing, Topic, checked_name, rig_of
+from zenocap.common.topics import ALIVE, CLAIM, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
 
@@ -92,6 +92,18 @@ class ZenohBus:
     def forward(self, topic: Topic, key: str, data: bytes) -> None:
         check_key(self._rig, topic, key)
         self._put(topic, key, data)
+
+    def put(self, key: str, payload: bytes) -> None:
+        """Send bytes on a key that is no topic's, for other programs; callable from any thread.
+
+        Raises ValueError for a key of zenocap, BusError when the key cannot be used.
+        """
+        if key.split("/")[0] == ROOT:
+            raise ValueError(f"{key}: allowed: a key that does not begin with {ROOT}/")
+        try:
+            self._session.put(key, payload, congestion_control=zenoh.CongestionControl.DROP, express=True)
+        except zenoh.ZError as error:
+            raise BusError(f"{key} cannot be published: {error}") from error
 
     def _put(self, topic: Topic, key: str, data: bytes) -> None:
         publisher = self._publisher(topic, key)

@@ -1,6 +1,5 @@
 """Rig file: keys, types and ranges.  `zenocap.common.rig.rig` reads the files it refers to."""
 
-import difflib
 import re
 import tomllib
 from pathlib import Path
@@ -12,6 +11,7 @@ from msgspec import Meta
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import WITHIN, AnimatorTable, open_page_problem
 from zenocap.common.rig.recognizer import RecognizerTable
+from zenocap.common.rig.table_errors import choice_problem, invalid_value, unknown_key
 from zenocap.common.rig.tracker import PARTICLES, TrackerTable
 
 TRACKER_METHODS = tuple(PARTICLES)  # hybrid and the two methods it is compared with, for two or more views
@@ -119,7 +119,7 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     try:
         content = msgspec.convert(tables, RigFile)
     except msgspec.ValidationError as error:
-        raise _user_error(path, tables, str(error)) from error
+        raise UserError(f"{path}: {invalid_value(tables, str(error))}") from error
     _choice(path, "method", content.method, METHODS)
     _choice(path, "up_axis", content.up_axis, ("y", "z"))
     _choice(path, "zenoh.mode", content.zenoh.mode, MODES)
@@ -137,15 +137,9 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     return content
 
 
-def did_you_mean(text: str, known: tuple[str, ...]) -> str:
-    similar = difflib.get_close_matches(text, known, 1)
-    return f"; did you mean {similar[0]!r}?" if similar else ""
-
-
 def _choice(path: Path, key: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        values = ", ".join(repr(word) for word in allowed)
-        raise UserError(f"{path}: {key} = {value!r}: allowed: {values}{did_you_mean(value, allowed)}")
+        raise UserError(f"{path}: {choice_problem(key, value, allowed)}")
 
 
 def _name(path: Path, key: str, value: str) -> None:
@@ -155,29 +149,6 @@ def _name(path: Path, key: str, value: str) -> None:
 
 def _known(path: Path, where: str, table: object, kind: type[msgspec.Struct]) -> None:
     """Raise UserError for a key that `kind` does not have."""
-    if not isinstance(table, dict):
-        return
-    for key, value in table.items():
-        if key not in kind.__struct_fields__:
-            full = f"{where}.{key}" if where else key
-            known = kind.__struct_fields__
-            raise UserError(
-                f"{path}: {full} = {value!r}: no such key; allowed: {', '.join(known)}{did_you_mean(key, known)}"
-            )
-
-
-def _user_error(path: Path, tables: dict[str, object], text: str) -> UserError:
-    """UserError from msgspec's message (such as "Expected `float` <= 1000 - at `$.viewer[0].fps`"), with the value."""
-    found = re.fullmatch(r"(.*?)(?: - at `\$\.?(.*)`)?", text, re.DOTALL)
-    message, key = (found[1], found[2] or "") if found else (text, "")
-    if missing := re.fullmatch(r"Object missing required field `(.*)`", message):
-        return UserError(f"{path}: {key + '.' if key else ''}{missing[1]} is missing")
-    numbers = re.findall(r"\w+", key)
-    value: object = tables
-    for step in numbers:
-        if isinstance(value, dict):
-            value = value.get(step)
-        elif isinstance(value, list) and step.isdecimal() and int(step) < len(value):
-            value = value[int(step)]
-    expected = re.sub(r",? (?:but )?got .*", "", message.removeprefix("Expected ")).replace("`", "")
-    return UserError(f"{path}: {key} = {value!r}: allowed: {expected.replace('array', 'list')}")
+    problem = unknown_key(where, table, kind)
+    if problem is not None:
+        raise UserError(f"{path}: {problem}")

@@ -1,4 +1,4 @@
-"""The `[recognizer]` table of a rig: posture model and source of the poses.  [Two-view 5]
+"""The `[recognizer]` table of a rig: posture model, source of the poses, commands.  [Two-view 5]
 
 Also finds the model: a file relative to the rig, or one that is included in the package.
 """
@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Meta
 
 from zenocap.common.errors import UserError
+from zenocap.common.rig.commands import CommandError, PostureCommand, posture_commands
 from zenocap.data import POSTURES
 
 Source = Literal["integrator", "tracker"]  # service that publishes the poses
@@ -25,11 +26,15 @@ class RecognizerTable(msgspec.Struct, frozen=True, kw_only=True):
     source: "integrator" or "tracker"; default: the one that computes the poses in the rig's method.
     strictness: required gain in likelihood of a posture over movements made of parts of postures, as a fraction of the
     expected gain; higher values give fewer false and fewer correct detections.
+    commands: actions by posture, see `zenocap.common.rig.commands`.
+    allowed_programs: absolute paths of the programs that commands may start.
     """
 
     model: str = "fifteen"
     source: str | None = None
     strictness: Strictness = STRICTNESS
+    commands: dict[str, object] = {}
+    allowed_programs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,7 @@ class RecognizerSpec:
     model: Path
     source: Source
     strictness: float = STRICTNESS
+    commands: tuple[PostureCommand, ...] = ()
 
 
 class RecognizerError(UserError):
@@ -55,7 +61,12 @@ def recognizer_spec(table: RecognizerTable, method: str, tracks: bool, base: Pat
         raise RecognizerError(
             f"source = {table.source!r}: allowed: {source!r}, which publishes the poses of method {method!r}"
         )
-    return RecognizerSpec(find_postures(table.model, base, must_exist=files), source, table.strictness)
+    model = find_postures(table.model, base, must_exist=files)
+    try:
+        commands = posture_commands(table.commands, table.allowed_programs, must_exist=files)
+    except CommandError as error:
+        raise RecognizerError(str(error)) from error
+    return RecognizerSpec(model, source, table.strictness, commands)
 
 
 def find_postures(text: str, base: Path, *, must_exist: bool = True) -> Path:

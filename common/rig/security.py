@@ -6,6 +6,7 @@ from pathlib import Path
 
 from zenocap.common.bus.access import READER, RECORDER, REPLAY, ROUTER, Member, access_control
 from zenocap.common.bus.security import Security
+from zenocap.common.rig.commands import ZenohAction
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import SERVICES, services_of
 
@@ -30,8 +31,11 @@ def host_of(endpoint: str) -> str:
 def allowed_members(rig: Rig) -> tuple[Member, ...]:
     """Members that the access rules of a rig name, with or without a certificate; routers excepted."""
     viewers = (Member("viewer", viewer.id) for viewer in rig.viewers)
-    others = (kind.name for kind in SERVICES if kind.name != "viewer")
-    return (*viewers, *map(Member, (*others, READER, RECORDER, REPLAY)))
+    commands = rig.recognizer.commands if rig.recognizer is not None else ()
+    puts = tuple(one.action.key for one in commands if isinstance(one.action, ZenohAction))
+    names = (kind.name for kind in SERVICES if kind.name != "viewer")
+    others = (Member(name, puts=puts if name == "recognizer" else ()) for name in names)
+    return (*viewers, *others, *map(Member, (READER, RECORDER, REPLAY)))
 
 
 def needed_members(rig: Rig) -> tuple[Member, ...]:

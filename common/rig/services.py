@@ -76,8 +76,12 @@ def _prior(rig: Rig) -> tuple[tuple[str, Path], ...]:
     return () if rig.tracker is None or rig.tracker.prior is None else (("motion prior", rig.tracker.prior),)
 
 
-def _postures(rig: Rig) -> tuple[tuple[str, Path], ...]:
-    return () if rig.recognizer is None else (("postures", rig.recognizer.model),)
+def _recognizer_files(rig: Rig) -> tuple[tuple[str, Path], ...]:
+    """Posture model, and the programs that commands start."""
+    if rig.recognizer is None:
+        return ()
+    programs = (one.action.target for one in rig.recognizer.commands if one.kind == "program")
+    return (("postures", rig.recognizer.model), *(("program", Path(path)) for path in dict.fromkeys(programs)))
 
 
 SERVICES: tuple[ServiceKind, ...] = (
@@ -96,7 +100,7 @@ SERVICES: tuple[ServiceKind, ...] = (
         lambda rig: True,
         makes_poses=False,
         warmup=lambda rig: ("recognizer",),
-        files=_postures,
+        files=_recognizer_files,
     ),
     ServiceKind("animator", _always, lambda rig: False, required=False, makes_poses=False),
 )

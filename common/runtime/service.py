@@ -12,7 +12,7 @@ from typing import Generic, TypeAlias, TypeVar
 from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
 from zenocap.common.messages import Message, Phase
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.runtime.clock_offset import ClockFilter, observe, offset_at
+from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
 from zenocap.common.runtime.health import Meter
 from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
@@ -166,6 +166,7 @@ def run(
     first_messages: Sequence[Message] = (),
     requested: Callable[[], Sequence[Message]] = tuple,
     on_state: Callable[[State], None] = lambda _: None,
+    on_clock_offset: Callable[[Offset | None], None] = lambda _: None,
 ) -> int:
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
@@ -173,6 +174,7 @@ def run(
     first_messages: messages to publish at the start, after the check that no other process runs this service.
     requested: returns messages of other threads to publish; they call `bus.wake()` to have them published immediately.
     on_state: receives the state whenever all received events are handled.
+    on_clock_offset: receives the offset of this clock to the integrator's, None while unknown, once a second.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -185,7 +187,7 @@ def run(
             runner.publish(message)
         if frames:
             frames.start()
-        _loop(runner, frames, stopped, extra_counts, requested, on_state)
+        _loop(runner, frames, stopped, extra_counts, requested, on_state, on_clock_offset)
         runner.report_handled()
     except (BusError, TooManyFailures) as error:
         logger.error("%s", error)
@@ -206,6 +208,7 @@ def _loop(
     extra_counts: Callable[[], Mapping[str, int]],
     requested: Callable[[], Sequence[Message]],
     on_state: Callable[[State], None],
+    on_clock_offset: Callable[[Offset | None], None],
 ) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips = ClockFilter()
@@ -218,6 +221,7 @@ def _loop(
             if frames:
                 runner.meter.counts["dropped_frames"] = frames.dropped
             offset = offset_at(trips, clock.now_ns())
+            on_clock_offset(offset)
             for name, count in (*extra_counts().items(), *service.count(runner.state).items()):
                 runner.meter.counts[name] = count  # `Counter.update` would add
             phase, text = service.phase(runner.state), service.describe(runner.state)

@@ -45,7 +45,9 @@ class PageBridge:
         self._playback = Playback(takes, self._server.broadcaster, self._clock, topics)
         logger.info("the page is at %s", self._server.address)
         viewers = [viewer.id for viewer in self._rig.viewers]
-        hello = pm.HelloUpdate(self._rig.name, self._rig.method, versions()["zenocap"], viewers)
+        recognizer = self._rig.recognizer
+        commands = [] if recognizer is None else [(one.posture, one.action.target) for one in recognizer.commands]
+        hello = pm.HelloUpdate(self._rig.name, self._rig.method, versions()["zenocap"], viewers, commands=commands)
         self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
 
     @property

@@ -18,6 +18,7 @@ POSE_WAIT_NS = 500_000_000  # after a pose, silhouettes wait this long for the n
 SERVICES_PERIOD_NS = 250_000_000  # between two updates of the table of services; by hand
 CHECKS_PERIOD_NS = 500_000_000  # between two updates of the set-up checks; by hand
 BEST_POSTURES = 3  # posture models that are shown with their log-likelihoods; by hand
+COMMANDS_SHOWN = 8  # latest command results that are sent together, so that a slow page misses none; by hand
 MAX_PAGES = 64  # open at a time; by hand
 MAX_UNACKNOWLEDGED = 3  # lists on their way to a page: 60 lists/s at a round trip of 50 ms
 MAX_REQUESTS = 16  # commands of pages that wait for the service loop; further ones are dropped; by hand

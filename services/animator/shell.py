@@ -16,6 +16,7 @@ from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
     ASSIGNMENT,
     CAMERA,
+    COMMAND,
     HEALTH,
     PARTIAL_BAP,
     POSTURE,
@@ -37,7 +38,7 @@ from zenocap.services.animator.step import counts, describe, initial_state, phas
 ID = "main"
 TOPICS = (
     SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE,
-    SCENE_POINTS, HEALTH, POSTURE,
+    SCENE_POINTS, HEALTH, POSTURE, COMMAND,
 )  # fmt: skip
 
 

@@ -81,7 +81,7 @@ class ServiceStatus:
 
 @dataclass(frozen=True)
 class State:
-    """Latest values; bodies and actors by source, the others by viewer.
+    """Latest values; bodies and actors by source, the others by viewer; the latest commands, oldest first.
 
     now_ns: this machine's clock.  unusable: number of valid messages that could not be used: a body or pose of an unknown
     anatomy, an impossible camera, or scene points of a wrong size.
@@ -97,5 +97,6 @@ class State:
     cameras: Mapping[str, Camera] = field(default_factory=dict)
     assignment: m.Assignment | None = None
     posture: m.Posture | None = None
+    commands: tuple[m.CommandResult, ...] = ()
     points: m.ScenePoints | None = None
     unusable: int = 0

@@ -10,7 +10,7 @@ from zenocap.common import messages as m
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, points_of
-from zenocap.services.animator.parameters import FRAME_TIMEOUT_NS, MAX_ENTRIES, MESSAGE_TIMEOUT_NS
+from zenocap.services.animator.parameters import COMMANDS_SHOWN, FRAME_TIMEOUT_NS, MAX_ENTRIES, MESSAGE_TIMEOUT_NS
 from zenocap.services.animator.states import (
     Actor,
     Condition,
@@ -120,7 +120,7 @@ def _sender(message: m.Message) -> tuple[Service | None, bool]:
             return ("integrator", "main"), True
         case m.TrackerPose() | m.ScenePoints():
             return ("tracker", "main"), True
-        case m.Posture():
+        case m.Posture() | m.CommandResult():
             return ("recognizer", "main"), False
         case _:  # a latched value may be much older than its receipt
             return None, False
@@ -148,6 +148,8 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return replace(state if tracking else _mark_lost(state), assignment=message)
         case m.Posture():
             return replace(state, posture=message)
+        case m.CommandResult():
+            return replace(state, commands=(*state.commands, message)[-COMMANDS_SHOWN:])
         case m.ScenePoints():
             return _update_points(state, message)
         case _:

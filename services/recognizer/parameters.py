@@ -16,6 +16,12 @@ ANSWER_DELAY_S = 0.3  # from a posture's end to its result, as later frames may 
 CLOCK_RESET_S = 10.0  # a time stamp this much earlier restarts the stream; a smaller step counts as late; chosen by hand
 WINDOWS_KEPT = 16  # answered windows that are compared with movements; chosen by hand
 
+# Commands
+MAX_COMMAND_AGE_S = 2.0  # of the pose when its posture is published: older ones are of a replay or a stall; chosen by hand
+COMMANDS_WAITING = 2  # of one command behind the one that is being performed; further ones are dropped; chosen by hand
+MAX_ERROR_BYTES = 400  # of the end of a program's standard error, which its failure contains; chosen by hand
+STOP_TIMEOUT_S = 3.0  # for commands that are being performed when the recognizer stops; chosen by hand
+
 # Segmentation
 # Least score of a window in shares of `expected_gain`.  Measured on four simulated people (seeds 300 to 303; the model is
 # of 200 to 207), ten minutes of two-view tracking with unknown movements: precision and recall 0.80 and 0.88 at 0.12, 0.92

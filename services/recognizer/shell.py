@@ -15,12 +15,14 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Message, Posture
 from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, recorded_rig
+from zenocap.common.rig.commands import CommandError, PostureCommand, check_postures, check_programs
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Event, Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP, Topic
+from zenocap.services.recognizer.command_runner import CommandRunner
 from zenocap.services.recognizer.jit_warmup import load_compiled
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import parse_model, read_model
@@ -93,6 +95,7 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
         if rig.recognizer is not None and rig.recognizer.model not in models:
             models[rig.recognizer.model] = model_of(rig)
         model = models[rig.recognizer.model] if rig.recognizer is not None else model_of(rig)
+        check_commands(rig, model)
         services.append(recognizer_service(rig, model))
     with compiling(logger, "recognizer-service", "recognizer"):
         for service in services:
@@ -118,26 +121,51 @@ def run_recognizers(rigs: Sequence[tuple[Rig, ZenohOptions]], stopped: Callable[
     return max(statuses)
 
 
+def check_commands(rig: Rig, model: PostureModel) -> None:
+    """Raise UserError for a command of a posture that the model does not have, or of a program that is missing here."""
+    if rig.recognizer is None:
+        return
+    try:
+        check_postures(rig.recognizer.commands, model.labels, rig.recognizer.model.name)
+        check_programs(rig.recognizer.commands)
+    except CommandError as error:
+        raise UserError(f"{rig.files[0] if rig.files else rig.name}: recognizer.{error}") from error
+
+
 def _run(rig: Rig, options: ZenohOptions, service: Service[Setup, State, Never], stopped: Callable[[], bool]) -> int:
     clock = RealClock()
+    commands: Sequence[PostureCommand] = rig.recognizer.commands if rig.recognizer is not None else ()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "recognizer", ID, clock.now_ns()))
-        return run(_logged(rig.name, service), bus, clock, stopped=stopped)
+        runner = CommandRunner(rig.name, commands, bus.put, bus.wake, clock)
+        try:
+            return run(
+                _observed(rig.name, service, runner.receive), bus, clock, stopped=stopped, extra_counts=runner.counts,
+                requested=runner.results, on_clock_offset=runner.set_clock_offset,
+            )  # fmt: skip
+        finally:
+            runner.close()
 
 
-def _logged(name: str, service: Service[Setup, State, Never]) -> Service[Setup, State, Never]:
-    """The service with a log line for every posture it publishes."""
+def _observed(
+    name: str, service: Service[Setup, State, Never], on_posture: Callable[[Posture], None]
+) -> Service[Setup, State, Never]:
+    """The service with a log line for every posture that it publishes, which is passed to `on_posture`.
 
-    def logged_step(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
+    Commands are triggered here and not in the step: recomputing or tracking a take performs none.
+    """
+
+    def observed_step(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
         state, messages = step(setup, state, event)
         for message in messages:
             if isinstance(message, Posture):
+                on_posture(message)
                 duration_s = (message.end_ns - message.start_ns) / 1e9
                 label = message.label or "unknown movement"
                 logger.info("%s: %s, %.1f s, margin %.2f", name, label, duration_s, message.margin)
         return state, messages
 
-    return replace(service, step=logged_step)
+    return replace(service, step=observed_step)
 
 
 def _anatomy(rig: RecordedRig) -> Anatomy:

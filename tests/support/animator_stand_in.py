@@ -82,6 +82,20 @@ def bap(frame: int, now_ns: int, pose: Pose, lost: Sequence[str] = ()) -> m.Univ
     )  # fmt: skip
 
 
+def command_result(
+    number: int, now_ns: int, target: str, posture: str = "raise-right-arm", outcome: str = "done"
+) -> m.CommandResult:
+    """Command 20 ms after the pose, which was 0.3 s after the end of a posture of 2 s."""
+    return msgspec.convert(
+        {
+            "type": "command_result", "frame": number, "captured_ns": now_ns - 20_000_000, "posture": posture,
+            "action": "zenoh", "target": target, "confidence": 0.4, "latency_ns": 20_000_000, "since_end_ns": 320_000_000,
+            "since_start_ns": 2_320_000_000, "outcome": outcome,
+        },
+        m.CommandResult,
+    )  # fmt: skip
+
+
 def mask_of(camera: Camera, pose: Pose) -> Floats:
     """Mask of the model, (height, width)."""
     mask = np.zeros(camera.size[::-1], np.uint8)

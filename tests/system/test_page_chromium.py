@@ -11,7 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.animator_stand_in import StandIn, assignment, bap, body, body_message, health, pose_at, stand_in
+from tests.support.animator_stand_in import (
+    StandIn,
+    assignment,
+    bap,
+    body,
+    body_message,
+    command_result,
+    health,
+    pose_at,
+    stand_in,
+)
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -237,6 +247,74 @@ def test_measure_body_now_counts_down_sends_the_request_and_shows_the_result(vis
     visit.until(lambda: visit.text("#measure-title") == "Hold still", "it asks to hold still")
     visit.animator.receive(body_message(now_ns))
     visit.until(lambda: visit.text("#measure-title") == "Measured", "it is measured")
+
+
+def test_commands_turn_the_slides_and_the_latency_is_shown(visit: Visit) -> None:
+    number = 0
+
+    def perform(target: str, posture: str = "raise-right-arm", outcome: str = "done") -> None:
+        nonlocal number
+        number += 1
+        visit.animator.receive(command_result(number, visit.animator.clock.now_ns(), target, posture, outcome))
+
+    perform("demo/slides/next")  # the show is not open
+    visit.page.click("#slides-open")
+    assert visit.text("#slide-number") == "1 / 6"
+    assert "raise right arm" in visit.text("#gestures [data-verb=next]")  # from the demo rig
+    perform("demo/slides/next")
+    visit.until(lambda: visit.text("#slide-number") == "2 / 6", "the next slide")
+    visit.until(lambda: visit.text("#slide-latency") != "–", "the latency")
+    assert visit.text("#slide-posture") == "raise right arm"
+    latency_ms, since_end_ms = int(visit.text("#slide-latency")), int(visit.text("#slide-since-end"))
+    assert 20 <= latency_ms < 1000 * PATIENCE_S
+    assert since_end_ms - latency_ms in (299, 300, 301)
+    for target, outcome in (("demo/lights/next", "done"), ("demo/slides/next", "failed"), ("demo/slides", "done")):
+        perform(target, outcome=outcome)
+    perform("any/other/slides/next")
+    visit.until(lambda: visit.text("#slide-number") == "3 / 6", "commands that do not concern the slides are ignored")
+    perform("demo/slides/previous", "raise-left-arm")
+    visit.until(lambda: visit.text("#slide-number") == "2 / 6", "the previous slide")
+    visit.page.keyboard.press("ArrowRight")
+    assert visit.text("#slide-number") == "3 / 6"
+    perform("demo/slides/first", "raise-both-arms")
+    visit.until(lambda: visit.text("#slide-number") == "1 / 6", "the first slide")
+    visit.until(lambda: visit.evaluate("zenocap.slides.latencies.length") == 4, "every change by a command is measured")
+    visit.page.keyboard.press("Escape")
+    assert not visit.page.is_visible("#slides")
+    assert visit.evaluate("zenocap.scene.eye.yaw") == 1.0
+
+
+def test_a_page_that_opens_does_not_perform_earlier_commands(browser: "playwright.Browser", tmp_path: Path) -> None:
+    with stand_in(tmp_path) as animator:
+        animator.begin()
+        animator.receive(command_result(1, animator.clock.now_ns(), "demo/slides/next"))
+        first = Visit(browser, animator)
+        animator.tick()  # the service loop wakes up when the first page opens
+        second = Visit(browser, animator)
+        for visit in (first, second):
+            visit.evaluate("location.hash = 'slides'")
+            visit.until(lambda visit=visit: visit.page.is_visible("#slides"), "the slide show")
+            visit.until(lambda visit=visit: visit.evaluate("zenocap.slides.seen?.size") == 1, "the earlier command")
+            assert visit.text("#slide-number") == "1 / 6"
+        animator.receive(command_result(2, animator.clock.now_ns(), "demo/slides/next"))
+        for visit in (first, second):
+            visit.until(lambda visit=visit: visit.text("#slide-number") == "2 / 6", "the next slide")
+            visit.page.close()
+            assert visit.problems == []
+
+
+@pytest.mark.parametrize("width", [390, 1100])
+def test_the_slide_show_fits_the_window(visit: Visit, width: int) -> None:
+    visit.page.set_viewport_size({"width": width, "height": 780})
+    visit.evaluate("location.hash = 'slides'")
+    visit.until(lambda: visit.page.is_visible("#slides"), "the slide show")
+    outside = """[...document.querySelectorAll('#slides *')].filter((one) => {
+        const box = one.getBoundingClientRect();
+        return box.width && (box.left < 0 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5);
+    }).map((one) => one.outerHTML.slice(0, 80))"""
+    for _ in range(6):
+        assert visit.evaluate(outside) == []
+        visit.page.keyboard.press("ArrowRight")
 
 
 def test_recording_is_requested_and_shown(visit: Visit) -> None:

@@ -3,21 +3,24 @@
 import re
 import signal
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from pythonosc.osc_message import OscMessage
 
+from tests.support.command_receivers import program, udp_receiver
 from tests.support.processes import PATIENCE_S, output_of, started
 from tests.support.recognizer_cases import RATE, SECOND, SIMULATED_POSTURES, actor_model, angles_of_posture
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.conversion import angles_by_name
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import POSTURE, UNIVERSAL_BAP
+from zenocap.common.topics import COMMAND, HEALTH, POSTURE, UNIVERSAL_BAP
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.tools.launcher.peer_mesh import free_ports
 from zenocap.tools.verify.recompute import verify
@@ -32,13 +35,16 @@ def rig_file(folder: Path, name: str) -> Path:
     text = demo_rig_file().read_text().replace('name = "demo"', f'name = "{name}"')
     text = text.replace("demo-calibration.toml", str(demo_rig_file().with_name("demo-calibration.toml")))
     write_model(folder / "three.postures", actor_model())
+    before, _, after = text.partition("[recognizer.commands")
+    text = before + after[after.index("[[viewer]]") :]  # commands of postures that the model does not have
     (folder / f"{name}.toml").write_text(text.replace('model = "fifteen"', 'model = "three.postures"'))
     return folder / f"{name}.toml"
 
 
-def bap(k: int, angles: dict[str, float]) -> m.UniversalBap:
+def bap(k: int, angles: dict[str, float], captured_ns: int | None = None) -> m.UniversalBap:
+    captured_ns = START + round(k * SECOND / RATE) if captured_ns is None else captured_ns
     return m.UniversalBap(
-        frame=k, captured_ns=START + round(k * SECOND / RATE), position=(0.0, 1.0, 0.0), angles=angles, scores={}, views={},
+        frame=k, captured_ns=captured_ns, position=(0.0, 1.0, 0.0), angles=angles, scores={}, views={},
         stale=[], lost=[],
     )  # fmt: skip
 
@@ -94,6 +100,95 @@ def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Pa
     assert "Traceback" not in text
 
 
+def test_live_postures_are_commands_and_those_of_a_replay_are_not(tmp_path: Path) -> None:
+    """A put, a datagram, a program that fails; then the same poses as recorded long ago."""
+    rig = rig_file(tmp_path, "one")
+    failing = program(tmp_path, "lights", 'echo "$ZENOCAP_POSTURE is broken" >&2; exit 3')
+    clock = RealClock()
+    bus_place, lab_place = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
+    network = ["--connect", bus_place, "--connect", lab_place, "--no-multicast-scouting"]
+    received: list[tuple[str, bytes, int]] = []
+    with udp_receiver() as osc, ExitStack() as stack:
+        tables = f"""
+[recognizer.commands.raise-both-arms]
+action = "zenoh"
+key = "lab/slides/first"
+payload = "both"
+[recognizer.commands.squat]
+action = "osc"
+port = {osc.getsockname()[1]}
+address = "/squat"
+[recognizer.commands.kick-right]
+action = "program"
+program = "{failing}"
+"""
+        model = 'model = "three.postures"'
+        rig.write_text(rig.read_text().replace(model, f'{model}\nallowed_programs = ["{failing}"]') + tables)
+        lab = stack.enter_context(open_session(ZenohOptions("peer", listen=(lab_place,), multicast_scouting=False)))
+        lab.declare_subscriber(
+            "lab/**", lambda sample: received.append((str(sample.key_expr), sample.payload.to_bytes(), clock.now_ns()))
+        )
+        options = ZenohOptions("peer", listen=(bus_place,), multicast_scouting=False)
+        bus = stack.enter_context(ZenohBus.open(options, "one", clock))
+        for topic in (POSTURE, COMMAND, HEALTH):
+            bus.subscribe(topic)
+        bus.watch_alive()
+        process = stack.enter_context(started(["recognizer", rig, *network], tmp_path))
+        wait_until_alive(bus, tmp_path)
+        poses = [angles_by_name(TEN_PARTS, row) for name in SIMULATED_POSTURES for row in angles_of_posture(name, 403, 0)]
+        results: list[m.CommandResult] = []
+        postures: list[m.Posture] = []
+        counts: dict[str, int] = {}
+
+        def receive(timeout_s: float) -> None:
+            match bus.receive(timeout_s):
+                case Envelope(message=m.CommandResult() as result):
+                    results.append(result)
+                case Envelope(message=m.Posture() as posture):
+                    postures.append(posture)
+                case Envelope(message=m.Health(service="recognizer") as health):
+                    counts.update(health.counts)
+
+        begin_ns = clock.now_ns()
+        for k, pose in enumerate(poses):
+            captured_ns = begin_ns + round(k * SECOND / RATE)
+            while clock.now_ns() < captured_ns:
+                receive((captured_ns - clock.now_ns()) / SECOND)
+            bus.publish(UNIVERSAL_BAP, bap(k, pose, captured_ns))
+        end_s = time.monotonic() + PATIENCE_S
+        while len(results) < 3 or counts.get("commands_failed") != 1:
+            assert time.monotonic() < end_s, output_of(tmp_path)
+            receive(0.2)
+        assert [(one.frame, one.posture, one.action, one.target, one.outcome) for one in results] == [
+            (0, "raise-both-arms", "zenoh", "lab/slides/first", "done"),
+            (1, "squat", "osc", f"127.0.0.1:{osc.getsockname()[1]}/squat", "done"),
+            (2, "kick-right", "program", failing, "failed"),
+        ]
+        assert results[2].error == "exit status 3: kick-right is broken"
+        assert (counts["commands_done"], counts["commands_dropped"]) == (2, 0)
+        ((key, payload, received_ns),) = received
+        assert (key, payload) == ("lab/slides/first", b"both")
+        first, posture = results[0], postures[0]
+        assert first.captured_ns == posture.captured_ns
+        assert first.since_end_ns - first.latency_ns == posture.captured_ns - posture.end_ns
+        assert first.since_start_ns - first.latency_ns == posture.captured_ns - posture.start_ns
+        assert posture.captured_ns + first.latency_ns <= received_ns + SECOND // 100
+        assert OscMessage(osc.recv(1500)).address == "/squat"
+
+        for k, pose in enumerate(poses):  # recorded long ago
+            bus.publish(UNIVERSAL_BAP, bap(k, pose))
+            time.sleep(PACE_S)
+        end_s = time.monotonic() + PATIENCE_S
+        while len(postures) < 6 or counts.get("commands_old") != 3:
+            assert time.monotonic() < end_s, output_of(tmp_path)
+            receive(0.2)
+        assert len(results) == 3
+        assert len(received) == 1
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(30) == 0, output_of(tmp_path)
+    assert "Traceback" not in output_of(tmp_path)
+
+
 def test_a_rig_with_a_recognizer_starts_it_and_its_take_verifies(tmp_path: Path) -> None:
     with started(["up", rig_file(tmp_path, "one"), "--recordings", tmp_path, "--seconds", "16"], tmp_path) as process:
         assert process.wait(PATIENCE_S) == 0, output_of(tmp_path)
@@ -114,10 +209,22 @@ def test_a_rig_with_a_recognizer_starts_it_and_its_take_verifies(tmp_path: Path)
         (["one.toml", "--model", "nothing"], "--model = 'nothing': no file nothing; allowed: a file, or a name of: "),
         (["one.toml", "--model", "one.toml"], "one.toml: begins with b"),
         (["one.toml", "one.toml"], "rigs one, one: allowed: rigs of different names"),
+        (
+            ["commands.toml"],
+            "commands.toml: recognizer.commands.wave = 'wave': allowed: 'raise-both-arms', 'squat', ",
+        ),
+        (
+            ["program.toml"],
+            "program.toml: recognizer.commands.squat.program = '/no/program': no such program: allowed: ",
+        ),
     ],
 )
 def test_an_error_is_one_line(tmp_path: Path, arguments: list[str], words: str) -> None:
-    rig_file(tmp_path, "one")
+    text = rig_file(tmp_path, "one").read_text()
+    (tmp_path / "commands.toml").write_text(text + '\n[recognizer.commands.wave]\naction = "zenoh"\nkey = "a"\n')
+    text = text.replace("[recognizer]", '[recognizer]\nallowed_programs = ["/no/program"]')
+    table = '\n[recognizer.commands.squat]\naction = "program"\nprogram = "/no/program"\n'
+    (tmp_path / "program.toml").write_text(text + table)
     with started(["recognizer", *arguments], tmp_path) as process:
         assert process.wait(PATIENCE_S) == 1
     assert words in output_of(tmp_path)

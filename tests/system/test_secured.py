@@ -193,6 +193,30 @@ def test_router_with_the_certificate_of_another_host_is_rejected(secured_rig: Pa
         certify(secured_rig.parent / "certs", rig.name, {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 1, renew=True)
 
 
+def test_only_the_recognizer_puts_the_keys_of_commands(secured_rig: Path, endpoint: str) -> None:
+    clock = RealClock()
+    received: list[tuple[str, bytes]] = []
+    with ExitStack() as stack:
+        reader = stack.enter_context(open_session(options(secured_rig, endpoint, "reader")))
+        for key in ("demo/slides/next", "demo/slides/previous"):
+            reader.declare_subscriber(
+                key, lambda sample: received.append((str(sample.key_expr), sample.payload.to_bytes()))
+            )
+        viewer, recognizer = (
+            stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+            for name in ("viewer-1", "recognizer")
+        )
+        end_s = time.monotonic() + 20.0
+        while not received:  # until the subscription has reached the router
+            assert time.monotonic() < end_s
+            viewer.put("demo/slides/next", b"forged")
+            viewer.put("demo/slides/previous", b"forged")
+            recognizer.put("demo/other", b"not of a command")
+            recognizer.put("demo/slides/next", b"1")
+            time.sleep(0.05)
+    assert set(received) == {("demo/slides/next", b"1")}
+
+
 def test_the_whole_pipeline_through_a_secured_router(secured_rig: Path, tmp_path: Path) -> None:
     (port,) = free_ports(1)
     place = f"tls/127.0.0.1:{port}"

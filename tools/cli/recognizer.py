@@ -27,6 +27,9 @@ def recognizer(
         str | None,
         typer.Option(metavar="NAME|FILE", help="Posture model; default: the rig's, else `fifteen`.", show_default=False),
     ] = None,
+    commands: Annotated[
+        bool, typer.Option("--commands/--no-commands", help="Whether postures trigger the commands of the rigs.")
+    ] = True,
     with_parent: WithParentOption = False,
     *,
     zenoh: ZenohArguments,
@@ -46,13 +49,16 @@ def recognizer(
     if zenoh.listen and len(rigs) > 1:
         raise typer.BadParameter("--listen with several rigs: allowed: `listen` in the zenoh table of each")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
-        found = [with_recognizer(rig_at(rig, files=False), model) for rig in rigs]
+        found = [with_recognizer(rig_at(rig, files=False), model, commands=commands) for rig in rigs]
         options = [zenoh.options(rig, "recognizer") for rig in found]
         raise typer.Exit(run_recognizers(list(zip(found, options, strict=True)), stopped))
 
 
-def with_recognizer(rig: Rig, model: str | None) -> Rig:
-    """The rig with a recognizer: its own, or the defaults.  model: instead of its own.  Raises UserError."""
+def with_recognizer(rig: Rig, model: str | None, *, commands: bool = True) -> Rig:
+    """The rig with a recognizer: its own, or the defaults.  model: instead of its own.  commands: whether to keep them.
+
+    Raises UserError.
+    """
     from zenocap.common.errors import UserError
     from zenocap.common.rig.recognizer import RecognizerError, RecognizerTable, find_postures, recognizer_spec
 
@@ -65,4 +71,4 @@ def with_recognizer(rig: Rig, model: str | None) -> Rig:
             spec = replace(spec, model=find_postures(model, Path()))
     except RecognizerError as error:
         raise UserError(f"--{error}" if model is not None else f"rig {rig.name}: recognizer.{error}") from error
-    return replace(rig, recognizer=spec)
+    return replace(rig, recognizer=spec if commands else replace(spec, commands=()))

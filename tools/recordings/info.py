@@ -10,11 +10,13 @@ from zenocap.common.codec import BadMessage
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.recording.reader import Recorded, Take, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
-from zenocap.common.topics import ASSIGNMENT, HEALTH, POSTURE, SIGHTING, SILHOUETTE, TRACKER_POSE, topic_at
+from zenocap.common.topics import ASSIGNMENT, COMMAND, HEALTH, POSTURE, SIGHTING, SILHOUETTE, TRACKER_POSE, topic_at
 from zenocap.tools.recordings.take_part import TakePart
 from zenocap.tools.recordings.take_statistics import (
     Channel,
     ChannelTally,
+    Commands,
+    CommandTally,
     Frames,
     FrameTally,
     HealthTally,
@@ -58,6 +60,7 @@ class Info:
     pairs: Pairs | None
     tracked: Tracked | None
     recognised: Recognized | None  # spelled as in the JSON of `zenocap info`
+    commands: Commands | None
     health: tuple[ServiceHealth, ...]
     metadata: dict[str, dict[str, str]]
     attachments: dict[str, int]
@@ -113,6 +116,7 @@ def info(
         pairs=tally.pairs if tally.pairs.instants else None,
         tracked=tally.tracked if tally.tracked.poses else None,
         recognised=tally.recognized if tally.recognized.answers else None,
+        commands=tally.commands.commands(),
         health=tuple(one.health(service, id) for (service, id), one in sorted(tally.health.items())),
         metadata=take.metadata,
         attachments={name: len(data) for name, data in take.attachments.items()},
@@ -141,6 +145,7 @@ class _Tally:
         self.pairs = Pairs()
         self.tracked = Tracked()
         self.recognized = Recognized()
+        self.commands = CommandTally()
         self.unreadable = 0
         self.rig = ""
 
@@ -154,7 +159,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        elif topic in (ASSIGNMENT, TRACKER_POSE, POSTURE, HEALTH):
+        elif topic in (ASSIGNMENT, TRACKER_POSE, POSTURE, COMMAND, HEALTH):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -170,5 +175,7 @@ class _Tally:
                 self.tracked.add(pose)
             case m.Posture() as posture:
                 self.recognized.add(posture)
+            case m.CommandResult() as result:
+                self.commands.add(result)
             case m.Health() as health:
                 self.health.setdefault((health.service, health.id), HealthTally()).add(health)

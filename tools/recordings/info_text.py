@@ -53,6 +53,16 @@ def lines_of(info: Info) -> Iterator[str]:
         unknown = [f"{recognized.unknown} unknown movements"] if recognized.unknown else []
         yield ""
         yield from _wrapped("postures", [f"{recognized.answers - recognized.unknown} postures", *by_label, *unknown])
+    if info.commands:
+        commands = info.commands
+        counts = ((commands.done, "done"), (commands.failed, "failed"), (commands.dropped, "dropped"))
+        parts = [f"{count} {outcome}" for count, outcome in counts if count]
+        if commands.done:
+            parts += [f"{target} {count}" for target, count in commands.targets.items()]
+            for name, (middle_ms, largest_ms) in (("pose", commands.latency_ms), ("end of posture", commands.since_end_ms)):
+                parts.append(f"{name} to action: median {middle_ms:.1f} ms, largest {largest_ms:.1f} ms")
+        yield ""
+        yield from _wrapped("commands", parts)
     for health in info.health:
         yield ""
         yield from _health(health)

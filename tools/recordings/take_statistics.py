@@ -1,14 +1,17 @@
 """Counts over a take: its chunks, and the messages as they are read, in bounded memory."""
 
 import struct
-from collections import Counter
+from collections import Counter, deque
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import median
 
 from zenocap.common import messages as m
 
 MAX_HOLES = 1000  # stored, so that a late frame does not count as missing
 SHOWN_HOLES = 20
+MAX_LATENCIES = 10_000  # of the latest commands
 
 
 @dataclass(frozen=True)
@@ -159,6 +162,54 @@ class Recognized:
             self.unknown += 1
         else:
             self.labels[posture.label] = self.labels.get(posture.label, 0) + 1
+
+
+@dataclass(frozen=True)
+class Commands:
+    """Commands that postures triggered.  targets: count by action and target, done ones.
+
+    Medians and largest values of the done ones: latency_ms from the pose by which the posture was recognized to the
+    action, since_end_ms from the posture's last frame.
+    """
+
+    done: int
+    failed: int
+    dropped: int
+    targets: dict[str, int]
+    latency_ms: tuple[float, float]
+    since_end_ms: tuple[float, float]
+
+
+@dataclass
+class CommandTally:
+    outcomes: Counter[str] = field(default_factory=Counter)
+    targets: Counter[str] = field(default_factory=Counter)
+    latencies_ns: deque[int] = field(default_factory=lambda: deque(maxlen=MAX_LATENCIES))
+    since_end_ns: deque[int] = field(default_factory=lambda: deque(maxlen=MAX_LATENCIES))
+
+    def add(self, result: m.CommandResult) -> None:
+        self.outcomes[result.outcome] += 1
+        if result.outcome == "done":
+            self.targets[f"{result.action} {result.target}"] += 1
+            self.latencies_ns.append(result.latency_ns)
+            self.since_end_ns.append(result.since_end_ns)
+
+    def commands(self) -> Commands | None:
+        """The commands; None without any."""
+        if not self.outcomes:
+            return None
+        return Commands(
+            done=self.outcomes["done"],
+            failed=self.outcomes["failed"],
+            dropped=self.outcomes["dropped"],
+            targets=dict(sorted(self.targets.items())),
+            latency_ms=_median_and_largest_ms(self.latencies_ns),
+            since_end_ms=_median_and_largest_ms(self.since_end_ns),
+        )
+
+
+def _median_and_largest_ms(values_ns: Collection[int]) -> tuple[float, float]:
+    return (median(values_ns) / 1e6, max(values_ns) / 1e6) if values_ns else (0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ Avatars use Unity's humanoid: X right, Y up, Z forward, left-handed.  This is th
 R becomes A R A^T.  The rest pose is a T-pose facing Z, in which every bone's rotation is the identity.
 """
 
-import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.rotations import matrix_to_quaternion
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.formats.osc import osc_bundles, osc_message, osc_string
 from zenocap.common.formats.skeleton import skeleton_of, turned_bones
 from zenocap.common.formats.trajectories import MATRICES, convert
 from zenocap.common.rig.animator import VmcTable
@@ -26,7 +26,6 @@ from zenocap.services.animator.outputs.output import DatagramSender
 from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
 from zenocap.services.animator.states import Actor
 
-OSC_BUNDLE_HEADER = b"#bundle\0" + (1).to_bytes(8, "big")  # with OSC's time tag for "immediately"
 OUR_WORLD_TO_UNITY = MATRICES["unity"]
 UNITY_NAMES: Mapping[str, str] = {  # names in Unity's HumanBodyBones, where they differ from ours
     "Spine1": "Chest",
@@ -39,40 +38,6 @@ UNITY_NAMES: Mapping[str, str] = {  # names in Unity's HumanBodyBones, where the
     "RightUpLeg": "RightUpperLeg",
     "RightLeg": "RightLowerLeg",
 }
-
-
-def osc_string(value: str) -> bytes:
-    """OSC string: UTF-8, terminated by one to four zero bytes up to a multiple of four bytes."""
-    data = value.encode()
-    return data + b"\0" * (4 - len(data) % 4)
-
-
-def osc_message(address: str, *arguments: str | int | float) -> bytes:
-    """One OSC message; int: 32 bits, float: single precision.  Raises struct.error for numbers outside these."""
-    tags, data = ",", b""
-    for argument in arguments:
-        match argument:
-            case str():
-                tags, data = tags + "s", data + osc_string(argument)
-            case int():
-                tags, data = tags + "i", data + struct.pack(">i", argument)
-            case _:
-                tags, data = tags + "f", data + struct.pack(">f", argument)
-    return osc_string(address) + osc_string(tags) + data
-
-
-def osc_bundles(messages: Iterable[bytes], max_bytes: int) -> Sequence[bytes]:
-    """The messages in order, in bundles of at most `max_bytes`; a larger message gets a bundle of its own."""
-    found: list[bytes] = []
-    parts, size = [OSC_BUNDLE_HEADER], len(OSC_BUNDLE_HEADER)
-    for message in messages:
-        if len(parts) > 1 and size + 4 + len(message) > max_bytes:
-            found.append(b"".join(parts))
-            parts, size = [OSC_BUNDLE_HEADER], len(OSC_BUNDLE_HEADER)
-        parts += [len(message).to_bytes(4, "big"), message]
-        size += 4 + len(message)
-    return [*found, b"".join(parts)] if len(parts) > 1 else found
-
 
 LOADED, CALIBRATED, NORMAL_MODE = 1, 3, 0  # arguments of /VMC/Ext/OK
 ROOT = osc_message("/VMC/Ext/Root/Pos", "root", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)

@@ -14,13 +14,17 @@ Numbers: TypeAlias = list[float]
 
 
 class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
-    """Rig and animator of the page.  live: False on a page that shows only a take, without a rig."""
+    """Rig and animator of the page.
+
+    live: False on a page that shows only a take, without a rig.  commands: posture and target of the rig's commands.
+    """
 
     rig: str
     method: str
     version: str
     viewers: list[str]
     live: bool = True
+    commands: list[tuple[str, str]] = []
 
 
 class BodyUpdate(msgspec.Struct, frozen=True, tag="body", tag_field="type"):
@@ -148,6 +152,32 @@ class PostureUpdate(msgspec.Struct, frozen=True, tag="posture", tag_field="type"
     best: list[tuple[str, float]]
 
 
+class CommandRow(msgspec.Struct, frozen=True):
+    """Command that a posture has triggered, see `zenocap.common.messages.CommandResult`.
+
+    latency_ms: from the capture of the pose by which the posture was recognized to the action; since_end_ms,
+    since_start_ms: from the posture's last and first frame.
+    """
+
+    number: int
+    captured_ms: float
+    posture: str
+    action: str
+    target: str
+    confidence: float
+    latency_ms: float
+    since_end_ms: float
+    since_start_ms: float
+    outcome: str
+
+
+class CommandsUpdate(msgspec.Struct, frozen=True, tag="commands", tag_field="type"):
+    """Latest commands, oldest first.  live: False when they are sent to a page that has just opened."""
+
+    commands: list[CommandRow]
+    live: bool
+
+
 class TakesUpdate(msgspec.Struct, frozen=True, tag="takes", tag_field="type"):
     """Takes that can be played, newest first: name and size in MB."""
 
@@ -173,7 +203,7 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 
 Update: TypeAlias = (
     HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
-    | ChecksUpdate | PostureUpdate | TakesUpdate | PlayerUpdate | NoticeUpdate
+    | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | NoticeUpdate
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]

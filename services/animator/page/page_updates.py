@@ -71,7 +71,10 @@ def _views_changed(schedule: Schedule, state: State) -> bool:
 
 
 def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
-    """Yield updates of all bodies, poses, points, cameras, postures and previews that differ between two states."""
+    """Yield updates of all bodies, poses, points, cameras, postures, commands and previews that differ between two states.
+
+    Commands are also sent after the initial state, so that a page knows which of them are old.
+    """
     for source, body in after.bodies.items():
         if before.bodies.get(source) is not body:
             yield _encoded(f"body/{source}", _body_update(source, body))
@@ -86,6 +89,8 @@ def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
     if after.posture is not None and before.posture is not after.posture:
         posture = after.posture
         yield _encoded("posture", pm.PostureUpdate(posture.label or "", round(posture.margin, 2), _best_models(posture)))
+    if not before.now_ns or before.commands is not after.commands:
+        yield _encoded("commands", pm.CommandsUpdate(list(map(_command_row, after.commands)), live=before.now_ns > 0))
     for viewer, preview in after.previews.items():
         if before.previews.get(viewer) is not preview:
             yield _encoded(f"preview/{viewer}", pm.PreviewUpdate(viewer, preview.jpeg))
@@ -184,6 +189,16 @@ def _best_models(posture: m.Posture) -> list[tuple[str, float]]:
     return [(label, round(value, 1)) for label, value in best]
 
 
+def _command_row(result: m.CommandResult) -> pm.CommandRow:
+    latency_ms, since_end_ms, since_start_ms = (
+        round(value / 1e6, 2) for value in (result.latency_ns, result.since_end_ns, result.since_start_ns)
+    )
+    return pm.CommandRow(
+        result.frame, result.captured_ns / 1e6, result.posture, result.action, result.target, round(result.confidence, 3),
+        latency_ms, since_end_ms, since_start_ms, result.outcome,
+    )  # fmt: skip
+
+
 def _service_row(status: ServiceStatus) -> pm.ServiceRow:
     health = status.health
     silent_s = round(status.silent_ns / 1e9, 1)
@@ -210,6 +225,8 @@ def _losses(counts: Mapping[str, int]) -> list[tuple[str, int, int]]:
         ("messages invalid", counts.get("rejected_invalid", 0), received),
         ("steps failed", counts.get("step_errors", 0), 0),
         ("messages not recorded", unlogged, logged + unlogged),
+        ("commands failed", counts.get("commands_failed", 0), 0),
+        ("commands dropped", counts.get("commands_dropped", 0), 0),
     ]
     return [(text, count, total) for text, count, total in found if count]
 

@@ -126,3 +126,12 @@ def test_names_too_long_for_a_certificate_are_refused() -> None:
     with pytest.raises(ValueError, match="allowed in a certificate: 64"):
         Member("viewer", "x" * 30).common_name("y" * 30)
     assert SIGHTING in keys_of("y" * 30, Member("viewer", "x" * 30))
+
+
+def test_only_the_recognizer_puts_the_keys_of_commands_and_all_members_may_subscribe() -> None:
+    recognizer, reader = Member("recognizer", puts=("lab/next",)), Member(READER)
+    rules = {str(rule["id"]): rule for rule in settings({"studio": [recognizer, reader]})["rules"]}
+    putting = [name for name, rule in rules.items() if "lab/next" in rule["key_exprs"] and rule["flows"] == ["ingress"]]
+    assert putting == ["studio: subscribe", "studio: recognizer: publish"]
+    assert "lab/next" in rules["studio: receive"]["key_exprs"]
+    assert "lab/next" not in allowed("studio", reader, "put")

@@ -9,12 +9,14 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.common.recording.test_tracker_take import messages_of, with_attachments
+from tests.support.command_receivers import http_receiver
 from tests.support.recognizer_cases import small_model
 from zenocap.common import messages as m
 from zenocap.common.errors import UserError
 from zenocap.common.recording.opening import attachments
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import POSTURES_FILE, SETUP_FILE, read_setup
+from zenocap.common.rig.commands import posture_commands
 from zenocap.common.rig.recognizer import RecognizerSpec
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor
@@ -103,3 +105,19 @@ def test_a_take_without_its_model_is_recomputed_except_for_postures(tracked: tup
 def test_a_model_on_another_machine_is_not_attached() -> None:
     names = {attachment.name for attachment in attachments(rig_with(Path("on-another-machine.postures")), {})}
     assert POSTURES_FILE not in names
+
+
+@pytest.mark.slow
+def test_tracking_and_verifying_perform_no_commands(tmp_path: Path) -> None:
+    rig = demo_rig()
+    viewers = tuple(replace(viewer, source=Actor("raise-both-arms", 3), preview=False) for viewer in rig.viewers)
+    with http_receiver() as receiver:
+        commands = posture_commands({"raise-both-arms": {"action": "http", "url": receiver.url}}, ())
+        assert rig.recognizer is not None
+        rig = replace(rig, viewers=viewers, recognizer=replace(rig.recognizer, commands=commands))
+        track(rig, tmp_path / "a.mcap")
+        labels = [message.label for message in messages_of(tmp_path / "a.mcap", m.Posture)]
+        assert "raise-both-arms" in labels
+        assert verify([tmp_path / "a.mcap"]).equal[POSTURES] == len(labels)
+        assert receiver.requests == []
+    assert messages_of(tmp_path / "a.mcap", m.CommandResult) == []

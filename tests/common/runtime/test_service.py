@@ -11,6 +11,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.runtime.clock import ManualClock, RealClock
+from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.service import Event, Runner, Service, Subscription, TooManyFailures, run
 from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
 
@@ -233,6 +234,21 @@ def test_counts_of_the_state_are_published_without_adding_them_up(network: Local
     found = [message.counts["late"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
     assert len(found) >= 3
     assert set(found) == {3}
+
+
+def test_the_clock_offset_is_passed_on_as_it_is_published(network: LocalNetwork) -> None:
+    """The integrator's clock is the same here: the offset is within its error."""
+    network.bus().serve_clock()
+    offsets: list[Offset | None] = []
+
+    def known() -> bool:
+        return any(offsets) or monotonic() > ends
+
+    ends = monotonic() + 20
+    assert run(viewer(), network.bus(), FastClock(), stopped=known, on_clock_offset=offsets.append) == 0
+    offset = offsets[-1]
+    assert offset is not None
+    assert abs(offset.offset_ns) <= offset.error_ns
 
 
 @dataclass(frozen=True)

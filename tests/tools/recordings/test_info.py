@@ -193,3 +193,25 @@ def test_any_timestamp_is_formatted_as_utc() -> None:
     assert utc(0) == "1970-01-01T00:00:00.000Z"
     assert utc(2**63 - 1).startswith("2262-04-11T23:47:16.854")
     assert utc(2**64 - 1).startswith("2554-07-21")
+
+
+def test_commands_have_counts_and_latencies(tmp_path: Path) -> None:
+    def command(number: int, latency_ms: int, outcome: str = "done", target: str = "lab/next") -> m.CommandResult:
+        latency_ns = latency_ms * 1_000_000
+        fields = {
+            "type": "command_result", "frame": number, "captured_ns": START_NS, "posture": "squat", "action": "zenoh",
+            "target": target, "confidence": 0.4, "latency_ns": latency_ns, "since_end_ns": latency_ns + 300_000_000,
+            "since_start_ns": latency_ns + 2_300_000_000, "outcome": outcome,
+        }  # fmt: skip
+        return msgspec.convert(fields, m.CommandResult)
+
+    results = [command(0, 10), command(1, 30), command(2, 20, target="lab/first"), command(3, 2000, "failed")]
+    found = info(take_of(tmp_path / "a.mcap", *((k, result) for k, result in enumerate(results))))
+    assert found.commands is not None
+    assert (found.commands.done, found.commands.failed, found.commands.dropped) == (3, 1, 0)
+    assert found.commands.targets == {"zenoh lab/first": 1, "zenoh lab/next": 2}
+    assert (found.commands.latency_ms, found.commands.since_end_ms) == ((20.0, 30.0), (320.0, 330.0))
+    text = " ".join(" ".join(lines_of(found)).split())
+    assert "commands 3 done, 1 failed, zenoh lab/first 1, zenoh lab/next 2, " in text
+    assert "pose to action: median 20.0 ms, largest 30.0 ms" in text
+    assert info(take_of(tmp_path / "b.mcap", (0, sighting("1", 0)))).commands is None

@@ -8,6 +8,7 @@ import { PRESETS, orbitControls } from './orbit_controls.js';
 import { PlayerControls } from './player_controls.js';
 import { AnglePlots } from './angle_plots.js';
 import { Scene } from './scene.js';
+import { SlideShow } from './slides.js';
 import * as panel from './side_panel.js';
 
 const el = (id) => document.getElementById(id);
@@ -18,6 +19,8 @@ const MAX_TRAIL_POSES = 400;
 const MAX_LATENCIES = 4096;
 const LATENCY_POSES = 60;  // over which the median latency is taken
 const RATE_MS = 2000;  // over which the rate of poses is counted
+const SLIDES_PAUSE_MS = 150;  // after each picture of the scene beside the slides, so that a slow machine turns them at once
+const SLIDES_DISTANCE_M = 3.2;  // of the scene's camera beside the slides: from behind, so that left and right are the person's
 const CAMERA_COLOUR = [0.56, 0.66, 0.8];
 const STALE_COLOUR = [1.0, 0.36, 0.42];
 const LAYERS = {
@@ -35,15 +38,16 @@ const views = new CameraViews(el('views'), (viewer, picture) => {
 });
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
-  trail: [], trailSeconds: 2, arrivals: [], count: 0, pointsMs: 0,
+  eyeBefore: {}, trail: [], trailSeconds: 2, arrivals: [], count: 0, pointsMs: 0,
   latencies: [],  // ms from the receipt of a pose by the animator until it is in the scene
   ages: [],  // ms from its capture until then
 };
 const connection = new Connection({
   hello: showHello, body: setBody, pose: setPose, points: setPoints, camera: setCamera, services: setServices,
   posture: setPosture,
-  view: (update) => views.show(update, state.source, drawnInViews),
-  preview: (update) => views.setPreview(update),
+  commands: (update) => slides.receive(update, state.feed === 'live'),
+  view: (update) => { if (el('slides').hidden) views.show(update, state.source, drawnInViews); },
+  preview: (update) => { if (el('slides').hidden) views.setPreview(update); },
   checks: (update) => { panel.showChecks(update); dialog.setAdvice(update.advice); },
   takes: ({ takes }) => panel.listTakes(takes, (take) => player.play(take)),
   player: (update) => player.show(update),
@@ -53,6 +57,7 @@ const connection = new Connection({
   document.body.classList.toggle('disconnected', !connected);
   if (connected && state.feed !== 'live') connection.send({ type: 'select_feed', feed: state.feed });
 });
+const slides = new SlideShow(el('slides'), showSlides);
 const dialog = new MeasureDialog(el('measure-dialog'), () => connection.send({ type: 'request', what: 'measure' }));
 const player = new PlayerControls((command) => connection.send(command), selectFeed);
 
@@ -76,13 +81,15 @@ document.querySelector('[data-tab=takes]').addEventListener('click', () => conne
 showTrailLength();
 new ResizeObserver(centreScene).observe(el('bottom'));
 addEventListener('resize', centreScene);
-setInterval(() => plots.draw(), 100);
+setInterval(() => { if (el('slides').hidden) plots.draw(); }, 100);
 setInterval(updateNumbers, 500);
 
 function showTrailLength() { el('trail-out').textContent = state.trailSeconds ? `${state.trailSeconds} s` : 'off'; }
 
 function showHello(update) {
   state.hello = update;
+  slides.forget();
+  slides.setCommands(update.commands);
   el('rig').textContent = update.live ? `rig ${update.rig} · ${update.method}` : `take ${update.rig}`;
   document.title = `zenocap · ${update.rig}`;
   document.body.classList.toggle('take-only', !update.live);
@@ -103,6 +110,7 @@ function selectFeed(feed) {
   views.clear();
   plots.clear();
   panel.setAlert('services', '');
+  slides.forget();
   connection.send({ type: 'select_feed', feed });
   updateLines();
 }
@@ -173,8 +181,25 @@ function imageCorners({ centre, corners }) {
 // Move the centre of the scene to the middle of what the panels leave free.
 function centreScene() {
   const bottom = el('bottom').getBoundingClientRect();
-  scene.shift = [(bottom.left + bottom.right) / innerWidth - 1, 1 - bottom.top / innerHeight];
+  const small = document.body.classList.contains('slides-open');  // the scene is in a corner, beside the panels
+  scene.shift = small ? [0, 0] : [(bottom.left + bottom.right) / innerWidth - 1, 1 - bottom.top / innerHeight];
   scene.requestDraw();
+}
+
+// The scene is small beside the slides, and afterwards as before.
+function showSlides(open) {
+  if (open) {
+    const { yaw, pitch, distance } = scene.eye;
+    state.eyeBefore = { yaw, pitch, distance };
+    orbit.look('back');
+    scene.eye.distance = SLIDES_DISTANCE_M;
+    scene.quality = 0;
+    scene.pauseMs = SLIDES_PAUSE_MS;
+  } else {
+    Object.assign(scene.eye, state.eyeBefore);
+    scene.pauseMs = 0;
+  }
+  centreScene();
 }
 
 // Lines of the scene: camera frusta and trails.
@@ -233,7 +258,7 @@ function updateNumbers() {
 
 // For tests and measurements.
 window.zenocap = {
-  state, scene, orbit, dialog, chooseTab,
+  state, scene, orbit, dialog, slides, chooseTab,
   // Frame, world position and position on the page (CSS pixels) of a joint centre, such as 'RWrist'.
   locate(name) {
     const body = state.bodies.get(state.source);

@@ -29,6 +29,7 @@ export class Scene {
     this.waiting = false;
     this.shift = [0, 0];  // of the centre of the picture to the area free of panels, in halves of the page
     this.quality = 0;  // index of SCALES
+    this.pauseMs = 0;  // after each picture
     this.times = [];
     this.renderer = new Renderer(gl, {
       capsule: [shaders.CAPSULE_VERTEX, shaders.CAPSULE_FRAGMENT], floor: [shaders.FLOOR_VERTEX, shaders.FLOOR_FRAGMENT],
@@ -67,8 +68,13 @@ export class Scene {
       return;
     }
     gl.deleteSync(fence);
-    this.waiting = false;
     this.adaptResolution(performance.now() - since);
+    if (this.pauseMs) setTimeout(() => this.endPicture(), this.pauseMs);
+    else this.endPicture();
+  }
+
+  endPicture() {
+    this.waiting = false;
     if (this.stale) this.requestDraw();
   }
 

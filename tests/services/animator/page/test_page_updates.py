@@ -12,6 +12,7 @@ from tests.support.animator_stand_in import (
     bap,
     body,
     body_message,
+    command_result,
     health,
     mask_of,
     pose_at,
@@ -45,7 +46,13 @@ from zenocap.services.animator.page.page_updates import (
     services_update,
     view_updates,
 )
-from zenocap.services.animator.parameters import CHECKS_PERIOD_NS, POSE_WAIT_NS, SERVICES_PERIOD_NS, VIEWS_PERIOD_NS
+from zenocap.services.animator.parameters import (
+    CHECKS_PERIOD_NS,
+    COMMANDS_SHOWN,
+    POSE_WAIT_NS,
+    SERVICES_PERIOD_NS,
+    VIEWS_PERIOD_NS,
+)
 from zenocap.services.animator.states import State
 from zenocap.services.animator.step import initial_state, step
 from zenocap.services.viewer.shell import camera_info
@@ -241,3 +248,33 @@ def test_scene_points_are_sent_unchanged_and_damaged_ones_are_not() -> None:
     sent = sent_points(packed_points(np.array([[1.0, -2.0, 0.5]])))
     assert np.frombuffer(b64decode(str(sent["points"]["data"])), "<i2").tolist() == [1000, -2000, 500]
     assert "points" not in sent_points(b"12345")
+
+
+def test_the_latest_commands_are_sent_together_oldest_first() -> None:
+    before = after(command_result(0, NOW, "demo/slides/first"))
+    results = [command_result(1 + k, NOW, "demo/slides/next") for k in range(COMMANDS_SHOWN + 3)]
+    sent = decoded(list(changes(before, after(*results, state=before))))["commands"]
+    assert sent["live"] is True
+    rows = sent["commands"]
+    assert isinstance(rows, list)
+    assert [row["number"] for row in rows] == list(range(4, COMMANDS_SHOWN + 4))
+    assert rows[-1] == {
+        "number": COMMANDS_SHOWN + 3, "captured_ms": pytest.approx(NOW / 1e6 - 20), "posture": "raise-right-arm",
+        "action": "zenoh", "target": "demo/slides/next", "confidence": 0.4, "latency_ms": 20.0, "since_end_ms": 320.0,
+        "since_start_ms": 2320.0, "outcome": "done",
+    }  # fmt: skip
+
+
+def test_a_page_that_opens_gets_earlier_commands_as_such() -> None:
+    """Also an empty list, so that the first command afterwards is known to be new."""
+    assert decoded(list(changes(State(), after(command_result(0, NOW, "a")))))["commands"]["live"] is False
+    none = decoded(list(changes(State(), full())))["commands"]
+    assert (none["commands"], none["live"]) == ([], False)
+    assert "commands" not in decoded(list(changes(full(), full())))
+
+
+def test_failed_and_dropped_commands_are_losses_of_the_recognizer() -> None:
+    state = after(health("recognizer", "main", NOW, commands_done=9, commands_failed=2, commands_dropped=1))
+    rows = json.loads(services_update(state, 0).data)["services"]
+    (row,) = (row for row in rows if row["name"] == "recognizer")
+    assert row["losses"] == [["commands failed", 2, 0], ["commands dropped", 1, 0]]

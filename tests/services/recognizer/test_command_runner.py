@@ -1,0 +1,186 @@
+"""Commands beside the service loop: results with their latency, dropped ones, failures that stop nothing, closing."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_receivers import SECOND, http_receiver, posture_at, program
+from zenocap.common.messages import CommandResult
+from zenocap.common.rig.commands import PostureCommand, posture_commands
+from zenocap.common.runtime.clock import ManualClock, RealClock
+from zenocap.common.runtime.clock_offset import Offset
+from zenocap.services.recognizer.command_runner import CommandRunner
+from zenocap.services.recognizer.parameters import COMMANDS_WAITING, MAX_COMMAND_AGE_S
+
+PATIENCE_S = 20.0
+NOW = 1_700_000_000 * SECOND
+ZENOH: dict[str, object] = {"action": "zenoh", "key": "lab/squat", "payload": "1", "cooldown": 0}
+
+
+class Puts:
+    """Put of a bus: keeps keys and payloads; blocks while `held`."""
+
+    def __init__(self) -> None:
+        self.received: list[tuple[str, bytes]] = []
+        self.open = threading.Event()
+        self.open.set()
+
+    def __call__(self, key: str, payload: bytes) -> None:
+        assert self.open.wait(PATIENCE_S)
+        self.received.append((key, payload))
+
+
+@contextmanager
+def running(
+    commands: tuple[PostureCommand, ...], puts: Callable[[str, bytes], None], clock: ManualClock | RealClock
+) -> Iterator[CommandRunner]:
+    runner = CommandRunner("studio", commands, puts, lambda: None, clock)
+    try:
+        yield runner
+    finally:
+        runner.close()
+
+
+def results_of(runner: CommandRunner, count: int) -> list[CommandResult]:
+    """The next `count` results."""
+    found: list[CommandResult] = []
+    end_s = time.monotonic() + PATIENCE_S
+    while len(found) < count:
+        assert time.monotonic() < end_s, found
+        found += runner.results()
+        time.sleep(0.002)
+    return found
+
+
+def test_a_posture_triggers_a_command_and_its_result_has_the_latency() -> None:
+    clock, puts = ManualClock(NOW), Puts()
+    commands = posture_commands({"squat": ZENOH, "kick": {"action": "zenoh", "key": "lab/kick"}}, ())
+    with running(commands, puts, clock) as runner:
+        clock.advance(SECOND // 50)
+        runner.receive(posture_at(NOW))
+        (result,) = results_of(runner, 1)
+        runner.receive(posture_at(NOW, None))
+        assert runner.counts()["commands_done"] == 1
+    assert puts.received == [("lab/squat", b"1")]
+    assert (result.frame, result.captured_ns, result.posture, result.action, result.target) == (
+        0, NOW, "squat", "zenoh", "lab/squat",
+    )  # fmt: skip
+    assert (result.latency_ns, result.since_end_ns, result.since_start_ns) == (
+        SECOND // 50, 32 * SECOND // 100, 232 * SECOND // 100,
+    )  # fmt: skip
+    assert (result.outcome, result.error) == ("done", "")
+    assert 0.5 < result.confidence < 0.7
+
+
+def test_capture_times_are_on_the_clock_of_the_integrator() -> None:
+    """A clock that is 50 s ahead makes no posture old."""
+    clock, puts = ManualClock(NOW + 50 * SECOND), Puts()
+    with running(posture_commands({"squat": ZENOH}, ()), puts, clock) as runner:
+        runner.receive(posture_at(NOW))
+        assert runner.counts()["commands_old"] == 1
+        runner.set_clock_offset(Offset(50 * SECOND - SECOND // 100, 1000))
+        runner.receive(posture_at(NOW))
+        assert results_of(runner, 1)[0].latency_ns == SECOND // 100
+
+
+def test_a_posture_of_a_replayed_take_triggers_nothing() -> None:
+    clock, puts = RealClock(), Puts()
+    with running(posture_commands({"squat": ZENOH}, ()), puts, clock) as runner:
+        runner.receive(posture_at(clock.now_ns() - round((MAX_COMMAND_AGE_S + 1) * SECOND)))
+        assert runner.counts()["commands_old"] == 1
+        assert runner.results() == []
+    assert puts.received == []
+
+
+def test_too_many_at_once_are_dropped_and_reported_without_waiting() -> None:
+    clock, puts = ManualClock(NOW), Puts()
+    puts.open.clear()
+    with running(posture_commands({"squat": ZENOH}, ()), puts, clock) as runner:
+        offered = COMMANDS_WAITING + 5
+        for _ in range(offered):
+            runner.receive(posture_at(NOW))  # returns although the put blocks
+        dropped = list(runner.results())
+        puts.open.set()
+        done = results_of(runner, offered - len(dropped))
+        assert {result.outcome for result in dropped} == {"dropped"}
+        assert {result.outcome for result in done} == {"done"}
+        assert dropped[0].error == f"{COMMANDS_WAITING} earlier ones are waiting"
+        assert COMMANDS_WAITING <= len(done) <= COMMANDS_WAITING + 1
+        assert [result.frame for result in (*dropped, *done)] == list(range(offered))
+        assert runner.counts()["commands_dropped"] == len(dropped)
+
+
+def test_a_slow_command_does_not_delay_another() -> None:
+    clock, puts = RealClock(), Puts()
+    with http_receiver() as receiver:
+        receiver.status = None
+        tables = {"squat": [{"action": "http", "url": receiver.url, "timeout": 10, "cooldown": 0}, ZENOH]}
+        with running(posture_commands(tables, ()), puts, clock) as runner:
+            runner.receive(posture_at(clock.now_ns()))
+            assert [result.action for result in results_of(runner, 1)] == ["zenoh"]
+            receiver.status = 204
+            receiver.released.set()
+            (slow,) = results_of(runner, 1)
+            assert (slow.action, slow.outcome) == ("http", "done")
+
+
+def test_a_failing_command_is_reported_and_the_next_ones_are_performed(tmp_path: Path) -> None:
+    clock = RealClock()
+    path = program(tmp_path, "lights", 'test -e "$1" && exit 4; touch "$1"; echo broken >&2; exit 3')
+    table = {"action": "program", "program": path, "arguments": [str(tmp_path / "file")], "cooldown": 0}
+    with running(posture_commands({"squat": table}, [path]), Puts(), clock) as runner:
+        for _ in range(2):
+            runner.receive(posture_at(clock.now_ns()))
+        first, second = results_of(runner, 2)
+        assert (first.outcome, first.error, second.error) == ("failed", "exit status 3: broken", "exit status 4")
+        assert runner.counts()["commands_failed"] == 2
+
+
+def test_an_unexpected_error_is_a_failure_and_ends_no_thread() -> None:
+    clock, calls = RealClock(), []
+
+    def broken(key: str, payload: bytes) -> None:
+        calls.append(key)
+        raise RuntimeError("a bug")
+
+    with running(posture_commands({"squat": ZENOH}, ()), broken, clock) as runner:
+        for _ in range(2):
+            runner.receive(posture_at(clock.now_ns()))
+        assert {result.error for result in results_of(runner, 2)} == {"RuntimeError: a bug"}
+    assert len(calls) == 2
+
+
+def test_a_program_gets_posture_confidence_and_rig(tmp_path: Path) -> None:
+    clock = RealClock()
+    path = program(tmp_path, "write", 'echo "$ZENOCAP_RIG $ZENOCAP_POSTURE $ZENOCAP_CONFIDENCE" > "$1"')
+    table = {"action": "program", "program": path, "arguments": [str(tmp_path / "out")]}
+    with running(posture_commands({"squat": table}, [path]), Puts(), clock) as runner:
+        runner.receive(posture_at(clock.now_ns()))
+        (result,) = results_of(runner, 1)
+    assert (tmp_path / "out").read_text() == f"studio squat {result.confidence:.3f}\n"
+
+
+@pytest.mark.slow
+def test_closing_kills_a_running_program(tmp_path: Path) -> None:
+    clock = RealClock()
+    path = program(tmp_path, "slow", 'touch "$1"; exec sleep 60')
+    table = {"action": "program", "program": path, "arguments": [str(tmp_path / "begun")], "timeout": 60}
+    with running(posture_commands({"squat": table}, [path]), Puts(), clock) as runner:
+        runner.receive(posture_at(clock.now_ns()))
+        end_s = time.monotonic() + PATIENCE_S
+        while not (tmp_path / "begun").exists():
+            assert time.monotonic() < end_s
+            time.sleep(0.01)
+    (result,) = runner.results()
+    assert (result.outcome, result.error) == ("failed", "exit status -9")
+
+
+def test_a_rig_without_commands_has_no_threads_and_no_counts() -> None:
+    before = threading.active_count()
+    with running((), Puts(), RealClock()) as runner:
+        assert threading.active_count() == before
+        assert runner.counts() == {}

@@ -1,0 +1,107 @@
+"""Which commands a posture triggers: label, confidence, cooldown, age."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenocap.common.messages import Posture
+from zenocap.common.rig.commands import PostureCommand, ZenohAction
+from zenocap.services.recognizer.commands import CommandState, confidence_of, triggered
+from zenocap.services.recognizer.parameters import MAX_COMMAND_AGE_S
+
+SECOND = 1_000_000_000
+START = 1_700_000_000 * SECOND
+
+
+def posture(label: str | None, time_s: float = 0.0, score: float = 1.0, margin: float = 1.0, models: int = 2) -> Posture:
+    captured_ns = START + round(time_s * SECOND)
+    return Posture(
+        frame=0, captured_ns=captured_ns, label=label, start_ns=captured_ns - 3 * SECOND, end_ns=captured_ns - SECOND // 3,
+        log_likelihoods={name: 0.0 for name in ("squat", "kick")[:models]}, score=score, margin=margin,
+    )  # fmt: skip
+
+
+def command(label: str, key: str = "a", min_confidence: float = 0.0, cooldown: float = 1.0) -> PostureCommand:
+    return PostureCommand(
+        label, ZenohAction(key=key, min_confidence=min_confidence, cooldown=cooldown), f"commands.{label}"
+    )
+
+
+def run(commands: list[PostureCommand], *postures: Posture) -> tuple[CommandState, list[list[str]]]:
+    """State and targets of the triggered commands of each posture, all of them live."""
+    state, found = CommandState(), []
+    for one in postures:
+        state, triggers = triggered(commands, state, one, one.captured_ns)
+        found.append([trigger.command.action.target for trigger in triggers])
+    return state, found
+
+
+def test_a_posture_triggers_its_commands_in_the_order_of_the_rig() -> None:
+    commands = [command("squat", "first"), command("kick", "other"), command("squat", "second")]
+    assert run(commands, posture("squat"))[1] == [["first", "second"]]
+    assert run(commands, posture("march"))[1] == [[]]
+    assert run([], posture("squat"))[1] == [[]]
+
+
+def test_a_movement_without_a_label_triggers_nothing() -> None:
+    state, found = run([command("squat"), command("None")], posture(None))
+    assert found == [[]]
+    assert state == CommandState()
+
+
+def test_within_the_cooldown_a_command_is_triggered_once() -> None:
+    times = (0.0, 0.4, 1.9, 2.0, 2.5, 4.1)
+    state, found = run([command("squat", cooldown=2.0)], *(posture("squat", time_s) for time_s in times))
+    assert [len(keys) for keys in found] == [1, 0, 0, 1, 0, 1]
+    assert state.counts == {"cooldown": 3}
+
+
+def test_every_command_has_its_own_cooldown() -> None:
+    commands = [command("squat", "slow", cooldown=10.0), command("squat", "fast", cooldown=0.0), command("kick", "kick")]
+    found = run(commands, posture("squat"), posture("kick", 0.1), posture("squat", 0.2))[1]
+    assert found == [["slow", "fast"], ["kick"], ["fast"]]
+
+
+def test_after_the_clock_was_set_back_commands_are_triggered() -> None:
+    assert run([command("squat", cooldown=60.0)], posture("squat", 0.0), posture("squat", -100.0))[1] == [["a"], ["a"]]
+
+
+def test_an_unsure_posture_triggers_nothing_and_starts_no_cooldown() -> None:
+    commands = [command("squat", min_confidence=0.5, cooldown=10.0)]
+    state, found = run(commands, posture("squat", 0.0, margin=0.3), posture("squat", 0.5, margin=0.8))
+    assert found == [[], ["a"]]
+    assert state.counts == {"unsure": 1}
+
+
+@pytest.mark.parametrize("age_s", [MAX_COMMAND_AGE_S + 0.1, 3600.0, -MAX_COMMAND_AGE_S - 0.1])
+def test_a_posture_that_is_not_live_triggers_nothing(age_s: float) -> None:
+    """As from a replayed take."""
+    one = posture("squat")
+    state, triggers = triggered([command("squat")], CommandState(), one, one.captured_ns + round(age_s * SECOND))
+    assert triggers == []
+    assert (state.counts, state.triggered_ns) == ({"old": 1}, {})
+
+
+def test_confidence_is_one_minus_the_likelihood_ratio_of_the_best_alternative() -> None:
+    half = math.log(2.0)
+    assert confidence_of(posture("squat", score=5.0, margin=half)) == pytest.approx(0.5)
+    assert confidence_of(posture("squat", score=half, margin=5.0)) == pytest.approx(0.5)
+    assert confidence_of(posture("squat", score=half, margin=0.0, models=1)) == pytest.approx(0.5)
+    assert confidence_of(posture("squat", score=-1.0)) == 0.0
+
+
+@given(st.floats(-1e9, 1e9), st.floats(0, 1e9))
+def test_confidence_is_a_share(score: float, margin: float) -> None:
+    assert 0.0 <= confidence_of(posture("squat", score=score, margin=margin)) <= 1.0
+
+
+@given(st.lists(st.floats(0, 20), max_size=20), st.floats(0.1, 5))
+def test_two_triggers_are_at_least_the_cooldown_apart(times: list[float], cooldown: float) -> None:
+    ordered = sorted(times)
+    _, found = run([command("squat", cooldown=cooldown)], *(posture("squat", time_s) for time_s in ordered))
+    fired = [time_s for time_s, keys in zip(ordered, found, strict=True) if keys]
+    assert all(second - first >= cooldown - 1e-6 for first, second in pairwise(fired))
+    assert bool(fired) is bool(times)

@@ -1,8 +1,7 @@
 """People with random proportions, girth, clothing and manner of movement, by seed.
 
-Mean segment lengths in body heights follow Drillis and Contini (1966) as in Winter, Biomechanics, 4th ed., fig. 4.1;
-spreads are similar to those of adult anthropometric surveys.  The tracker's body table has the same source, so most means
-are equal to its constants (head, thigh, torso): errors of the measured body are optimistic.
+Joint centres follow from the landmarks of `anthropometry`; the offsets between both are from other sources than the
+tracker's constants, so that its errors on simulated people are not smaller than on real ones for that reason.
 """
 
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Floats
+from zenocap.simulation.body.anthropometry import Build, draw_build
 
 Bgr = tuple[float, float, float]
 
@@ -93,9 +93,10 @@ class Manner:
 
 @dataclass(frozen=True)
 class Person:
-    """One person; equal seeds give equal persons."""
+    """One person; equal seeds give equal persons.  age: years, None for an adult."""
 
     seed: int
+    age: float | None
     height: float
     lengths: Lengths
     girths: Girths
@@ -107,69 +108,78 @@ _SKIN_BGR = ((178, 200, 232), (150, 178, 220), (122, 152, 205), (95, 125, 180), 
 _HAIR_BGR = ((28, 30, 34), (35, 50, 74), (60, 92, 132), (112, 158, 192), (128, 128, 130), (38, 60, 118))
 
 
+# Joint centres relative to landmarks, cited from memory from de Leva (1996), J. Biomech. 29:1231: the shoulder below the
+# acromion and the elbow above the radiale, in lengths from acromion to radiale.
+_SHOULDER_BELOW, _ELBOW_ABOVE = 0.104, 0.043
+_SHOULDER_INSIDE = 0.014  # the shoulder beside the acromion, in body heights; chosen by hand, about 25 mm
+_HIP_HALF = 0.315  # the hips beside the middle, in breadths between the iliac crests; chosen by hand, 86 mm on average
+_RELAXED = 0.93  # circumference of a relaxed upper arm or forearm over that of a flexed one; chosen by hand
+
+
 def person(seed: int) -> Person:
-    """The person of a seed (0 or more): 1.50 to 1.95 m tall, with independent proportions, girth and clothing."""
+    """The person of a seed (0 or more): an adult or a child from 6 to 16 years, 1.0 to 2.05 m tall."""
+    build = draw_build(np.random.default_rng([0xB0D, seed]))
     rng = np.random.default_rng([0xAC, seed])
-    build = float(rng.uniform())  # 0: narrow shoulders and wide hips, 1: the opposite
-    height = float(np.clip(rng.normal(1.64 + 0.15 * build, 0.08), 1.50, 1.95))
-    lengths = _lengths(rng, height, build)
-    girths = _girths(rng, height, build, lengths)
-    return Person(seed, height, lengths, girths, _clothing(rng, build), _manner(rng, lengths))
+    height = build.measures["stature"]
+    lengths = _lengths(build)
+    return Person(seed, build.age, height, lengths, _girths(build, lengths), _clothing(rng, build), _manner(rng, lengths))
 
 
-def _lengths(rng: np.random.Generator, height: float, build: float) -> Lengths:
-    def share(mean: float, spread: float) -> float:
-        return mean * float(np.clip(rng.normal(1.0, spread), 1.0 - 2.0 * spread, 1.0 + 2.0 * spread))
-
-    column = np.array([share(0.043, 0.05), share(0.242, 0.03), share(0.245, 0.03), share(0.288, 0.03), 0.182])
-    ankle, shank, thigh, torso, head_top = (float(x) for x in height * column / column.sum())
-    arm = share(1.0, 0.03)
+def _lengths(build: Build) -> Lengths:
+    measure = build.measures
+    height, arm = measure["stature"], measure["acromionradialelength"]
+    ankle, knee = measure["lateralmalleolusheight"], measure["lateralfemoralepicondyleheight"]
+    hip = measure["trochanterionheight"]  # the top of the trochanter is level with the centre of the femur's head
+    shoulder = measure["acromialheight"] - _SHOULDER_BELOW * arm
     return Lengths(
         ankle_height=ankle,
-        shank=shank,
-        thigh=thigh,
-        torso=torso,
-        head_top=head_top,
-        shoulder_half=height * share(0.098 + 0.012 * build, 0.03),
-        hip_half=height * share(0.052 - 0.003 * build, 0.05),
-        upper_arm=height * arm * share(0.174, 0.02),
-        forearm=height * arm * share(0.147, 0.02),
-        hand=height * share(0.106, 0.03),
-        foot=height * share(0.152, 0.03),
+        shank=knee - ankle,
+        thigh=hip - knee,
+        torso=shoulder - hip,
+        head_top=height - shoulder,
+        shoulder_half=measure["biacromialbreadth"] / 2 - _SHOULDER_INSIDE * height,
+        hip_half=_HIP_HALF * measure["bicristalbreadth"],
+        upper_arm=(1 - _SHOULDER_BELOW - _ELBOW_ABOVE) * arm,
+        forearm=measure["radialestylionlength"],
+        hand=measure["handlength"],
+        foot=measure["footlength"],
     )
 
 
-def _girths(rng: np.random.Generator, height: float, build: float, lengths: Lengths) -> Girths:
-    mass = float(np.clip(rng.lognormal(0.0, 0.10), 0.86, 1.25))  # linear factor on girth
+def _girths(build: Build, lengths: Lengths) -> Girths:
+    def radius(name: str) -> float:
+        return build.measures[f"{name}circumference"] / (2 * np.pi)
 
-    def radius(share: float) -> float:
-        return height * share * mass * float(rng.normal(1.0, 0.03))
+    def half(*names: str) -> tuple[float, ...]:
+        return tuple(build.measures[name] / 2 for name in names)
 
-    hips = max(radius(0.098 - 0.008 * build), lengths.hip_half + radius(0.038))
-    chest = min(radius(0.085 + 0.010 * build), lengths.shoulder_half * 0.98)
-    belly = 1.0 + max(0.0, mass - 1.0) * float(rng.uniform(0.2, 1.2))
+    thigh, forearm = radius("thigh") / 1.06, _RELAXED * build.measures["forearmcircumferenceflexed"] / (2 * np.pi)
+    breadth, depth = half("hipbreadth", "buttockdepth")
+    chest, chest_depth = half("chestbreadth", "chestdepth")
+    waist, waist_depth = half("waistbreadth", "waistdepth")
+    head, head_depth = half("headbreadth", "headlength")
     return Girths(
-        thigh=radius(0.050),
-        knee=radius(0.034),
-        calf=radius(0.034),
-        ankle=radius(0.0215),
-        upper_arm=radius(0.0265 + 0.003 * build),
-        elbow=radius(0.0225),
-        forearm=radius(0.0235),
-        wrist=radius(0.0155),
-        neck=height * (0.031 + 0.005 * build) * mass**0.5,
-        chest=(chest, radius(0.064)),
-        waist=(radius(0.076 + 0.004 * build) * belly, radius(0.057) * belly**1.5),
-        hips=(hips, radius(0.068)),
-        head=(height * float(rng.normal(0.0455, 0.0015)), height * float(rng.normal(0.0575, 0.0015))),
+        thigh=thigh,  # the surface is 1.06 times as wide at the thigh's top
+        knee=0.95 * radius("lowerthigh"),  # measured above the knee
+        calf=radius("calf"),
+        ankle=radius("ankle"),
+        upper_arm=_RELAXED * build.measures["bicepscircumferenceflexed"] / (2 * np.pi),
+        elbow=0.92 * forearm,
+        forearm=forearm,
+        wrist=radius("wrist"),
+        neck=radius("neck"),
+        chest=(min(chest, 0.98 * lengths.shoulder_half), chest_depth),
+        waist=(waist, waist_depth),
+        hips=(max(breadth, lengths.hip_half + 0.6 * thigh), depth),
+        head=(head, head_depth),
     )
 
 
-def _clothing(rng: np.random.Generator, build: float) -> Clothing:
-    skirted = rng.uniform() < 0.35 * (1.0 - build)
+def _clothing(rng: np.random.Generator, build: Build) -> Clothing:
+    skirted = rng.uniform() < (0.3 if build.woman else 0.05)
     skirt = float(rng.uniform(0.75, 1.1)) if skirted else 0.0
     shorts = not skirted and rng.uniform() < 0.2
-    long_hair = rng.uniform() < 0.75 - 0.65 * build
+    long_hair = rng.uniform() < (0.65 if build.woman else 0.2)
     return Clothing(
         shirt_ease=float(rng.uniform(0.006, 0.030)),
         trouser_ease=float(rng.uniform(0.004, 0.024)),

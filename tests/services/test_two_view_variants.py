@@ -85,6 +85,22 @@ def test_viewer_scales_its_model_by_the_factor_it_is_sent(additions: Additions, 
     assert (scores[0] != scores[1]) == used
 
 
+@pytest.mark.parametrize("additions", [PAPER | {"restart"}, IMPROVED], ids=["paper", "improved"])
+def test_lost_person_is_searched_at_the_depth_of_the_factor(additions: Additions) -> None:
+    loop = tracked(additions)
+    state = loop.viewer_states["1"]
+    assert isinstance(state, Tracking)
+    assert state.assignment is not None
+    last = film(COUNT)[-1]["1"]
+    moved = replace(last, frame=COUNT, image=np.roll(last.image, 40, axis=1))
+    found = [
+        viewer.step(loop.viewer_setups["1"], replace(state, assignment=scaled(state.assignment, COUNT, factor)), moved)
+        for factor in (1.0, 1.3)
+    ]
+    (near,), (far,) = (messages for _, messages in found)
+    assert near != far
+
+
 def scaled(assignment: m.Assignment, frame: int, factor: float) -> m.Assignment:
     """The same assignment for another frame, with scaling factors multiplied by `factor`."""
     views = {

@@ -10,6 +10,7 @@ import pytest
 import zenocap
 from tests.support.places import CLIPS, GOLDEN
 from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.rig.rig import demo_rig_file
 
 ARMS = GOLDEN / "arms.mcap"
 
@@ -96,6 +97,12 @@ def test_a_list_of_videos_needs_a_calibration(tmp_path: Path) -> None:
         zenocap.track([tmp_path / "a.mp4"], tmp_path / "a.mcap", calibration=tmp_path / "c.toml")
     with pytest.raises(zenocap.UserError, match="allowed with a list of videos"):
         zenocap.track(zenocap.demo_rig(), tmp_path / "a.mcap", calibration=tmp_path / "c.toml")
+    with pytest.raises(zenocap.UserError, match="method and variant: allowed with files or a folder"):
+        zenocap.track(zenocap.demo_rig(), tmp_path / "a.mcap", variant="paper")
+    with pytest.raises(zenocap.UserError, match=r"variant = 'printed': allowed: improved, paper"):
+        zenocap.track(demo_rig_file(), tmp_path / "a.mcap", variant="printed")
+    with pytest.raises(zenocap.UserError, match=r"method = 'two-view' has no tracker"):
+        zenocap.track(zenocap.demo_rig(), tmp_path / "a.mcap", preset="paper")
 
 
 @pytest.mark.slow

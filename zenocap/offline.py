@@ -23,6 +23,8 @@ def track(
     empty_frames: int | None = None,
     up_axis: str = "y",
     method: str | None = None,
+    variant: str | None = None,
+    preset: str | None = None,
     size: tuple[int, int] | None = None,
     fps: float | None = None,
     height: float | None = None,
@@ -39,6 +41,8 @@ def track(
         is the median of the video.
     up_axis: of the calibration of a list of videos, "y" or "z".
     method: "two-view" (two cameras) or "hybrid" (two to eight); default: the rig's own, else "two-view".
+    variant: of two-view, "improved" or "paper", as printed; default: the rig's own, else "improved".
+    preset: of the hybrid tracker, "default" or "paper", as printed; default: the rig's own, else "default".
     size: working size (width, height), pixels; default: the rig's.
     fps: frames per second that are used; default: the rig's.
     height: of the person, metres, where no T-pose is shown: the body then has average proportions.
@@ -48,11 +52,14 @@ def track(
 
     Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
     """
+    overrides = TrackerOverrides(prior=prior, seed=seed, preset=preset)
     if isinstance(source, Rig | Path | str):
         if calibration is not None or empty_frames is not None:
             raise UserError("calibration and empty_frames: allowed with a list of videos; a rig or a folder has its own")
-        rig = source if isinstance(source, Rig) else load_rig(source, method)
-        return _tracked(rig, Path(output), size, fps, height, TrackerOverrides(prior=prior, seed=seed), progress)
+        if isinstance(source, Rig) and (method is not None or variant is not None):
+            raise UserError("method and variant: allowed with files or a folder; a rig has been loaded with its own")
+        rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant)
+        return _tracked(rig, Path(output), size, fps, height, overrides, progress)
     if calibration is None:
         raise UserError("calibration is missing: a list of videos needs the file of their cameras")
     with TemporaryDirectory(prefix="zenocap-") as name:
@@ -60,8 +67,8 @@ def track(
         _lay_out(
             folder, [Path(video) for video in source], Path(calibration), {"empty_frames": empty_frames, "up_axis": up_axis}
         )
-        rig = load_rig(folder, method)
-        return _tracked(rig, Path(output), size, fps, height, TrackerOverrides(prior=prior, seed=seed), progress)
+        rig = load_rig(folder, method, variant=variant)
+        return _tracked(rig, Path(output), size, fps, height, overrides, progress)
 
 
 def _tracked(

@@ -15,6 +15,7 @@ from benchmarks.clips import SHARED
 from benchmarks.recognition.accuracy import accuracy_of
 from benchmarks.recognition.bench import Bench
 from benchmarks.recognition.costs import costs
+from benchmarks.recognition.paper import as_in_the_paper
 from benchmarks.recognition.real import real
 from benchmarks.recognition.settings import settings
 from benchmarks.recognition.streaming import streaming
@@ -24,12 +25,13 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "truth": partial(accuracy_of, method="truth"),
     "two-view": partial(accuracy_of, method="two-view"),
     "hybrid": partial(accuracy_of, method="hybrid"),
+    "paper": as_in_the_paper,
     "real": real,
     "stream": streaming,
     "costs": costs,
     "settings": settings,
 }
-SHORT = ("truth", "two-view", "hybrid", "real", "stream", "costs")
+SHORT = ("truth", "two-view", "hybrid", "paper", "real", "stream", "costs")
 
 
 def main() -> None:

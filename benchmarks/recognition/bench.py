@@ -20,6 +20,7 @@ TRACKING_CODE = ("common/body", "common/camera", "common/vision", "services/view
 CODE: dict[Method, tuple[str, ...]] = {
     "truth": GENERATOR_CODE,
     "two-view": (*GENERATOR_CODE, *TRACKING_CODE, "services/integrator"),
+    "two-view-paper": (*GENERATOR_CODE, *TRACKING_CODE, "services/integrator"),
     "hybrid": (*GENERATOR_CODE, *TRACKING_CODE, "services/tracker"),
 }
 SETTINGS_SEED = 9  # persons 108 to 119: settings are chosen on them; they are in no test

@@ -23,8 +23,11 @@ def act(
     repetitions: Annotated[int, typer.Option(min=1, max=10, help="Repetitions of every posture by every person.")] = 2,
     postures: Annotated[str | None, typer.Option(metavar="NAME,...", help="Postures; default: all fifteen.")] = None,
     method: Annotated[
-        Literal["two-view", "hybrid", "truth"],
-        typer.Option(help="Tracking: two viewers, hybrid tracker with four cameras, or none (true angles)."),
+        Literal["two-view", "two-view-paper", "hybrid", "truth"],
+        typer.Option(
+            help="Tracking: two viewers, the same as printed in the paper, hybrid tracker with four cameras, or none (true "
+            "angles)."
+        ),
     ] = "two-view",
     jobs: Annotated[int, typer.Option(min=1, max=64, help="Number of processes.")] = 2,
 ) -> None:

@@ -24,7 +24,7 @@ def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Take written by the first example."""
     path = tmp_path_factory.mktemp("examples") / "demo.mcap"
     words = run("01", path)
-    assert "573 poses at 15.0 frames/s" in words
+    assert "566 poses at 15.0 frames/s" in words
     assert "highest right hand: " in words
     return path
 

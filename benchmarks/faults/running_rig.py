@@ -33,7 +33,7 @@ def rig_file(folder: Path, name: str, method: str, viewers: int, fps: float, rou
     source = "demo" if method == "two-view" else "ring"
     shutil.copy(demo_rig_file().with_name(f"{source}-calibration.toml"), folder / "calibration.toml")
     tables = "".join(
-        f'[[viewer]]\nid = "{n}"\ncamera = "cam{n:02d}"\nsource = "actor:demo"\nbackground = "first:30"\n'
+        f'[[viewer]]\nid = "{n}"\ncamera = "cam{n:02d}"\nsource = "actor:demo?seed=4"\nbackground = "first:30"\n'
         f"size = [160, 120]\nfps = {fps:g}\n"
         for n in range(1, viewers + 1)
     )

@@ -45,7 +45,7 @@ def track_of_angles(
 
 def walking_person(anatomy: Anatomy, count: int = 40, *, rate: float = RATE, lost: tuple[int, ...] = ()) -> PoseTrack:
     """True poses of the simulated person while walking."""
-    subject = person(0)
+    subject = person(4)
     script = demo_timeline(subject, 0)
     points = [landmarks(subject, script.pose_at(WALKING_S + k / rate)) for k in range(count)]
     poses = poses_from_centres(anatomy, {name: np.array([one[name] for one in points]) for name in points[0]})

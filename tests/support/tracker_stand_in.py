@@ -19,7 +19,7 @@ from zenocap.simulation.ground_truth import true_bdp
 
 SIZE = (160, 120)
 FRAME_NS = 1_000_000_000 // 15
-BDP = true_bdp(person(3))
+BDP = true_bdp(person(4))
 POSE = neutral_pose(TEN_PARTS, np.array([0.1, 0.95, -0.2]), yaw=0.3)
 POINTS = np.array([[0.1, 1.2, -0.3], [0.0, 0.4, 0.25]])
 SPREAD = np.linspace(0.01, 0.02, len(TEN_PARTS.angles) + 3)

@@ -30,7 +30,7 @@ EPOCH_NS = 1_000 * FRAME_NS
 VIEWERS = ("1", "2")
 EMPTY_FRAMES = 10
 MOST_FRAMES = 120  # of the film
-PERSON, POSTURE, SEED = 3, "raise-both-arms", 1
+PERSON, POSTURE, SEED = 4, "raise-both-arms", 1
 
 
 def envelope(message: m.Message) -> Envelope:

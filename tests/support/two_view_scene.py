@@ -15,7 +15,7 @@ from zenocap.simulation.ground_truth import true_bdp
 
 SMALL = (160, 120)
 NAVEL = np.array([0.0, 0.95, 0.0])
-BDP = true_bdp(person(3))
+BDP = true_bdp(person(7))
 MODEL = body_model(TEN_PARTS, BDP)
 
 SHARES = arrays(np.float64, len(TEN_PARTS.angles), elements=st.floats(0.0, 1.0))

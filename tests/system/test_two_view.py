@@ -132,7 +132,7 @@ def test_an_unreadable_video_ends_the_rig_with_the_reason(tmp_path: Path) -> Non
         .replace("demo-calibration.toml", str(demo_rig_file().with_name("demo-calibration.toml")))
     )
     (tmp_path / "cam.mp4").write_bytes(b"this is no video")
-    head, mark, tail = text.rpartition('source = "actor:demo"')
+    head, mark, tail = text.rpartition('source = "actor:demo?seed=4"')
     (tmp_path / "rig.toml").write_text(head + 'source = "cam.mp4"' + tail)
     assert mark
     with started(["up", "rig.toml", "--seconds", "60"], tmp_path) as process:

@@ -318,7 +318,7 @@ def test_background_texts_are_parsed():
 
 def test_the_demo_rig_has_the_camera_layout_of_the_paper():
     rig = demo_rig()
-    assert [v.source for v in rig.viewers] == [Actor("demo", 0)] * 2
+    assert [v.source for v in rig.viewers] == [Actor("demo", 4)] * 2
     assert [v.camera.size for v in rig.viewers] == [(160, 120)] * 2
     assert [v.fps for v in rig.viewers] == [15.0] * 2
     np.testing.assert_allclose(rig.viewers[0].camera.centre, [0, 1.0, 5.2], atol=1e-9)

@@ -53,7 +53,7 @@ def run_steps(setup: Setup, messages: Iterable[m.Message]) -> tuple[State, list[
 
 
 def test_postures_are_found_in_poses_of_the_integrator(model: PostureModel) -> None:
-    angles = np.concatenate([angles_of_posture(name, 403, 0) for name in NAMES])
+    angles = np.concatenate([angles_of_posture(name, 405, 0) for name in NAMES])
     state, found = run_steps(setup(model), [bap(k, row) for k, row in enumerate(angles)])
     assert [posture.label for posture in found] == list(NAMES)
     for one in found:
@@ -68,7 +68,7 @@ def test_postures_are_found_in_poses_of_the_integrator(model: PostureModel) -> N
 
 
 def test_with_a_tracker_as_source_other_poses_are_ignored(model: PostureModel) -> None:
-    angles = angles_of_posture("squat", 403, 0)
+    angles = angles_of_posture("squat", 405, 0)
     poses, baps = [pose(k, row) for k, row in enumerate(angles)], [bap(k, row) for k, row in enumerate(angles)]
     assert [posture.label for posture in run_steps(setup(model, "tracker"), poses)[1]] == ["squat"]
     assert run_steps(setup(model, "tracker"), baps)[1] == run_steps(setup(model, "integrator"), poses)[1] == []

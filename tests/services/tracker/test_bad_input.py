@@ -23,7 +23,7 @@ from zenocap.simulation.motion.timeline import motion_timeline
 
 pytestmark = pytest.mark.slow
 
-SEED, VIEWS, STANDING = 3, 5, 70
+SEED, VIEWS, STANDING = 12, 5, 70
 CAMERAS = ring(VIEWS)
 BAD = "2"
 ALL, SHORT = range(140), range(64, 174)  # frames: with a long T-pose, and with a short one

@@ -5,6 +5,8 @@ import shlex
 from pathlib import Path
 
 import pytest
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.support.places import ROOT
@@ -42,6 +44,22 @@ def test_every_command_parses(line: str) -> None:
     command = " ".join(word for word in arguments[:2] if word.isalpha() and word != "calibration")
     for option in (word for word in arguments if OPTION.match(word)):
         assert option in result.output, f"{command} has no {option}"
+
+
+def test_every_command_with_arguments_has_all_that_are_required() -> None:
+    incomplete = {}
+    for line in COMMANDS:
+        command = get_command(app)
+        arguments = shlex.split(line, comments=True)[1:]
+        while isinstance(command, TyperGroup) and arguments and arguments[0] in command.commands:
+            command = command.commands[arguments.pop(0)]
+        if not isinstance(command, TyperCommand) or not arguments or "--help" in arguments or "-h" in arguments:
+            continue  # only names the command
+        given, _, _ = command.make_parser(command.context_class(command)).parse_args(arguments)
+        missing = [one.name for one in command.params if one.required and given.get(one.name or "") in (None, ())]
+        if missing:
+            incomplete[line] = missing
+    assert incomplete == {}
 
 
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.name)

@@ -79,7 +79,7 @@ def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Pa
             for bus in (one, two):
                 frame = 0
                 for name in performed[bus.rig]:
-                    for row in angles_of_posture(name, 403, 0):
+                    for row in angles_of_posture(name, 405, 0):
                         bus.publish(UNIVERSAL_BAP, bap(frame, angles_by_name(TEN_PARTS, row)))
                         frame += 1
                         time.sleep(PACE_S)
@@ -135,7 +135,7 @@ program = "{failing}"
         bus.watch_alive()
         process = stack.enter_context(started(["recognizer", rig, *network], tmp_path))
         wait_until_alive(bus, tmp_path)
-        poses = [angles_by_name(TEN_PARTS, row) for name in SIMULATED_POSTURES for row in angles_of_posture(name, 403, 0)]
+        poses = [angles_by_name(TEN_PARTS, row) for name in SIMULATED_POSTURES for row in angles_of_posture(name, 405, 0)]
         results: list[m.CommandResult] = []
         postures: list[m.Posture] = []
         counts: dict[str, int] = {}

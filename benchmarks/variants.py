@@ -2,8 +2,9 @@
 
     python -m benchmarks.variants [--only NAME ...] [--seeds 3] [--people 12] [--size 160x120] [--clips] [--jobs 2]
 
-NAME is `paper`, `improved`, `+ADDITION` (the paper with one addition) or `-ADDITION` (without one).  Simulated people, 15
-postures, two takes each, scored from the start of the posture against the true body; the worst seed in brackets.
+NAME is `paper`, `improved`, `+ADDITION` (the paper with it) or `-ADDITION` (improved without it), or several of one sign,
+as in `-draws-prediction`; names that begin with - are given as `--only=NAME`.  Simulated people, 15 postures, two takes
+each, scored from the start of the posture against the true body; the worst seed in brackets.
 --clips: the shared clips instead, by `score_trc.py`.
 """
 
@@ -40,12 +41,15 @@ class TakeResult:
 
 
 def additions(name: str) -> Additions:
-    """Additions of a name in NAMES."""
-    if name == "paper":
-        return PAPER
-    if name == "improved":
-        return IMPROVED
-    return PAPER | {name[1:]} if name[0] == "+" else IMPROVED - {name[1:]}
+    """Additions of a variant's name.  Raises ValueError for an unknown one."""
+    if name in ("paper", "improved"):
+        return PAPER if name == "paper" else IMPROVED
+    named = frozenset(name[1:].split(name[:1])) if name[:1] in ("+", "-") else frozenset({name})
+    if unknown := named - set(ADDITIONS):
+        raise ValueError(
+            f"{name}: {', '.join(sorted(unknown))} unknown: allowed: paper, improved, + or - {', '.join(ADDITIONS)}"
+        )
+    return PAPER | named if name[0] == "+" else IMPROVED - named
 
 
 def tracked(take: Take, name: str, folder: Path | None) -> TakeResult:
@@ -65,6 +69,15 @@ def tracked(take: Take, name: str, folder: Path | None) -> TakeResult:
     frames = [sum(sum(limb.matchings) for limb in bap.limbs.values()) for bap in track.partials]
     means = [float(np.mean(counts)) if counts else float("nan") for counts in (arms, legs, frames)]
     return TakeResult(tuple(errors), (means[0], means[1], means[2]), ms)
+
+
+def variant(name: str) -> str:
+    """The name, checked for the command line."""
+    try:
+        additions(name)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return name
 
 
 def worst(values: Sequence[float], digits: int = 1) -> str:
@@ -113,7 +126,7 @@ def clip_rows(names: Sequence[str], jobs: int, size: tuple[int, int]) -> list[li
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, metavar="NAME")
+    parser.add_argument("--only", action="extend", nargs="+", type=variant, metavar="NAME")
     parser.add_argument("--seeds", type=int, default=3, help="sets of people (default 3)")
     parser.add_argument("--first-seed", type=int, default=0, help="the first set (default 0)")
     parser.add_argument("--people", type=int, default=PEOPLE, help=f"of a set (default {PEOPLE})")
@@ -122,6 +135,7 @@ def main() -> None:
     parser.add_argument("--clips", action="store_true", help="the shared clips")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
     options = parser.parse_args()
+    names = options.only or NAMES
     width, height = (int(number) for number in options.size.split("x"))
     if options.clips:
         missing = [str(path) for path in (SCORE, *(SHARED / "clips" / name for name in CLIPS)) if not path.exists()]
@@ -130,10 +144,10 @@ def main() -> None:
                 f"variants: skipped: {', '.join(missing)} missing (the shared test clips are expected beside the checkout)"
             )
             return
-        rows = clip_rows(options.only, options.jobs, (width, height))
+        rows = clip_rows(names, options.jobs, (width, height))
         print(table("Clips: mean mm / shape mm / lost %", ("variant", *CLIPS), rows))
         return
-    rows = people_rows(options.only, options, (width, height))
+    rows = people_rows(names, options, (width, height))
     columns = (
         "variant", "segment deg", "median", "joint mm", "yaw deg", "lost %", "matchings arm", "leg", "view", "ms a frame"
     )  # fmt: skip

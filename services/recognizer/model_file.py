@@ -1,13 +1,9 @@
 """Files of posture models: data only, every field is checked on reading.
 
-A header (magic, version, CRC-32 and length of the rest), then one MessagePack map; an array is its shape and its
-little-endian float64 values.  Equal models give equal bytes.
+See `zenocap.common.formats.model_files` for header and arrays.
 """
 
-import struct
-import zlib
 from dataclasses import asdict
-from math import prod
 from pathlib import Path
 from typing import Annotated
 
@@ -18,15 +14,13 @@ from msgspec import Meta, Struct
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
+from zenocap.common.formats.model_files import Array, ModelFormat, fail, packed_array, unpacked_array
 from zenocap.common.rig import recognizer as recognizer_table
 from zenocap.data import POSTURES
 from zenocap.services.recognizer.features import KINDS, NAMES
 from zenocap.services.recognizer.model import MOST_LABELS, LabelFigures, PostureModel, Training
 
-MAGIC = b"zenocap postures\n"
-VERSION = 1
-HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")
-MAX_BYTES = 64 << 20
+FORMAT = ModelFormat(b"zenocap postures\n", 1, "posture model", "zenocap posture train")
 ROUNDING = 1e-6
 SHIPPED = POSTURES
 SUFFIX = recognizer_table.SUFFIX
@@ -40,11 +34,6 @@ Count = Annotated[int, Meta(ge=0, le=1 << 40)]
 Text = Annotated[str, Meta(max_length=4096)]
 Label = Annotated[str, Meta(min_length=1, max_length=64)]
 Names = Annotated[list[Text], Meta(max_length=100_000)]
-
-
-class _Array(Struct, forbid_unknown_fields=True):
-    shape: Annotated[list[Annotated[int, Meta(ge=0, le=10_000)]], Meta(max_length=3)]
-    data: bytes
 
 
 class _Figures(Struct, forbid_unknown_fields=True):
@@ -73,17 +62,17 @@ class _Contents(Struct, forbid_unknown_fields=True):
     farthest: Annotated[float, Meta(gt=0, le=1e9)]
     calm: Annotated[float, Meta(ge=0, le=1e9)]
     slow: Annotated[float, Meta(ge=0, le=1e9)]
-    mean: _Array
-    whitening: _Array
-    codebook: _Array
-    occurring: _Array
-    start: _Array
-    transition: _Array
-    emission: _Array
-    durations: _Array
-    edges: _Array
-    reach: _Array
-    thresholds: _Array
+    mean: Array
+    whitening: Array
+    codebook: Array
+    occurring: Array
+    start: Array
+    transition: Array
+    emission: Array
+    durations: Array
+    edges: Array
+    reach: Array
+    thresholds: Array
     training: _Training
 
 
@@ -106,7 +95,7 @@ def write_model(path: Path, model: PostureModel) -> None:
 
 def packed(path: Path, model: PostureModel) -> bytes:
     """Content of a model file.  path: for errors.  Raises UserError."""
-    content: dict[str, object] = {name: _packed(getattr(model, name)) for name in ARRAYS}
+    content: dict[str, object] = {name: packed_array(getattr(model, name)) for name in ARRAYS}
     content |= {
         "features": model.features,
         "names": list(NAMES),
@@ -121,37 +110,20 @@ def packed(path: Path, model: PostureModel) -> bytes:
         body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
     except msgspec.ValidationError as error:
         raise UserError(f"{path}: {error}") from None
-    data = HEADER.pack(MAGIC, VERSION, zlib.crc32(body), len(body)) + body
+    data = FORMAT.with_header(body)
     parse_model(path, data)
     return data
 
 
 def read_model(path: Path) -> PostureModel:
     """Read a model file.  Raises UserError and OSError."""
-    size = path.stat().st_size
-    if size > MAX_BYTES:
-        raise UserError(f"{path}: {size} bytes: allowed: at most {MAX_BYTES} of a posture model")
-    return parse_model(path, path.read_bytes())
+    return parse_model(path, FORMAT.read(path))
 
 
 def parse_model(path: Path, data: bytes) -> PostureModel:
     """Parse the content of a model file.  path: for errors.  Raises UserError."""
-    if data[: len(MAGIC)] != MAGIC[: len(data)] or not data:
-        begins = data[: len(MAGIC)]
-        raise UserError(f"{path}: begins with {begins!r}: allowed: {MAGIC!r}, a file of `zenocap posture train`")
-    if len(data) < HEADER.size:
-        raise UserError(f"{path}: cut: {len(data)} bytes: allowed: {HEADER.size} or more")
-    _, version, checksum, length = HEADER.unpack_from(data)
-    body = data[HEADER.size :]
-    if version != VERSION:
-        raise UserError(f"{path}: version = {version}: allowed: {VERSION}; train it again with this version of zenocap")
-    if len(body) != length:
-        how = "cut" if len(body) < length else "bytes after the model"
-        raise UserError(f"{path}: {how}: {len(body)} bytes after the header: allowed: {length}")
-    if zlib.crc32(body) != checksum:
-        raise UserError(f"{path}: damaged: checksum = {zlib.crc32(body):08x}: allowed: {checksum:08x}")
     try:
-        contents = msgspec.msgpack.decode(body, type=_Contents)
+        contents = msgspec.msgpack.decode(FORMAT.body_of(path, data), type=_Contents)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise UserError(f"{path}: {error}") from None
     _check_names(path, contents)
@@ -160,17 +132,13 @@ def parse_model(path: Path, data: bytes) -> PostureModel:
     return model
 
 
-def _packed(array: Floats) -> dict[str, object]:
-    return {"shape": list(array.shape), "data": np.ascontiguousarray(array, dtype="<f8").tobytes()}
-
-
 def _unpacked(path: Path, contents: _Contents) -> PostureModel:
     """Convert to arrays; every shape is checked against the numbers of labels, features, symbols and states."""
     n, d = len(contents.labels), len(contents.names)
     k = contents.codebook.shape[0] if contents.codebook.shape else 0
     s = contents.start.shape[-1] if contents.start.shape else 0
     if not (k >= 1 and s >= 1):
-        _fail(path, "codebook, start", f"{k} symbols, {s} states", "1 or more of both")
+        fail(path, "codebook, start", f"{k} symbols, {s} states", "1 or more of both")
     shapes: dict[str, tuple[int, ...]] = {
         "mean": (d,),
         "whitening": (d, d),
@@ -184,7 +152,7 @@ def _unpacked(path: Path, contents: _Contents) -> PostureModel:
         "reach": (n,),
         "thresholds": (n,),
     }
-    arrays = {name: _array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
+    arrays = {name: unpacked_array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
     stored = contents.training
     figures = tuple(LabelFigures(**msgspec.structs.asdict(row)) for row in stored.figures)
     training = Training(tuple(stored.people), tuple(stored.sources), stored.frames, dict(stored.settings), figures)
@@ -200,44 +168,29 @@ def _unpacked(path: Path, contents: _Contents) -> PostureModel:
     )
 
 
-def _array(path: Path, name: str, packed: _Array, shape: tuple[int, ...]) -> Floats:
-    if tuple(packed.shape) != shape:
-        _fail(path, f"{name}.shape", packed.shape, list(shape))
-    if len(packed.data) != 8 * prod(shape):
-        _fail(path, f"{name}.data", f"{len(packed.data)} bytes", f"{8 * prod(shape)} bytes")
-    array = np.frombuffer(packed.data, dtype="<f8").reshape(shape).astype(np.float64)
-    if not np.all(np.isfinite(array)):
-        _fail(path, name, array[~np.isfinite(array)][0], "finite numbers")
-    return array
-
-
 def _check_names(path: Path, contents: _Contents) -> None:
     if contents.features not in KINDS:
-        _fail(path, "features", repr(contents.features), ", ".join(KINDS))
+        fail(path, "features", repr(contents.features), ", ".join(KINDS))
     if contents.names != list(NAMES):
-        _fail(path, "names", contents.names, f"{list(NAMES)}")
+        fail(path, "names", contents.names, f"{list(NAMES)}")
     if len(set(contents.labels)) != len(contents.labels):
-        _fail(path, "labels", contents.labels, "different labels")
+        fail(path, "labels", contents.labels, "different labels")
     if len(contents.training.figures) != len(contents.labels):
-        _fail(path, "training.figures", len(contents.training.figures), f"{len(contents.labels)}, one per label")
+        fail(path, "training.figures", len(contents.training.figures), f"{len(contents.labels)}, one per label")
 
 
 def _check_values(path: Path, model: PostureModel) -> None:
     for name in ("mean", "whitening", "codebook", "edges", "reach", "thresholds"):
         worst = float(np.abs(getattr(model, name)).max())
         if worst > 1e9:
-            _fail(path, name, worst, "values up to 1e9")
+            fail(path, name, worst, "values up to 1e9")
     for name in ("occurring", "start", "transition", "emission"):
         rows: Floats = getattr(model, name)
         if rows.min() < 0.0:
-            _fail(path, name, rows.min(), "probabilities, 0 to 1")
+            fail(path, name, rows.min(), "probabilities, 0 to 1")
         off = float(np.abs(rows.sum(axis=-1) - 1.0).max())
         if off > ROUNDING:
-            _fail(path, name, f"a sum {off:.3g} off from 1", f"{ROUNDING:g}")
+            fail(path, name, f"a sum {off:.3g} off from 1", f"{ROUNDING:g}")
     rising = np.diff(model.durations, axis=1, prepend=0.0)
     if rising.min() < 0.0 or model.durations.max() > 1e6:
-        _fail(path, "durations", model.durations[np.argmin(rising.min(axis=1))].tolist(), "seconds, rising, 0 to 1e6")
-
-
-def _fail(path: Path, field: str, value: object, allowed: object) -> None:
-    raise UserError(f"{path}: {field} = {value}: allowed: {allowed}")
+        fail(path, "durations", model.durations[np.argmin(rising.min(axis=1))].tolist(), "seconds, rising, 0 to 1e6")

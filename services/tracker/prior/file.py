@@ -1,13 +1,9 @@
 """Prior files (data only, every field checked, with a checksum), and the priors shipped with zenocap, by name.
 
-A header (magic, version, CRC-32 and length of the rest), then one MessagePack map; arrays are shape and little-endian
-float64.  Equal priors give equal bytes.
+See `zenocap.common.formats.model_files` for header and arrays.
 """
 
-import struct
-import zlib
 from dataclasses import asdict
-from math import prod
 from pathlib import Path
 from typing import Annotated
 
@@ -15,19 +11,16 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.errors import UserError
+from zenocap.common.formats.model_files import Array, ModelFormat, fail, packed_array, unpacked_array
 from zenocap.common.rig import tracker as tracker_table
 from zenocap.data import PRIORS
 from zenocap.services.tracker.prior.model import Prior, Reconstruction, Training
 
-MAGIC = b"zenocap prior\n"
-VERSION = 1
-HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")
-MAX_BYTES = 64 << 20
+FORMAT = ModelFormat(b"zenocap prior\n", 1, "prior", "zenocap prior train")
 ANATOMIES = {anatomy.name: anatomy for anatomy in (TEN_PARTS, FOURTEEN_PARTS)}
 ROUNDING = 1e-6
 
@@ -37,11 +30,6 @@ Text = Annotated[str, Meta(max_length=4096)]
 Names = Annotated[list[Text], Meta(max_length=10_000)]
 Positive = Annotated[float, Meta(gt=0, le=1e6)]
 Radians = Annotated[float, Meta(ge=0, le=100)]
-
-
-class _Array(Struct, forbid_unknown_fields=True):
-    shape: Annotated[list[Annotated[int, Meta(ge=0, le=10_000)]], Meta(max_length=3)]
-    data: bytes
 
 
 class _Errors(Struct, forbid_unknown_fields=True):
@@ -64,13 +52,13 @@ class _Contents(Struct, forbid_unknown_fields=True):
     anatomy: Text
     names: Names
     rate: Positive
-    centres: _Array
-    bases: _Array
-    variances: _Array
-    residuals: _Array
-    transitions: _Array
-    occupancy: _Array
-    speeds: _Array
+    centres: Array
+    bases: Array
+    variances: Array
+    residuals: Array
+    transitions: Array
+    occupancy: Array
+    speeds: Array
     training: _Training
 
 
@@ -79,39 +67,23 @@ ARRAYS = ("centres", "bases", "variances", "residuals", "transitions", "occupanc
 
 def write_prior(path: Path, prior: Prior) -> None:
     """Write a prior atomically.  Raises OSError, and UserError for a prior that could not be read back."""
-    content: dict[str, object] = {name: _packed(getattr(prior, name)) for name in ARRAYS}
+    content: dict[str, object] = {name: packed_array(getattr(prior, name)) for name in ARRAYS}
     content |= {"anatomy": prior.anatomy, "names": prior.names, "rate": prior.rate, "training": asdict(prior.training)}
     body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
-    data = HEADER.pack(MAGIC, VERSION, zlib.crc32(body), len(body)) + body
+    data = FORMAT.with_header(body)
     parse_prior(path, data)
     write_atomically(path, data)
 
 
 def read_prior(path: Path, anatomy: Anatomy | None = None) -> Prior:
     """Prior in a file.  anatomy: required one.  Raises UserError and OSError."""
-    size = path.stat().st_size
-    if size > MAX_BYTES:
-        raise UserError(f"{path}: {size} bytes: allowed: at most {MAX_BYTES} of a prior")
-    return parse_prior(path, path.read_bytes(), anatomy)
+    return parse_prior(path, FORMAT.read(path), anatomy)
 
 
 def parse_prior(path: Path, data: bytes, anatomy: Anatomy | None = None) -> Prior:
     """Prior in the bytes of a file; path: for errors.  Raises UserError."""
-    if data[: len(MAGIC)] != MAGIC[: len(data)] or not data:
-        raise UserError(f"{path}: begins with {data[: len(MAGIC)]!r}: allowed: {MAGIC!r}, a file of `zenocap prior train`")
-    if len(data) < HEADER.size:
-        raise UserError(f"{path}: cut: {len(data)} bytes: allowed: {HEADER.size} or more")
-    _, version, checksum, length = HEADER.unpack_from(data)
-    body = data[HEADER.size :]
-    if version != VERSION:
-        raise UserError(f"{path}: version = {version}: allowed: {VERSION}; train it again with this zenocap")
-    if len(body) != length:
-        how = "cut" if len(body) < length else "bytes after the prior"
-        raise UserError(f"{path}: {how}: {len(body)} bytes after the header: allowed: {length}")
-    if zlib.crc32(body) != checksum:
-        raise UserError(f"{path}: damaged: checksum = {zlib.crc32(body):08x}: allowed: {checksum:08x}")
     try:
-        contents = msgspec.msgpack.decode(body, type=_Contents)
+        contents = msgspec.msgpack.decode(FORMAT.body_of(path, data), type=_Contents)
     except msgspec.MsgspecError as error:
         raise UserError(f"{path}: {error}") from None
     _check_anatomy(path, contents, anatomy)
@@ -120,17 +92,13 @@ def parse_prior(path: Path, data: bytes, anatomy: Anatomy | None = None) -> Prio
     return prior
 
 
-def _packed(array: Floats) -> dict[str, object]:
-    return {"shape": list(array.shape), "data": np.ascontiguousarray(array, dtype="<f8").tobytes()}
-
-
 def _unpacked(path: Path, contents: _Contents) -> Prior:
     """Prior whose arrays have the shapes given by the names, the centres and the bases."""
     regions = contents.centres.shape[0] if contents.centres.shape else 0
     d = len(contents.names)
     m = contents.bases.shape[-1] if contents.bases.shape else 0
     if not (regions >= 1 and 1 <= m <= d):
-        _fail(path, "bases", f"{regions} regions of {m} dimensions", f"1 or more regions of 1 to {d} dimensions")
+        fail(path, "bases", f"{regions} regions of {m} dimensions", f"1 or more regions of 1 to {d} dimensions")
     shapes: dict[str, tuple[int, ...]] = {
         "centres": (regions, d),
         "bases": (regions, d, m),
@@ -140,7 +108,7 @@ def _unpacked(path: Path, contents: _Contents) -> Prior:
         "occupancy": (regions,),
         "speeds": (d,),
     }
-    arrays = {name: _array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
+    arrays = {name: unpacked_array(path, name, getattr(contents, name), shape) for name, shape in shapes.items()}
     record = contents.training
     training = Training(
         tuple(record.motions),
@@ -154,34 +122,23 @@ def _unpacked(path: Path, contents: _Contents) -> Prior:
     return Prior(contents.anatomy, tuple(contents.names), contents.rate, **arrays, training=training)
 
 
-def _array(path: Path, name: str, packed: _Array, shape: tuple[int, ...]) -> Floats:
-    if tuple(packed.shape) != shape:
-        _fail(path, f"{name}.shape", packed.shape, list(shape))
-    if len(packed.data) != 8 * prod(shape):
-        _fail(path, f"{name}.data", f"{len(packed.data)} bytes", f"{8 * prod(shape)} bytes")
-    array = np.frombuffer(packed.data, dtype="<f8").reshape(shape).astype(np.float64)
-    if not np.all(np.isfinite(array)):
-        _fail(path, name, array[~np.isfinite(array)][0], "finite numbers")
-    return array
-
-
 def _check_anatomy(path: Path, contents: _Contents, required: Anatomy | None) -> None:
     if contents.anatomy not in ANATOMIES:
-        _fail(path, "anatomy", repr(contents.anatomy), ", ".join(ANATOMIES))
+        fail(path, "anatomy", repr(contents.anatomy), ", ".join(ANATOMIES))
     if required is not None and contents.anatomy != required.name:
-        _fail(path, "anatomy", repr(contents.anatomy), f"{required.name!r}, the body that is tracked")
+        fail(path, "anatomy", repr(contents.anatomy), f"{required.name!r}, the body that is tracked")
     expected = list(coordinates_of(ANATOMIES[contents.anatomy]).names)
     if contents.names != expected:
-        _fail(path, "names", contents.names, f"those of {contents.anatomy}: {expected}")
+        fail(path, "names", contents.names, f"those of {contents.anatomy}: {expected}")
 
 
 def _check_values(path: Path, prior: Prior) -> None:
     if np.abs(prior.centres).max() > 4 * np.pi:
-        _fail(path, "centres", np.abs(prior.centres).max(), "radians within two turns")
+        fail(path, "centres", np.abs(prior.centres).max(), "radians within two turns")
     products = np.einsum("kij,kil->kjl", prior.bases, prior.bases)
     off = np.abs(products - np.eye(prior.dimensions)).max()
     if off > ROUNDING:
-        _fail(path, "bases", f"columns {off:.3g} off from orthonormal", f"{ROUNDING:g}")
+        fail(path, "bases", f"columns {off:.3g} off from orthonormal", f"{ROUNDING:g}")
     for name, least in (
         ("variances", 1e-12),
         ("residuals", 0.0),
@@ -191,15 +148,11 @@ def _check_values(path: Path, prior: Prior) -> None:
     ):
         lowest = float(getattr(prior, name).min())
         if lowest < least:
-            _fail(path, name, lowest, f"{least:g} or more")
+            fail(path, name, lowest, f"{least:g} or more")
     for name, sums in (("transitions", prior.transitions.sum(axis=1)), ("occupancy", prior.occupancy.sum())):
         worst = float(np.abs(sums - 1.0).max())
         if worst > ROUNDING:
-            _fail(path, name, f"a sum {worst:.3g} off from 1", f"{ROUNDING:g}")
-
-
-def _fail(path: Path, field: str, value: object, allowed: object) -> None:
-    raise UserError(f"{path}: {field} = {value}: allowed: {allowed}")
+            fail(path, name, f"a sum {worst:.3g} off from 1", f"{ROUNDING:g}")
 
 
 PRIOR_FOLDER = PRIORS

@@ -14,15 +14,12 @@ from hypothesis import strategies as st
 from tests.support.posture_cases import quick_model
 from tests.test_layers import closure, imported
 from zenocap.common.errors import UserError
+from zenocap.common.formats.model_files import MAX_BYTES
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import (
     ARRAYS,
-    HEADER,
-    MAGIC,
-    MAX_BYTES,
     SHIPPED,
     SUFFIX,
-    VERSION,
     find_model,
     packed,
     parse_model,
@@ -30,6 +27,8 @@ from zenocap.services.recognizer.model_file import (
     write_model,
 )
 
+MAGIC, VERSION = b"zenocap postures\n", 1
+HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")  # magic, version, CRC-32, length of the rest
 MODEL_PATH = Path("some.postures")
 TRAINING_PACKAGES = {"sklearn", "hmmlearn", "matplotlib", "threadpoolctl"}
 MODEL = quick_model()
@@ -69,7 +68,7 @@ def test_a_model_round_trips_bit_by_bit(tmp_path: Path) -> None:
         (b"zenocap prior\n" + DATA[14:], "begins with b'zenocap prior"),
         (DATA[:20], "cut: 20 bytes"),
         (DATA[:-5], "cut: "),
-        (DATA + b"!", "bytes after the model"),
+        (DATA + b"!", "bytes after the posture model"),
         (DATA[:200] + b"\xff" + DATA[201:], "damaged: checksum"),
         (HEADER.pack(MAGIC, 2, 0, 0), "version = 2: allowed: 1; train it again"),
         (changed(features="knees"), "features = 'knees': allowed: directions, joint-angles"),

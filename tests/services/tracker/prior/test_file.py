@@ -1,5 +1,6 @@
 """Prior files: complete, damaged, truncated, of another format, version or body, with invalid values."""
 
+import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,9 +15,6 @@ from hypothesis import strategies as st
 from tests.support.prior_cases import known_prior
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.services.tracker.prior.file import (
-    HEADER,
-    MAGIC,
-    VERSION,
     UserError,
     find_prior,
     parse_prior,
@@ -27,6 +25,8 @@ from zenocap.services.tracker.prior.file import (
 from zenocap.services.tracker.prior.model import Prior, reconstruction_error
 from zenocap.tools.dataset.build_priors import HELD_PERSON, KINDS, NAMES, PEOPLE, RATE, recording
 
+MAGIC, VERSION = b"zenocap prior\n", 1
+HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")  # magic, version, CRC-32, length of the rest
 HERE = Path("walk.prior")
 
 

@@ -29,7 +29,7 @@ COLUMNS = (
     "rigs", "viewers", "stand_ins", "method", "until", "rate", "width", "height", "subscribers", "mesh", "seconds",
     "offered", "completed", "partial", "lost", "offered_fps", "completed_fps", "p50_ms", "p95_ms", "p99_ms",
     "p99.9_ms", "max_ms", "view_p50_ms", "view_p99_ms", "skew_p50_ms", "skew_p99_ms", "growth_ms", "held",
-    "cores_own", "cores_others", "cores", "memory_mb", "unheard", "bottleneck",
+    "cores_own", "cores_others", "cores", "memory_mb", "dropped", "bottleneck",
 )  # fmt: skip
 
 
@@ -67,7 +67,7 @@ def point_json(point: Measurement) -> Json:
         "held": point.held,
         "bottleneck": point.bottleneck,
         "cores": vars(point.used),
-        "unheard": point.dropped,
+        "dropped": point.dropped,
         "services": [cost_json(cost) for cost in point.costs],
     }
 
@@ -91,7 +91,7 @@ def soak_json(soak: Soak) -> Json:
         "plan": plan_json(soak.plan),
         "flat": soak.flat,
         "failure": soak.failure,
-        "unheard": soak.dropped,
+        "dropped": soak.dropped,
         "trends": [vars(trend) for trend in soak.trends],
         "restarts": [vars(restart) for restart in soak.restarts],
         "buckets": [bucket_json(bucket) for bucket in soak.buckets],
@@ -119,7 +119,7 @@ def csv_text(points: Sequence[Measurement]) -> str:
             **{f"skew_{name}_ms": value for name, value in found.skew_ms.items()},
             "width": plan.size[0], "height": plan.size[1], "seconds": point.seconds, "held": point.held,
             "cores_own": point.used.own, "cores_others": point.used.others, "cores": point.used.cores,
-            "memory_mb": sum(cost.memory_bytes for cost in point.costs) / 1e6, "unheard": point.dropped,
+            "memory_mb": sum(cost.memory_bytes for cost in point.costs) / 1e6, "dropped": point.dropped,
             "bottleneck": point.bottleneck,
         }  # fmt: skip
         writer.writerow([_cell(row.get(column, "")) for column in COLUMNS])

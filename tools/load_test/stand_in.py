@@ -116,7 +116,7 @@ def _count(_: None, count: int, event: Event[DueFrame]) -> tuple[int, Sequence[M
 
 
 def _received_count(count: int) -> Mapping[str, int]:
-    return {"heard": count}
+    return {"received": count}
 
 
 def main(arguments: Sequence[str]) -> int:

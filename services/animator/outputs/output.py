@@ -45,7 +45,7 @@ class DatagramSender:
     """UDP datagrams to one receiver, which may start and stop at any time.
 
     title: key in the rig file and address, for log lines.
-    counts: datagrams `sent`; `unheard`: refused by the receiver's machine because no program listens (not every machine
+    counts: datagrams `sent`; `refused`: by the receiver's machine, because no program listens (not every machine
     reports this); `dropped`: the system's send buffer is full; `failed`: other errors.
     """
 
@@ -73,7 +73,7 @@ class DatagramSender:
             try:
                 self._socket.send(data)
             except ConnectionRefusedError:  # reports the previous datagram; this one has not been sent
-                self.counts["unheard"] += 1
+                self.counts["refused"] += 1
                 self._warn("no program listens at this address; sending continues")
                 self._socket.send(data)
         except BlockingIOError:

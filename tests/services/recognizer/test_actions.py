@@ -173,7 +173,7 @@ def test_stopping_kills_the_running_program_and_refuses_further_ones(tmp_path: P
 
 
 def has_ended(process: int) -> bool:
-    """Whether a process ends within 10 s; one that nobody waits for counts as ended."""
+    """Whether a process ends within 10 s; a zombie counts as ended."""
     end_s = time.monotonic() + 10
     while time.monotonic() < end_s:
         try:

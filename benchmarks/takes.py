@@ -1,9 +1,9 @@
-"""Takes of simulated people in colour by the paper's two cameras, with ground truth."""
+"""Takes of simulated people in colour by the paper's two cameras, with ground truth: postures, or motion capture."""
 
 import hashlib
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -14,17 +14,21 @@ import zenocap.simulation
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.arrays import Bytes
 from zenocap.common.camera.pinhole import Camera
-from zenocap.simulation.body.person import person
+from zenocap.simulation.body.person import Person, person
+from zenocap.simulation.body.pose import PersonPose
+from zenocap.simulation.body.skeleton import Bones
 from zenocap.simulation.ground_truth import Truth, truth
+from zenocap.simulation.motion.captured import captured_take
 from zenocap.simulation.motion.posture_style import POSTURES
-from zenocap.simulation.motion.timeline import EMPTY, posture_timeline
+from zenocap.simulation.motion.timeline import posture_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 Size = tuple[int, int]
 
 PEOPLE, TAKES = 12, 2
 SMALL, LARGE = (160, 120), (640, 480)
-FPS = 15.0
+FPS, CAPTURED_FPS = 15.0, 30.0
+CAPTURED_S = 6.0  # of each motion capture file
 VIEWERS = ("1", "2")
 
 
@@ -37,6 +41,16 @@ class Take:
     number: int
     size: Size = SMALL
     fps: float = FPS
+
+
+@dataclass(frozen=True)
+class CapturedTake:
+    """A simulated person with the motion of a BVH file.  size: (width, height) px of the images."""
+
+    person: int
+    motion: Path
+    size: Size = SMALL
+    fps: float = CAPTURED_FPS
 
 
 @dataclass(frozen=True)
@@ -72,44 +86,48 @@ def default_folder() -> Path:
     return Path(tempfile.gettempdir()) / "zenocap-evaluation"
 
 
-def film(take: Take, folder: Path | None) -> Film:
+def captured_takes(motions: Sequence[Path], people_seed: int, count: int, size: Size = SMALL) -> list[CapturedTake]:
+    return [CapturedTake(seed, motion, size) for seed in people(people_seed, count) for motion in motions]
+
+
+def film(take: Take | CapturedTake, folder: Path | None) -> Film:
     """The take's frames, rendered once and kept in `folder`; not kept when that is None."""
     subject = person(take.person)
-    script = posture_timeline(subject, take.posture, take.number)
-    count = int(script.duration_s * take.fps)
-    poses = [script.pose_at(k / take.fps) for k in range(count)]
+    poses: Sequence[PersonPose | Bones | None]
+    if isinstance(take, CapturedTake):
+        captured = captured_take(subject, take.motion, take.fps, longest_s=CAPTURED_S)
+        poses, motion_from = captured.poses, captured.motion_from
+        room, name = 1000 * take.person, take.motion.stem
+    else:
+        script = posture_timeline(subject, take.posture, take.number)
+        poses = [script.pose_at(k / take.fps) for k in range(int(script.duration_s * take.fps))]
+        motion_from = int(np.ceil(script.motion_from_s * take.fps))
+        room = 1000 * take.person + 10 * POSTURES.index(take.posture) + take.number
+        name = f"{take.posture}-{take.number}"
     cameras = dict(zip(VIEWERS, paper_cameras(take.size), strict=True))
-    return Film(
-        cameras,
-        _images(take, cameras, count, folder),
-        tuple(None if pose is None else truth(subject, pose) for pose in poses),
-        sum(script.segment_at(k / take.fps).name == EMPTY for k in range(count)),
-        int(np.ceil(script.motion_from_s * take.fps)),
-    )
+    width, height = take.size
+    path = folder and folder / f"{take.person}-{name}-{width}x{height}-{take.fps:g}-{_actor_digest()}.npz"
+    empty = sum(pose is None for pose in poses)
+    truths = tuple(None if pose is None else truth(subject, pose) for pose in poses)
+    return Film(cameras, _images(subject, poses, cameras, room, path), truths, empty, motion_from)
 
 
-def _images(take: Take, cameras: Mapping[str, Camera], count: int, folder: Path | None) -> dict[str, Bytes]:
-    path = None if folder is None else folder / f"{_name(take)}.npz"
+def _images(
+    subject: Person, poses: Sequence[PersonPose | Bones | None], cameras: Mapping[str, Camera], room: int, path: Path | None
+) -> dict[str, Bytes]:
     if path is not None and path.is_file():
         with np.load(path) as kept:
             return {viewer: kept[viewer] for viewer in cameras}
-    subject = person(take.person)
-    script = posture_timeline(subject, take.posture, take.number)
     images = {}
     for viewer, camera in cameras.items():
-        renderer = SimulatedCamera(camera, subject, 1000 * take.person + 10 * POSTURES.index(take.posture) + take.number)
-        images[viewer] = np.stack([renderer.render(script.pose_at(k / take.fps), k) for k in range(count)])
+        renderer = SimulatedCamera(camera, subject, room)
+        images[viewer] = np.stack([renderer.render(pose, k) for k, pose in enumerate(poses)])
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(f".{os.getpid()}.npz")  # renamed when complete: another process may read it
         np.savez(part, allow_pickle=False, **images)
         part.replace(path)
     return images
-
-
-def _name(take: Take) -> str:
-    width, height = take.size
-    return f"{take.person}-{take.posture}-{take.number}-{width}x{height}-{take.fps:g}-{_actor_digest()}"
 
 
 @cache

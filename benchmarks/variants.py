@@ -1,10 +1,11 @@
 """The two-view method as printed, with each addition alone, without each, and with all: the table of docs/papers.md.
 
-    python -m benchmarks.variants [--only NAME ...] [--seeds 3] [--people 12] [--size 160x120] [--clips] [--jobs 2]
+    python -m benchmarks.variants [--only NAME ...] [--seeds 3] [--people 12] [--size 160x120] [--motions] [--clips]
 
 NAME is `paper`, `improved`, `+ADDITION` (the paper with it) or `-ADDITION` (improved without it), or several of one sign,
 as in `-draws-prediction`; names that begin with - are given as `--only=NAME`.  Simulated people, 15 postures, two takes
 each, scored from the start of the posture against the true body; the worst seed in brackets.
+--motions: motion capture instead of postures (the shared files that are not in the clips), at 30 frames/s.
 --clips: the shared clips instead, by `score_trc.py`.
 """
 
@@ -23,10 +24,11 @@ from benchmarks.clips import SCORE, SHARED, scored
 from benchmarks.errors import FrameError, frame_error, summary
 from benchmarks.loop import track_film
 from benchmarks.table import Cell, table
-from benchmarks.takes import PEOPLE, Take, default_folder, film, takes
+from benchmarks.takes import PEOPLE, CapturedTake, Size, Take, captured_takes, default_folder, film, takes
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
 from zenocap.simulation.motion.posture_style import POSTURES
 
+MOTIONS = ("02_04", "02_07", "02_08", "07_01", "07_05", "10_01")  # jump, sword, broom, walks, kick; not in the clips
 CLIPS = ("walk2", "bend2", "kick2", "turned2")
 NAMES = ("paper", *(f"+{name}" for name in ADDITIONS), *(f"-{name}" for name in ADDITIONS), "improved")
 
@@ -52,7 +54,7 @@ def additions(name: str) -> Additions:
     return PAPER | named if name[0] == "+" else IMPROVED - named
 
 
-def tracked(take: Take, name: str, folder: Path | None) -> TakeResult:
+def tracked(take: Take | CapturedTake, name: str, folder: Path | None) -> TakeResult:
     """One take by one variant."""
     cv2.setNumThreads(1)
     rendered = film(take, folder)
@@ -85,13 +87,19 @@ def worst(values: Sequence[float], digits: int = 1) -> str:
     return f"{np.mean(values):.{digits}f} ({np.max(values):.{digits}f})"
 
 
+def chosen_takes(options: argparse.Namespace, seed: int, size: Size) -> Sequence[Take | CapturedTake]:
+    if not options.motions:
+        return takes(seed, options.people, tuple(options.posture), size)
+    return captured_takes([SHARED / "motions" / f"cmu_{name}.bvh" for name in MOTIONS], seed, options.people, size)
+
+
 def people_rows(names: Sequence[str], options: argparse.Namespace, size: tuple[int, int]) -> list[list[Cell]]:
     rows: list[list[Cell]] = []
     with Pool(options.jobs) as pool:
         for name in names:
             results: list[list[TakeResult]] = []
             for seed in range(options.seeds):
-                chosen = takes(options.first_seed + seed, options.people, tuple(options.posture), size)
+                chosen = chosen_takes(options, options.first_seed + seed, size)
                 results.append(pool.map(partial(tracked, name=name, folder=default_folder()), chosen, chunksize=1))
             columns = np.array([summary([e for one in found for e in one.errors]) for found in results])
             every = [one for found in results for one in found]
@@ -132,18 +140,18 @@ def main() -> None:
     parser.add_argument("--people", type=int, default=PEOPLE, help=f"of a set (default {PEOPLE})")
     parser.add_argument("--posture", nargs="+", choices=POSTURES, default=POSTURES, metavar="NAME")
     parser.add_argument("--size", default="160x120", metavar="WxH")
+    parser.add_argument("--motions", action="store_true", help="the shared motion capture files instead of postures")
     parser.add_argument("--clips", action="store_true", help="the shared clips")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
     options = parser.parse_args()
     names = options.only or NAMES
     width, height = (int(number) for number in options.size.split("x"))
+    shared = [SHARED / "motions" / f"cmu_{name}.bvh" for name in MOTIONS] if options.motions else []
+    shared += [SCORE, *(SHARED / "clips" / name for name in CLIPS)] if options.clips else []
+    if missing := [str(path) for path in shared if not path.exists()]:
+        print(f"variants: skipped: {', '.join(missing)} missing (the shared test data are expected beside the checkout)")
+        return
     if options.clips:
-        missing = [str(path) for path in (SCORE, *(SHARED / "clips" / name for name in CLIPS)) if not path.exists()]
-        if missing:
-            print(
-                f"variants: skipped: {', '.join(missing)} missing (the shared test clips are expected beside the checkout)"
-            )
-            return
         rows = clip_rows(names, options.jobs, (width, height))
         print(table("Clips: mean mm / shape mm / lost %", ("variant", *CLIPS), rows))
         return

@@ -63,7 +63,7 @@ class Sizes:
     radii: Mapping[str, float]
 
 
-def truth(person: Person, pose: PersonPose) -> Truth:
+def truth(person: Person, pose: PersonPose | Bones) -> Truth:
     """Ground truth of a person in a pose."""
     bones = pose_bones(person, pose)
     joints = _joints(person, bones)
@@ -79,7 +79,7 @@ def truth(person: Person, pose: PersonPose) -> Truth:
     return Truth(joints, yaw, directions, _ten_part_angles(bones, torso))
 
 
-def landmarks(person: Person, pose: PersonPose) -> dict[str, Floats]:
+def landmarks(person: Person, pose: PersonPose | Bones) -> dict[str, Floats]:
     """The fifteen joint centres of `Truth`, `RToe` and `LToe` (the balls of the feet) and `Waist` (where the spine bends).
 
     (3,) metres each, in the world.

@@ -71,8 +71,10 @@ def rest_bones(person: Person) -> Bones:
     return Bones(np.tile(np.eye(3), (BONES, 1, 1)), origin)
 
 
-def pose_bones(person: Person, pose: PersonPose) -> Bones:
-    """The skeleton of a person in a pose."""
+def pose_bones(person: Person, pose: PersonPose | Bones) -> Bones:
+    """The skeleton of a person in a pose; of one whose bones are given, these."""
+    if isinstance(pose, Bones):
+        return pose
     bones = Bones(np.empty((BONES, 3, 3)), np.empty((BONES, 3)))
     ankles = np.array([_planted_ankle(person, pose, side) for side in SIDES])
     pelvis = ry(pose.pelvis[YAW]) @ rx(pose.pelvis[TILT]) @ rz(-pose.pelvis[ROLL])
@@ -156,11 +158,16 @@ def _place_leg(person: Person, pose: PersonPose, side: int, ankle: Floats, bones
 def _place_arm(person: Person, pose: PersonPose, side: int, neck_base: Floats, bones: Bones) -> None:
     size, chest, out = person.lengths, bones.rotation[CHEST], OUTWARD[side]
     arm = pose.arms[side]
-    raised = 0.5 - 0.5 * cos(arm[ABDUCTION]) * cos(arm[FLEXION])  # 0: hanging, 1: overhead
-    collar = np.array([out * size.shoulder_half * (1.0 - 0.12 * raised), 0.10 * size.torso * raised**1.5, 0.0])
-    shoulder = neck_base + chest @ collar
+    raised = 0.5 - 0.5 * cos(arm[ABDUCTION]) * cos(arm[FLEXION])
+    shoulder = neck_base + chest @ collar(person, side, raised)
     upper = chest @ rz(out * arm[ABDUCTION]) @ rx(-arm[FLEXION]) @ ry(out * arm[ROTATION])
     bones.rotation[UPPER_ARM[side]] = upper
     bones.origin[UPPER_ARM[side]] = shoulder
     bones.rotation[FOREARM[side]] = upper @ rx(-arm[ELBOW])
     bones.origin[FOREARM[side]] = shoulder - upper[:, 1] * size.upper_arm
+
+
+def collar(person: Person, side: int, raised: float) -> Floats:
+    """Shoulder joint (3,) relative to the base of the neck, in the chest's frame.  raised: 0 hanging arm, 1 overhead."""
+    size = person.lengths
+    return np.array([OUTWARD[side] * size.shoulder_half * (1.0 - 0.12 * raised), 0.10 * size.torso * raised**1.5, 0.0])

@@ -10,7 +10,7 @@ from zenocap.common.arrays import Floats, Floats32, Image
 from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import PersonPose
-from zenocap.simulation.body.skeleton import pose_bones
+from zenocap.simulation.body.skeleton import Bones, pose_bones
 from zenocap.simulation.body.surface import rest_surface, skin
 from zenocap.simulation.rendering.rasterizer import (
     NEAR_M,
@@ -62,7 +62,7 @@ class SimulatedCamera:
         image: Image = np.rint(self._view.bgr).astype(np.uint8)
         return image
 
-    def render(self, pose: PersonPose | None, frame: int) -> Image:
+    def render(self, pose: PersonPose | Bones | None, frame: int) -> Image:
         """Image number `frame` with the person in `pose`, None for the empty room; (height, width, 3) BGR."""
         scene = self._view.bgr.copy()
         if pose is not None:
@@ -77,7 +77,7 @@ class SimulatedCamera:
         sensor_image(scene, gain, self._sigma, key, out)
         return out
 
-    def silhouette(self, pose: PersonPose | None) -> Image:
+    def silhouette(self, pose: PersonPose | Bones | None) -> Image:
         """The person's exact mask (height, width): 255 where at least half of the pixel is covered, else 0."""
         mask = np.zeros(self.camera.size[::-1], dtype=np.uint8)
         if pose is not None:

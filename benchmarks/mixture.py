@@ -1,5 +1,6 @@
 """A realistic mixture of messages: all messages of the tracked demo, stored between runs."""
 
+import hashlib
 import os
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,8 +20,9 @@ START_NS = 1_700_000_000_000_000_000
 
 
 def tracked_take(size: Size = SMALL) -> Path:
-    """Take of the demo rig at a working size; tracked on the first call."""
-    path = default_folder() / f"demo-{size[0]}x{size[1]}.mcap"
+    """Take of the demo rig at a working size; tracked on the first call with this version of the messages."""
+    digest = hashlib.sha256(Path(m.__file__).read_bytes()).hexdigest()[:10]
+    path = default_folder() / f"demo-{size[0]}x{size[1]}-{digest}.mcap"
     if not path.is_file():
         part = path.with_suffix(f".{os.getpid()}.mcap")  # renamed when complete, as other processes may read it
         track(at_working_size(demo_rig(), size, None), part)

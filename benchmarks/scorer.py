@@ -42,7 +42,7 @@ class FullFrame:
         every = self.situation.directions.copy()
         every[self.situation.limb] = trial
         self._draw(every)
-        return matching_score(image.mask, self.canvas) + float(np.sum(trial * limb.expected))
+        return matching_score(image.mask, self.canvas)
 
     def _draw(self, directions: Floats) -> None:
         s = self.situation

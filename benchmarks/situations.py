@@ -72,7 +72,7 @@ def _situation(search: LimbFit, what: int, region: float, axis: Floats) -> Situa
         cover_image.cover.copy(),
         cover_image.totals.copy(),
     )
-    body = LimbBody(search.body.origin.copy(), search.body.sizes, search.body.is_leg, search.body.expected.copy())
+    body = LimbBody(search.body.origin.copy(), search.body.sizes, search.body.is_leg)
     return Situation(
         model=fit.model,
         position=fit.position.copy(),

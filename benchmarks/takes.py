@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import zenocap.simulation
+from benchmarks.captured import captured_take
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.arrays import Bytes
 from zenocap.common.camera.pinhole import Camera
@@ -18,7 +19,6 @@ from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import PersonPose
 from zenocap.simulation.body.skeleton import Bones
 from zenocap.simulation.ground_truth import Truth, truth
-from zenocap.simulation.motion.captured import captured_take
 from zenocap.simulation.motion.posture_style import POSTURES
 from zenocap.simulation.motion.timeline import posture_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera

@@ -3,7 +3,7 @@
     python -m benchmarks.variants [--only NAME ...] [--seeds 3] [--people 12] [--size 160x120] [--motions] [--clips]
 
 NAME is `paper`, `improved`, `+ADDITION` (the paper with it) or `-ADDITION` (improved without it), or several of one sign,
-as in `-draws-prediction`; names that begin with - are given as `--only=NAME`.  Simulated people, 15 postures, two takes
+as in `-tilt-turn`; names that begin with - are given as `--only=NAME`.  Simulated people, 15 postures, two takes
 each, scored from the start of the posture against the true body; the worst seed in brackets.
 --motions: motion capture instead of postures (the shared files that are not in the clips), at 30 frames/s.
 --clips: the shared clips instead, by `score_trc.py`.

@@ -57,9 +57,7 @@ class PartialBdp(Message, frozen=True, tag="partial_bdp"):
 
     viewer: Name
     side: Side
-    height_px: Annotated[float, Meta(ge=0, le=1e5)]  # t_n, height of the person in this viewer's image
-    score: Score
-    lengths: Annotated[dict[Name, Size], Meta(max_length=32)]  # metres at this viewer's scale
+    lengths: Annotated[dict[Name, Size], Meta(max_length=32)]  # metres at this viewer's scale; `height` is t_n of 4.2
 
 
 class UniversalBdp(Message, frozen=True, tag="universal_bdp"):

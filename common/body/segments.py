@@ -128,17 +128,13 @@ def hanging_arm(torso_to_world: Floats, yaw: float) -> Floats:
     return np.stack([hanging, hanging])
 
 
-def exchange_legs(directions: Floats, *, unit: bool = True) -> Floats:
-    """Limb directions (4, 2, 3) with both legs' vertical and forward components exchanged; sideways ones are kept.
-
-    unit: normalize the result.
-    """
+def exchange_legs(directions: Floats) -> Floats:
+    """Limb directions (4, 2, 3) with both legs' vertical and forward components exchanged; sideways ones are kept."""
     other = directions.copy()
     for k, opposite in ((2, 3), (3, 2)):
         other[k] = directions[opposite]
         other[k, :, 0] = directions[k, :, 0]
-        if unit:
-            other[k] /= np.linalg.norm(other[k], axis=1, keepdims=True)
+        other[k] /= np.linalg.norm(other[k], axis=1, keepdims=True)
     return other
 
 

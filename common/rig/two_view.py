@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 VARIANTS = ("improved", "paper")
 
-# Name: what it adds, and to which section of [Two-view].
+# Name: what it adds, and to which section of [Two-view].  Two others were measured and removed: docs/papers.md, Variants.
 ADDITIONS = {
     "body": "2.4: widths measured in bands of the body and anthropometric proportions, instead of shares of the torso",
     "perspective": "3.2: the model is drawn in perspective, instead of orthographically and scaled by r_t",
@@ -16,8 +16,6 @@ ADDITIONS = {
     "hypotheses": "3.3, 3.4: both viewers score the same limb directions, and the searches start from the best",
     "exchange": "3.4: legs that crossed are exchanged",
     "restart": "3.3, 3.4: limbs are also searched from the hanging arm, and all around when the score falls",
-    "prediction": "3.5: searches start from the last motion continued, instead of from the last pose",
-    "draws": "2.3: expected directions are added to the matching score, where the silhouette is ambiguous",
     "merging": "4.4: limb directions of both views weighted by visibility, instead of each angle from one view",
 }
 Additions = frozenset[str]

@@ -121,8 +121,8 @@ def turn_of_body(profiles: Sequence[Sequence[float]], turns: Floats, off_axis: f
 def best_hypotheses(profiles: Sequence[Sequence[float]], cost: float) -> int:
     """Hypotheses i, j of both limbs of a pair with the largest sum of log matching scores of the views, as i * n + j.
 
-    profiles: per view, scores of all n * n combinations.  cost: log matching score that each limb other than as expected
-    (hypothesis 0) must gain.  0 when no combination does, or when the views have different numbers of combinations.
+    profiles: per view, scores of all n * n combinations.  cost: log matching score that each limb must gain that is
+    not in its last direction (hypothesis 0).  0 when no combination does, or when the numbers of combinations differ.
     """
     if not profiles or len({len(profile) for profile in profiles}) != 1 or not profiles[0]:
         return 0

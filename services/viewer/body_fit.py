@@ -80,7 +80,7 @@ def cover_body(
         for row in range(3):
             for column in range(3):
                 origin[row] += torso_to_world[row, column] * model.origins[k, column]
-        limb = LimbBody(origin, model.limbs[k], k >= 2, directions[k])
+        limb = LimbBody(origin, model.limbs[k], k >= 2)
         cover_limb(directions[k], limb, placed, ADD, image.totals)
     return score_of_counts(image.totals[0], image.totals[1], image.totals[2])
 
@@ -102,7 +102,7 @@ class BodyFit:
     """The whole model drawn over one silhouette.  Mutable; made for one step and not kept in a state.
 
     position: (3,) navel, metres.  torso_to_world: (3, 3).  directions: (4, 2, 3) limbs in the torso's frame.
-    expected: (4, 2, 3), see `LimbBody`.  view_axis: (3,) unit vector from the camera to the navel, in the torso's frame.
+    view_axis: (3,) unit vector from the camera to the navel, in the torso's frame.
     image_rows: height of the whole image, of which `mask` may be a part.
     """
 
@@ -114,7 +114,6 @@ class BodyFit:
         self.position, self.torso_to_world = np.zeros(3), np.eye(3)
         self.view_axis = np.zeros(3)
         self.directions = np.zeros((4, 2, 3))
-        self.expected = np.zeros((4, 2, 3))
         self.limb_areas = (2 * model.limbs[:, :, 0] * model.limbs[:, :, 1]).sum(axis=1)  # (4,) m², seen from the side
 
     def place(self, position: Floats, torso_to_world: Floats, directions: Floats) -> float:
@@ -125,9 +124,9 @@ class BodyFit:
         return cover_body(position, torso_to_world, directions, self.model, self.image, WHOLE)
 
     def limb_body(self, k: int) -> LimbBody:
-        """Geometry and prior of limb k at the current pose."""
+        """Geometry of limb k at the current pose."""
         origin = self.position + self.torso_to_world @ self.model.origins[k]
-        return LimbBody(origin, self.model.limbs[k], k >= 2, self.expected[k])
+        return LimbBody(origin, self.model.limbs[k], k >= 2)
 
     def cover_limb(self, k: int, mode: int) -> None:
         """Add (ADD) or remove (REMOVE) limb k at its current directions."""

@@ -99,12 +99,10 @@ def leg_exchange_gain(fit: BodyFit) -> float:
     # Paper (added): 3.4 has no such test; legs that cross before the camera would stay exchanged.
     for k in (RIGHT_LEG, LEFT_LEG):
         find_leg_facade(fit, k, squatting=False)
-    kept, kept_score, expected = fit.directions.copy(), fit.score(), fit.expected
-    fit.expected = exchange_legs(expected, unit=False)
+    kept, kept_score = fit.directions.copy(), fit.score()
     fit.place(fit.position, fit.torso_to_world, exchange_legs(kept))
     for k in (RIGHT_LEG, LEFT_LEG):
         find_leg_facade(fit, k, squatting=False)
     exchanged_score = fit.score()
-    fit.expected = expected
     fit.place(fit.position, fit.torso_to_world, kept)
     return log(exchanged_score + 1e-3) - log(kept_score + 1e-3)

@@ -19,28 +19,28 @@ ARM_HYPOTHESES, LEG_HYPOTHESES = 6, 2  # per limb
 FORWARD, UP = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 
-def arm_hypotheses(expected: Floats, resting: Floats) -> Floats:
-    """(2, ARM_HYPOTHESES, 2, 3) of right and left arm: expected, mirrored other arm, hanging, forward, sideways, up.
+def arm_hypotheses(last: Floats, resting: Floats) -> Floats:
+    """(2, ARM_HYPOTHESES, 2, 3) of right and left arm: last, mirrored other arm, hanging, forward, sideways, up.
 
-    expected: (4, 2, 3) and resting: (2, 3) in the torso's frame.
+    last: (4, 2, 3) and resting: (2, 3) in the torso's frame.
     """
     mirror = np.array([-1.0, 1.0, 1.0])
     hypotheses = np.empty((2, ARM_HYPOTHESES, 2, 3))
     for k, out in ((0, -1.0), (1, 1.0)):
-        hypotheses[k, 0] = expected[k]
-        hypotheses[k, 1] = expected[1 - k] * mirror
+        hypotheses[k, 0] = last[k]
+        hypotheses[k, 1] = last[1 - k] * mirror
         hypotheses[k, 2] = resting
         hypotheses[k, 3:, :] = np.stack([FORWARD, np.array([out, 0.0, 0.0]), UP])[:, None]
     return hypotheses
 
 
-def leg_hypotheses(expected: Floats) -> Floats:
-    """(2, LEG_HYPOTHESES, 2, 3) of right and left leg: expected, and as the other leg but on its own side."""
+def leg_hypotheses(last: Floats) -> Floats:
+    """(2, LEG_HYPOTHESES, 2, 3) of right and left leg: last, and as the other leg but on its own side."""
     hypotheses = np.empty((2, LEG_HYPOTHESES, 2, 3))
     for k in (0, 1):
-        hypotheses[k, 0] = expected[2 + k]
-        twin = expected[3 - k].copy()
-        twin[:, 0] = expected[2 + k][:, 0]
+        hypotheses[k, 0] = last[2 + k]
+        twin = last[3 - k].copy()
+        twin[:, 0] = last[2 + k][:, 0]
         hypotheses[k, 1] = twin / np.linalg.norm(twin, axis=1, keepdims=True)
     return hypotheses
 
@@ -74,8 +74,8 @@ def _scores(position: Floats, first: int, hypotheses: Floats, model: BodyModel, 
             origins[k, row] = position[row]
             for column in range(3):
                 origins[k, row] += image.torso_to_world[row, column] * model.origins[first + k, column]
-    one = LimbBody(origins[0], model.limbs[first], first >= 2, hypotheses[0, 0])
-    two = LimbBody(origins[1], model.limbs[first + 1], first >= 2, hypotheses[1, 0])
+    one = LimbBody(origins[0], model.limbs[first], first >= 2)
+    two = LimbBody(origins[1], model.limbs[first + 1], first >= 2)
     for i in range(count):
         cover_limb(hypotheses[0, i], one, image, ADD, image.totals)
         for j in range(count):

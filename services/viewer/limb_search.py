@@ -28,18 +28,15 @@ class CoverImage(NamedTuple):
 
 
 class LimbBody(NamedTuple):
-    """Geometry and prior of one limb.
+    """Geometry of one limb.
 
     origin: (3,) of its spherical joint in the world, metres.  sizes: (2, 3) height and radii of both parts, metres.
     is_leg: the flexion joint bends backward only.
-    expected: (2, 3) expected directions times the matching score that a full contradiction costs, halved: the prior where
-    the silhouette is ambiguous.
     """
 
     origin: Floats
     sizes: Floats
     is_leg: bool
-    expected: Floats
 
 
 # Parts turned by a search.
@@ -150,7 +147,7 @@ def slant_axis(view_axis: Floats, direction: Floats) -> Floats:
 
 @kernel
 def limb_score(directions: Floats, axis: Floats, segment: int, angle: float, limb: LimbBody, image: CoverImage) -> float:
-    """Matching score of the whole model with the limb turned, plus its prior; -1 where the joint limits forbid it.
+    """Matching score of the whole model with the limb turned; -1 where the joint limits forbid it.
 
     The cover must be without the limb.
     """
@@ -161,11 +158,7 @@ def limb_score(directions: Floats, axis: Floats, segment: int, angle: float, lim
         return -1.0
     counted = image.totals.copy()
     cover_limb(trial, limb, image, COUNT, counted)
-    prior = 0.0
-    for part in range(2):
-        for k in range(3):
-            prior += trial[part, k] * limb.expected[part, k]
-    return score_of_counts(counted[0], counted[1], counted[2]) + prior
+    return score_of_counts(counted[0], counted[1], counted[2])
 
 
 @kernel

@@ -72,12 +72,7 @@ BACKWARD_KNEE = -0.12  # sine of the largest backward bend of a knee that noise 
 SWEEP_STEP = radians(15)  # rad between two trials for a lost limb; chosen by hand
 RESTART_GAIN = 0.004  # matching score that a search from another start must gain; chosen by hand
 
-# Expected limbs, lost limbs
-PREDICTED = 1.0  # share of the motion of the last frame that is expected to continue; clips
-FASTEST_COS = 0.7  # cosine of the turn of a limb in one frame beyond which it was relocalized, not moved; by hand
-ARM_PRIOR = 0.01  # matching score that contradicting the expected direction costs, halved; see LimbBody; chosen by hand
-LEG_PRIOR = 0.03  # the same for legs; clips
-REST_PRIOR = 0.005  # the same towards the hanging arm; chosen by hand
+# Lost limbs
 LOST_PERSON = 0.5  # of the usual matching score: below, the person is searched at the torso of the silhouette; by hand
 LOST_LIMBS = 0.92  # of the usual matching score: below, limbs are searched all around; clips
 USUAL_SCORE_RISE = 0.2  # share of the difference by which the usual score follows a better one; chosen by hand

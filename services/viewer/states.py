@@ -125,7 +125,7 @@ class MeasuringBody:
 class Tracking:
     """Tracking a person.
 
-    bdp, model: universal body.  pose, before: of the last two universal BAPs.  based_on: frame of the last one.
+    bdp, model: universal body.  pose, based_on: of the last universal BAP, and its frame.
     assignment: the last one that was answered.  usual_score: matching score that this person usually reaches in this view.
     lost: the score of the last frame was much lower and its limbs were searched all around.
     placed_ns: capture time of this viewer's frame at the last assignment.
@@ -135,7 +135,6 @@ class Tracking:
     bdp: Bdp
     model: BodyModel
     pose: Pose
-    before: Pose
     based_on: int = -1
     assignment: Assignment | None = None
     pending: Pending | None = None

@@ -166,12 +166,12 @@ def _receive(setup: Setup, state: State, message: Message) -> tuple[State, list[
             bdp = bdp_of(setup.anatomy, message.body)
             return replace(state, bdp=bdp, model=body_model(setup.anatomy, bdp)), []
         case Tracking(), UniversalBap():
-            return replace(state, pose=_pose(setup, message), before=state.pose, based_on=message.frame), []
+            return replace(state, pose=_pose(setup, message), based_on=message.frame), []
     return state, []
 
 
 def _tracking(setup: Setup, scene: Scene, bdp: Bdp, pose: Pose, based_on: int = -1) -> Tracking:
-    return Tracking(scene, bdp, body_model(setup.anatomy, bdp), pose, pose, based_on)
+    return Tracking(scene, bdp, body_model(setup.anatomy, bdp), pose, based_on)
 
 
 def _is_for(setup: Setup, pending: Pending, assignment: Assignment) -> bool:
@@ -209,6 +209,6 @@ def _measure(setup: Setup, state: MeasuringBody, pending: Pending, assignment: A
         return replace(state, pending=None, advice=str(error)), []
     partial = PartialBdp(
         frame=pending.frame, captured_ns=pending.captured_ns, viewer=setup.id, side="front" if is_front else "side",
-        height_px=float(box.height), score=0.0, lengths={name: float(length) for name, length in lengths.items()},
+        lengths={name: float(length) for name, length in lengths.items()},
     )  # fmt: skip
     return replace(state, pending=None, advice="measuring the body: stand still"), [partial]

@@ -39,13 +39,8 @@ from zenocap.services.viewer.paper.joint_angles import find_leg_flank as paper_l
 from zenocap.services.viewer.paper.position import shift
 from zenocap.services.viewer.paper.projection import depth_of_scale, orthographic, point_at
 from zenocap.services.viewer.parameters import (
-    ARM_PRIOR,
-    FASTEST_COS,
-    LEG_PRIOR,
     LOST_LIMBS,
     LOST_PERSON,
-    PREDICTED,
-    REST_PRIOR,
     RESTART_GAIN,
     USUAL_SCORE_FALL,
     USUAL_SCORE_RISE,
@@ -87,10 +82,10 @@ def sighting(setup: Setup, state: Tracking, pending: Pending) -> tuple[Tracking,
     before = state.assignment.views[setup.id].view if state.assignment else "facade"
     arms = legs = NO_SCORES
     if "hypotheses" in added:
-        expected = _expected(setup, state, torso)
+        last = _last(setup, state, torso)
         resting = hanging_arm(torso, float(pose.angles[setup.anatomy.index["navel.y"]]))
-        arms = hypothesis_scores(fit, 0, arm_hypotheses(expected, resting))
-        legs = hypothesis_scores(fit, RIGHT_LEG, leg_hypotheses(expected))
+        arms = hypothesis_scores(fit, 0, arm_hypotheses(last, resting))
+        legs = hypothesis_scores(fit, RIGHT_LEG, leg_hypotheses(last))
     toes = float(np.clip(toes_offset(pending.mask) * local[2] / focal, -1, 1)) if "toes" in added else 0.0
     # Paper (replaced): 4.2 takes the column of the highest pixel as the position; here that of the matched model.
     message = Sighting(
@@ -115,9 +110,6 @@ def _projection(setup: Setup, state: Tracking) -> tuple[Floats, float]:
 def _start(setup: Setup, state: Tracking, depth: float) -> Floats:
     """(3,) position from which the body is searched."""
     start = state.pose.position
-    # Paper (added): 3.2 and 3.5 start from the last pose; here the last motion is continued.
-    if "prediction" in setup.additions:
-        start = start + PREDICTED * (start - state.before.position)
     if "perspective" in setup.additions:
         return start
     x, y, z = setup.rows[:3] @ start + setup.rows[3]
@@ -145,7 +137,7 @@ def _torso(setup: Setup, fit: BodyFit, start: Floats, torso: Floats, directions:
 def _relocalized(
     setup: Setup, mask: Mask, fit: BodyFit, depth: float, torso: Floats, directions: Floats, score: float
 ) -> TorsoEstimate | None:
-    """Estimate from the torso of the silhouette instead of the predicted position; None when it scores no higher."""
+    """Estimate from the torso of the silhouette instead of the last position; None when it scores no higher."""
     box = silhouette_box(mask)
     focal, (cx, cy) = setup.level.focal_px(), setup.level.centre_px()
     local = np.array([(box.column - cx) / focal, (box.navel_row - cy) / focal, 1.0]) * depth
@@ -165,18 +157,13 @@ def limbs(setup: Setup, state: Tracking, pending: Pending, assignment: Assignmen
         depth = depth_of_scale(setup.rows, assignment.views[setup.id].scale)
         rows, position = orthographic(setup.rows, depth), point_at(setup.rows, *pending.ray, depth)
     fit = BodyFit(pending.model, *cropped(rows, pending.mask), pending.mask.shape[0])
-    expected = _expected(setup, state, torso)
+    last = _last(setup, state, torso)
     resting = hanging_arm(torso, assignment.yaw)
     if assignment.arms:
-        expected[:2] = combination(arm_hypotheses(expected, resting), assignment.arms)
+        last[:2] = combination(arm_hypotheses(last, resting), assignment.arms)
     if assignment.legs:
-        expected[2:] = combination(leg_hypotheses(expected), assignment.legs)
-    # Paper (added): Eq. 1 alone does not decide where the silhouette is ambiguous; expected directions add to it.
-    if "draws" in added:
-        fit.expected = ARM_PRIOR * expected
-        fit.expected[:2] += REST_PRIOR * resting
-        fit.expected[2:] *= LEG_PRIOR / ARM_PRIOR
-    fit.place(position, torso, expected)
+        last[2:] = combination(leg_hypotheses(last), assignment.legs)
+    fit.place(position, torso, last)
     search = _search_directions if "directions" in added else _search_angles
     angles, results = search(setup, state, fit, assignment, lost=False)
     # Paper (added): limbs whose score falls are searched all around; see 5.2 (1).
@@ -258,17 +245,10 @@ def _search_limb(
     return paper_leg_flank(fit, k, start, limits[limb.x], limits[limb.flexion])
 
 
-def _expected(setup: Setup, state: Tracking, torso: Floats) -> Floats:
-    """(4, 2, 3) limb directions in the frame of `torso` (3, 3) if their last motion continues."""
-    anatomy = setup.anatomy
-    directions = limb_directions(anatomy, state.pose.angles) @ torso_of(setup, state.pose.angles).T @ torso
-    if "prediction" not in setup.additions:
-        return directions
-    before = limb_directions(anatomy, state.before.angles) @ torso_of(setup, state.before.angles).T @ torso
-    moving = np.sum(directions * before, axis=2, keepdims=True) > FASTEST_COS
-    expected: Floats = directions + PREDICTED * np.where(moving, directions - before, 0.0)
-    expected /= np.linalg.norm(expected, axis=2, keepdims=True)
-    return expected
+def _last(setup: Setup, state: Tracking, torso: Floats) -> Floats:
+    """(4, 2, 3) limb directions of the last pose in the frame of `torso` (3, 3)."""
+    directions: Floats = limb_directions(setup.anatomy, state.pose.angles) @ torso_of(setup, state.pose.angles).T @ torso
+    return directions
 
 
 def _angle_names(anatomy: Anatomy, limb: Limb) -> list[str]:

@@ -36,7 +36,7 @@ def partial_bdp(viewer: str, frame: int, scale: float = 1.0) -> m.PartialBdp:
     side: m.Side = "front" if viewer == "1" else "side"
     names = FRONT_LENGTHS if side == "front" else SIDE_LENGTHS
     return m.PartialBdp(
-        frame=frame, captured_ns=EPOCH_NS + frame * FRAME_NS, viewer=viewer, side=side, height_px=60.0, score=0.9,
+        frame=frame, captured_ns=EPOCH_NS + frame * FRAME_NS, viewer=viewer, side=side,
         lengths={name: float(scale * LENGTHS[name]) for name in names},
     )  # fmt: skip
 

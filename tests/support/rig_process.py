@@ -43,9 +43,7 @@ def sighting(viewer: str, frame: int, captured_ns: int) -> m.Sighting:
 
 
 def bdp(viewer: str) -> m.PartialBdp:
-    return m.PartialBdp(
-        frame=0, captured_ns=0, viewer=viewer, side="front", height_px=90.0, score=0.9, lengths={"torso": 0.5}
-    )
+    return m.PartialBdp(frame=0, captured_ns=0, viewer=viewer, side="front", lengths={"torso": 0.5})
 
 
 def assignment(event: Envelope) -> m.Assignment:

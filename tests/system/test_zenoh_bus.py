@@ -200,7 +200,7 @@ def test_services_reconnect_to_a_restarted_router(endpoint: str) -> None:
             reader.subscribe(PARTIAL_BDP)
             wait_for(reader, carries(m.PartialBdp))
             router.close()
-            changed = m.PartialBdp(frame=9, captured_ns=0, viewer="1", side="side", height_px=1.0, score=0.1, lengths={})
+            changed = m.PartialBdp(frame=9, captured_ns=0, viewer="1", side="side", lengths={})
             sender.publish(PARTIAL_BDP, changed)
             with open_session(listening):
                 found = wait_for(reader, carries(m.PartialBdp), 5.0)
@@ -212,9 +212,7 @@ def test_restarted_publisher_replaces_its_latched_state(routed: ZenohOptions) ->
     with ZenohBus.open(routed, RIG, RealClock()) as reader:
         reader.subscribe(PARTIAL_BDP)
         for frame in (5, 3, 1):
-            message = m.PartialBdp(
-                frame=frame, captured_ns=0, viewer="1", side="side", height_px=1.0, score=0.1, lengths={}
-            )
+            message = m.PartialBdp(frame=frame, captured_ns=0, viewer="1", side="side", lengths={})
             with ZenohBus.open(routed, RIG, RealClock()) as sender:
                 sender.publish(PARTIAL_BDP, message)
                 found = wait_for(reader, carries(m.PartialBdp), 2.0)

@@ -10,7 +10,17 @@ from zenocap.common.codec import BadMessage
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.recording.reader import Recorded, Take, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
-from zenocap.common.topics import ASSIGNMENT, COMMAND, HEALTH, POSTURE, SIGHTING, SILHOUETTE, TRACKER_POSE, topic_at
+from zenocap.common.topics import (
+    ASSIGNMENT,
+    COMMAND,
+    HEALTH,
+    POSTURE,
+    SIGHTING,
+    SILHOUETTE,
+    TRACKER_POSE,
+    UNIVERSAL_BDP,
+    topic_at,
+)
 from zenocap.tools.recordings.take_part import TakePart
 from zenocap.tools.recordings.take_statistics import (
     Channel,
@@ -39,7 +49,8 @@ class Info:
 
     rig: of the first zenocap key, "" without one.  unreadable: messages that this version cannot decode.
     chunks: by compression.  attachments: name to bytes.  parameters: service to number of values.
-    cut: missing content, None for a complete file.
+    cut: missing content, None for a complete file.  height_ratio: height of the person in the side view over that in the
+    front view, of the last measured body.
     """
 
     path: str
@@ -58,6 +69,7 @@ class Info:
     channels: tuple[Channel, ...]
     frames: tuple[Frames, ...]
     pairs: Pairs | None
+    height_ratio: float | None
     tracked: Tracked | None
     recognised: Recognized | None  # spelled as in the JSON of `zenocap info`
     commands: Commands | None
@@ -114,6 +126,7 @@ def info(
         ),
         frames=tuple(one.frames(viewer, topic) for (viewer, topic), one in sorted(tally.frames.items())),
         pairs=tally.pairs if tally.pairs.instants else None,
+        height_ratio=tally.height_ratio,
         tracked=tally.tracked if tally.tracked.poses else None,
         recognised=tally.recognized if tally.recognized.answers else None,
         commands=tally.commands.commands(),
@@ -143,6 +156,7 @@ class _Tally:
         self.frames: dict[tuple[str, str], FrameTally] = {}
         self.health: dict[tuple[str, str], HealthTally] = {}
         self.pairs = Pairs()
+        self.height_ratio: float | None = None
         self.tracked = Tracked()
         self.recognized = Recognized()
         self.commands = CommandTally()
@@ -159,7 +173,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        elif topic in (ASSIGNMENT, TRACKER_POSE, POSTURE, COMMAND, HEALTH):
+        elif topic in (UNIVERSAL_BDP, ASSIGNMENT, TRACKER_POSE, POSTURE, COMMAND, HEALTH):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -171,6 +185,8 @@ class _Tally:
         match received.message if received else None:
             case m.Assignment() as assignment:
                 self.pairs.add(assignment)
+            case m.UniversalBdp() as body:
+                self.height_ratio = body.ratio
             case m.TrackerPose() as pose:
                 self.tracked.add(pose)
             case m.Posture() as posture:

@@ -42,6 +42,8 @@ def lines_of(info: Info) -> Iterator[str]:
         ]
         yield ""
         yield _line("pairs", ", ".join([*parts, f"{pairs.stale} with a stale viewer"]))
+    if info.height_ratio is not None:
+        yield _line("heights", f"{info.height_ratio - 1:+.1%} in the side view, compared with the front view")
     if info.tracked:
         tracked = info.tracked
         by_views = [f"{count} of {views} views" for views, count in sorted(tracked.views.items(), reverse=True)]

@@ -12,9 +12,7 @@ from zenocap.common.topics import PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
 
 
 def bdp(viewer: str, frame: int) -> m.PartialBdp:
-    return m.PartialBdp(
-        frame=frame, captured_ns=frame, viewer=viewer, side="front", height_px=90.0, score=0.9, lengths={"torso": 0.5}
-    )
+    return m.PartialBdp(frame=frame, captured_ns=frame, viewer=viewer, side="front", lengths={"torso": 0.5})
 
 
 @pytest.fixture

@@ -32,8 +32,8 @@ def test_every_addition_is_in_the_improved_variant_and_none_in_the_papers() -> N
     [
         ("", IMPROVED),
         ('variant = "paper"', PAPER),
-        ('variant = "paper"\nadditions = ["tilt", "draws"]', {"tilt", "draws"}),
-        ('without = ["draws"]', IMPROVED - {"draws"}),
+        ('variant = "paper"\nadditions = ["tilt", "toes"]', {"tilt", "toes"}),
+        ('without = ["toes"]', IMPROVED - {"toes"}),
     ],
 )
 def test_rig_file_chooses_the_additions(tmp_path: Path, text: str, expected: frozenset[str]) -> None:
@@ -58,7 +58,7 @@ def test_wrong_variant_is_an_error_that_names_the_allowed_values(tmp_path: Path,
 
 
 def test_argument_replaces_the_variant_of_the_file(tmp_path: Path) -> None:
-    path = rig_with(tmp_path, 'without = ["draws"]')
+    path = rig_with(tmp_path, 'without = ["toes"]')
     assert load_rig(path, variant="paper").additions == PAPER
     assert load_rig(path, variant="improved").additions == IMPROVED
     with pytest.raises(UserError, match="only with method 'two-view'"):

@@ -23,13 +23,13 @@ RESTING = hanging_arm(np.eye(3), 0.0)
 
 
 @given(ANGLES)
-def test_hypotheses_are_unit_vectors_and_the_first_one_is_expected(angles: Floats) -> None:
-    expected = limb_directions(TEN_PARTS, angles)
-    arms = arm_hypotheses(expected, RESTING)
+def test_hypotheses_are_unit_vectors_and_the_first_one_is_the_last_pose(angles: Floats) -> None:
+    last = limb_directions(TEN_PARTS, angles)
+    arms = arm_hypotheses(last, RESTING)
     assert arms.shape == (2, ARM_HYPOTHESES, 2, 3)
     np.testing.assert_allclose(np.linalg.norm(arms, axis=-1), 1.0, atol=1e-3)
-    np.testing.assert_array_equal(combination(arms, 0), expected[:2])
-    np.testing.assert_array_equal(combination(leg_hypotheses(expected), 0), expected[2:])
+    np.testing.assert_array_equal(combination(arms, 0), last[:2])
+    np.testing.assert_array_equal(combination(leg_hypotheses(last), 0), last[2:])
 
 
 @given(ANGLES, st.integers(0, ARM_HYPOTHESES**2 - 1))
@@ -41,25 +41,25 @@ def test_an_index_selects_one_hypothesis_of_each_limb(angles: Floats, index: int
 
 
 def test_the_last_hypothesis_of_the_legs_exchanges_them() -> None:
-    expected = directions(right_hip_x=30, left_hip_x=-15, left_knee_x=-20)
+    last = directions(right_hip_x=30, left_hip_x=-15, left_knee_x=-20)
     both = LEG_HYPOTHESES**2 - 1
-    np.testing.assert_allclose(combination(leg_hypotheses(expected), both), exchange_legs(expected)[2:])
+    np.testing.assert_allclose(combination(leg_hypotheses(last), both), exchange_legs(last)[2:])
 
 
 @pytest.mark.parametrize("viewer", [0, 1])
 @given(ANGLES)
 @settings(deadline=None, max_examples=15)  # the first example compiles
 def test_hypothesis_scores_equal_those_of_the_whole_model(viewer: int, angles: Floats) -> None:
-    expected = directions()
+    last = directions()
     fit = BodyFit(MODEL, rows(viewer), model_mask(rows(viewer), limb_directions(TEN_PARTS, angles)))
-    fit.place(NAVEL, np.eye(3), expected)
+    fit.place(NAVEL, np.eye(3), last)
     cover, totals = fit.image.cover.copy(), fit.image.totals.copy()
-    for first, hypotheses in ((0, arm_hypotheses(expected, RESTING)), (2, leg_hypotheses(expected))):
+    for first, hypotheses in ((0, arm_hypotheses(last, RESTING)), (2, leg_hypotheses(last))):
         scores = hypothesis_scores(fit, first, hypotheses)
         np.testing.assert_array_equal(fit.image.cover, cover)
         np.testing.assert_array_equal(fit.image.totals, totals)
         for index, score in enumerate(scores):
-            limbs = expected.copy()
+            limbs = last.copy()
             limbs[first : first + 2] = combination(hypotheses, index)
             fresh = BodyFit(MODEL, rows(viewer), fit.image.mask)
             assert score == pytest.approx(np.log(fresh.place(NAVEL, np.eye(3), limbs) + 1e-3))

@@ -113,6 +113,16 @@ def test_frame_sets_are_counted_as_complete_one_viewer_or_stale(tmp_path: Path) 
     assert (pairs.instants, pairs.complete, pairs.one_viewer, pairs.stale) == (6, 3, 2, 2)
 
 
+def test_height_ratio_is_that_of_the_last_body(tmp_path: Path) -> None:
+    bodies = [
+        m.UniversalBdp(frame=k, captured_ns=k, body=m.Body(anatomy="ten-parts", sizes={}, offsets={}), ratio=ratio)
+        for k, ratio in enumerate((1.2, 0.98))
+    ]
+    found = info(take_of(tmp_path / "a.mcap", *enumerate(bodies)))
+    assert found.height_ratio == 0.98
+    assert "-2.0% in the side view" in "\n".join(lines_of(found))
+
+
 def test_health_summary_has_worst_clock_last_state_and_total_counts(tmp_path: Path) -> None:
     messages = [
         health(0, "waiting", 100_000, dropped_frames=2),

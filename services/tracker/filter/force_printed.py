@@ -5,8 +5,6 @@ summed over a part's group and added to the angles of its joint.  `refine_by_for
 of Gauss-Newton.
 """
 
-# Paper (corrected): Eq. 36 and 37 print x twice; the second component is y.
-# Paper (corrected): Eq. 34-37 swap the names rho and lambda of Eq. 38-40; those of the latter are used.
 
 import numpy as np
 

@@ -12,7 +12,7 @@ from benchmarks.hybrid.figures import Figure, figure
 from benchmarks.hybrid.priors import KINDS, training_frames
 from benchmarks.hybrid.runs import Case, Run, run_trajectories
 from benchmarks.hybrid.silhouettes import Clip
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.formats.angle_series import angle_series
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
@@ -68,10 +68,13 @@ def frames_of(clip: Clip) -> tuple[int, int]:
     return training, motion - training
 
 
-def take_prior(clip: Clip, preset: str) -> str:
-    """Prior of the training frames.  Preset `paper`: of 20 regions, or fewer if there are too few frames."""
-    training, _ = frames_of(clip)
-    name = f"take:{clip.name}/{training}"
+def first_test_frame(clip: Clip) -> int:
+    return clip.motion_from + frames_of(clip)[0]
+
+
+def take_prior(clip: str, training: int, preset: str) -> str:
+    """Prior of a clip's training frames.  Preset `paper`: of 20 regions, or fewer if there are too few frames."""
+    name = f"take:{clip}/{training}"
     if preset != "paper":
         return name
     kept = 2 * training * (HELD_OUT_EVERY - 1) // HELD_OUT_EVERY  # with the mirrored frames, without the held-out ones
@@ -94,7 +97,7 @@ def case_of(clip: str, preset: str, method: Method, prior: str = "", refinement:
 def method_cases(bench: Bench) -> dict[tuple[str, Method, str], Case]:
     """Cases of Table II by preset, method and clip; the hybrid method has the prior of the training frames."""
     return {
-        (preset, method, clip): case_of(clip, preset, method, take_prior(bench.clip(clip), preset))
+        (preset, method, clip): case_of(clip, preset, method, take_prior(clip, frames_of(bench.clip(clip))[0], preset))
         for preset in PRESET_NAMES for method in METHODS for clip in MOTIONS
     }  # fmt: skip
 
@@ -105,21 +108,25 @@ def runs_of(bench: Bench, cases: Sequence[Case]) -> dict[Case, list[Run]]:
     return many | bench.runs([case for case in cases if case.particles == 1], seeds=1)
 
 
-def errors_of(clip: Clip, runs: Sequence[Run]) -> ProtocolErrors:
-    """Errors on the clip's test frames; NaN for seeds without a pose there."""
-    each = [_errors(clip, run) for run in runs]
+def errors_of(truth: Trajectories, first: int, runs: Sequence[Run]) -> ProtocolErrors:
+    """Errors from frame `first` on; seeds without a pose there count as lost only."""
+    each = [_errors(truth, first, run) for run in runs]
     return ProtocolErrors(*(figure(values) for values in zip(*each, strict=True)))
 
 
-def _errors(clip: Clip, run: Run) -> tuple[float, float, float, float]:
+def _errors(truth: Trajectories, first: int, run: Run) -> tuple[float, float, float, float]:
     """RMSE and shape in mm, lost in %, RMSE of the angles in degrees."""
-    first = clip.motion_from + frames_of(clip)[0]
     nan = float("nan")
-    if not any(run.centres_mm[first - run.first :]):
+    if not has_pose(run, first):
         return nan, nan, 100.0, nan
-    track = run_trajectories(run, clip.truth.rate)
-    found = accuracy(track, clip.truth, Selection(first=Bound(first)))
-    return found.rmse_mm, found.shape_mm, found.lost_pct, angle_rmse_deg(angle_curves(track, clip.truth, first))
+    track = run_trajectories(run, truth.rate)
+    found = accuracy(track, truth, Selection(first=Bound(first)))
+    return found.rmse_mm, found.shape_mm, found.lost_pct, angle_rmse_deg(angle_curves(track, truth, first))
+
+
+def has_pose(run: Run, first: int) -> bool:
+    """Whether there is a pose from frame `first` on."""
+    return any(run.centres_mm[max(0, first - run.first) :])
 
 
 def angle_curves(track: Trajectories, truth: Trajectories, first: int) -> AngleCurves:
@@ -136,22 +143,21 @@ def angle_rmse_deg(curves: AngleCurves) -> float:
     return float(np.sqrt(np.nanmean(squares)))
 
 
-def frame_rmse_mm(clip: Clip, run: Run) -> tuple[Floats, Floats]:
-    """Test frames, and the RMSE over the joints in each; NaN without a pose."""
-    first = clip.motion_from + frames_of(clip)[0]
-    kept = clip.truth.frames >= first
-    frames, expected = clip.truth.frames[kept], clip.truth.points[kept]
+def frame_rmse_mm(truth: Trajectories, first: int, run: Run) -> tuple[Ints, Floats]:
+    """Frames from `first` on, and the RMSE over the joints in each; NaN without a pose."""
+    kept = truth.frames >= first
+    frames, expected = truth.frames[kept], truth.points[kept]
     result = np.full(len(frames), np.nan)
-    if not any(run.centres_mm):
-        return frames.astype(np.float64), result
-    track = run_trajectories(run, clip.truth.rate)
+    if not has_pose(run, first):
+        return frames, result
+    track = run_trajectories(run, truth.rate)
     rows = {int(frame): k for k, frame in enumerate(track.frames)}
-    columns = [track.names.index(name) for name in clip.truth.names]
+    columns = [track.names.index(name) for name in truth.names]
     for k, frame in enumerate(frames):
         if int(frame) in rows:
-            distances = np.linalg.norm(track.points[rows[int(frame)], columns] - expected[k], axis=1)
-            result[k] = 1e3 * float(np.sqrt((distances**2).mean()))
-    return frames.astype(np.float64), result
+            squares = np.sum((track.points[rows[int(frame)], columns] - expected[k]) ** 2, axis=1)
+            result[k] = 1e3 * float(np.sqrt(squares.mean()))
+    return frames, result
 
 
 def with_worst(value: Figure, digits: int = 1) -> str:

@@ -11,11 +11,14 @@ from benchmarks.hybrid.experiments import (
     PAPER_REGIONS,
     PAPER_RMSE_MM,
     PRESET_NAMES,
+    ProtocolErrors,
     angle_curves,
     case_of,
     errors_of,
+    first_test_frame,
     frame_rmse_mm,
     frames_of,
+    has_pose,
     method_cases,
     of_regions,
     runs_of,
@@ -85,7 +88,7 @@ def _figure_4(bench: Bench) -> Table:
         curves = []
         training, _ = frames_of(bench.clip(clip))
         sources = {
-            "first frames of the take": (take_prior(bench.clip(clip), "default"), "tab:blue"),
+            "first frames of the take": (take_prior(clip, training, "default"), "tab:blue"),
             "simulated people": (shipped_prior(clip, "default"), "tab:orange"),
         }
         for source, (name, colour) in sources.items():
@@ -115,8 +118,7 @@ def _figure_5(bench: Bench, cases: Cases, runs: Runs) -> None:
     rows: dict[str, list[Image]] = {"camera 1": []}
     for clip in MOTIONS:
         whole = bench.clip(clip)
-        training, test = frames_of(whole)
-        frame = whole.motion_from + training + test // 2
+        frame = first_test_frame(whole) + frames_of(whole)[1] // 2
         rows["camera 1"].append(captured_view(whole, frame))
         for preset in PRESET_NAMES:
             run = runs[cases[preset, "hybrid", clip]][0]
@@ -155,8 +157,8 @@ def _figure_6(bench: Bench, cases: Cases, runs: Runs) -> None:
 def _angles(bench: Bench, clip: str, run: Run, angle: str) -> tuple[Floats, Floats, Floats] | None:
     """Times in seconds from the first test frame, true and estimated angle in degrees; None without a pose."""
     whole = bench.clip(clip)
-    first = whole.motion_from + frames_of(whole)[0]
-    if not any(run.centres_mm[first - run.first :]):
+    first = first_test_frame(whole)
+    if not has_pose(run, first):
         return None
     curves = angle_curves(run_trajectories(run, whole.truth.rate), whole.truth, first)
     return curves.times_s - curves.times_s[0], curves.truth[angle], curves.take[angle]
@@ -165,7 +167,7 @@ def _angles(bench: Bench, clip: str, run: Run, angle: str) -> tuple[Floats, Floa
 def _figure_7(bench: Bench, cases: Cases, runs: Runs) -> Table:
     """RMSE of joint angles and of joint positions by motion."""
     found = {
-        (preset, clip): errors_of(bench.clip(clip), runs[cases[preset, "hybrid", clip]])
+        (preset, clip): _errors(bench, clip, runs[cases[preset, "hybrid", clip]])
         for preset in PRESET_NAMES for clip in MOTIONS
     }  # fmt: skip
     series = {f"preset {preset}": [found[preset, clip] for clip in MOTIONS] for preset in PRESET_NAMES}
@@ -204,7 +206,7 @@ def _figure_8(bench: Bench) -> Table:
         for preset in PRESET_NAMES for clip in MOTIONS for count in COUNTS
     }  # fmt: skip
     runs = runs_of(bench, list(cases.values()))
-    found = {key: errors_of(bench.clip(key[1]), runs[case]).rmse for key, case in cases.items()}
+    found = {key: _errors(bench, key[1], runs[case]).rmse for key, case in cases.items()}
     x = np.array(COUNTS, dtype=np.float64)
     means = {
         (preset, clip): np.array([found[preset, clip, count].mean for count in COUNTS])
@@ -240,14 +242,16 @@ def _figure_9(bench: Bench, cases: Cases, runs: Runs) -> None:
     """RMSE over the joints in every test frame by method."""
     panels = []
     for clip, motion in MOTIONS.items():
+        whole = bench.clip(clip)
         curves = []
         for preset in PRESET_NAMES:
             for method in METHODS:
-                frames, values = frame_rmse_mm(bench.clip(clip), runs[cases[preset, method, clip]][0])
+                run = runs[cases[preset, method, clip]][0]
+                frames, values = frame_rmse_mm(whole.truth, first_test_frame(whole), run)
                 curves.append(
                     Curve(
                         f"{method}, {preset}",
-                        frames - frames[0],
+                        frames.astype(np.float64) - frames[0],
                         values,
                         METHOD_COLOURS[method],
                         PRESET_STYLES[preset],
@@ -256,6 +260,11 @@ def _figure_9(bench: Bench, cases: Cases, runs: Runs) -> None:
                 )
         panels.append(CurvePanel(motion, "RMSE (mm)", tuple(curves), _last(clip, "test frame"), y_ticks=ERROR_TICKS))
     curve_panels(bench.places.out / _name(9), "[Hybrid] Fig. 9: RMSE of the joint positions", panels)
+
+
+def _errors(bench: Bench, clip: str, runs: Sequence[Run]) -> ProtocolErrors:
+    whole = bench.clip(clip)
+    return errors_of(whole.truth, first_test_frame(whole), runs)
 
 
 def _last(clip: str, label: str) -> str:

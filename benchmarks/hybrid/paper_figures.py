@@ -8,39 +8,28 @@ from benchmarks.hybrid.bench import Bench
 from benchmarks.hybrid.experiments import (
     METHODS,
     MOTIONS,
-    PAPER_REGIONS,
     PAPER_RMSE_MM,
     PRESET_NAMES,
-    ProtocolErrors,
     angle_curves,
-    case_of,
-    errors_of,
     first_test_frame,
     frame_rmse_mm,
     frames_of,
     has_pose,
     method_cases,
-    of_regions,
     runs_of,
-    shipped_prior,
-    take_prior,
 )
 from benchmarks.hybrid.paper_plots import BarPanel, Curve, CurvePanel, bar_panels, curve_panels, picture_grid
-from benchmarks.hybrid.priors import KINDS
+from benchmarks.hybrid.region_figures import clip_errors, figure_4, figure_8, last_label
 from benchmarks.hybrid.runs import Case, Run, run_trajectories
 from benchmarks.hybrid.tracking_pictures import ESTIMATED, TRUTH, captured_view, pose_view
-from benchmarks.sections import Cell, Row, Section, Table
+from benchmarks.sections import Section, Table
 from zenocap.common.arrays import Floats, Image
-from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.states import Method
 
 Runs = Mapping[Case, Sequence[Run]]
 Cases = Mapping[tuple[str, Method, str], Case]
 
-COUNTS = (5, 10, 20, 40, 80)
-REGION_VARIANTS = {"default": "preset default", "paper": "preset paper, least squares"}
-# (a) left elbow, (b) left knee, (c) right shoulder in the paper; of its ball joint the two angles that directions define.
+# Paper (open): which angle of the right shoulder, a ball joint; its elevation.
 ANGLES_SHOWN = (
     ("walk7", "elbow_flexion_l", "left elbow, flexion"),
     ("jog7", "knee_flexion_l", "left knee, flexion"),
@@ -48,7 +37,6 @@ ANGLES_SHOWN = (
 )
 PRESET_COLOURS = {"default": "tab:blue", "paper": "tab:orange"}
 METHOD_COLOURS = dict(zip(METHODS, ("tab:blue", "tab:red", "tab:green"), strict=True))
-MOTION_COLOURS = dict(zip(MOTIONS, ("tab:blue", "tab:orange", "tab:green"), strict=True))
 ERROR_TICKS = (20, 50, 100, 200, 500, 1000)  # mm
 PRESET_STYLES = {"default": "-", "paper": "--"}
 NUMBERS = range(4, 10)
@@ -57,7 +45,10 @@ NUMBERS = range(4, 10)
 def paper_figures(bench: Bench) -> Section:
     cases = method_cases(bench)
     runs = runs_of(bench, list(cases.values()))
-    tables = (_figure_4(bench), _figure_8(bench))
+    tables = (
+        figure_4(bench, bench.places.out / _name(4)),
+        figure_8(bench, bench.places.out / _name(8)),
+    )
     _figure_5(bench, cases, runs)
     _figure_6(bench, cases, runs)
     angles = _figure_7(bench, cases, runs)
@@ -78,39 +69,6 @@ def paper_figures(bench: Bench) -> Section:
 
 def _name(number: int) -> str:
     return f"figure-{number}.png"
-
-
-def _figure_4(bench: Bench) -> Table:
-    """Reconstruction error by number of regions."""
-    rows: list[Row] = []
-    panels = []
-    for clip, motion in MOTIONS.items():
-        curves = []
-        training, _ = frames_of(bench.clip(clip))
-        sources = {
-            "first frames of the take": (take_prior(clip, training, "default"), "tab:blue"),
-            "simulated people": (shipped_prior(clip, "default"), "tab:orange"),
-        }
-        for source, (name, colour) in sources.items():
-            prior = read_prior(bench.priors.path(name), FOURTEEN_PARTS)
-            counts = np.array([row.regions for row in prior.training.errors], dtype=np.float64)
-            for part, style in (("training", "o-"), ("held out", "s--")):
-                values = np.degrees([row.training if part == "training" else row.held for row in prior.training.errors])
-                curves.append(Curve(f"{source}: {part}", counts, values, colour, style))
-            rows += [
-                (motion, source, row.regions, float(np.degrees(row.training)), float(np.degrees(row.held)))
-                for row in prior.training.errors
-            ]
-        panels.append(
-            CurvePanel(
-                f"{motion}: {training} frames of the take", "error, RMS (°)", tuple(curves), _last(clip, "regions M"),
-                (5, 10, PAPER_REGIONS, 40, 80),
-            )
-        )  # fmt: skip
-    curve_panels(bench.places.out / _name(4), "[Hybrid] Fig. 4: reconstruction error by regions", panels)
-    return Table(
-        "Fig. 4: reconstruction error, RMS, degrees", ("motion", "trained on", "M", "training", "held out"), tuple(rows)
-    )
 
 
 def _figure_5(bench: Bench, cases: Cases, runs: Runs) -> None:
@@ -147,7 +105,7 @@ def _figure_6(bench: Bench, cases: Cases, runs: Runs) -> None:
                 f"{MOTIONS[clip]}: {label}",
                 "angle (°)",
                 tuple(curves),
-                _last(clip, "time in the test part (s)"),
+                last_label(clip, "time in the test part (s)"),
                 zero=False,
             )
         )
@@ -167,7 +125,7 @@ def _angles(bench: Bench, clip: str, run: Run, angle: str) -> tuple[Floats, Floa
 def _figure_7(bench: Bench, cases: Cases, runs: Runs) -> Table:
     """RMSE of joint angles and of joint positions by motion."""
     found = {
-        (preset, clip): _errors(bench, clip, runs[cases[preset, "hybrid", clip]])
+        (preset, clip): clip_errors(bench, clip, runs[cases[preset, "hybrid", clip]])
         for preset in PRESET_NAMES for clip in MOTIONS
     }  # fmt: skip
     series = {f"preset {preset}": [found[preset, clip] for clip in MOTIONS] for preset in PRESET_NAMES}
@@ -197,47 +155,6 @@ def _figure_7(bench: Bench, cases: Cases, runs: Runs) -> Table:
     return Table("Fig. 7: RMSE by sequence", ("motion", "preset", "angles °", "worst", "positions mm", "worst"), rows)
 
 
-def _figure_8(bench: Bench) -> Table:
-    """RMSE by number of regions."""
-    cases = {
-        (preset, clip, count): of_regions(
-            case_of(clip, preset, "hybrid", KINDS[clip], "gauss-newton"), clip, count
-        )
-        for preset in PRESET_NAMES for clip in MOTIONS for count in COUNTS
-    }  # fmt: skip
-    runs = runs_of(bench, list(cases.values()))
-    found = {key: _errors(bench, key[1], runs[case]).rmse for key, case in cases.items()}
-    x = np.array(COUNTS, dtype=np.float64)
-    means = {
-        (preset, clip): np.array([found[preset, clip, count].mean for count in COUNTS])
-        for preset in PRESET_NAMES for clip in MOTIONS
-    }  # fmt: skip
-    curve_panels(
-        bench.places.out / _name(8),
-        "[Hybrid] Fig. 8: RMSE by number of regions",
-        [
-            CurvePanel(
-                title, "RMSE (mm)",
-                tuple(
-                    Curve(motion, x, means[preset, clip], MOTION_COLOURS[clip], "o-")
-                    for clip, motion in MOTIONS.items()
-                ),
-                "regions M" if preset == PRESET_NAMES[-1] else "", COUNTS,
-            )
-            for preset, title in REGION_VARIANTS.items()
-        ],
-    )  # fmt: skip
-    rows = []
-    for preset in PRESET_NAMES:
-        for clip, motion in MOTIONS.items():
-            cells: tuple[Cell, ...] = tuple(
-                cell for count in COUNTS for cell in (found[preset, clip, count].mean, found[preset, clip, count].worst)
-            )
-            rows.append((f"{motion}, {REGION_VARIANTS[preset]}", *cells))
-    columns = tuple(cell for count in COUNTS for cell in (f"M = {count}", "worst"))
-    return Table("Fig. 8: RMSE by number of regions, mm", ("motion", *columns), tuple(rows))
-
-
 def _figure_9(bench: Bench, cases: Cases, runs: Runs) -> None:
     """RMSE over the joints in every test frame by method."""
     panels = []
@@ -258,15 +175,5 @@ def _figure_9(bench: Bench, cases: Cases, runs: Runs) -> None:
                         1.3,
                     )
                 )
-        panels.append(CurvePanel(motion, "RMSE (mm)", tuple(curves), _last(clip, "test frame"), y_ticks=ERROR_TICKS))
+        panels.append(CurvePanel(motion, "RMSE (mm)", tuple(curves), last_label(clip, "test frame"), y_ticks=ERROR_TICKS))
     curve_panels(bench.places.out / _name(9), "[Hybrid] Fig. 9: RMSE of the joint positions", panels)
-
-
-def _errors(bench: Bench, clip: str, runs: Sequence[Run]) -> ProtocolErrors:
-    whole = bench.clip(clip)
-    return errors_of(whole.truth, first_test_frame(whole), runs)
-
-
-def _last(clip: str, label: str) -> str:
-    """Label of the x axis, below the last panel only."""
-    return label if clip == list(MOTIONS)[-1] else ""

@@ -53,7 +53,7 @@ class CurvePanel:
 def curve_panels(path: Path, title: str, panels: Sequence[CurvePanel]) -> None:
     """Panels below each other with one legend."""
     names = dict.fromkeys(curve.name for panel in panels for curve in panel.curves)
-    columns = 2 if max(map(len, names)) > 14 else 3
+    columns = 2 if max(map(len, names), default=0) > 14 else 3
     rows = -(-len(names) // columns)
     figure, every = _figure(title, len(panels), 0.45 + PANEL_IN * len(panels) + LEGEND_IN * rows)
     handles: dict[str, Artist] = {}

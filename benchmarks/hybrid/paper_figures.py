@@ -162,7 +162,7 @@ def _figure_9(bench: Bench, cases: Cases, runs: Runs) -> None:
         whole = bench.clip(clip)
         curves = []
         for preset in PRESET_NAMES:
-            for method in METHODS:
+            for method in reversed(METHODS):  # the hybrid on top
                 run = runs[cases[preset, method, clip]][0]
                 frames, values = frame_rmse_mm(whole.truth, first_test_frame(whole), run)
                 curves.append(

@@ -35,7 +35,8 @@ def table_2(bench: Bench) -> Section:
         first = next(iter(cases.values()))
         each = {clip: found[preset, method, clip] for clip in MOTIONS}
         errors.append((preset, method, first.particles, *_errors(method, each)))
-        times.append((preset, method, f"{first.refinement}, {first.iterations}", *_times(method, cases, runs)))
+        refinement = "none" if method == "particle-filter" else f"{first.refinement}, {first.iterations}"
+        times.append((preset, method, refinement, *_times(method, cases, runs)))
     motions = tuple(cell for motion in MOTIONS.values() for cell in (motion, "paper"))
     return Section(
         "table-2",

@@ -110,6 +110,7 @@ def test_cases_have_the_defaults_of_their_preset() -> None:
 
 def test_the_worst_seed_is_in_brackets() -> None:
     assert with_worst(Figure(12.34, 15.0)) == "12.3 (15.0)"
+    assert with_worst(Figure(12.34, 12.34)) == "12.3"
     assert with_worst(Figure(NAN, NAN)) == "–"
 
 

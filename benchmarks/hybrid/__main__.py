@@ -7,6 +7,7 @@ not computed again.
 """
 
 import argparse
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,17 +16,23 @@ from benchmarks.hybrid.accuracy import accuracy
 from benchmarks.hybrid.baselines import baselines
 from benchmarks.hybrid.beam import beam
 from benchmarks.hybrid.bench import Bench, Places
+from benchmarks.hybrid.paper_figures import paper_figures
 from benchmarks.hybrid.protocols import protocols
 from benchmarks.hybrid.recovery import recovery
 from benchmarks.hybrid.regions import regions
 from benchmarks.hybrid.repeat import repeat
 from benchmarks.hybrid.scaling import scaling
 from benchmarks.hybrid.stages import stages
+from benchmarks.hybrid.table_1 import table_1
+from benchmarks.hybrid.table_2 import table_2
 from benchmarks.hybrid.unfamiliar import unfamiliar
 from benchmarks.sections import Section, markdown, report, write
 
 PARTS: dict[str, Callable[[Bench], Section]] = {
     "accuracy": accuracy,
+    "table-1": table_1,
+    "table-2": table_2,
+    "figures": paper_figures,
     "beam": beam,
     "recovery": recovery,
     "unfamiliar": unfamiliar,
@@ -44,6 +51,7 @@ def main() -> None:
     parser.add_argument("--clips", type=Path, default=SHARED / "clips")
     parser.add_argument("--motions", type=Path, default=SHARED / "motions")
     parser.add_argument("--out", type=Path, default=Path("build") / "hybrid")
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="copy the pictures of the parts there")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--only", default=",".join(SHORT), metavar="PART,...", help=f"of {', '.join(PARTS)}, or all")
     parser.add_argument("--jobs", type=int, default=2)
@@ -60,6 +68,10 @@ def main() -> None:
         print(name, flush=True)
         section = PARTS[name](bench)
         write(section, options.out)
+        if options.pictures:
+            options.pictures.mkdir(parents=True, exist_ok=True)
+            for picture in section.pictures:
+                shutil.copy(options.out / picture, options.pictures)
         print("\n".join(map(markdown, section.tables)), flush=True)
     print(report(options.out, list(PARTS), "Hybrid tracker: results"))
 

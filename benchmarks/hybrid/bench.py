@@ -17,8 +17,8 @@ from benchmarks.hybrid.runs import Case, Run, run
 from benchmarks.hybrid.silhouettes import ROOT, Clip, load_clip
 from zenocap.services.tracker.prior.file import read_prior
 
-TRACKER_CODE = ("services/tracker", "common/body", "common/camera")
-CACHE_VERSION = 1  # version of cached runs: increased when the definition of a figure changes
+TRACKER_CODE = ("services/tracker", "common/body", "common/camera", "common/rig/tracker.py")
+CACHE_VERSION = 2  # version of cached runs: increased when the definition of a figure changes
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Bench:
         every = list(dict.fromkeys(case for some in each.values() for case in some))
         for case in every:
             if case.prior:
-                self.priors.path(case.prior)  # trained here, so that several processes do not train it at once
+                self.priors.path(case.prior, case.anatomy)  # trained once, before several processes
         missing = [case for case in every if not self._cache_path(case).is_file()]
         for done, case in enumerate(self._computed([(self.places, case, self._cache_path(case)) for case in missing]), 1):
             print(f"  {time.strftime('%H:%M:%S')} {done:4d} of {len(missing)}: {_title(case)}", flush=True)
@@ -75,7 +75,7 @@ class Bench:
         digest = hashlib.sha256(_code().encode())
         digest.update(f"{CACHE_VERSION} {case!r}".encode())
         if case.prior:
-            digest.update(self.priors.path(case.prior).read_bytes())
+            digest.update(self.priors.path(case.prior, case.anatomy).read_bytes())
         return self.places.out / "runs" / f"{case.clip}-{digest.hexdigest()[:20]}.json"
 
 
@@ -98,11 +98,8 @@ def _prepare_clip(places: Places, clip: str) -> None:
 
 def _compute(task: Task) -> Case:
     places, case, path = task
-    prior = (
-        read_prior(Priors(places.clips, places.motions, places.out / "priors").path(case.prior), case.anatomy)
-        if case.prior
-        else None
-    )
+    priors = Priors(places.clips, places.motions, places.out / "priors")
+    prior = read_prior(priors.path(case.prior, case.anatomy), case.anatomy) if case.prior else None
     result = run(clip_of(places, case.clip), case, prior)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
@@ -113,7 +110,8 @@ def _compute(task: Task) -> Case:
 
 def _read(path: Path) -> Run:
     plain = json.loads(path.read_text())["run"]
-    return Run(**{**plain, "errors": tuple(plain["errors"])})
+    centres = tuple(map(tuple, plain["centres_mm"]))
+    return Run(**{**plain, "errors": tuple(plain["errors"]), "centres_mm": centres})
 
 
 def _seeded(case: Case, seed: int) -> Case:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from benchmarks.hybrid.runs import ANATOMY
 from benchmarks.hybrid.silhouettes import ROOT
+from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.services.tracker.prior.file import find_prior, write_prior
 from zenocap.services.tracker.prior.motions import Motion, read_motion
@@ -41,11 +42,11 @@ class Priors:
     motions: Path
     trained: Path
 
-    def path(self, name: str) -> Path:
-        """File of a prior, trained now if it does not exist.  Raises UserError."""
+    def path(self, name: str, anatomy: Anatomy = ANATOMY) -> Path:
+        """File of a prior, trained now for the anatomy if it does not exist.  Raises UserError."""
         if ":" not in name:
             return find_prior(name)
-        digest = hashlib.sha256(name.encode())
+        digest = hashlib.sha256(f"{name} {anatomy.name}".encode())
         for place in TRAINING_CODE:
             path = ROOT / place
             for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
@@ -54,34 +55,34 @@ class Priors:
         if not path.is_file():
             self.trained.mkdir(parents=True, exist_ok=True)
             print(f"  training {name}", flush=True)
-            self._train(name, path)
+            self._train(name, anatomy, path)
         return path
 
-    def _train(self, name: str, path: Path) -> None:
+    def _train(self, name: str, anatomy: Anatomy, path: Path) -> None:
         text, _, regions = name.partition("@")
         kind, _, names = text.partition(":")
-        recordings = self._recordings(kind, names)
+        recordings = self._recordings(kind, names, anatomy)
         plan = Plan(rate=recordings[0].rate)
         if regions:
             plan = replace(plan, regions=int(regions), candidates=(int(regions),))
-        write_prior(path, train(coordinates_of(ANATOMY), recordings, [], plan))
+        write_prior(path, train(coordinates_of(anatomy), recordings, [], plan))
 
-    def _recordings(self, kind: str, names: str) -> list[Recording]:
+    def _recordings(self, kind: str, names: str, anatomy: Anatomy) -> list[Recording]:
         match kind:
             case "actor":
-                return [recording(names, person) for person in PEOPLE]
+                return [recording(names, person, anatomy) for person in PEOPLE]
             case "take":
-                motions = [self._take(names)]
+                motions = [self._take(names, anatomy)]
             case "motion":
-                motions = [read_motion(self.motions / f"{name}.bvh", ANATOMY) for name in names.split("+")]
+                motions = [read_motion(self.motions / f"{name}.bvh", anatomy) for name in names.split("+")]
             case _:
                 raise ValueError(f"prior {kind}:{names}: allowed: actor:KIND, motion:NAME+NAME, take:CLIP/FRAMES")
         return [Recording(motion.name, motion.rate, motion.coordinates) for motion in motions]
 
-    def _take(self, name: str) -> Motion:
+    def _take(self, name: str, anatomy: Anatomy) -> Motion:
         clip, _, frames = name.partition("/")
         first = int(tomllib.loads((self.clips / clip / "clip.toml").read_text())["motion_from_frame"])
-        return read_motion(self.clips / clip / "truth.trc", ANATOMY, range(first, first + int(frames)))
+        return read_motion(self.clips / clip / "truth.trc", anatomy, range(first, first + int(frames)))
 
 
 def training_frames(motion_frames: int) -> int:

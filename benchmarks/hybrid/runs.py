@@ -65,7 +65,7 @@ class Run:
 
     losses: number of track losses in the scored part.  started: frame of the first pose; -1 for none.  wall_ms, cpu_ms:
     median of a scored frame.  load: of the machine.  errors: mean over the joints by scored frame, mm.  first: frame of
-    errors[0].
+    errors[0].  centres_mm: joint centres by scored frame, (15 NAMES x, y, z) in a row; empty without a pose.
     """
 
     mean_mm: float
@@ -81,6 +81,7 @@ class Run:
     load: float
     first: int
     errors: tuple[float, ...]
+    centres_mm: tuple[tuple[float, ...], ...] = ()
 
     def plain(self) -> dict[str, object]:
         return asdict(self)
@@ -161,6 +162,7 @@ def scored(path: TrackedPath, truth: Trajectories, first: int) -> Run:
     return Run(
         found.mpjpe_mm, found.rmse_mm, found.shape_mm, found.median_mm, found.lost_pct, found.per_joint_mm, losses,
         min(path.poses), wall, cpu, load, int(frames[kept][0]), tuple(round(float(e), 3) for e in errors[kept]),
+        _centres_mm(track, frames[kept]),
     )  # fmt: skip
 
 
@@ -169,6 +171,23 @@ def trajectories(path: TrackedPath, truth: Trajectories) -> Trajectories:
     frames = np.array(sorted(path.poses), dtype=np.int64)
     points = np.array([joint_centres(path.anatomy, *path.poses[int(frame)]) for frame in frames])
     return Trajectories(NAMES, frames, frames / truth.rate, points, truth.rate)
+
+
+def _centres_mm(track: Trajectories, frames: Ints) -> tuple[tuple[float, ...], ...]:
+    """See Run."""
+    rows = {int(frame): k for k, frame in enumerate(track.frames)}
+    values = np.round(1e3 * track.points, 1).reshape(len(track.points), -1)
+    return tuple(tuple(map(float, values[rows[int(frame)]])) if int(frame) in rows else () for frame in frames)
+
+
+def run_trajectories(run: Run, rate: float) -> Trajectories:
+    """Joint centres of the scored frames with a pose, metres.  rate: frames per second.  Raises ValueError without any."""
+    known = [k for k, row in enumerate(run.centres_mm) if row]
+    if not known:
+        raise ValueError("run without a pose: allowed: one or more frames with joint centres")
+    frames = run.first + np.array(known, dtype=np.int64)
+    points = 1e-3 * np.array([run.centres_mm[k] for k in known]).reshape(len(known), len(NAMES), 3)
+    return Trajectories(NAMES, frames, frames / rate, points, rate)
 
 
 def frame_errors(track: Trajectories, truth: Trajectories) -> tuple[Ints, Floats]:

@@ -34,7 +34,7 @@ class StrideSettings:
 
 @dataclass(frozen=True)
 class StrideState:
-    """stride: a power of two.  since_ns: start of the window, ahead after a change.  frames, missed, spare: frames counted in it.
+    """stride: a power of two.  since_ns: start of the window.  frames, missed, spare: frames counted in it.
 
     calm_ns: since when there is no overload and time to spare.  halved_ns: time of the last halving, None after a doubling.
     wait_ns: time without overload before the next halving.  Times are of a monotonic clock.
@@ -68,11 +68,9 @@ def observe(
     if now_ns - since_ns < settings.window_ns or state.frames < settings.window_frames:
         return state
     decided = _decided(settings, state, now_ns, period_ns)
-    if decided.stride == state.stride:
-        since_ns = now_ns
-    else:  # messages that are on the way belong to the frames before
-        since_ns = now_ns + settings.window_ns // 2
-    return replace(decided, since_ns=since_ns, frames=0, missed=0, spare=0)
+    # After a change, messages that are on the way belong to frames of the stride before.
+    pause_ns = settings.window_ns // 2 if decided.stride != state.stride else 0
+    return replace(decided, since_ns=now_ns + pause_ns, frames=0, missed=0, spare=0)
 
 
 def _decided(settings: StrideSettings, state: StrideState, now_ns: int, period_ns: int) -> StrideState:

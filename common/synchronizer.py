@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for; times its frame stride
+GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for; times the largest frame stride
 LONG_NS, OUTDATED = 2_000_000_000, 30  # so many items in a row that are so late mean that the newest time was wrong
 KEPT_WAITING = 8  # items of one viewer that may wait
 
@@ -23,7 +23,7 @@ class Item(Generic[T]):
 class Synchronizer(Generic[T]):
     """waiting: items by viewer, oldest first.  missed: consecutive frame sets without a viewer.  counts: dropped items.
 
-    tolerance_ns: half a frame period.  strides: of viewers that skip frames under overload, see `frame_stride`.
+    tolerance_ns: half a frame period.  strides: requested by viewers under overload, see `frame_stride`.
     last_ns: time of the newest frame set returned.  given: each viewer's newest item in one.  outdated: consecutive items
     LONG_NS or more behind last_ns.  behind: by viewer, consecutive items that are so late relative to the waiting items of
     the same viewer.
@@ -42,12 +42,13 @@ class Synchronizer(Generic[T]):
 
     @property
     def paired_within_ns(self) -> int:
-        """Half of the shortest period between the processed frames of a viewer."""
-        return self.tolerance_ns * min((self.strides.get(viewer, 1) for viewer in self.viewers), default=1)
+        """Half of the period of the processed frames: all viewers follow the largest stride."""
+        present = (stride for viewer, stride in self.strides.items() if not self.is_gone(viewer))
+        return self.tolerance_ns * max(present, default=1)
 
     def is_gone(self, viewer: str) -> bool:
         """Whether a viewer is not waited for."""
-        return self.missed.get(viewer, 0) >= GONE_AFTER * self.strides.get(viewer, 1)
+        return self.missed.get(viewer, 0) >= GONE_AFTER * max(self.strides.values(), default=1)
 
 
 @dataclass(frozen=True)

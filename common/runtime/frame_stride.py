@@ -1,7 +1,8 @@
 """Frame stride: an overloaded viewer processes every 2^n-th frame, the same frames as the other viewers of its rig.
 
 Frames are numbered by slots: capture times on the integrator's clock in frame periods.  A stride s keeps the slots that are
-multiples of s.  Multiples of 2s are multiples of s, so viewers of different strides still share frames.
+multiples of s.  Each viewer requests a stride, and all follow the largest; until they have received it they still share
+frames, since multiples of 2s are multiples of s.
 """
 
 from dataclasses import dataclass, replace
@@ -10,7 +11,8 @@ from itertools import count
 from zenocap.common.messages import Health
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
 
-FRAME_STRIDE, SKIPPED_FRAMES = "frame_stride", "skipped_frames"  # counts of the health
+FRAME_STRIDE, SKIPPED_FRAMES = "frame_stride", "skipped_frames"  # counts of the health; the requested stride
+EXPIRES_NS = 3_000_000_000  # ns without a health after which the stride of another viewer is not followed, chosen by hand
 
 
 @dataclass(frozen=True)
@@ -34,10 +36,11 @@ class StrideSettings:
 
 @dataclass(frozen=True)
 class StrideState:
-    """stride: a power of two.  since_ns: start of the window.  frames, missed, spare: frames counted in it.
+    """stride: requested by this viewer, a power of two.
 
-    calm_ns: since when there is no overload and time to spare.  halved_ns: time of the last halving, None after a doubling.
-    wait_ns: time without overload before the next halving.  Times are of a monotonic clock.
+    since_ns: start of the window.  frames, missed, spare: frames counted in it.  calm_ns: since when there is no overload
+    and time to spare.  halved_ns: time of the last halving, None after a doubling.  wait_ns: time without overload before
+    the next halving.  Times are of a monotonic clock.
     """
 
     stride: int = 1
@@ -51,30 +54,37 @@ class StrideState:
 
 
 def observe(
-    settings: StrideSettings, state: StrideState, now_ns: int, missed: bool, work_ns: int, period_ns: int
+    settings: StrideSettings,
+    state: StrideState,
+    now_ns: int,
+    missed: bool,
+    work_ns: int,
+    period_ns: int,
+    used: int | None = None,
 ) -> StrideState:
     """State after one more processed frame.  Pure.
 
     missed: frames before it were lost, or were answered too late.  work_ns: time that the service worked since the frame
-    before.  period_ns: frame period of the rig.
+    before.  period_ns: frame period of the rig.  used: stride in use, the largest of all viewers; None for the requested.
     """
+    used = state.stride if used is None else used
     since_ns = now_ns if state.since_ns is None else state.since_ns
     if now_ns < since_ns:
         return state
-    spare = work_ns <= (1.0 - settings.spare) * state.stride * period_ns
+    spare = work_ns <= (1.0 - settings.spare) * used * period_ns
     state = replace(
         state, since_ns=since_ns, frames=state.frames + 1, missed=state.missed + missed, spare=state.spare + spare
     )
     if now_ns - since_ns < settings.window_ns or state.frames < settings.window_frames:
         return state
-    decided = _decided(settings, state, now_ns, period_ns)
+    decided = _decided(settings, state, now_ns, period_ns, used)
     # After a change, messages that are on the way belong to frames of the stride before.
     pause_ns = settings.window_ns // 2 if decided.stride != state.stride else 0
     return replace(decided, since_ns=now_ns + pause_ns, frames=0, missed=0, spare=0)
 
 
-def _decided(settings: StrideSettings, state: StrideState, now_ns: int, period_ns: int) -> StrideState:
-    """State with the stride of the next window."""
+def _decided(settings: StrideSettings, state: StrideState, now_ns: int, period_ns: int, used: int) -> StrideState:
+    """State with the requested stride of the next window."""
     if state.missed > settings.missed * state.frames:
         if state.halved_ns is None:
             wait_ns = max(state.wait_ns, settings.wait_ns)
@@ -82,11 +92,11 @@ def _decided(settings: StrideSettings, state: StrideState, now_ns: int, period_n
             wait_ns = min(2 * state.wait_ns, settings.longest_wait_ns)
         else:
             wait_ns = settings.wait_ns
-        possible = 1e9 / (2 * state.stride * period_ns) >= settings.lowest_rate
-        stride = 2 * state.stride if possible else state.stride
+        possible = 1e9 / (2 * used * period_ns) >= settings.lowest_rate
+        stride = 2 * used if possible else state.stride
         return replace(state, stride=stride, calm_ns=now_ns, halved_ns=None, wait_ns=wait_ns)
     overloaded = state.missed > 0.5 * settings.missed * state.frames
-    if state.stride == 1 or overloaded or state.spare < 0.9 * state.frames:
+    if state.stride == 1 or state.stride < used or overloaded or state.spare < 0.9 * state.frames:
         return replace(state, calm_ns=now_ns)
     if now_ns - state.calm_ns < state.wait_ns:
         return state
@@ -103,6 +113,8 @@ class FrameStride:
     def __init__(self, settings: StrideSettings, fps: float, origin_ns: int) -> None:
         self._settings, self._fps, self._origin_ns = settings, fps, origin_ns
         self._state = StrideState()
+        self._others: dict[str, tuple[int, int]] = {}
+        self._used = 1
         self._offset: Offset | None = None
         self._last_slot: int | None = None
         self._losses = self._busy_ns = 0
@@ -110,6 +122,11 @@ class FrameStride:
 
     @property
     def stride(self) -> int:
+        """Stride in use: the largest that a viewer of the rig requests."""
+        return self._used
+
+    @property
+    def requested(self) -> int:
         return self._state.stride
 
     def wants(self, captured_ns: int) -> bool:
@@ -150,7 +167,18 @@ class FrameStride:
         """Note that a frame is processed next.  losses: lost and late frames so far.  busy_ns: time worked so far."""
         missed, work_ns = losses > self._losses, busy_ns - self._busy_ns
         self._losses, self._busy_ns = losses, busy_ns
-        self._state = observe(self._settings, self._state, now_ns, missed, work_ns, round(1e9 / self._fps))
+        period_ns = round(1e9 / self._fps)
+        self._state = observe(self._settings, self._state, now_ns, missed, work_ns, period_ns, self._used)
+        self._update(now_ns)
+
+    def set_other(self, health: Health, now_ns: int) -> None:
+        """Follow the stride that another viewer requests."""
+        self._others[health.id] = stride_in(health), now_ns
+        self._update(now_ns)
+
+    def _update(self, now_ns: int) -> None:
+        recent = (stride for stride, received_ns in self._others.values() if now_ns - received_ns < EXPIRES_NS)
+        self._used = max(self._state.stride, *recent, 1)
 
     def set_clock_offset(self, offset: Offset | None) -> None:
         """Set the offset of this clock to the integrator's."""
@@ -158,7 +186,7 @@ class FrameStride:
 
     def counts(self) -> dict[str, int]:
         """Counts for the health."""
-        return {FRAME_STRIDE: self.stride, SKIPPED_FRAMES: self.skipped}
+        return {FRAME_STRIDE: self._state.stride, SKIPPED_FRAMES: self.skipped}
 
     def describe(self) -> str:
         """Health text; empty without overload."""
@@ -171,5 +199,5 @@ class FrameStride:
 
 
 def stride_in(health: Health) -> int:
-    """Frame stride of a viewer; 1 for one that skips no frames."""
+    """Frame stride that a viewer requests; 1 for one that is not overloaded."""
     return max(1, health.counts.get(FRAME_STRIDE, 1))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
-from zenocap.common.messages import Message, Phase
+from zenocap.common.messages import Health, Message, Phase
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
 from zenocap.common.runtime.frame_stride import FrameStride
@@ -185,7 +185,7 @@ def run(
     requested: returns messages of other threads to publish; they call `bus.wake()` to have them published immediately.
     on_state: receives the state whenever all received events are handled.
     on_clock_offset: receives the offset of this clock to the integrator's, None while unknown, once a second.
-    stride: of the source, which it reduces under overload.
+    stride: of the source, which it reduces under overload; follows the healths that the service subscribes to.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -225,9 +225,12 @@ def _loop(
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips = ClockFilter()
     health_ns = tick_ns = clock.elapsed_ns()
+    requested_stride = 1
     queries = PeriodicQueries(bus, health_ns, keeps_time=service.keeps_time)
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
+        if stride and stride.requested != requested_stride:  # the other viewers follow
+            requested_stride, health_ns = stride.requested, now_ns
         queries.ask(now_ns, service.recovers(runner.state))
         if now_ns >= health_ns:
             if frames:
@@ -236,8 +239,8 @@ def _loop(
             on_clock_offset(offset)
             if stride:
                 stride.set_clock_offset(offset)
-                runner.meter.counts |= stride.counts()
-            for name, count in (*extra_counts().items(), *service.count(runner.state).items()):
+            strides = stride.counts() if stride else {}
+            for name, count in (*extra_counts().items(), *service.count(runner.state).items(), *strides.items()):
                 runner.meter.counts[name] = count  # `Counter.update` would add
             phase, text = service.phase(runner.state), service.describe(runner.state)
             if stride and (overload := stride.describe()):
@@ -252,6 +255,9 @@ def _loop(
         for event in _receive(bus, wait_s):
             if isinstance(event, RoundTrip):
                 trips = observe(trips, event)
+            elif stride and isinstance(event, Envelope) and isinstance(event.message, Health):
+                if event.message.id != service.id:
+                    stride.set_other(event.message, clock.elapsed_ns())
             else:
                 runner.handle(event)
         if runner.pending:

@@ -22,7 +22,7 @@ from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.frame_stride import FrameStride, StrideSettings
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import ASSIGNMENT, HEALTH, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.services.viewer import parameters
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
@@ -38,6 +38,7 @@ from zenocap.services.viewer.step import answered_frame, describe, initial_state
 logger = logging.getLogger(__name__)
 
 S = TypeVar("S")
+OTHER_VIEWERS = Subscription(HEALTH, names={"service": "viewer"})  # for the frame stride
 
 
 def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[Setup, State, Frame]:
@@ -47,8 +48,9 @@ def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[S
     """
     setup = _setup(viewer, additions)
     topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
+    subscriptions = (*map(Subscription, topics), OTHER_VIEWERS)
     return Service(
-        "viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe, phase=phase_of,
+        "viewer", viewer.id, setup, initial_state(setup), step, subscriptions, describe, phase=phase_of,
         answers=partial(answered_frame, viewer.id),
     )  # fmt: skip
 
@@ -62,6 +64,7 @@ def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
         setup,
         watching.initial_state(setup),
         watching.step,
+        (OTHER_VIEWERS,),
         describe=watching.describe,
         phase=watching.phase_of,
     )

@@ -213,7 +213,7 @@ def test_viewers_that_skip_the_same_frames_are_paired_within_half_of_their_longe
     captured = [
         (viewer, k * FRAME_NS + (FRAME_NS * 9 // 10 if viewer == "2" else 0)) for k in range(0, 40, 2) for viewer in "12"
     ]
-    for strides, complete in (({"1": 2, "2": 2}, 20), ({"1": 2}, 0)):
+    for strides, complete in (({"1": 2, "2": 2}, 20), ({"2": 2}, 20), ({}, 0)):
         pairs: Synchronizer[str] = Synchronizer(("1", "2"), FRAME_NS // 2)
         for viewer, stride in strides.items():
             pairs = with_stride(pairs, viewer, stride)

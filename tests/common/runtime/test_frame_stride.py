@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from msgspec import structs
 
 from zenocap.common.messages import Health
 from zenocap.common.runtime.clock_offset import Offset
@@ -24,6 +25,11 @@ def after(seconds: float, state: StrideState, missed_every: int = 0, work: float
         state = observe(SETTINGS, state, now_ns, missed, round(work * period_ns), PERIOD)
         now_ns += period_ns
     return state
+
+
+def health(stride: int) -> Health:
+    counts = {"frame_stride": stride}
+    return Health(frame=0, captured_ns=0, service="viewer", id="2", state="", rate=0.0, stages_ms={}, counts=counts)
 
 
 def forced(stride: int, fps: float = 30.0, origin_ns: int = 0) -> FrameStride:
@@ -82,6 +88,25 @@ def test_viewers_of_different_strides_share_the_frames_of_the_larger(strides: tu
     assert len(kept[0]) == pytest.approx(100 / strides[0], abs=2)
 
 
+def test_a_viewer_follows_the_largest_stride_requested_until_that_viewer_is_gone() -> None:
+    control = FrameStride(SETTINGS, 30.0, 0)
+    control.set_other(health(4), S)
+    assert (control.stride, control.requested, control.describe()) == (4, 1, "overloaded: every 4th frame")
+    assert control.counts()["frame_stride"] == 1  # so that none holds the others up once the overload has ended
+    control.begin_frame(2 * S, 0, 0)
+    assert control.stride == 4
+    control.begin_frame(5 * S, 0, 0)
+    assert control.stride == 1
+
+
+def test_a_viewer_that_loses_frames_requests_twice_the_stride_in_use_and_one_below_it_waits() -> None:
+    state = StrideState(frames=20, missed=20, since_ns=0)
+    assert observe(SETTINGS, state, S, True, 0, PERIOD, used=2).stride == 4
+    state = StrideState(stride=2, frames=20, spare=20, since_ns=0)
+    assert observe(SETTINGS, state, S, False, 0, PERIOD, used=4).stride == 2
+    assert observe(SETTINGS, state, S, False, 0, PERIOD, used=2).stride == 1
+
+
 def test_viewers_whose_clocks_differ_keep_the_same_instants() -> None:
     """The second clock is 0.1 s ahead, so its frames of the same instants have larger times."""
     one, other = forced(2), forced(2)
@@ -120,11 +145,5 @@ def test_the_health_text_names_the_stride() -> None:
 
 
 def test_a_health_without_stride_is_of_a_viewer_that_skips_none() -> None:
-    health = Health(
-        frame=0, captured_ns=0, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts={"frame_stride": 4}
-    )
-    assert stride_in(health) == 4
-    assert (
-        stride_in(Health(frame=0, captured_ns=0, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts={}))
-        == 1
-    )
+    assert stride_in(health(4)) == 4
+    assert stride_in(structs.replace(health(4), counts={})) == 1

@@ -260,6 +260,21 @@ def test_counts_of_the_state_are_published_without_adding_them_up(network: Local
     assert set(found) == {3}
 
 
+def test_the_stride_falls_again_in_the_health(network: LocalNetwork) -> None:
+    class Falling(FrameStride):
+        def counts(self) -> dict[str, int]:
+            return {"frame_stride": next(strides)}
+
+    strides = iter((4, 2, *[1] * 1000))
+    reader = network.bus()
+    reader.subscribe(HEALTH, every=True)
+    ends = monotonic() + 0.5
+    stride = Falling(StrideSettings(0, 8, 0.3, 0.6, 0, 0, 5.0), 15.0, 0)
+    run(viewer(), network.bus(), FastClock(), stopped=lambda: monotonic() > ends, stride=stride)
+    found = [message.counts["frame_stride"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
+    assert found[:3] == [4, 2, 1]
+
+
 def test_the_clock_offset_is_passed_on_as_it_is_published(network: LocalNetwork) -> None:
     """The integrator's clock is the same here: the offset is within its error."""
     network.bus().serve_clock()

@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for
+GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for; times the largest frame stride
 LONG_NS, OUTDATED = 2_000_000_000, 30  # so many items in a row that are so late mean that the newest time was wrong
 KEPT_WAITING = 8  # items of one viewer that may wait
 
@@ -23,9 +23,10 @@ class Item(Generic[T]):
 class Synchronizer(Generic[T]):
     """waiting: items by viewer, oldest first.  missed: consecutive frame sets without a viewer.  counts: dropped items.
 
-    tolerance_ns: half a frame period.  last_ns: time of the newest frame set returned.  given: each viewer's newest item
-    in one.  outdated: consecutive items LONG_NS or more behind last_ns.  behind: by viewer, consecutive items that are so
-    late relative to the waiting items of the same viewer.
+    tolerance_ns: half a frame period.  strides: requested by viewers under overload, see `frame_stride`.
+    last_ns: time of the newest frame set returned.  given: each viewer's newest item in one.  outdated: consecutive items
+    LONG_NS or more behind last_ns.  behind: by viewer, consecutive items that are so late relative to the waiting items of
+    the same viewer.
     """
 
     viewers: tuple[str, ...]
@@ -37,6 +38,17 @@ class Synchronizer(Generic[T]):
     outdated: int = 0
     behind: Mapping[str, int] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
+    strides: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def paired_within_ns(self) -> int:
+        """Half of the period of the processed frames: all viewers follow the largest stride."""
+        present = (stride for viewer, stride in self.strides.items() if not self.is_gone(viewer))
+        return self.tolerance_ns * max(present, default=1)
+
+    def is_gone(self, viewer: str) -> bool:
+        """Whether a viewer is not waited for."""
+        return self.missed.get(viewer, 0) >= GONE_AFTER * max(self.strides.values(), default=1)
 
 
 @dataclass(frozen=True)
@@ -62,7 +74,10 @@ def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tup
     pairs = replace(pairs, outdated=outdated)
     if outdated >= OUTDATED:
         pairs = _count(
-            Synchronizer(pairs.viewers, pairs.tolerance_ns, missed=pairs.missed, counts=pairs.counts), "began_anew"
+            Synchronizer(
+                pairs.viewers, pairs.tolerance_ns, missed=pairs.missed, counts=pairs.counts, strides=pairs.strides
+            ),
+            "began_anew",
         )
     queue = pairs.waiting.get(viewer, ())
     behind = pairs.behind.get(viewer, 0) + 1 if queue and captured_ns < queue[-1].captured_ns - LONG_NS else 0
@@ -90,16 +105,23 @@ def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tup
     return pairs, frame_sets
 
 
+def with_stride(pairs: Synchronizer[T], viewer: str, stride: int) -> Synchronizer[T]:
+    """The synchronizer with the current frame stride of a viewer."""
+    if pairs.strides.get(viewer, 1) == stride:
+        return pairs
+    return replace(pairs, strides={**pairs.strides, viewer: stride})
+
+
 def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
     heads = {viewer: queue[0] for viewer, queue in pairs.waiting.items() if queue}
     if not heads:
         return None
     start_ns = min(item.captured_ns for item in heads.values())
-    chosen = {viewer: item for viewer, item in heads.items() if item.captured_ns - start_ns <= pairs.tolerance_ns}
+    chosen = {viewer: item for viewer, item in heads.items() if item.captured_ns - start_ns <= pairs.paired_within_ns}
     absent = [viewer for viewer in pairs.viewers if viewer not in chosen]
     # A missing viewer is waited for, unless it is absent, has passed this time, or a present one has its next item.
     overtaken = any(len(pairs.waiting[viewer]) > 1 for viewer in chosen)
-    if any(v not in heads and pairs.missed.get(v, 0) < GONE_AFTER for v in absent) and not overtaken:
+    if any(v not in heads and not pairs.is_gone(v) for v in absent) and not overtaken:
         return None
     waiting = {viewer: queue[1:] if viewer in chosen else queue for viewer, queue in pairs.waiting.items()}
     missed = {viewer: 0 if viewer in chosen else pairs.missed.get(viewer, 0) + 1 for viewer in pairs.viewers}

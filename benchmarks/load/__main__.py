@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.console import Console
 
 from benchmarks.load.bench import Bench, bench
-from benchmarks.load.grids import capacity, network, rates, rigs, subscribers, viewers
+from benchmarks.load.grids import capacity, network, rates, rigs, subscribers, unlimited, viewers
 from benchmarks.load.settings import settings
 from benchmarks.sections import Section, markdown, report, write
 from zenocap.common.runtime.signals import stop_signals
@@ -22,6 +22,7 @@ from zenocap.tools.load_test.shell import run_soak
 
 PARTS: dict[str, Callable[[Bench], Section]] = {
     "rates": rates,
+    "unlimited": unlimited,
     "viewers": viewers,
     "rigs": rigs,
     "subscribers": subscribers,

@@ -6,8 +6,9 @@ from dataclasses import replace
 from benchmarks.load.bench import Bench, limits, table
 from benchmarks.sections import Section, Table
 from zenocap.tools.load_test.measurement import Measurement
-from zenocap.tools.load_test.plan import LoadError, Plan, RampQuantity
+from zenocap.tools.load_test.plan import MAX_RATE, LoadError, Plan, RampQuantity
 from zenocap.tools.load_test.ramp import ramp, ramp_lines
+from zenocap.tools.load_test.text import rate_line
 
 SMALL, LARGE = (160, 120), (640, 480)
 RATES, VIEWERS, RIGS, SUBSCRIBERS = (15.0, 30.0, 60.0, 120.0), (2, 4, 8, 16, 32), (1, 4, 16), (0, 1, 4, 16)
@@ -17,6 +18,14 @@ ONE_MACHINE = "All processes are on one machine; cores used by other programs ar
 def rates(bench: Bench) -> Section:
     plans = [Plan(rate=rate, size=size) for size in (SMALL, LARGE) for rate in RATES]
     return _section(bench, "rates", "Two viewers", (ONE_MACHINE,), plans, "frames/s of each viewer", lambda plan: plan.rate)
+
+
+def unlimited(bench: Bench) -> Section:
+    """Frame sets per second when more are offered than any machine completes, and the cores that they cost."""
+    found = bench.points([Plan(rate=MAX_RATE, size=size) for size in (SMALL, LARGE)])
+    lines = tuple((plan.title(), rate_line(point) if point else "no pose") for plan, point in found)
+    tables = (table("Offered without limit", found), Table("Frame sets and cores", ("what", "result"), lines))
+    return Section("unlimited", "Two viewers, offered without limit", (ONE_MACHINE,), tables)
 
 
 def viewers(bench: Bench) -> Section:

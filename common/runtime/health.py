@@ -20,7 +20,7 @@ WORK = ("step_", "publish")  # stages that occupy the loop; the others are ages
 class Meter:
     """Durations by stage, counts, and rates since the last report.
 
-    processor_ns: processor time used by this process so far.
+    processor_ns: processor time used by this process so far.  busy_ns: time of all steps and of publishing so far.
     """
 
     def __init__(self, service: str, id: str, processor_ns: Callable[[], int] = time.process_time_ns) -> None:
@@ -28,18 +28,19 @@ class Meter:
         self._id = id
         self._processor_ns = processor_ns
         self._used_ns = processor_ns()
-        self._busy_ns = 0
+        self._reported_busy_ns = 0
         self._durations_ns: defaultdict[str, deque[int]] = defaultdict(lambda: deque(maxlen=RING))
         self._published: Counter[str] = Counter()
         self._frames = 0
         self._reports = 0
         self._since_ns: int | None = None
         self.counts: Counter[str] = Counter()
+        self.busy_ns = 0
 
     def time(self, stage: str, duration_ns: int) -> None:
         self._durations_ns[stage].append(max(0, duration_ns))
         if stage.startswith(WORK):
-            self._busy_ns += max(0, duration_ns)
+            self.busy_ns += max(0, duration_ns)
 
     def frame(self) -> None:
         self._frames += 1
@@ -76,12 +77,12 @@ class Meter:
             clock_error_ns=offset.error_ns if offset else 0,
             memory_bytes=memory_bytes(),
             cores=min((used_ns - self._used_ns) / 1e9 / seconds, 1e4) if seconds > 0 else 0.0,
-            busy=min(self._busy_ns / 1e9 / seconds, 1.0) if seconds > 0 else 0.0,
+            busy=min((self.busy_ns - self._reported_busy_ns) / 1e9 / seconds, 1.0) if seconds > 0 else 0.0,
         )
         self._reports += 1
         self._since_ns = elapsed_ns
         self._used_ns = used_ns
-        self._busy_ns = self._frames = 0
+        self._reported_busy_ns, self._frames = self.busy_ns, 0
         self._published.clear()
         return health
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
-from zenocap.common.messages import Message, Phase
+from zenocap.common.messages import Health, Message, Phase
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
+from zenocap.common.runtime.frame_stride import FrameStride
 from zenocap.common.runtime.health import Meter
 from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
@@ -52,6 +53,7 @@ class Service(Generic[Setup, State, F]):
     pending: whether the state has work to be started by a Tick after all received events are handled.
     result: messages whose age since their capture is a stage of the health.
     recovers: its own topics whose last message from before a restart the state lacks: queried, and passed to the step.
+    answers: number of the frame of this service that a message of another one answers, None for other messages.
     derives: whether it publishes its input trace, so that its messages can be recomputed; False for display services.
     max_failures: consecutive failures of the step, except on messages of other services, before the service ends.
     """
@@ -69,6 +71,7 @@ class Service(Generic[Setup, State, F]):
     tick_ns: int = 0
     pending: Callable[[State], bool] = lambda state: False
     recovers: Callable[[State], Collection[Topic]] = lambda state: ()
+    answers: Callable[[Message], int | None] = lambda message: None
     result: type[Message] | None = None
     keeps_time: bool = False
     derives: bool = True
@@ -90,6 +93,7 @@ class Runner(Generic[Setup, State, F]):
         self.meter = Meter(service.name, service.id)
         self._trace = Trace(service.name, service.id)
         self._failures = 0
+        self._frame = -1
         self._log_once = OncePerSource(logger)
 
     def subscribe(self) -> None:
@@ -129,7 +133,12 @@ class Runner(Generic[Setup, State, F]):
                 self.meter.time("result_age", self.clock.now_ns() - message.captured_ns)
         if messages:
             self.meter.time("publish", self.clock.elapsed_ns() - stepped_ns)
-        if not isinstance(event, Envelope | Alive | Tick):
+        if isinstance(event, Envelope):
+            answered = self.service.answers(event.message)
+            if answered is not None and answered < self._frame:  # a newer frame has replaced it
+                self.meter.counts["late_answers"] += 1
+        elif not isinstance(event, Alive | Tick):
+            self._frame = event.frame
             self.meter.frame()
             self.meter.time("frame_age", self.clock.now_ns() - event.captured_ns)
 
@@ -167,6 +176,7 @@ def run(
     requested: Callable[[], Sequence[Message]] = tuple,
     on_state: Callable[[State], None] = lambda _: None,
     on_clock_offset: Callable[[Offset | None], None] = lambda _: None,
+    stride: FrameStride | None = None,
 ) -> int:
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
@@ -175,6 +185,7 @@ def run(
     requested: returns messages of other threads to publish; they call `bus.wake()` to have them published immediately.
     on_state: receives the state whenever all received events are handled.
     on_clock_offset: receives the offset of this clock to the integrator's, None while unknown, once a second.
+    stride: of the source, which it reduces under overload; follows the healths that the service subscribes to.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -187,7 +198,7 @@ def run(
             runner.publish(message)
         if frames:
             frames.start()
-        _loop(runner, frames, stopped, extra_counts, requested, on_state, on_clock_offset)
+        _loop(runner, frames, stopped, extra_counts, requested, on_state, on_clock_offset, stride)
         runner.report_handled()
     except (BusError, TooManyFailures) as error:
         logger.error("%s", error)
@@ -209,22 +220,31 @@ def _loop(
     requested: Callable[[], Sequence[Message]],
     on_state: Callable[[State], None],
     on_clock_offset: Callable[[Offset | None], None],
+    stride: FrameStride | None,
 ) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips = ClockFilter()
     health_ns = tick_ns = clock.elapsed_ns()
+    requested_stride = 1
     queries = PeriodicQueries(bus, health_ns, keeps_time=service.keeps_time)
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
+        if stride and stride.requested != requested_stride:  # the other viewers follow
+            requested_stride, health_ns = stride.requested, now_ns
         queries.ask(now_ns, service.recovers(runner.state))
         if now_ns >= health_ns:
             if frames:
-                runner.meter.counts["dropped_frames"] = frames.dropped
+                runner.meter.counts["dropped_frames"] = frames.dropped + (stride.late if stride else 0)
             offset = offset_at(trips, clock.now_ns())
             on_clock_offset(offset)
-            for name, count in (*extra_counts().items(), *service.count(runner.state).items()):
+            if stride:
+                stride.set_clock_offset(offset)
+            strides = stride.counts() if stride else {}
+            for name, count in (*extra_counts().items(), *service.count(runner.state).items(), *strides.items()):
                 runner.meter.counts[name] = count  # `Counter.update` would add
             phase, text = service.phase(runner.state), service.describe(runner.state)
+            if stride and (overload := stride.describe()):
+                text = f"{text}; {overload}"
             runner.publish(runner.meter.report(clock.now_ns(), now_ns, phase, text, bus.counters, offset))
             runner.report_handled()
             health_ns = max(health_ns + HEALTH_NS, now_ns)
@@ -235,12 +255,18 @@ def _loop(
         for event in _receive(bus, wait_s):
             if isinstance(event, RoundTrip):
                 trips = observe(trips, event)
+            elif stride and isinstance(event, Envelope) and isinstance(event.message, Health):
+                if event.message.id != service.id:
+                    stride.set_other(event.message, clock.elapsed_ns())
             else:
                 runner.handle(event)
         if runner.pending:
             runner.handle(Tick(clock.now_ns()))
         frame = frames.take() if frames else None
         if frame is not None:
+            if frames and stride:
+                losses = frames.dropped + stride.late + runner.meter.counts["late_answers"]
+                stride.begin_frame(clock.elapsed_ns(), losses, runner.meter.busy_ns)
             runner.handle(frame)
         for message in requested():
             runner.publish(message)

@@ -17,7 +17,8 @@ from zenocap.common.messages import (
     UniversalBdp,
 )
 from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in, to_integrator_ns
-from zenocap.common.synchronizer import FrameSet, Synchronizer, push
+from zenocap.common.runtime.frame_stride import stride_in
+from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_stride
 from zenocap.services.integrator.arbitrator import View
 from zenocap.services.integrator.fusion import pose_person
 from zenocap.services.integrator.initialization import assign_first, define_body
@@ -62,7 +63,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             state = note_answer(replace(state, baps=baps), viewer, _time(state, message))
             return _for_each_frame_set(setup, state, pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
-            return _set_clock(setup, state, viewer, offset_in(message)), []
+            return _set_clock(setup, _set_stride(state, viewer, stride_in(message)), viewer, offset_in(message)), []
         case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
         case Request(what="measure"):
@@ -115,6 +116,16 @@ def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -
     others = {other: text for other, text in state.warnings.items() if other != viewer}
     warnings = {**others, viewer: warning} if warning else others
     return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
+
+
+def _set_stride(state: State, viewer: str, stride: int) -> State:
+    """Store the frame stride of a viewer that skips frames."""
+    return replace(
+        state,
+        sightings=with_stride(state.sightings, viewer, stride),
+        baps=with_stride(state.baps, viewer, stride),
+        bdps=with_stride(state.bdps, viewer, stride),
+    )
 
 
 def _time(state: State, message: Sighting | PartialBdp | PartialBap) -> int:

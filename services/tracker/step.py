@@ -28,7 +28,8 @@ from zenocap.common.messages import (
     TrackerPose,
 )
 from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
-from zenocap.common.synchronizer import FrameSet, Synchronizer, push
+from zenocap.common.runtime.frame_stride import stride_in
+from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_stride
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker import tracking
 from zenocap.services.tracker.parameters import (
@@ -61,6 +62,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
         case Envelope(message=Silhouette() as silhouette):
             return _synchronize(state, silhouette), []
         case Envelope(message=Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
+            state = replace(state, pairs=with_stride(state.pairs, viewer, stride_in(health)))
             return _set_clock(setup, state, viewer, health), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []

@@ -19,9 +19,11 @@ from zenocap.common.rig.sources import BackgroundImage, Device, Stream
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
+from zenocap.common.runtime.frame_stride import FrameStride, StrideSettings
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import ASSIGNMENT, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import ASSIGNMENT, HEALTH, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.services.viewer import parameters
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
@@ -31,11 +33,12 @@ from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.video import median_picture
 from zenocap.services.viewer.states import Setup, State, viewer_setup
-from zenocap.services.viewer.step import describe, initial_state, phase_of, step
+from zenocap.services.viewer.step import answered_frame, describe, initial_state, phase_of, step
 
 logger = logging.getLogger(__name__)
 
 S = TypeVar("S")
+OTHER_VIEWERS = Subscription(HEALTH, names={"service": "viewer"})  # for the frame stride
 
 
 def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[Setup, State, Frame]:
@@ -45,9 +48,11 @@ def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[S
     """
     setup = _setup(viewer, additions)
     topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
+    subscriptions = (*map(Subscription, topics), OTHER_VIEWERS)
     return Service(
-        "viewer", viewer.id, setup, initial_state(setup), step, tuple(map(Subscription, topics)), describe, phase=phase_of
-    )
+        "viewer", viewer.id, setup, initial_state(setup), step, subscriptions, describe, phase=phase_of,
+        answers=partial(answered_frame, viewer.id),
+    )  # fmt: skip
 
 
 def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
@@ -59,6 +64,7 @@ def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
         setup,
         watching.initial_state(setup),
         watching.step,
+        (OTHER_VIEWERS,),
         describe=watching.describe,
         phase=watching.phase_of,
     )
@@ -109,8 +115,17 @@ def _run(
                 ids = [other.id for other in rig.viewers if other is not viewer]
                 epoch_ns = agreed_epoch(ids, partial(camera_info, viewer), others, clock, stopped)
         first_messages = (camera_info(viewer, epoch_ns),)
-        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock))
-        return run(service, bus, clock, frames, stopped, first_messages=first_messages)
+        # Slots of cameras count from the Unix epoch: each camera starts at a time of its own.
+        stride = FrameStride(stride_settings(), viewer.fps, 0 if isinstance(viewer.source, Device | Stream) else epoch_ns)
+        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, stride=stride))
+        return run(service, bus, clock, frames, stopped, first_messages=first_messages, stride=stride)
+
+
+def stride_settings() -> StrideSettings:
+    return StrideSettings(
+        parameters.STRIDE_WINDOW_NS, parameters.STRIDE_WINDOW_FRAMES, parameters.STRIDE_MISSED, parameters.STRIDE_SPARE,
+        parameters.STRIDE_WAIT_NS, parameters.STRIDE_LONGEST_WAIT_NS, parameters.STRIDE_LOWEST_RATE,
+    )  # fmt: skip
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:

@@ -30,7 +30,7 @@ from zenocap.services.viewer.states import (  # fmt: skip
 )
 from zenocap.services.viewer.tracking import limbs, sighting
 
-__all__ = ["describe", "initial_state", "phase_of", "step", "viewer_setup"]
+__all__ = ["answered_frame", "describe", "initial_state", "phase_of", "step", "viewer_setup"]
 
 Event = Frame | SegmentedFrame | Envelope | Alive | Tick
 AWAITING_POSE = "waiting for the pose of the integrator"
@@ -64,6 +64,15 @@ def phase_of(state: State) -> Phase:
             return Phase.AWAITING_PERSON if scene.extents is None else Phase.MEASURING_BODY
         case Tracking():
             return Phase.TRACKING
+
+
+def answered_frame(id: str, message: Message) -> int | None:
+    """Number of the frame of viewer `id` that an assignment of a complete frame set answers; None for other messages."""
+    match message:
+        case Assignment(views=views) if id in views and not any(view.stale for view in views.values()):
+            return views[id].frame
+        case _:
+            return None
 
 
 def describe(state: State) -> str:

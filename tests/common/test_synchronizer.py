@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zenocap.common.synchronizer import GONE_AFTER, LONG_NS, OUTDATED, FrameSet, Synchronizer, push
+from zenocap.common.synchronizer import GONE_AFTER, LONG_NS, OUTDATED, FrameSet, Synchronizer, push, with_stride
 
 FRAME_NS = 66_000_000
 VIEWERS = ("1", "2")
@@ -207,3 +207,30 @@ def test_a_queued_frame_with_a_wrong_time_stamp_is_finally_dropped() -> None:
     assert pairs.counts["began_anew"] == 1
     assert shape(instants)[-10:] == [("1", "2")] * 10
     assert max(instant.captured_ns for instant in instants) < 10**18
+
+
+def test_viewers_that_skip_the_same_frames_are_paired_within_half_of_their_longer_period() -> None:
+    captured = [
+        (viewer, k * FRAME_NS + (FRAME_NS * 9 // 10 if viewer == "2" else 0)) for k in range(0, 40, 2) for viewer in "12"
+    ]
+    for strides, complete in (({"1": 2, "2": 2}, 20), ({"2": 2}, 20), ({}, 0)):
+        pairs: Synchronizer[str] = Synchronizer(("1", "2"), FRAME_NS // 2)
+        for viewer, stride in strides.items():
+            pairs = with_stride(pairs, viewer, stride)
+        found = 0
+        for viewer, captured_ns in captured:
+            pairs, frame_sets = push(pairs, viewer, captured_ns, viewer)
+            found += sum(len(frame_set.items) == 2 for frame_set in frame_sets)
+        assert found == complete
+
+
+def test_a_viewer_that_skips_many_frames_is_waited_for_by_one_that_skips_none() -> None:
+    """The frame of the overloaded viewer arrives last."""
+    for stride, complete in ((8, 5), (1, 1)):
+        pairs: Synchronizer[str] = with_stride(Synchronizer(("1", "2"), FRAME_NS // 2), "2", stride)
+        found = 0
+        for k in range(40):
+            for viewer in "12" if k % 8 == 0 else "1":
+                pairs, frame_sets = push(pairs, viewer, k * FRAME_NS, viewer)
+                found += sum(len(frame_set.items) == 2 for frame_set in frame_sets)
+        assert found == complete

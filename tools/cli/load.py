@@ -98,7 +98,8 @@ def load(
     arrival of its pose. A load is held when nothing is lost, 99 % of the poses arrive within one frame period, and no
     backlog grows. Needs `pip install 'zenocap[load]'`. Ctrl-C ends it and writes the results so far.
 
-    Examples: `zenocap load --rate 60`, `zenocap load --ramp rate`, `zenocap load --rigs 4 --silhouettes`,
+    Examples: `zenocap load --rate 60`, `zenocap load --rate 1000` (frame sets per second reached, and cores used),
+    `zenocap load --ramp rate`, `zenocap load --rigs 4 --silhouettes`,
     `zenocap load --soak 60`, `zenocap load --connect tcp/192.168.1.2:7447 --part viewers`
     """
     from rich.console import Console

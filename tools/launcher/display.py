@@ -12,8 +12,8 @@ from zenocap.tools.launcher.rig_status import RigStatus, lost_text, posture_labe
 
 # Counts that are displayed; the others are only in the take.
 LOSSES = (
-    "dropped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors", "unsendable",
-    "log_lost",
+    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors",
+    "unsendable", "log_lost",
 )  # fmt: skip
 
 # Processing stage of each service that runs once per frame.

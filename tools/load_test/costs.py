@@ -12,7 +12,10 @@ MACHINE_LIMIT, SERVICE_LIMIT = (
     0.95,
     0.85,
 )  # shares, chosen by hand: of all cores; of a loop's time or its core
-LOSSES = ("dropped_frames", "dropped_superseded", "dropped_queue_full", "dropped_instants", "step_errors", "log_lost")
+LOSSES = (
+    "dropped_frames", "skipped_frames", "late_answers", "dropped_superseded", "dropped_queue_full", "dropped_instants",
+    "step_errors", "log_lost",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

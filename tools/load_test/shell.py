@@ -19,7 +19,7 @@ from zenocap.tools.load_test.recorded_messages import record_messages
 from zenocap.tools.load_test.report import csv_of_soak, csv_text, report, write
 from zenocap.tools.load_test.scene import calibration, film, recording_rig_file, rig_files
 from zenocap.tools.load_test.soak import Soak, soak
-from zenocap.tools.load_test.text import costs_table, histogram_lines, points_table, soak_lines, soak_table
+from zenocap.tools.load_test.text import costs_table, histogram_lines, points_table, rate_line, soak_lines, soak_table
 from zenocap.tools.warmup.processes import compile_parts
 
 DONE, FAILED, LOSS = 0, 1, 3
@@ -162,6 +162,7 @@ def _print_points(points: tuple[Measurement, ...], found: Ramp | None, out: Cons
     out.print(points_table(points))
     if found is None:
         out.print(costs_table(points[0]))
+        out.print(rate_line(points[0]), markup=False, highlight=False, soft_wrap=True)
         for line in histogram_lines(points[0].figures.histogram):
             out.print(line, markup=False, highlight=False)
         out.print(f"the limit: {points[0].bottleneck}", markup=False, highlight=False)

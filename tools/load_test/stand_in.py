@@ -75,7 +75,7 @@ def due_frames(fps: float, playback: Playback) -> Iterator[DueFrame]:
     """Yield frame n at `epoch_ns` + n / fps without end; frames that are late are skipped."""
     index = 0
     while True:
-        index = max(index, int((playback.clock.now_ns() - playback.epoch_ns) * fps / 1e9))
+        index = playback.next_index(index, fps)
         playback.wait_until(playback.time_of(index, fps))
         yield DueFrame(index, playback.time_of(index, fps))
         index += 1

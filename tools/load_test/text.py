@@ -59,6 +59,16 @@ def costs_table(point: Measurement) -> Table:
     return table
 
 
+def rate_line(point: Measurement) -> str:
+    """Frame sets completed per second, and the cores of each viewer and of what computes the poses."""
+    viewers = [f"{cost.cores:.2f}" for cost in point.costs if cost.key[1] == "viewer"]
+    others = [f"{cost.title} {cost.cores:.2f}" for cost in point.costs if cost.key[1] in ("integrator", "tracker")]
+    many = len(viewers) + len(others) > MAX_COSTS
+    cores = "" if many else "; cores: " + ", ".join(["viewers " + " and ".join(viewers), *others])
+    rate = point.figures.completed / point.seconds if point.seconds > 0 else 0.0
+    return f"frame sets: {point.plan.rate * point.plan.rigs:g}/s offered, {rate:.1f}/s completed{cores}"
+
+
 def histogram_lines(counts: Sequence[int]) -> list[str]:
     """Histogram of latencies as bars, from the first filled bin to the last."""
     filled = [k for k, count in enumerate(counts) if count]

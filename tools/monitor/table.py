@@ -14,8 +14,8 @@ Status = Literal["up", "starting", "silent", "gone", "missing"]
 SILENT_NS = 3_000_000_000  # time without a health message, which is published every second
 KEPT_RATES = 30
 LOSSES = (
-    "dropped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "rejected_names", "rejected_size",
-    "step_errors", "unsendable", "log_lost",
+    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "rejected_names",
+    "rejected_size", "step_errors", "unsendable", "log_lost",
 )  # fmt: skip
 TROUBLE: tuple[Status, ...] = ("silent", "gone", "missing")
 

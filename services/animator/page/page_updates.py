@@ -217,9 +217,10 @@ def _losses(counts: Mapping[str, int]) -> list[tuple[str, int, int]]:
     """Return the losses of a service: text, number, and total, 0 where the total is not counted."""
     received, frames = counts.get("received", 0), counts.get("frames", 0)
     logged, unlogged = counts.get("log_messages", 0), counts.get("log_lost", 0)
-    dropped = counts.get("dropped_frames", 0)
+    dropped, skipped = counts.get("dropped_frames", 0), counts.get("skipped_frames", 0)
     found = [
-        ("camera frames skipped", dropped, frames + dropped),
+        ("camera frames dropped", dropped, frames + dropped + skipped),
+        ("camera frames skipped under overload", skipped, frames + dropped + skipped),
         ("frame sets skipped", counts.get("dropped_instants", 0), 0),
         ("messages dropped", counts.get("dropped_queue_full", 0), received),
         ("messages invalid", counts.get("rejected_invalid", 0), received),

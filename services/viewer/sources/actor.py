@@ -39,8 +39,7 @@ def actor_frames(source: Actor, fps: float, camera: Camera, playback: Playback, 
     film.render(script.pose_at(script.motion_from_s), 0)  # compile before the first frame is due
     index, rendered = 0, 0
     while True:
-        behind = (playback.clock.now_ns() - playback.epoch_ns) * fps / 1e9
-        index = max(index, int(behind))
+        index = playback.next_index(index, fps)
         playback.wait_until(playback.time_of(index, fps))
         pose = script.pose_at(index / fps) if rendered >= preroll else None
         yield Frame(index, playback.time_of(index, fps), film.render(pose, index))

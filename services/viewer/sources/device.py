@@ -89,11 +89,15 @@ def camera_frames(
             captured_ns = playback.clock.now_ns()
             if captured_ns < due_ns - EARLY * period_ns:
                 continue
+            # Jitter stays on the grid of frame periods; a camera slower than requested starts a new grid.
+            next_due_ns = (captured_ns if index == 0 else max(due_ns, captured_ns - period_ns // 2)) + period_ns
+            if not playback.wants(captured_ns):
+                index, due_ns = index + 1, next_due_ns
+                continue
             decoded, image = capture.retrieve()
             if not decoded:
                 continue
-            # Jitter stays on the grid of frame periods; a camera slower than requested starts a new grid.
-            due_ns = (captured_ns if index == 0 else max(due_ns, captured_ns - period_ns // 2)) + period_ns
+            due_ns = next_due_ns
             yield Frame(index, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
             index += 1
     finally:

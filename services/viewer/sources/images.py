@@ -24,12 +24,16 @@ def image_frames(source: Images, fps: float, calibrated: Size, working: Size, pl
     paths = sorted((path for path in source.folder.glob(source.pattern) if path.is_file()), key=numbered)
     if not paths:
         raise OpenError(f"{shown}: no file matches")
-    first = 0
+    first, begun = 0, False
     while True:
         for number, path in enumerate(paths):
             captured_ns = playback.time_of(first + number, fps)
             if playback.live:
+                if not playback.wants(captured_ns):
+                    continue
                 if playback.clock.now_ns() - captured_ns > 1e9 / fps:
+                    if begun:
+                        playback.count_late()
                     continue
                 playback.wait_until(captured_ns)
             try:
@@ -42,6 +46,7 @@ def image_frames(source: Images, fps: float, calibrated: Size, working: Size, pl
             if image is None:
                 raise EndedEarly(f"{path}: picture {number} of {len(paths)} cannot be decoded")
             fit = Fit(str(path), calibrated, working)
+            begun = True
             yield Frame(first + number, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
         if not playback.loop:
             return

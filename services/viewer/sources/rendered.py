@@ -23,7 +23,7 @@ def rendered_frames(source: Rendered, fps: float, calibrated: Size, working: Siz
     index, count = 0, len(pictures)
     while playback.live or index * source.fps / fps < count:
         if playback.live:
-            index = max(index, int((playback.clock.now_ns() - playback.epoch_ns) * fps / 1e9))
+            index = playback.next_index(index, fps)
             playback.wait_until(playback.time_of(index, fps))
         shown = there_and_back(int(index * source.fps / fps + 1e-6), count)
         yield Frame(index, playback.time_of(index, fps), fit(np.array(pictures[shown])))

@@ -127,8 +127,14 @@ def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int, prer
         while True:
             index = first + reader.read
             captured_ns = playback.time_of(index, reader.fps)
-            late = playback.live and playback.clock.now_ns() - captured_ns > LATE_FRAMES * 1e9 / min(fps, reader.fps)
-            has_frame, image = reader.next(taken(reader.read, fps, reader.fps) and (not late or taken_frames < preroll))
+            decode = taken(reader.read, fps, reader.fps)
+            if decode and playback.live and taken_frames >= preroll:
+                late = playback.clock.now_ns() - captured_ns > LATE_FRAMES * 1e9 / min(fps, reader.fps)
+                wanted = playback.wants(captured_ns)
+                if late and wanted and taken_frames:
+                    playback.count_late()
+                decode = wanted and not late
+            has_frame, image = reader.next(decode)
             if not has_frame:
                 return reader.read
             if image is not None:

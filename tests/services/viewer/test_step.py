@@ -96,6 +96,17 @@ def test_every_message_is_valid(complete_run: Run) -> None:
         assert decode(encode(message), type(message)) == message
 
 
+def test_only_assignments_of_complete_frame_sets_answer_a_frame(complete_run: Run) -> None:
+    """One that waited for the frame of the other viewer in vain is late without overload."""
+    assignment = next(message for message in complete_run.published if isinstance(message, m.Assignment))
+    frame = assignment.views["1"].frame
+    assert viewer.answered_frame("1", assignment) == frame
+    stale = {**assignment.views, "2": msgspec.structs.replace(assignment.views["2"], stale=True)}
+    assert viewer.answered_frame("1", msgspec.structs.replace(assignment, views=stale)) is None
+    assert viewer.answered_frame("3", assignment) is None
+    assert all(viewer.answered_frame("1", bap) is None for bap in tracked(complete_run))
+
+
 def test_two_runs_publish_equal_bytes(complete_run: Run) -> None:
     again = played(45)
     assert [encode(message) for message in again.published] == [

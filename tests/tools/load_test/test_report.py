@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -15,7 +16,7 @@ from zenocap.tools.load_test.processes import Sample
 from zenocap.tools.load_test.ramp import Ramp
 from zenocap.tools.load_test.report import COLUMNS, csv_of_soak, csv_text, report
 from zenocap.tools.load_test.soak import Bucket, Restart, Soak
-from zenocap.tools.load_test.text import costs_table, histogram_lines, points_table, soak_lines, soak_table
+from zenocap.tools.load_test.text import costs_table, histogram_lines, points_table, rate_line, soak_lines, soak_table
 
 FIGURES = Figures(
     60, 59, 1, 0, 60.0, 59.0, {"p50": 5.0, "p95": 8.0, "p99": 9.0, "p99.9": 9.5, "max": 10.0}, {"p50": 2.0, "p99": 3.0},
@@ -65,6 +66,14 @@ def test_tables_show_the_results() -> None:
     for words in ("60/s", "1.67 %", "load-1 viewer 1", "frames 1", "shared memory"):
         assert words in text
     assert soak_lines(SOAK)[-1] == "everything is flat"
+
+
+def test_the_rate_counts_frame_sets_and_names_the_cores_of_viewers_and_integrator() -> None:
+    integrator = Cost(("load-1", "integrator", "main"), 0.25, 10**8)
+    point = replace(POINT, costs=(COST, COST, integrator), seconds=2.0)
+    assert rate_line(point) == (
+        "frame sets: 30/s offered, 29.5/s completed; cores: viewers 0.50 and 0.50, load-1 integrator 0.25"
+    )
 
 
 def test_a_histogram_starts_and_ends_with_filled_bins() -> None:

@@ -273,6 +273,13 @@ def test_a_page_that_opens_gets_earlier_commands_as_such() -> None:
     assert "commands" not in decoded(list(changes(full(), full())))
 
 
+def test_frames_skipped_under_overload_are_losses_beside_the_dropped_ones() -> None:
+    state = after(health("viewer", "1", NOW, frames=60, dropped_frames=4, skipped_frames=36, frame_stride=2))
+    sent = json.loads(services_update(state, 0).data)
+    row = next(row for row in sent["services"] if (row["name"], row["id"]) == ("viewer", "1"))
+    assert row["losses"] == [["camera frames dropped", 4, 100], ["camera frames skipped under overload", 36, 100]]
+
+
 def test_failed_and_dropped_commands_are_losses_of_the_recognizer() -> None:
     state = after(health("recognizer", "main", NOW, commands_done=9, commands_failed=2, commands_dropped=1))
     rows = json.loads(services_update(state, 0).data)["services"]

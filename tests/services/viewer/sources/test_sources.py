@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice, pairwise
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.common.runtime.test_frame_stride import forced
 from tests.support.places import CLIPS, ROOT
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
@@ -120,6 +121,21 @@ def test_late_frames_are_skipped_in_live_playback(tmp_path):
         if frame.frame == 2:
             time.ns += S // 2
     assert indices == [0, 1, 2, 6, 7, 8, 9]
+
+
+def test_an_overloaded_viewer_skips_the_same_frames_of_a_file_whether_or_not_it_is_late(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 20)
+    kept = []
+    for late_at in (None, 6):
+        time, stride = FakeTime(), forced(2, 10.0)
+        playback = replace(live(time), stride=stride)
+        kept.append([])
+        for frame in video_frames(VideoFile(path), 10.0, SIZE, WORKING, playback):
+            kept[-1].append(frame.frame)
+            time.ns += S // 2 if frame.frame == late_at else 0
+        assert (stride.skipped, stride.late) == (10, 0 if late_at is None else 1)
+    assert kept[0] == list(range(0, 20, 2))
+    assert kept[1] == [0, 2, 4, 6, 10, 12, 14, 16, 18]  # 8 was late
 
 
 def test_frame_numbers_continue_in_a_looped_file(tmp_path):
@@ -303,6 +319,18 @@ def test_frames_of_a_fast_camera_are_reduced_to_the_rate():
     gaps = np.diff([f.captured_ns for f in frames]) / S
     assert gaps.mean() == pytest.approx(1 / 15, rel=0.02)
     assert [f.frame for f in frames] == list(range(30))
+
+
+def test_overloaded_viewers_keep_the_frames_of_the_same_times_of_cameras_that_started_at_different_ones():
+    kept = []
+    for start_ns in (S, 5 * S + 30_000_000):
+        time = FakeTime(ns=start_ns)
+        playback = replace(live(time), stride=forced(2, 10.0))
+        stream = camera_frames(Device(0), 10.0, SIZE, WORKING, playback, opening([FakeCamera(time, 200)]))
+        frames = [frame for frame in islice(stream, 50) if frame.captured_ns > 5.95 * S][:20]
+        kept.append([frame.captured_ns for frame in frames])
+        assert set(np.diff([frame.frame for frame in frames])) == {2}
+    assert np.abs(np.subtract(*kept)).max() == 30_000_000
 
 
 def test_an_unplugged_camera_is_reported_and_opened_again_with_growing_pauses():

@@ -1,4 +1,4 @@
-"""Motion capture files (BVH) as motions of the simulated person: its own lengths, the file's joint rotations."""
+"""Motion capture files (BVH) as motions of the simulated person: its own lengths, the file's directions of limbs."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.common.formats.bvh_joint_names import common_ancestor, roles_of, to_y_up_of
-from zenocap.common.formats.bvh_reader import Bvh, read_bvh
-from zenocap.common.formats.bvh_segments import rest_points
+from zenocap.common.formats.bvh_joint_names import read_bvh_centres
+from zenocap.common.formats.trajectories import Trajectories
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import OUTWARD, SIDES, interpolate, minimum_jerk, neutral
-from zenocap.simulation.body.rotation import blend, cross, from_x_and_y, ry, unit
+from zenocap.simulation.body.rotation import blend, cross, from_x_and_y, rx, ry, unit
 from zenocap.simulation.body.skeleton import (
     BALL,
     BONES,
@@ -49,9 +48,9 @@ def captured_take(person: Person, path: Path, fps: float, from_s: float = 0.05, 
     The person faces +Z in the T-pose and at the start of the motion, whose path is centred at the origin.  from_s: start
     within the file; the first frame of many files is a T-pose.  longest_s: the motion is cut after it.  Raises UserError.
     """
-    file = read_bvh(path)
-    times = np.arange(from_s, min(from_s + longest_s, (len(file.points) - 1) / file.rate), 1.0 / fps)
-    motion = _centred(_bones(person, file, path, np.rint(times * file.rate).astype(np.int64)))
+    centres = read_bvh_centres(path)
+    times = np.arange(from_s, min(from_s + longest_s, (len(centres.points) - 1) / centres.rate), 1.0 / fps)
+    motion = _centred(_bones(person, centres, np.rint(times * centres.rate).astype(np.int64)))
     start = motion[0].origin[PELVIS]
     shift = np.array([start[0], 0.0, start[2]])
     poses: list[Bones | None] = [None] * ceil(EMPTY_S * fps)
@@ -64,36 +63,53 @@ def captured_take(person: Person, path: Path, fps: float, from_s: float = 0.05, 
     return CapturedTake((*poses, *motion), len(poses))
 
 
-def _bones(person: Person, file: Bvh, path: Path, frames: Ints) -> list[Bones]:
+def _bones(person: Person, centres: Trajectories, frames: Ints) -> list[Bones]:
     """The person's skeleton in frames of a file, heading of the first frame +Z, feet on the floor y = 0."""
-    at = roles_of(file.names, path)
-    to_y_up = to_y_up_of({role: file.points[:, k] for role, k in at.items()})
-    rest = rest_points(file) @ to_y_up.T
-    left = unit(np.array([1.0, 0.0, 1.0]) * (rest[at["LHip"]] - rest[at["RHip"]]))
-    upright = from_x_and_y(left, np.array([0.0, 1.0, 0.0]))
-    joints, rest_axes = np.zeros(BONES, dtype=np.int64), np.tile(upright, (BONES, 1, 1))
-    joints[PELVIS] = common_ancestor(file.parents, at["RHip"], at["LHip"])
-    joints[CHEST] = common_ancestor(file.parents, at["RShoulder"], at["LShoulder"])
-    joints[HEAD] = at["Head"]
-    for side in SIDES:
-        chain = [at[f"{'RL'[side]}{role}"] for role in ("Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle")]
-        for bone, start, end in (
-            (UPPER_ARM[side], chain[0], chain[1]),
-            (FOREARM[side], chain[1], chain[2]),
-            (THIGH[side], chain[3], chain[4]),
-            (SHANK[side], chain[4], chain[5]),
-        ):
-            joints[bone], rest_axes[bone] = start, _least_turn(-upright[:, 1], unit(rest[end] - rest[start])) @ upright
-        joints[FOOT[side]] = chain[5]
-    rotations = to_y_up @ file.rotations[frames][:, joints] @ to_y_up.T @ rest_axes
-    across = rotations[0, PELVIS, :, 0]
-    facing = ry(-float(np.arctan2(-across[2], across[0])))
-    leg = sum(float(np.linalg.norm(rest[at[a]] - rest[at[b]])) for a, b in (("RHip", "RKnee"), ("RKnee", "RAnkle")))
-    scale = (person.lengths.thigh + person.lengths.shank) / leg
-    hips = 0.5 * (file.points[frames, at["RHip"]] + file.points[frames, at["LHip"]]) @ (scale * facing @ to_y_up).T
-    poses = [_skeleton(person, facing @ turn, place) for turn, place in zip(rotations, hips, strict=True)]
+    at = {name: centres.points[frames, k] for k, name in enumerate(centres.names)}
+    across = at["LHip"][0] - at["RHip"][0]
+    facing = ry(float(np.arctan2(across[2], across[0])))
+    at = {name: points @ facing.T for name, points in at.items()}
+    legs = [np.linalg.norm(at[f"{a}"] - at[f"{b}"], axis=1) for a, b in (("RHip", "RKnee"), ("RKnee", "RAnkle"))]
+    scale = (person.lengths.thigh + person.lengths.shank) / float(np.median(legs[0] + legs[1]))
+    sole = max(_sole_angle(at, side) for side in "RL")
+    poses = []
+    for k in range(len(frames)):
+        one = {name: points[k] for name, points in at.items()}
+        poses.append(_skeleton(person, _rotations(one, sole), scale * one["Hip"]))
     floor = float(np.quantile([_lowest(person, pose) for pose in poses], FLOOR_QUANTILE))
     return [_moved(pose, np.array([0.0, -floor, 0.0])) for pose in poses]
+
+
+def _sole_angle(at: dict[str, Floats], side: str) -> float:
+    """Angle in radians of the line from ankle to toe below the horizontal while the foot stands: where it is lowest."""
+    foot = at[f"{side}Toe"] - at[f"{side}Ankle"]
+    low = np.argsort(at[f"{side}Ankle"][:, 1] + at[f"{side}Toe"][:, 1])[: max(1, len(foot) // 5)]
+    return float(np.median(np.arctan2(-foot[low, 1], np.hypot(foot[low, 0], foot[low, 2]))))
+
+
+def _rotations(at: dict[str, Floats], sole: float) -> Floats:
+    """Bones to world (13, 3, 3) from joint centres; the turn of a limb about its axis follows from the bone above."""
+    rotation = np.empty((BONES, 3, 3))
+    trunk = at["Neck"] - at["Hip"]
+    rotation[PELVIS] = from_x_and_y(at["LHip"] - at["RHip"], trunk)
+    rotation[CHEST] = from_x_and_y(at["LShoulder"] - at["RShoulder"], trunk)
+    rotation[HEAD] = from_x_and_y(rotation[CHEST, :, 0], at["Head"] - at["Neck"])
+    for side, letter in zip(SIDES, "RL", strict=True):
+        joints = {name: at[f"{letter}{name}"] for name in ("Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Toe")}
+        rotation[UPPER_ARM[side]] = _along(rotation[CHEST], joints["Elbow"] - joints["Shoulder"])
+        rotation[FOREARM[side]] = _along(rotation[UPPER_ARM[side]], joints["Wrist"] - joints["Elbow"])
+        rotation[THIGH[side]] = from_x_and_y(rotation[PELVIS, :, 0], joints["Hip"] - joints["Knee"])
+        rotation[SHANK[side]] = from_x_and_y(rotation[THIGH[side], :, 0], joints["Knee"] - joints["Ankle"])
+        forward = unit(joints["Toe"] - joints["Ankle"])
+        foot_up = joints["Knee"] - joints["Ankle"]
+        rotation[FOOT[side]] = from_x_and_y(cross(foot_up, forward), cross(forward, cross(foot_up, forward))) @ rx(-sole)
+    return rotation
+
+
+def _along(above: Floats, direction: Floats) -> Floats:
+    """Rotation (3, 3) of a bone along `direction` (3,), turned the shortest way from the bone above, (3, 3)."""
+    turned: Floats = _least_turn(-above[:, 1], unit(direction)) @ above
+    return turned
 
 
 def _skeleton(person: Person, rotation: Floats, hips: Floats) -> Bones:

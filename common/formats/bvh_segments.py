@@ -25,7 +25,7 @@ def segment_rotations(file: Bvh, path: Path) -> dict[str, Floats]:
     """
     at = roles_of(file.names, path)
     to_y_up = to_y_up_of({role: file.points[:, k] for role, k in at.items()})
-    rest = rest_points(file) @ to_y_up.T
+    rest = _rest_points(file) @ to_y_up.T
     place = {role: rest[k] for role, k in at.items()}
     up = np.array([0.0, 1.0, 0.0])
     trunk = place["RShoulder"] + place["LShoulder"] - place["RHip"] - place["LHip"]
@@ -46,7 +46,7 @@ def segment_rotations(file: Bvh, path: Path) -> dict[str, Floats]:
     return {name: world @ to_y_up @ file.rotations[:, bone] @ to_y_up.T @ rest_axes for name, bone in bones.items()}
 
 
-def rest_points(file: Bvh) -> Floats:
+def _rest_points(file: Bvh) -> Floats:
     """Positions (joints, 3) in the rest pose, the root at the origin, in the file's axes and unit."""
     rest = np.zeros((len(file.names), 3))
     for k, parent in enumerate(file.parents):

@@ -5,7 +5,6 @@ summed over a part's group and added to the angles of its joint.  `refine_by_for
 of Gauss-Newton.
 """
 
-
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32

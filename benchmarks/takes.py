@@ -106,7 +106,7 @@ def film(take: Take | CapturedTake, folder: Path | None) -> Film:
         name = f"{take.posture}-{take.number}"
     cameras = dict(zip(VIEWERS, paper_cameras(take.size), strict=True))
     width, height = take.size
-    path = folder and folder / f"{take.person}-{name}-{width}x{height}-{take.fps:g}-{_actor_digest()}.npz"
+    path = folder and folder / f"{take.person}-{name}-{width}x{height}-{take.fps:g}-{simulation_digest()}.npz"
     empty = sum(pose is None for pose in poses)
     truths = tuple(None if pose is None else truth(subject, pose) for pose in poses)
     return Film(cameras, _images(subject, poses, cameras, room, path), truths, empty, motion_from)
@@ -131,8 +131,8 @@ def _images(
 
 
 @cache
-def _actor_digest() -> str:
-    """Digest of the source of the simulated person, which names the stored frames."""
+def simulation_digest() -> str:
+    """Digest of the source of the simulated people, part of the names of stored frames."""
     folder = Path(next(iter(zenocap.simulation.__path__)))
     content = b"".join(path.read_bytes() for path in sorted(folder.rglob("*.py")))
     return hashlib.sha256(content).hexdigest()[:10]

@@ -4,7 +4,7 @@ All bytes from outside pass through `decode`: it bounds size, nesting and counts
 checks types, ranges and field names.  It raises only `BadMessage`.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import TypeVar
 
@@ -13,7 +13,7 @@ import msgspec
 import msgspec.inspect as mi
 import numpy as np
 
-from zenocap.common.messages import Message
+from zenocap.common.messages import Message, PartialBdp
 
 M = TypeVar("M", bound=Message)
 Plain = dict[str, object]
@@ -23,6 +23,8 @@ MAX_CONTAINERS = 4096  # number of lists and maps in a message with `bytes` fiel
 MAX_LENGTH = 256  # elements of a list or map
 MAX_TEXT = 4096
 MAX_BINARY = 4 << 20
+# Fields without a reader that takes of earlier versions have.
+REMOVED_FIELDS: Mapping[type[Message], frozenset[str]] = {PartialBdp: frozenset({"height_px", "score"})}
 
 
 class BadMessage(ValueError):
@@ -62,7 +64,8 @@ def decode(data: bytes, expected: type[M]) -> M:
         plain = _unpack(data)
         if not isinstance(plain, dict) or "type" not in plain:
             raise BadMessage(f"{expected.__name__}: not a map with the key 'type'")
-        return msgspec.convert(plain, expected)
+        removed = REMOVED_FIELDS.get(expected, ())
+        return msgspec.convert({key: value for key, value in plain.items() if key not in removed}, expected)
     except BadMessage:
         raise
     except (ValueError, TypeError, OverflowError, RecursionError, MemoryError, msgspec.MsgspecError) as error:

@@ -223,3 +223,11 @@ def test_health_without_phase_is_read_as_phase_unknown() -> None:
     plain = msgpack.unpackb(encode(health))
     del plain["phase"]
     assert decode(msgpack.packb(plain), m.Health).phase is m.Phase.UNKNOWN
+
+
+def test_removed_fields_of_earlier_versions_are_ignored_and_other_unknown_ones_refused() -> None:
+    body = m.PartialBdp(frame=1, captured_ns=2, viewer="1", side="front", lengths={"height": 1.7})
+    earlier = plain(body) | {"height_px": 90.0, "score": 0.0}
+    assert decode(msgpack.packb(earlier), m.PartialBdp) == body
+    with pytest.raises(BadMessage, match="unknown field"):
+        decode(msgpack.packb(earlier | {"height_mm": 1.0}), m.PartialBdp)

@@ -5,6 +5,7 @@ multiples of s.  Each viewer requests a stride, and all follow the largest; unti
 frames, since multiples of 2s are multiples of s.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -15,6 +16,9 @@ FRAME_STRIDE, SKIPPED_FRAMES = "frame_stride", "skipped_frames"  # counts of the
 EXPIRES_NS = 3_000_000_000  # ns without a health after which the stride of another viewer is not followed, chosen by hand
 
 
+LONGEST_PERIOD_NS = 200_000_000  # ns between processed frames, at most: tracking fails between them; chosen by hand
+
+
 @dataclass(frozen=True)
 class StrideSettings:
     """window_ns, window_frames: shortest time and fewest processed frames between two decisions.
@@ -22,7 +26,6 @@ class StrideSettings:
     missed: share of frames after a lost or late one above which the stride is doubled; below half of it there is no
     overload.  spare: share of the frame period that the work on most frames must leave free to halve the stride.
     wait_ns, longest_wait_ns: time without overload before the stride is halved; doubled each time the overload returns.
-    lowest_rate: frames per second below which the stride is not raised.
     """
 
     window_ns: int
@@ -31,7 +34,6 @@ class StrideSettings:
     spare: float
     wait_ns: int
     longest_wait_ns: int
-    lowest_rate: float
 
 
 @dataclass(frozen=True)
@@ -92,8 +94,7 @@ def _decided(settings: StrideSettings, state: StrideState, now_ns: int, period_n
             wait_ns = min(2 * state.wait_ns, settings.longest_wait_ns)
         else:
             wait_ns = settings.wait_ns
-        possible = 1e9 / (2 * used * period_ns) >= settings.lowest_rate
-        stride = 2 * used if possible else state.stride
+        stride = 2 * used if 2 * used * period_ns <= LONGEST_PERIOD_NS else state.stride
         return replace(state, stride=stride, calm_ns=now_ns, halved_ns=None, wait_ns=wait_ns)
     overloaded = state.missed > 0.5 * settings.missed * state.frames
     if state.stride == 1 or state.stride < used or overloaded or state.spare < 0.9 * state.frames:
@@ -106,14 +107,14 @@ def _decided(settings: StrideSettings, state: StrideState, now_ns: int, period_n
 class FrameStride:
     """Stride of one live source.  `wants` and `next_index` are for the thread of the source, the others for the loop.
 
-    origin_ns: capture time of slot 0, common to all viewers of the rig.  late: frames that the source dropped because they
-    were late.  skipped: frames left out by the stride.
+    origin_ns: capture time of slot 0, common to all viewers of the rig.  others: ids of those that it follows.
+    late: frames that the source dropped because they were late.  skipped: frames left out by the stride.
     """
 
-    def __init__(self, settings: StrideSettings, fps: float, origin_ns: int) -> None:
+    def __init__(self, settings: StrideSettings, fps: float, origin_ns: int, others: Collection[str] = ()) -> None:
         self._settings, self._fps, self._origin_ns = settings, fps, origin_ns
         self._state = StrideState()
-        self._others: dict[str, tuple[int, int]] = {}
+        self._requested: dict[str, tuple[int, int]] = dict.fromkeys(others, (1, 0))
         self._used = 1
         self._offset: Offset | None = None
         self._last_slot: int | None = None
@@ -167,17 +168,21 @@ class FrameStride:
         """Note that a frame is processed next.  losses: lost and late frames so far.  busy_ns: time worked so far."""
         missed, work_ns = losses > self._losses, busy_ns - self._busy_ns
         self._losses, self._busy_ns = losses, busy_ns
-        period_ns = round(1e9 / self._fps)
-        self._state = observe(self._settings, self._state, now_ns, missed, work_ns, period_ns, self._used)
+        self._state = observe(self._settings, self._state, now_ns, missed, work_ns, self._period_ns, self._used)
         self._update(now_ns)
 
     def set_other(self, health: Health, now_ns: int) -> None:
-        """Follow the stride that another viewer requests."""
-        self._others[health.id] = stride_in(health), now_ns
-        self._update(now_ns)
+        """Follow the stride that another viewer of the rig requests."""
+        if health.id in self._requested:
+            self._requested[health.id] = stride_in(health, self._period_ns), now_ns
+            self._update(now_ns)
+
+    @property
+    def _period_ns(self) -> int:
+        return round(1e9 / self._fps)
 
     def _update(self, now_ns: int) -> None:
-        recent = (stride for stride, received_ns in self._others.values() if now_ns - received_ns < EXPIRES_NS)
+        recent = (stride for stride, received_ns in self._requested.values() if now_ns - received_ns < EXPIRES_NS)
         self._used = max(self._state.stride, *recent, 1)
 
     def set_clock_offset(self, offset: Offset | None) -> None:
@@ -198,6 +203,11 @@ class FrameStride:
         return round((to_integrator_ns(captured_ns, self._offset) - self._origin_ns) * self._fps / 1e9)
 
 
-def stride_in(health: Health) -> int:
-    """Frame stride that a viewer requests; 1 for one that is not overloaded."""
-    return max(1, health.counts.get(FRAME_STRIDE, 1))
+def stride_in(health: Health, period_ns: int) -> int:
+    """Frame stride that a viewer requests; 1 for one that is not overloaded, and for an impossible one.
+
+    period_ns: frame period of the rig.
+    """
+    stride = health.counts.get(FRAME_STRIDE, 1)
+    is_power_of_two = stride > 0 and stride & (stride - 1) == 0
+    return stride if is_power_of_two and stride * period_ns <= LONGEST_PERIOD_NS else 1

@@ -63,7 +63,9 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             state = note_answer(replace(state, baps=baps), viewer, _time(state, message))
             return _for_each_frame_set(setup, state, pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
-            return _set_clock(setup, _set_stride(state, viewer, stride_in(message)), viewer, offset_in(message)), []
+            return _set_clock(
+                setup, _set_stride(state, viewer, stride_in(message, setup.frame_ns)), viewer, offset_in(message)
+            ), []
         case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
         case Request(what="measure"):

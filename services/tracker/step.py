@@ -62,7 +62,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
         case Envelope(message=Silhouette() as silhouette):
             return _synchronize(state, silhouette), []
         case Envelope(message=Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
-            state = replace(state, pairs=with_stride(state.pairs, viewer, stride_in(health)))
+            state = replace(state, pairs=with_stride(state.pairs, viewer, stride_in(health, setup.frame_ns)))
             return _set_clock(setup, state, viewer, health), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []

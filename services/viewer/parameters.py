@@ -104,7 +104,6 @@ STRIDE_MISSED = 0.4
 STRIDE_SPARE = 0.6  # share of the frame period left free by the work on a frame before the stride is halved; by hand
 STRIDE_WAIT_NS = 2_000_000_000  # ns without overload before the stride is halved; chosen by hand
 STRIDE_LONGEST_WAIT_NS = 120_000_000_000  # ns, longest such wait: each try costs about a second; chosen by hand
-STRIDE_LOWEST_RATE = 5.0  # frames/s below which the stride is not raised: tracking fails between them; chosen by hand
 
 
 def parameters() -> Mapping[str, float | int | str | list[float] | list[str]]:

@@ -106,17 +106,18 @@ def _run(
     epoch_ns: int | None,
 ) -> int:
     clock = RealClock()
+    other_ids = [other.id for other in rig.viewers if other is not viewer]
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
         if isinstance(viewer.source, Device | Stream):
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
             with bus.reader() as others:
-                ids = [other.id for other in rig.viewers if other is not viewer]
-                epoch_ns = agreed_epoch(ids, partial(camera_info, viewer), others, clock, stopped)
+                epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
         first_messages = (camera_info(viewer, epoch_ns),)
         # Slots of cameras count from the Unix epoch: each camera starts at a time of its own.
-        stride = FrameStride(stride_settings(), viewer.fps, 0 if isinstance(viewer.source, Device | Stream) else epoch_ns)
+        origin_ns = 0 if isinstance(viewer.source, Device | Stream) else epoch_ns
+        stride = FrameStride(stride_settings(), viewer.fps, origin_ns, other_ids)
         frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, stride=stride))
         return run(service, bus, clock, frames, stopped, first_messages=first_messages, stride=stride)
 
@@ -124,7 +125,7 @@ def _run(
 def stride_settings() -> StrideSettings:
     return StrideSettings(
         parameters.STRIDE_WINDOW_NS, parameters.STRIDE_WINDOW_FRAMES, parameters.STRIDE_MISSED, parameters.STRIDE_SPARE,
-        parameters.STRIDE_WAIT_NS, parameters.STRIDE_LONGEST_WAIT_NS, parameters.STRIDE_LOWEST_RATE,
+        parameters.STRIDE_WAIT_NS, parameters.STRIDE_LONGEST_WAIT_NS,
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from zenocap.common.runtime.frame_stride import FrameStride, StrideSettings, Str
 
 S = 1_000_000_000
 PERIOD = S // 30
-SETTINGS = StrideSettings(S // 2, 8, missed=0.3, spare=0.6, wait_ns=10 * S, longest_wait_ns=40 * S, lowest_rate=5.0)
+SETTINGS = StrideSettings(S // 2, 8, missed=0.3, spare=0.6, wait_ns=10 * S, longest_wait_ns=40 * S)
 
 
 def after(seconds: float, state: StrideState, missed_every: int = 0, work: float = 0.1, start_ns: int = 0) -> StrideState:
@@ -89,7 +89,7 @@ def test_viewers_of_different_strides_share_the_frames_of_the_larger(strides: tu
 
 
 def test_a_viewer_follows_the_largest_stride_requested_until_that_viewer_is_gone() -> None:
-    control = FrameStride(SETTINGS, 30.0, 0)
+    control = FrameStride(SETTINGS, 30.0, 0, ["2"])
     control.set_other(health(4), S)
     assert (control.stride, control.requested, control.describe()) == (4, 1, "overloaded: every 4th frame")
     assert control.counts()["frame_stride"] == 1  # so that none holds the others up once the overload has ended
@@ -145,5 +145,20 @@ def test_the_health_text_names_the_stride() -> None:
 
 
 def test_a_health_without_stride_is_of_a_viewer_that_skips_none() -> None:
-    assert stride_in(health(4)) == 4
-    assert stride_in(structs.replace(health(4), counts={})) == 1
+    assert stride_in(health(4), PERIOD) == 4
+    assert stride_in(structs.replace(health(4), counts={}), PERIOD) == 1
+
+
+@pytest.mark.parametrize("stride", [0, 3, 6, 8, 2**40])
+def test_an_impossible_stride_is_not_followed(stride: int) -> None:
+    """Neither zero, nor one between the grids, nor one with fewer than 5 frames per second."""
+    assert stride_in(health(stride), PERIOD) == 1
+    control = FrameStride(SETTINGS, 30.0, 0, ["2"])
+    control.set_other(health(stride), S)
+    assert control.stride == 1
+
+
+def test_the_stride_of_a_viewer_of_no_rig_file_is_not_followed() -> None:
+    control = FrameStride(SETTINGS, 30.0, 0, ["3"])
+    control.set_other(health(2), S)
+    assert control.stride == 1

@@ -195,7 +195,7 @@ def test_a_viewer_whose_frames_are_answered_too_late_raises_and_reports_its_stri
     reader, answering = network.bus(), network.bus()
     reader.subscribe(HEALTH, service="viewer", id="1")
     hour_ns = 3600 * 10**9
-    settings = StrideSettings(0, 8, missed=0.3, spare=0.6, wait_ns=hour_ns, longest_wait_ns=hour_ns, lowest_rate=5.0)
+    settings = StrideSettings(0, 8, missed=0.3, spare=0.6, wait_ns=hour_ns, longest_wait_ns=hour_ns)
     stride = FrameStride(settings, 15.0, 0)
     reports: list[m.Health] = []
 
@@ -269,7 +269,7 @@ def test_the_stride_falls_again_in_the_health(network: LocalNetwork) -> None:
     reader = network.bus()
     reader.subscribe(HEALTH, every=True)
     ends = monotonic() + 0.5
-    stride = Falling(StrideSettings(0, 8, 0.3, 0.6, 0, 0, 5.0), 15.0, 0)
+    stride = Falling(StrideSettings(0, 8, 0.3, 0.6, 0, 0), 15.0, 0)
     run(viewer(), network.bus(), FastClock(), stopped=lambda: monotonic() > ends, stride=stride)
     found = [message.counts["frame_stride"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
     assert found[:3] == [4, 2, 1]

@@ -7,7 +7,7 @@ of Gauss-Newton.
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.arrays import Floats, Floats32, Ints
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
@@ -30,12 +30,14 @@ def group_forces(
     limit: float,
     linear: bool,
     closest: bool,
+    parts: Ints,
     forces: Floats,
     moments: Floats,
     numbers: Floats,
 ) -> None:
     """Sum over the group of every part, the part and all its descendants; all overwritten.  [Hybrid Eq. 38-40]
 
+    parts: (n,) part of every point in the last iteration, or any; overwritten with those of this one.
     linear: rho(x) = min(x, T), else min(x, T)^2, T = FORCE_TRUNCATION_M.  closest: see `corresponding_part`.
     forces: (p, 3) m, or m^2 with the square.  moments: (p, 3) the same times m, about its joint, along the world's axes.
     numbers: (p,) of points.  A point farther than `limit` metres from every part belongs to none.
@@ -48,7 +50,8 @@ def group_forces(
     point, normal, found, best = np.empty(3), np.empty(3), np.empty(CLOSEST_LENGTH), np.empty(CLOSEST_LENGTH)
     for i in range(rays.shape[1]):
         scene_point(rays, i, point, normal)
-        part = corresponding_part(model, frames, centres, reach, closest, point, normal, found, best)
+        part = corresponding_part(model, frames, centres, reach, closest, parts[i], point, normal, found, best)
+        parts[i] = part
         if not best[0] < limit:
             continue
         # Paper (open): rho of a negative mF; 0, so that surfaces that face away from each other exert no force.
@@ -90,6 +93,7 @@ def refine_as_printed(
     count = model.parent.shape[0]
     frames = np.empty((count, 3, 4))
     forces, moments, numbers = np.empty((count, 3)), np.empty((count, 3)), np.empty(count)
+    parts = np.zeros(rays.shape[1], np.int64)
     angles, turn, before = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     limit = np.inf if linear else weights.limit
     # Paper (open): lambda and rho have no values; gains by hand, divided by the number of points in the group.
@@ -99,7 +103,7 @@ def refine_as_printed(
     # Paper (open): the number of iterations; ITERATIONS of `zenocap.common.rig.tracker`.
     for _ in range(iterations):
         forward_kinematics(model, pose, frames)
-        group_forces(model, frames, rays, limit, linear, closest, forces, moments, numbers)
+        group_forces(model, frames, rays, limit, linear, closest, parts, forces, moments, numbers)
         for part in range(count):
             # Paper (open): Eq. 34-35 give no rho and lambda; here constants over the number of points in the group.
             many = max(numbers[part], 1.0)

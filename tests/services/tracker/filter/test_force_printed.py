@@ -82,7 +82,8 @@ def test_forces_and_moments_are_summed_over_groups(linear: bool, closest: bool, 
             numbers[part] += 1
             part = int(MODEL.parent[part])
     found = np.empty((PARTS, 3)), np.empty((PARTS, 3)), np.empty(PARTS)
-    group_forces(MODEL, frames, rays, 0.15, linear, closest, *found)
+    parts = np.random.default_rng(2).integers(0, PARTS, rays.shape[1])
+    group_forces(MODEL, frames, rays, 0.15, linear, closest, parts, *found)
     assert found[0] == pytest.approx(forces, abs=1e-6)
     assert found[1] == pytest.approx(moments, abs=1e-6)
     assert np.array_equal(found[2], numbers)

@@ -7,8 +7,6 @@ paper's.  shape: RMSE without each joint's constant offset.  lost: joints withou
 """
 
 import argparse
-import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing import Pool
 
@@ -18,23 +16,13 @@ import numpy as np
 from benchmarks.captured import captured_take
 from benchmarks.clips import SHARED
 from benchmarks.hybrid.runs import Case, Run, run
-from benchmarks.hybrid.silhouettes import Instant
+from benchmarks.simulated_clip import RINGS, SimulatedClip, simulated_clip
 from benchmarks.table import Cell, table
-from benchmarks.takes import default_folder, simulation_digest
-from tests.support.simulated_cameras import look, paper_cameras
-from zenocap.common.arrays import Bytes, Mask
-from zenocap.common.camera.pinhole import Camera
-from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.prior.file import find_prior, read_prior
 from zenocap.simulation.body.person import person
-from zenocap.simulation.ground_truth import truth
-from zenocap.simulation.rendering.camera import SimulatedCamera
 
 MOTIONS = ("02_04", "02_07", "02_08", "07_01", "07_05", "10_01")  # jump, sword, broom, walks, kick; not in the clips
-SIZE, FPS, LONGEST_S = (320, 240), 30.0, 6.0
-RING, DISTANCE_M, HEIGHT_M = 8, 4.6, 1.6
-RINGS = {2: (), 3: (0, 3, 6), 4: (0, 2, 4, 6), 7: (0, 1, 2, 3, 4, 5, 6)}  # cameras of the ring, by number of views
-RAGGED = 0.3  # share of the pixels at the edge that are exchanged with the background
+FPS, LONGEST_S = 30.0, 6.0
 PRIOR = "general"
 
 
@@ -47,75 +35,18 @@ class Shot:
     views: int
 
 
-@dataclass(frozen=True)
-class SimulatedClip:
-    """Silhouettes and ground truth of one shot; stands in for a shared clip."""
-
-    cameras: Mapping[str, Camera]
-    instants: tuple[Instant, ...]
-    truth: Trajectories
-    motion_from: int
-    frame_ns: int = round(1e9 / FPS)
-
-    def of_views(self, _views: tuple[str, ...]) -> "SimulatedClip":
-        return self
-
-    def masks(self, instant: Instant, views: Mapping[str, Camera]) -> dict[str, Mask]:
-        return {view: np.unpackbits(instant.masks[view], axis=1, count=SIZE[0]) for view in views}
-
-
-def cameras_of(views: int) -> dict[str, Camera]:
-    if views == 2:
-        return {camera.name: camera for camera in paper_cameras(SIZE)}
-    angles = [2 * np.pi * k / RING for k in RINGS[views]]
-    middle = np.array([0.0, 1.0, 0.0])
-    places = [np.array([DISTANCE_M * np.sin(a), HEIGHT_M, DISTANCE_M * np.cos(a)]) for a in angles]
-    return {f"r{k}": look(f"r{k}", place, middle).resized(SIZE) for k, place in zip(RINGS[views], places, strict=True)}
-
-
 def clip_of(shot: Shot) -> SimulatedClip:
-    """The shot's silhouettes, rendered once for each camera and kept."""
-    subject, cameras = person(shot.person), cameras_of(shot.views)
+    """The shot's silhouettes and truth."""
+    subject = person(shot.person)
     take = captured_take(subject, SHARED / "motions" / f"cmu_{shot.motion}.bvh", FPS, longest_s=LONGEST_S)
-    masks = {}
-    for view, camera in cameras.items():
-        path = default_folder() / f"masks-{shot.person}-{shot.motion}-{view}-{simulation_digest()}.npz"
-        if not path.is_file():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            film = SimulatedCamera(camera, subject, shot.person)
-            packed = np.stack([np.packbits(film.silhouette(pose) != 0, axis=1) for pose in take.poses])
-            part = path.with_suffix(f".{time.time_ns()}.npz")
-            np.savez(part, allow_pickle=False, masks=packed)
-            part.replace(path)
-        with np.load(path) as kept:
-            masks[view] = _ragged(kept["masks"], shot.person)
-    truths = [None if pose is None else truth(subject, pose).joints for pose in take.poses]
-    first = next(k for k, one in enumerate(truths) if one is not None)
-    names = tuple(next(one for one in truths if one is not None))
-    points = np.array([[one[name] for name in names] for one in truths if one is not None])
-    frames = np.arange(first, len(truths), dtype=np.int64)
-    instants = tuple(
-        Instant(k, round(k * 1e9 / FPS), {view: masks[view][k] for view in cameras}) for k in range(first, len(truths))
-    )
-    return SimulatedClip(cameras, instants, Trajectories(names, frames, frames / FPS, points, FPS), take.motion_from)
-
-
-def _ragged(packed: Bytes, seed: int) -> Bytes:
-    """Masks (n, rows, bytes) with noise at their edges, as segmentation leaves it."""
-    rng, kernel, out = np.random.default_rng(seed), np.ones((3, 3), np.uint8), np.empty_like(packed)
-    for k, one in enumerate(packed):
-        mask = np.unpackbits(one, axis=1, count=SIZE[0])
-        edge = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, kernel) != 0
-        flipped = edge & (rng.random(mask.shape) < RAGGED / 2)
-        out[k] = np.packbits(np.where(flipped, 1 - mask, mask), axis=1)
-    return out
+    return simulated_clip(shot.motion, subject, take.poses, take.motion_from, FPS, shot.views)
 
 
 def tracked(job: tuple[Shot, Case]) -> Run:
     cv2.setNumThreads(1)
     shot, case = job
     prior = read_prior(find_prior(case.prior)) if case.prior else None
-    return run(clip_of(shot), case, prior)  # type: ignore[arg-type]  # has what `run` uses of a clip
+    return run(clip_of(shot), case, prior)
 
 
 def main() -> None:

@@ -17,6 +17,7 @@ from benchmarks.hybrid.baselines import baselines
 from benchmarks.hybrid.beam import beam
 from benchmarks.hybrid.bench import Bench, Places
 from benchmarks.hybrid.paper_figures import paper_figures
+from benchmarks.hybrid.people import people
 from benchmarks.hybrid.protocols import protocols
 from benchmarks.hybrid.recovery import recovery
 from benchmarks.hybrid.regions import regions
@@ -32,6 +33,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "accuracy": accuracy,
     "table-1": table_1,
     "table-2": table_2,
+    "people": people,
     "figures": paper_figures,
     "beam": beam,
     "recovery": recovery,

@@ -13,8 +13,9 @@ import cv2
 import numba
 
 from benchmarks.hybrid.priors import Priors
-from benchmarks.hybrid.runs import Case, Run, run
+from benchmarks.hybrid.runs import Case, Film, Run, run
 from benchmarks.hybrid.silhouettes import ROOT, Clip, load_clip
+from benchmarks.simulated_clip import cycle_clip
 from zenocap.services.tracker.prior.file import read_prior
 
 TRACKER_CODE = ("services/tracker", "common/body", "common/camera", "common/rig/tracker.py")
@@ -46,7 +47,12 @@ class Bench:
         return Priors(self.places.clips, self.places.motions, self.places.out / "priors")
 
     def clip(self, name: str) -> Clip:
+        """A shared clip."""
         return clip_of(self.places, name)
+
+    def film(self, name: str) -> Film:
+        """A shared clip, or one of `cycle_clip`."""
+        return film_of(self.places, name)
 
     def runs(self, cases: Sequence[Case], seeds: int | None = None) -> dict[Case, list[Run]]:
         """Runs of every case (its own seed is ignored) for seeds 0, 1, 2 ..., in the cases' order."""
@@ -84,6 +90,11 @@ def clip_of(places: Places, name: str) -> Clip:
     return load_clip(places.clips / name, places.out / "silhouettes")
 
 
+@lru_cache(maxsize=8)
+def film_of(places: Places, name: str) -> Film:
+    return clip_of(places, name) if (places.clips / name).is_dir() else cycle_clip(name)
+
+
 def _use_one_core() -> None:
     """Restrict a process to one core."""
     cv2.setNumThreads(1)
@@ -92,7 +103,8 @@ def _use_one_core() -> None:
 
 def _prepare_clip(places: Places, clip: str) -> None:
     """Compute the silhouettes of a clip in one process before several read them."""
-    clip_of(places, clip)
+    film_of(places, clip)
+    film_of.cache_clear()
     clip_of.cache_clear()
 
 
@@ -100,7 +112,7 @@ def _compute(task: Task) -> Case:
     places, case, path = task
     priors = Priors(places.clips, places.motions, places.out / "priors")
     prior = read_prior(priors.path(case.prior, case.anatomy), case.anatomy) if case.prior else None
-    result = run(clip_of(places, case.clip), case, prior)
+    result = run(film_of(places, case.clip), case, prior)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
     part.write_text(json.dumps({"case": repr(case), "run": result.plain()}))

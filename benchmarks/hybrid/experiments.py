@@ -10,8 +10,7 @@ import numpy as np
 from benchmarks.hybrid.bench import Bench
 from benchmarks.hybrid.figures import Figure, figure
 from benchmarks.hybrid.priors import KINDS, training_frames
-from benchmarks.hybrid.runs import Case, Run, run_trajectories
-from benchmarks.hybrid.silhouettes import Clip
+from benchmarks.hybrid.runs import Case, Film, Run, run_trajectories
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.formats.angle_series import angle_series
 from zenocap.common.formats.pose_track import Bound
@@ -61,14 +60,14 @@ class ProtocolErrors:
     angles: Figure
 
 
-def frames_of(clip: Clip) -> tuple[int, int]:
+def frames_of(clip: Film) -> tuple[int, int]:
     """Number of training and of test frames of a clip; the training frames are the first of the motion."""
     motion = int((clip.truth.frames >= clip.motion_from).sum())
     training = training_frames(motion)
     return training, motion - training
 
 
-def first_test_frame(clip: Clip) -> int:
+def first_test_frame(clip: Film) -> int:
     return clip.motion_from + frames_of(clip)[0]
 
 

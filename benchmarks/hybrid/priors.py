@@ -8,10 +8,12 @@ from pathlib import Path
 
 from benchmarks.hybrid.runs import ANATOMY
 from benchmarks.hybrid.silhouettes import ROOT
+from benchmarks.simulated_clip import cycle_clip
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.services.tracker.prior.file import find_prior, write_prior
-from zenocap.services.tracker.prior.motions import Motion, read_motion
+from zenocap.services.tracker.prior.motions import Motion, motion_of, read_motion
 from zenocap.services.tracker.prior.training import Plan, Recording, train
 from zenocap.tools.dataset.build_priors import PEOPLE, recording
 
@@ -81,6 +83,11 @@ class Priors:
 
     def _take(self, name: str, anatomy: Anatomy) -> Motion:
         clip, _, frames = name.partition("/")
+        if not (self.clips / clip).is_dir():
+            film = cycle_clip(clip)
+            rows = film.truth.points[(film.truth.frames >= film.motion_from)][: int(frames)]
+            centres = {joint: rows[:, k] for k, joint in enumerate(film.truth.names)}
+            return motion_of(clip, film.truth.rate, anatomy, poses_from_centres(anatomy, centres))
         first = int(tomllib.loads((self.clips / clip / "clip.toml").read_text())["motion_from_frame"])
         return read_motion(self.clips / clip / "truth.trc", anatomy, range(first, first + int(frames)))
 

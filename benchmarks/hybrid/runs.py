@@ -2,18 +2,20 @@
 
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
+from typing import Protocol, Self
 from unittest.mock import patch
 
 import numpy as np
 
-from benchmarks.hybrid.silhouettes import Clip
-from zenocap.common.arrays import Floats, Ints
+from benchmarks.hybrid.silhouettes import Instant
+from zenocap.common.arrays import Floats, Ints, Mask
 from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.rig.tracker import ITERATIONS, PRESETS
@@ -27,6 +29,23 @@ from zenocap.tools.recordings.evaluate import Selection, accuracy
 ANATOMY = FOURTEEN_PARTS
 NAMES = tuple(marker.name for marker in ANATOMY.markers)
 FRACTIONS = ("PRIOR_FRACTION", "MIN_PRIOR_FRACTION", "MAX_PRIOR_FRACTION")
+
+
+class Film(Protocol):
+    """What the tracker and its errors need of a clip; see `Clip`."""
+
+    @property
+    def cameras(self) -> Mapping[str, Camera]: ...
+    @property
+    def instants(self) -> tuple[Instant, ...]: ...
+    @property
+    def truth(self) -> Trajectories: ...
+    @property
+    def motion_from(self) -> int: ...
+    @property
+    def frame_ns(self) -> int: ...
+    def masks(self, instant: Instant, views: Mapping[str, Camera], /) -> dict[str, Mask]: ...
+    def of_views(self, views: Sequence[str], /) -> Self: ...
 
 
 @dataclass(frozen=True)
@@ -101,7 +120,7 @@ class TrackedPath:
     anatomy: Anatomy = ANATOMY
 
 
-def setup_of(clip: Clip, case: Case, prior: Prior | None) -> Setup:
+def setup_of(clip: Film, case: Case, prior: Prior | None) -> Setup:
     options = Options(
         method=case.method, particles=case.particles, points=case.points, iterations=case.iterations, seed=case.seed,
         refinement=case.refinement, filter=PRESETS[case.preset].filter,
@@ -109,7 +128,7 @@ def setup_of(clip: Clip, case: Case, prior: Prior | None) -> Setup:
     return Setup(case.anatomy, clip.of_views(case.views).cameras, clip.frame_ns, prior, options)
 
 
-def track_clip(clip: Clip, case: Case, prior: Prior | None) -> TrackedPath:
+def track_clip(clip: Film, case: Case, prior: Prior | None) -> TrackedPath:
     """Track every frame set of the clip."""
     setup = setup_of(clip, case, prior)
     gap = range(0) if case.empty_from is None else range(case.empty_from, case.empty_from + case.empty_frames)
@@ -139,7 +158,7 @@ def track_clip(clip: Clip, case: Case, prior: Prior | None) -> TrackedPath:
     return TrackedPath(poses, tuple(lost), wall, cpu, case.anatomy)
 
 
-def run(clip: Clip, case: Case, prior: Prior | None) -> Run:
+def run(clip: Film, case: Case, prior: Prior | None) -> Run:
     """Track the person, and score the result."""
     path = track_clip(clip, case, prior)
     return scored(path, clip.truth, clip.motion_from + case.skipped)

@@ -10,7 +10,7 @@ each, scored from the start of the posture against the true body; the worst seed
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import Pool
@@ -24,7 +24,7 @@ from benchmarks.clips import SCORE, SHARED, scored
 from benchmarks.errors import FrameError, frame_error, summary
 from benchmarks.loop import track_film
 from benchmarks.table import Cell, table
-from benchmarks.takes import PEOPLE, CapturedTake, Size, Take, captured_takes, default_folder, film, takes
+from benchmarks.takes import PEOPLE, SMALL, CapturedTake, Film, Size, Take, captured_takes, default_folder, film, takes
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
 from zenocap.simulation.motion.posture_style import POSTURES
 
@@ -54,12 +54,16 @@ def additions(name: str) -> Additions:
     return PAPER | named if name[0] == "+" else IMPROVED - named
 
 
-def tracked(take: Take | CapturedTake, name: str, folder: Path | None) -> TakeResult:
-    """One take by one variant."""
+def tracked(take: Take | CapturedTake, names: Sequence[str], folder: Path | None) -> list[TakeResult]:
+    """One take by every variant.  folder: where rendered takes are kept."""
     cv2.setNumThreads(1)
     rendered = film(take, folder)
+    return [_tracked(rendered, take.fps, name) for name in names]
+
+
+def _tracked(rendered: Film, fps: float, name: str) -> TakeResult:
     started_s = perf_counter()
-    track = track_film(rendered, take.fps, additions(name))
+    track = track_film(rendered, fps, additions(name))
     ms = 1000 * (perf_counter() - started_s) / len(rendered.truths)
     errors = []
     for k in range(rendered.motion_from, len(rendered.truths)):
@@ -94,26 +98,31 @@ def chosen_takes(options: argparse.Namespace, seed: int, size: Size) -> Sequence
 
 
 def people_rows(names: Sequence[str], options: argparse.Namespace, size: tuple[int, int]) -> list[list[Cell]]:
-    rows: list[list[Cell]] = []
+    every: list[list[list[TakeResult]]] = []  # by set of people, take and variant
+    folder = default_folder() if size == SMALL else None  # larger ones need too much space
     with Pool(options.jobs) as pool:
-        for name in names:
-            results: list[list[TakeResult]] = []
-            for seed in range(options.seeds):
-                chosen = chosen_takes(options, options.first_seed + seed, size)
-                results.append(pool.map(partial(tracked, name=name, folder=default_folder()), chosen, chunksize=1))
-            columns = np.array([summary([e for one in found for e in one.errors]) for found in results])
-            every = [one for found in results for one in found]
-            counts = np.nanmean([one.matchings for one in every], axis=0)
-            row: list[Cell] = [
-                name,
-                worst(columns[:, 1].tolist()),
-                worst(columns[:, 2].tolist()),
-                worst(columns[:, 3].tolist(), 0),
-            ]
-            row += [worst(columns[:, 4].tolist()), worst(columns[:, 5].tolist()), *(f"{count:.0f}" for count in counts)]
-            rows.append([*row, f"{np.median([one.ms for one in every]):.1f}"])
-            print("  ".join(str(cell) for cell in rows[-1]), flush=True)
-    return rows
+        for seed in range(options.first_seed, options.first_seed + options.seeds):
+            chosen = chosen_takes(options, seed, size)
+            found = pool.imap(partial(tracked, names=names, folder=folder), chosen, chunksize=1)
+            every.append(list(with_progress(found, len(chosen), f"set {seed}")))
+    return [_people_row(name, [[take[k] for take in found] for found in every]) for k, name in enumerate(names)]
+
+
+def _people_row(name: str, results: Sequence[Sequence[TakeResult]]) -> list[Cell]:
+    """results: by set of people and take."""
+    columns = np.array([summary([e for one in found for e in one.errors]) for found in results])
+    every = [one for found in results for one in found]
+    counts = np.nanmean([one.matchings for one in every], axis=0)
+    means = [worst(columns[:, k].tolist(), 0 if k == 3 else 1) for k in range(1, 6)]
+    return [name, *means, *(f"{count:.0f}" for count in counts), f"{np.median([one.ms for one in every]):.1f}"]
+
+
+def with_progress(found: Iterable[list[TakeResult]], count: int, name: str) -> Iterator[list[TakeResult]]:
+    """The same, with a line for every tenth of `count`."""
+    for k, one in enumerate(found, 1):
+        if k * 10 // count > (k - 1) * 10 // count:
+            print(f"{name}: {k} of {count} takes", flush=True)
+        yield one
 
 
 def clip_rows(names: Sequence[str], jobs: int, size: tuple[int, int]) -> list[list[Cell]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.anatomy import TEN_PARTS, Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import joint_centres, part_frames
 from zenocap.common.conversion import angles_of
@@ -43,11 +43,16 @@ class FrameError:
 
 def estimate(bdp: Bdp, bap: UniversalBap) -> Estimate:
     pose = Pose(np.array(bap.position), angles_of(TEN_PARTS, bap.angles, TEN_PARTS.neutral))
-    frames = part_frames(TEN_PARTS, bdp, pose)
-    torso = frames[TEN_PARTS.index["torso"]]
+    return estimate_of(TEN_PARTS, bdp, pose)
+
+
+def estimate_of(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> Estimate:
+    """Estimate of a pose of the ten-part or the fourteen-part anatomy; the yaw is that of the torso or the chest."""
+    frames = part_frames(anatomy, bdp, pose)
+    torso = frames[anatomy.index["torso" if "torso" in anatomy.index else "chest"]]
     return Estimate(
-        joint_centres(TEN_PARTS, bdp, pose),
-        np.stack([frames[TEN_PARTS.index[segment], :, 1] for segment in LIMB_SEGMENTS]),
+        joint_centres(anatomy, bdp, pose),
+        np.stack([frames[anatomy.index[segment], :, 1] for segment in LIMB_SEGMENTS]),
         float(np.arctan2(torso[0, 2], torso[2, 2])),
     )
 

@@ -1,13 +1,14 @@
-"""Both viewers' steps and the integrator's in one process: frames in, universal BAPs out; no bus, no files."""
+"""The steps of a method's services in one process: frames in, poses out; no bus, no files."""
 
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from benchmarks.errors import Estimate, estimate
+from benchmarks.errors import Estimate, estimate, estimate_of
 from benchmarks.takes import Film
 from zenocap.common import messages as m
-from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.arrays import Mask
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.body.definition import Bdp
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera.pinhole import Camera
@@ -15,7 +16,12 @@ from zenocap.common.conversion import bdp_of
 from zenocap.common.rig.sources import Background, FirstFrames
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.topics import topic_of
+from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.integrator import step as integrator
+from zenocap.services.tracker.prior.model import Prior
+from zenocap.services.tracker.states import Options, Setup
+from zenocap.services.tracker.tracking import initial_state, track
+from zenocap.services.viewer import silhouette_step
 from zenocap.services.viewer import step as viewer
 from zenocap.services.viewer.frame import Frame
 
@@ -97,3 +103,28 @@ def track_film(film: Film, fps: float, additions: Additions = IMPROVED) -> Track
         captured_ns = EPOCH_NS + round(k * 1e9 / fps)
         loop.feed({id: Frame(k, captured_ns, images[k]) for id, images in film.images.items()})
     return loop.track
+
+
+def tracker_film(film: Film, fps: float, prior: Prior | None = None) -> dict[int, Estimate]:
+    """Estimates of the default tracker by frame, for a film whose first `film.empty` frames are the background."""
+    frame_ns = round(1e9 / fps)
+    setup = Setup(FOURTEEN_PARTS, film.cameras, frame_ns, prior, Options())
+    viewers = {id: viewer.viewer_setup(id, camera, FirstFrames(film.empty), True) for id, camera in film.cameras.items()}
+    segmenting = {id: silhouette_step.initial_state(one) for id, one in viewers.items()}
+    state, body = initial_state(setup), None
+    found: dict[int, Estimate] = {}
+    for k in range(len(film.truths)):
+        captured_ns = EPOCH_NS + round(k * 1e9 / fps)
+        masks: dict[str, Mask] = {}
+        for id, images in film.images.items():
+            frame = Frame(k, captured_ns, images[k])
+            segmenting[id], messages = silhouette_step.step(viewers[id], segmenting[id], frame)
+            for message in messages:
+                if isinstance(message, m.Silhouette):
+                    masks[id] = unpack(message.size, message.region, message.data)
+        if masks:
+            state, outcome = track(setup, state, captured_ns, masks)
+            body = body if outcome.body is None else outcome.body
+            if body is not None and outcome.pose is not None:
+                found[k] = estimate_of(FOURTEEN_PARTS, body, outcome.pose)
+    return found

@@ -2,15 +2,16 @@
 
     python -m benchmarks.variants [--only NAME ...] [--seeds 3] [--people 12] [--size 160x120] [--motions] [--clips]
 
-NAME is `paper`, `improved`, `+ADDITION` (the paper with it) or `-ADDITION` (improved without it), or several of one sign,
-as in `-tilt-turn`; names that begin with - are given as `--only=NAME`.  Simulated people, 15 postures, two takes
-each, scored from the start of the posture against the true body; the worst seed in brackets.
+NAME is `paper`, `improved`, `+ADDITION` (the paper with it) or `-ADDITION` (improved without it), or several of one
+sign, as in `-tilt-turn`; names that begin with - are given as `--only=NAME`; or `hybrid`, the tracker with the same two
+cameras.  Simulated people, 15 postures, two takes each, scored from the start of the posture against the true body; the
+worst seed in brackets.
 --motions: motion capture instead of postures (the shared files that are not in the clips), at 30 frames/s.
 --clips: the shared clips instead, by `score_trc.py`.
 """
 
 import argparse
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import Pool
@@ -21,8 +22,8 @@ import cv2
 import numpy as np
 
 from benchmarks.clips import SCORE, SHARED, scored
-from benchmarks.errors import FrameError, frame_error, summary
-from benchmarks.loop import track_film
+from benchmarks.errors import Estimate, FrameError, frame_error, summary
+from benchmarks.loop import track_film, tracker_film
 from benchmarks.table import Cell, table
 from benchmarks.takes import PEOPLE, SMALL, CapturedTake, Film, Size, Take, captured_takes, default_folder, film, takes
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
@@ -30,7 +31,8 @@ from zenocap.simulation.motion.posture_style import POSTURES
 
 MOTIONS = ("02_04", "02_07", "02_08", "07_01", "07_05", "10_01")  # jump, sword, broom, walks, kick; not in the clips
 CLIPS = ("walk2", "bend2", "kick2", "turned2")
-NAMES = ("paper", *(f"+{name}" for name in ADDITIONS), *(f"-{name}" for name in ADDITIONS), "improved")
+HYBRID = "hybrid"  # the tracker with its defaults and the same two cameras
+NAMES = ("paper", *(f"+{name}" for name in ADDITIONS), *(f"-{name}" for name in ADDITIONS), "improved", HYBRID)
 
 
 @dataclass(frozen=True)
@@ -63,24 +65,33 @@ def tracked(take: Take | CapturedTake, names: Sequence[str], folder: Path | None
 
 def _tracked(rendered: Film, fps: float, name: str) -> TakeResult:
     started_s = perf_counter()
+    if name == HYBRID:
+        found = tracker_film(rendered, fps)
+        ms = 1000 * (perf_counter() - started_s) / len(rendered.truths)
+        return TakeResult(_errors(rendered, found.get), (float("nan"),) * 3, ms)
     track = track_film(rendered, fps, additions(name))
     ms = 1000 * (perf_counter() - started_s) / len(rendered.truths)
-    errors = []
-    for k in range(rendered.motion_from, len(rendered.truths)):
-        true = rendered.truths[k]
-        assert true is not None, "the person is in the scene from the initial posture on"
-        errors.append(frame_error(track.estimate(k), true))
     arms = [sum(bap.limbs[limb].matchings) for bap in track.partials for limb in bap.limbs if "arm" in limb]
     legs = [sum(bap.limbs[limb].matchings) for bap in track.partials for limb in bap.limbs if "leg" in limb]
     frames = [sum(sum(limb.matchings) for limb in bap.limbs.values()) for bap in track.partials]
     means = [float(np.mean(counts)) if counts else float("nan") for counts in (arms, legs, frames)]
-    return TakeResult(tuple(errors), (means[0], means[1], means[2]), ms)
+    return TakeResult(_errors(rendered, track.estimate), (means[0], means[1], means[2]), ms)
+
+
+def _errors(rendered: Film, estimate: Callable[[int], Estimate | None]) -> tuple[FrameError, ...]:
+    errors = []
+    for k in range(rendered.motion_from, len(rendered.truths)):
+        true = rendered.truths[k]
+        assert true is not None, "the person is in the scene from the initial posture on"
+        errors.append(frame_error(estimate(k), true))
+    return tuple(errors)
 
 
 def variant(name: str) -> str:
     """The name, checked for the command line."""
     try:
-        additions(name)
+        if name != HYBRID:
+            additions(name)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
     return name

@@ -18,6 +18,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "clips": ("walk2", "--jobs", "1"),
     "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
     "faults": ("--short",),
+    "headings": ("--people", "1", "--every", "180", "--jobs", "1"),
     "motion_capture": ("--views", "2", "--people", "1", "--motions", "07_01", "--jobs", "1"),
     "hull": ("--people", "1", "--points", "50"),
     "hybrid": ("--only", "beam", "--seeds", "1", "--out", str(OUT / "hybrid")),

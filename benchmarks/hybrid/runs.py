@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Protocol, Self
 from unittest.mock import patch
 
+import msgspec
 import numpy as np
 
 from benchmarks.hybrid.silhouettes import Instant
@@ -71,6 +72,7 @@ class Case:
     empty_frames: int = 10
     skipped: int = 0
     preset: str = "default"
+    limb_search: bool = True
 
     @property
     def anatomy(self) -> Anatomy:
@@ -121,9 +123,12 @@ class TrackedPath:
 
 
 def setup_of(clip: Film, case: Case, prior: Prior | None) -> Setup:
+    chosen = PRESETS[case.preset].filter
+    if not case.limb_search:
+        chosen = msgspec.structs.replace(chosen, limb_search=False)
     options = Options(
         method=case.method, particles=case.particles, points=case.points, iterations=case.iterations, seed=case.seed,
-        refinement=case.refinement, filter=PRESETS[case.preset].filter,
+        refinement=case.refinement, filter=chosen,
     )  # fmt: skip
     return Setup(case.anatomy, clip.of_views(case.views).cameras, clip.frame_ns, prior, options)
 

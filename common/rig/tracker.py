@@ -47,6 +47,8 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     relocalization: whether misfits are searched for elsewhere, the heading is checked, and the track can be lost.
     velocity_prediction: whether proposals start from the last motion continued, else from the last pose.
     shape_estimation: whether the body's sizes are improved during tracking.
+    limb_search: whether a limb without rays is searched elsewhere.
+    exchange: whether arms, and legs, are tried exchanged.
     """
 
     distance: Distance = "contact"
@@ -57,6 +59,8 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     relocalization: bool = True
     velocity_prediction: bool = True
     shape_estimation: bool = True
+    limb_search: bool = True
+    exchange: bool = True
 
 
 DEFAULT_FILTER = FilterOptions()
@@ -88,6 +92,8 @@ PRESETS = {
             relocalization=False,
             velocity_prediction=False,
             shape_estimation=False,
+            limb_search=False,
+            exchange=False,
         ),
     ),
 }
@@ -117,6 +123,8 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     relocalization: bool | None = None
     velocity_prediction: bool | None = None
     shape_estimation: bool | None = None
+    limb_search: bool | None = None
+    exchange: bool | None = None
 
     def filter(self, defaults: FilterOptions) -> FilterOptions:
         """Options of the filter; defaults: where this table has none.  Raises TrackerError."""

@@ -75,13 +75,15 @@ ARM_DIRECTIONS = 36  # candidate directions of the arms, over half a turn
 T_POSE_FRAMES = 4  # frame sets from which the body is measured
 T_POSE_STILL_M, T_POSE_STILL_COSINE = 0.05, 0.985  # m and cosine: greatest motion and turn between them
 T_POSE_DEVIATION = 0.25  # rad: standard deviation of joint coordinates about the T-pose
-T_POSE_MAX_DEG = 40.0  # greatest angle of a joint from the T-pose
-HEADING_MISFIT_RATIO = 0.9  # the heading is known when the other one fits worse by this ratio
+T_POSE_MAX_DEG = 45.0  # greatest angle of a part of an arm or leg from its direction in the T-pose
+T_POSE_HEADINGS = 24  # of an average body, tried for the direction of the arms; an even number
+T_POSE_HOLD = (0.3, 0.2, 0.25)  # m, rad, rad: standard deviations about the T-pose
+T_POSE_ITERATIONS, T_POSE_PASSES = 6, 2  # of a refinement; refinements of the fitted body's pose
+T_POSE_RETRY_FRAMES = 5  # after an attempt that failed
 GOOD_GAP_M = 0.015  # root mean square gap of a body in a scene without clutter
 CLUTTER_TRUST_POWER = 2.0  # the reliability of a scene falls with this power of the gap
 CLUTTER_DISTANCE_M = 0.10  # from the fitted body; rays farther off are clutter
-MAX_GAP_M = 0.03  # root mean square gap of an accepted body
-FOOT_HEIGHT, SHANK_HEIGHT = 0.04, (0.10, 0.22)  # statures, for the heading of a body without feet
+MAX_GAP_M = 0.03  # root mean square gap of an accepted body, or the size of a pixel
 RETRY_FRAMES = 15  # after an attempt that failed
 
 # Body fitting and online shape estimation.
@@ -89,6 +91,8 @@ FIT_ITERATIONS = 20
 FIT_RESIDUAL_SCALE_M, FIT_RESIDUAL_LIMIT_M = 0.01, 0.20  # gap beyond which the gradient is constant; and is zero
 FIT_GAP_TRUNCATION_M = 0.05  # in the reported root mean square gap
 FIT_INDEPENDENT_RAYS = 300.0  # independent rays per scene: errors of the shape are correlated along the surface
+SIZE_LIMIT = 4.0  # spreads over people of `body/sizes.py`: no size is farther from that of an average body
+START_SHORT = 4.0  # spreads by which arms are shorter than the average at the start of a fit
 FIT_TOLERANCE = 1e-3  # change of a logarithm, metre or radian below which the fit has converged
 FIT_MAX_STEP = 0.3  # of a logarithm, metre or radian
 NEW_POSTURE_ANGLE = 0.35  # rad: at least one coordinate differs so much from every posture used before
@@ -134,6 +138,23 @@ LOST_FRAMES = 6  # misfits in a row after which the track is lost
 LOST_EMPTY_FRAMES = 60  # frames in a row without a person after which the track is lost
 MIN_TRACKING_RAYS = 60  # of a scene in which a person can be seen
 
+# Search of single limbs.
+LIMB_DIRECTIONS, LIMB_TWISTS = 80, 8  # directions over the sphere; planes of a bent elbow or knee
+LIMB_BENDS = {"elbow": (0.1, 0.9, 1.7, 2.4), "knee": (-0.1, -0.8, -1.6)}  # rad
+LIMB_MAX_SWING = {"shoulder": 2.4, "hip": 1.7}  # rad from the middle of the range
+LIMB_MAX_TWIST = {"shoulder": 3.15, "hip": 0.8}  # rad about the part
+LIMB_TRIALS = 200  # placements of one limb tried in a frame, drawn at random
+UNEXPLAINED_M = 0.02  # distance from the other parts beyond which a ray may belong to the limb
+LIMB_SUPPORT_RATIO = 0.5  # of a limb's usual support, below which it is searched
+LIMB_BODY_SUPPORT_RATIO = 0.75  # of the expected support of the body, below which no single limb is at fault
+LIMB_MISFIT_RATIO = 0.9  # of the best particle's misfit, below which the searched limb becomes a particle
+LIMB_SUPPORT_DECAY = 0.002  # per frame, of a limb's usual support
+EXCHANGE_ITERATIONS = 4
+EXCHANGE_MIN_ANGLE = 0.6  # rad: limbs whose coordinates differ less are alike
+EXCHANGE_RATE = 0.25  # per frame, of the running mean of an exchange's gain
+EXCHANGE_GAIN = 0.06  # ln of the ratio of misfits, above which the exchanged pose replaces the tracked one
+MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s and rad/s; a faster change of the estimate was no motion
+
 # Relocalization and heading.
 RELOCALIZE_AFTER = (1, 3)  # misfits in a row after which the whole scene is searched
 SEARCH_HEADINGS = 8
@@ -143,7 +164,14 @@ SEARCH_KEPT, SEARCH_PASSES = 8, 3  # candidates refined further; passes, each he
 FOUND_SUPPORT_RATIO = 0.8  # of the expected support, from which a person is found
 EXPECTED_SUPPORT_DECAY, MIN_EXPECTED_SUPPORT = 0.9, 0.25  # after every search without success; lower bound
 REPLACE_MISFIT_RATIO = 0.75  # of the tracked pose's misfit, below which another pose replaces it
-HEADING_CHECK_FRAMES = 15  # between two checks of an unknown heading
+FOOT_RADIUS, FOOT_HEIGHT = 0.16, 0.035  # statures: about an ankle and above the sole, where the points of a foot are
+SHANK, SHANK_RADIUS = (0.25, 0.8), 0.09  # of its length from the ankle up, and statures about it: its points
+MIN_FOOT_RAYS = 3  # of a foot, and of a shank
+TOES_START = 0.02  # statures, at the start of a track, until the feet have been seen
+TOES_RATE = 0.1  # per frame, of the running mean of the feet's reach
+HEADING_TOES = 0.020  # statures by which the feet reach forward of the ankles, from which the heading is known
+REVERSED_TOES = 0.006  # statures by which they must reach forward; with less the opposite heading is tried
+REVERSED_MISFIT_RATIO = 1.2  # of the tracked pose's misfit, below which the opposite heading then replaces it
 HEADING_PENALTY = 0.3  # relative increase of the misfit of a pose with the opposite heading
 HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
 

@@ -19,6 +19,7 @@ from zenocap.services.tracker.filter.particles import Cloud, Refinement
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.localization import TPose
 from zenocap.services.tracker.initialization.online_shape import ShapeEstimate
+from zenocap.services.tracker.parameters import TOES_START
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.view_check.view_consistency import ViewConsistency
 
@@ -76,7 +77,8 @@ class Person:
     """A measured person.  body: sizes.  model: the same for compiled functions.  stature: metres.
 
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
-    less sharp hull.  heading_known: False while the opposite heading fits about as well.
+    less sharp hull.  heading_known: False while the feet do not show which side is the front.
+    detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of what rays tell about the sizes.
     """
 
     body: Bdp
@@ -85,6 +87,7 @@ class Person:
     shape: ShapeEstimate
     expected_support: float
     heading_known: bool = True
+    detail: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +96,9 @@ class Tracking:
 
     prior_fraction: fraction of proposals from the prior.  prior_distance: running mean of the estimate's distance from the
     prior, radians.  misfits_in_row: consecutive frames in which the body misfits the scene.
+    limb_support: (4,) share of the rays that is usually on each limb; None before the first frame.
+    toes: running mean of the statures by which the feet reach forward of the shanks.
+    exchange_gains: (2,) see `zenocap.services.tracker.filter.exchange`.
     """
 
     person: Person
@@ -103,6 +109,9 @@ class Tracking:
     prior_fraction: float
     prior_distance: float = 0.0
     misfits_in_row: int = 0
+    limb_support: Floats | None = None
+    toes: float = TOES_START
+    exchange_gains: Floats = field(default_factory=lambda: np.zeros(2))
 
 
 @dataclass(frozen=True)

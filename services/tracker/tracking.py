@@ -17,14 +17,11 @@ from zenocap.services.tracker.body.sizes import COUNT
 from zenocap.services.tracker.filter.filter_step import filter_step
 from zenocap.services.tracker.hull.contour_rays import contour_rays, exclude_views, extract_outlines, scene_from
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
+from zenocap.services.tracker.initialization.heading import check_reversed_heading, with_toes
 from zenocap.services.tracker.initialization.online_shape import initial_shape
-from zenocap.services.tracker.initialization.relocalization import (
-    check_elsewhere,
-    check_reversed_heading,
-    search,
-)
+from zenocap.services.tracker.initialization.relocalization import check_elsewhere, search
 from zenocap.services.tracker.initialization.t_pose import await_person
-from zenocap.services.tracker.parameters import HEADING_CHECK_FRAMES, INITIAL_SUPPORT, RELOCALIZE_AFTER
+from zenocap.services.tracker.parameters import INITIAL_SUPPORT, RELOCALIZE_AFTER, REVERSED_TOES
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Options, Outcome, Person, Setup, Tracking, TrackState
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untrusted
 
@@ -123,8 +120,9 @@ def _advance_phase(
             after, outcome = filter_step(setup, phase, captured_ns, rays, field, rng)
             if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:
                 return after, outcome
+            after = with_toes(setup.anatomy, after, rays)
             if after.misfits_in_row in RELOCALIZE_AFTER:
                 return check_elsewhere(setup, after, outcome, captured_ns, rays, field)
-            if count % HEADING_CHECK_FRAMES == 0 and not after.person.heading_known:
+            if after.toes < REVERSED_TOES:
                 return check_reversed_heading(setup, after, outcome, captured_ns, rays, field)
             return after, outcome

@@ -93,6 +93,7 @@ CYLINDERS: Mapping[str, tuple[tuple[int, str, int], ...]] = {
 }
 SHARED = ("head_width", "head_depth")  # as of tapered parts
 COUNT = 1 + len(FACTORS)  # stature first
+SIZE_NAMES = (STATURE.name, *(factor.name for factor in FACTORS))
 SPREADS: Floats = np.array([STATURE.spread, *(factor.spread for factor in FACTORS)])
 
 

@@ -13,7 +13,9 @@ from zenocap.common.body.definition import Bdp
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of, pose_difference
 from zenocap.services.tracker.filter.correspondence import Weights, support_fraction
+from zenocap.services.tracker.filter.exchange import PAIRS, try_exchanges
 from zenocap.services.tracker.filter.gauss_newton import refine
+from zenocap.services.tracker.filter.limb_search import search_limbs
 from zenocap.services.tracker.filter.particles import (
     NO_PRIOR,
     Cloud,
@@ -31,6 +33,7 @@ from zenocap.services.tracker.parameters import (
     DYNAMIC_NOISE,
     ESTIMATE_HOLD,
     ESTIMATE_ITERATIONS,
+    EXCHANGE_GAIN,
     INDEPENDENT_RAYS,
     LIKELIHOOD_INFORMATION,
     LOST_EMPTY_FRAMES,
@@ -38,11 +41,14 @@ from zenocap.services.tracker.parameters import (
     LOST_MISFIT_RATIO,
     LOST_SUPPORT_RATIO,
     MAX_PRIOR_FRACTION,
+    MAX_SPEED,
+    MAX_TURN_RATE,
     MIN_PRIOR_DISTANCE,
     MIN_PRIOR_FRACTION,
     MIN_TRACKING_RAYS,
     PARTICLE_HOLD,
     PARTICLE_RAY_STRIDE,
+    POSTURE_INDEPENDENT_RAYS,
     PREDICTION_DEVIATION,
     PRIOR_FRACTION,
     PRIOR_FRACTION_RATE,
@@ -98,6 +104,12 @@ def filter_step(
     propose_particles(person.model, compiled, prior is not None, phase.cloud, draws, velocity, deviations, out)
     scene = RefinementScene(person.model, thinned, field, residual_weights(setup, PARTICLE_HOLD, PARTICLE_RAY_STRIDE))
     refine_particles(scene, options.refinement, iterations, out, errors, options.filter)
+    limb_support = phase.limb_support
+    if options.filter.limb_search and options.method == "hybrid":
+        limb_support = search_limbs(
+            setup.anatomy, scene, iterations, limb_support, person.expected_support, phase.misfits_in_row > 0,
+            out, errors, rng,
+        )  # fmt: skip
     if prior is not None and iterations > 0:
         assign_regions(compiled, out)
     expected = _predict(person.model, phase.estimate, velocity)
@@ -116,6 +128,16 @@ def filter_step(
     estimate = _estimate(setup, phase, cloud, rays, field, expected)
     best = float(errors[np.argmin(costs)])
     best_prior_distance = float(prior_distance[np.argmin(costs)])
+    exchange_gains = phase.exchange_gains
+    if options.filter.exchange and options.method == "hybrid":
+        whole = RefinementScene(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD))
+        exchange = try_exchanges(setup.anatomy, whole, estimate, exchange_gains)
+        exchange_gains = exchange.gains
+        if exchange.pose is not None and exchange_gains.max() > EXCHANGE_GAIN:
+            estimate, exchange_gains = exchange.pose, np.zeros(len(PAIRS))
+            cloud = uniform_cloud(
+                np.tile(estimate.position, (n, 1)), np.tile(estimate.rotation, (n, 1, 1)), np.tile(estimate.values, (n, 1))
+            )
     support = support_fraction(person.model, rays, estimate)
     misfits = support < LOST_SUPPORT_RATIO * person.expected_support or best > LOST_MISFIT_RATIO * RESIDUAL_LIMIT_M**2
     misfits_in_row = phase.misfits_in_row + 1 if misfits else 0
@@ -123,6 +145,9 @@ def filter_step(
     if misfits_in_row >= LOST_FRAMES and options.filter.relocalization:
         return Lost(person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
     moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
+    if options.filter.limb_search and options.method == "hybrid":  # a corrected limb has not moved
+        fastest = np.concatenate([np.full(3, MAX_SPEED), np.full(3 + d, MAX_TURN_RATE)])
+        moved = np.where(np.abs(moved) > fastest, 0.0, moved)
     from_prior = float(cloud.weights[draws.kinds == 1].sum())
     mean_prior_distance = phase.prior_distance + SUPPORT_RATE * (best_prior_distance - phase.prior_distance)
     new_prior_fraction = phase.prior_fraction + PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
@@ -142,6 +167,9 @@ def filter_step(
         float(np.clip(new_prior_fraction, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION)),
         mean_prior_distance,
         misfits_in_row,
+        limb_support,
+        phase.toes,
+        exchange_gains,
     )
     return tracking, replace(_outcome(setup, estimate, cloud, best), body=body)
 
@@ -150,7 +178,7 @@ def _update_shape(setup: Setup, person: Person, rays: Floats32, pose: RootedPose
     """Person with the shape estimate updated by a new posture; and the body when it changed."""
     if not is_new_posture(person.shape, pose):
         return person, None
-    shape = updated_shape(setup.anatomy, person.shape, rays, pose)
+    shape = updated_shape(setup.anatomy, person.shape, rays, pose, person.detail * POSTURE_INDEPENDENT_RAYS)
     better = improved_body(setup.anatomy, shape)
     if better is None:
         return replace(person, shape=shape), None

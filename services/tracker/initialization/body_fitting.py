@@ -33,6 +33,7 @@ from zenocap.services.tracker.parameters import (
     FIT_RESIDUAL_LIMIT_M,
     FIT_RESIDUAL_SCALE_M,
     FIT_TOLERANCE,
+    SIZE_LIMIT,
 )
 
 
@@ -105,7 +106,7 @@ def fit_body(
             break
         step = b
         step *= min(1.0, FIT_MAX_STEP / max(1e-9, float(np.abs(step).max())))
-        logs += step[:COUNT]
+        logs = np.clip(logs + step[:COUNT], -SIZE_LIMIT * SPREADS, SIZE_LIMIT * SPREADS)
         for k, pose in enumerate(poses):
             frames = np.empty((len(model.parent), 3, 4))
             forward_kinematics(model, pose, frames)

@@ -23,6 +23,7 @@ from zenocap.services.tracker.parameters import (
     POSTURE_DEVIATION,
     POSTURE_INDEPENDENT_RAYS,
     SHAPE_CHANGE,
+    SIZE_LIMIT,
 )
 
 
@@ -87,6 +88,7 @@ def improved_body(anatomy: Anatomy, shape: ShapeEstimate) -> tuple[ShapeEstimate
     logs = shape.gradient.copy()
     if not cholesky_solve(shape.information.copy(), logs):
         return None
+    logs = np.clip(logs, -SIZE_LIMIT * SPREADS, SIZE_LIMIT * SPREADS)
     if float(np.abs(logs - shape.logs).max()) < SHAPE_CHANGE:
         return None
     return replace(shape, logs=logs), scaled(anatomy, shape.average, logs)

@@ -87,45 +87,15 @@ def best_pose(
             rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ posture.rotation
             start = RootedPose(centre.copy(), rotation, posture.values.copy())
             candidates.append(
-                _refined(
-                    model, rays, field, start, weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M), SEARCH_FIRST_ITERATIONS
-                )
+                refined(model, rays, field, start, weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M), SEARCH_FIRST_ITERATIONS)
             )
-    candidates.sort(key=lambda pose: _error(model, rays, field, weights, pose))
+    candidates.sort(key=lambda pose: error_of(model, rays, field, weights, pose))
     ended = []
     for pose in candidates[:SEARCH_KEPT]:
         for _ in range(SEARCH_PASSES):
-            pose = _refined(model, rays, field, pose, weights, rounds)
+            pose = refined(model, rays, field, pose, weights, rounds)
         ended.append(pose)
-    return min(ended, key=lambda pose: _error(model, rays, field, weights, pose) * _heading_penalty(pose, facing))
-
-
-def reversed_pose(
-    model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
-    pose: RootedPose,
-    postures: Sequence[RootedPose],
-    weights: Weights,
-    rounds: int,
-) -> RootedPose:
-    """Best pose near the present one with the opposite heading; postures: to start from."""
-    back = pose.rotation @ np.diag([-1.0, 1.0, -1.0])
-    candidates = [
-        _refined(
-            model,
-            rays,
-            field,
-            RootedPose(pose.position.copy(), back, posture.values.copy()),
-            weights,
-            SEARCH_FIRST_ITERATIONS,
-        )
-        for posture in postures
-    ]
-    best = min(candidates, key=lambda one: _error(model, rays, field, weights, one))
-    for _ in range(SEARCH_PASSES):
-        best = _refined(model, rays, field, best, weights, rounds)
-    return best
+    return min(ended, key=lambda pose: error_of(model, rays, field, weights, pose) * _heading_penalty(pose, facing))
 
 
 def _heading_penalty(pose: RootedPose, facing: Floats | None) -> float:
@@ -135,7 +105,7 @@ def _heading_penalty(pose: RootedPose, facing: Floats | None) -> float:
     return 1.0 + HEADING_PENALTY * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
 
 
-def _refined(
+def refined(
     model: BodyModel, rays: Floats32, field: DistanceField, start: RootedPose, weights: Weights, rounds: int
 ) -> RootedPose:
     moved = start.copy()
@@ -152,25 +122,10 @@ def check_elsewhere(
     pose = _best_pose_anywhere(setup, person, phase.estimate, facing, rays, field)
     if pose is None:
         return phase, outcome
-    error = _error(person.model, rays, field, weights, pose)
-    if error > REPLACE_MISFIT_RATIO * _error(person.model, rays, field, weights, phase.estimate):
+    error = error_of(person.model, rays, field, weights, pose)
+    if error > REPLACE_MISFIT_RATIO * error_of(person.model, rays, field, weights, phase.estimate):
         return phase, outcome
     return start_tracking(setup, person, pose, captured_ns, error)
-
-
-def check_reversed_heading(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
-) -> tuple[Tracking, Outcome]:
-    """Replace the pose when the opposite heading fits better; while walking this becomes clear."""
-    person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
-    pose = reversed_pose(
-        person.model, rays, field, phase.estimate, search_postures(setup.anatomy), weights, SEARCH_ITERATIONS
-    )
-    error = _error(person.model, rays, field, weights, pose)
-    now = _error(person.model, rays, field, weights, phase.estimate)
-    if error < REPLACE_MISFIT_RATIO * now:
-        return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
-    return replace(phase, person=replace(person, heading_known=now < REPLACE_MISFIT_RATIO * error)), outcome
 
 
 def _best_pose_anywhere(
@@ -199,11 +154,11 @@ def search(
             phase.person, expected_support=max(MIN_EXPECTED_SUPPORT, EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
         )
         return replace(phase, person=person, rest=RETRY_FRAMES), no_pose(setup, lost=True)
-    tracking, outcome = start_tracking(setup, phase.person, pose, captured_ns, _error(model, rays, field, weights, pose))
+    tracking, outcome = start_tracking(setup, phase.person, pose, captured_ns, error_of(model, rays, field, weights, pose))
     new_body = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=new_body)
 
 
-def _error(model: BodyModel, rays: Floats32, field: DistanceField, weights: Weights, pose: RootedPose) -> float:
+def error_of(model: BodyModel, rays: Floats32, field: DistanceField, weights: Weights, pose: RootedPose) -> float:
     """Misfit of a pose in m^2 with residuals truncated as in a refinement.  [Hybrid Eq. 30]"""
     return float(misfit(model, rays, field, weights.limit, pose))

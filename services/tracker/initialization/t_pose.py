@@ -13,13 +13,14 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.filter.correspondence import distances_of, misfit, support_fraction
-from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
-from zenocap.services.tracker.hull.contour_rays import midpoints
+from zenocap.services.tracker.body.body_model import RootedPose, forward_kinematics, model_of
+from zenocap.services.tracker.body.sizes import SIZE_NAMES, SPREADS
+from zenocap.services.tracker.filter.correspondence import Weights, distances_of, misfit, support_fraction
+from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
+from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.body_fitting import BodyFit, FitSample, fit_body
+from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.localization import (
     TPose,
     detect_t_pose,
@@ -32,109 +33,175 @@ from zenocap.services.tracker.parameters import (
     FIT_INDEPENDENT_RAYS,
     FIT_ITERATIONS,
     FIT_RESIDUAL_LIMIT_M,
-    FOOT_HEIGHT,
+    FIT_RESIDUAL_SCALE_M,
     GOOD_GAP_M,
-    HEADING_MISFIT_RATIO,
+    HEADING_TOES,
     MAX_GAP_M,
+    MIN_DEPTH_M,
     POSTURE_INDEPENDENT_RAYS,
-    RETRY_FRAMES,
-    SHANK_HEIGHT,
+    START_SHORT,
     T_POSE_DEVIATION,
     T_POSE_FRAMES,
+    T_POSE_HEADINGS,
+    T_POSE_HOLD,
+    T_POSE_ITERATIONS,
     T_POSE_MAX_DEG,
+    T_POSE_PASSES,
+    T_POSE_RETRY_FRAMES,
     T_POSE_STILL_COSINE,
     T_POSE_STILL_M,
 )
 from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Setup, Tracking
 
-T_POSE_MAX_ANGLE = np.radians(T_POSE_MAX_DEG)  # rad: of a shoulder or elbow from the T-pose
+# A fit starts with short arms: rays at the end of an arm pull a shorter one out, but a longer one is not pushed back.
+SHORT_ARMS = np.array([-START_SHORT * SPREADS[k] if name == "arm" else 0.0 for k, name in enumerate(SIZE_NAMES)])
+T_POSE_MAX_ANGLE = np.radians(T_POSE_MAX_DEG)  # rad
 
 
 @dataclass(frozen=True)
 class TPoseFit:
     """Result of the body fit.
 
-    heading_known: False when the opposite heading fits about as well.  reliability: reliability of the scenes, in (0, 1].
+    poses: of the scenes, with this body.  gap: root mean square of the fit, metres.  heading_known: False when the feet
+    do not show which side is the front.  reliability: reliability of the scenes, in (0, 1].
     """
 
     measured: BodyFit
+    poses: tuple[RootedPose, ...]
     heading_known: bool
     reliability: float
 
 
+@dataclass(frozen=True)
+class _Fit:
+    """Fit with the front on one side.  toes: metres by which the feet reach forward."""
+
+    measured: BodyFit
+    poses: tuple[RootedPose, ...]
+    toes: float
+    reliability: float
+
+
 def fit_t_poses(
-    anatomy: Anatomy, scenes: Sequence[Floats32], fields: Sequence[DistanceField], t_poses: Sequence[TPose]
+    anatomy: Anatomy,
+    scenes: Sequence[Floats32],
+    fields: Sequence[DistanceField],
+    t_poses: Sequence[TPose],
+    weights: Weights,
+    detail: float = 1.0,
 ) -> TPoseFit | str:
     """Body from rays (11, n) and distance fields of several scenes of the T-pose, or a text with the reason of failure.
 
-    Both headings perpendicular to the arms are fitted; feet and belly show which one is right.
+    weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.
+
+    An average body in every heading shows the direction of the arms: of two views, each has the arms in two places of the
+    visual hull, and only perspective tells them apart.  Both headings perpendicular to the arms are then fitted, and the
+    feet show which one is the front.
     """
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
     stature = float(np.median([one.stature for one in t_poses]))
-    average = average_body(anatomy, stature)
     near_rays = [rays_near(rays, one) for rays, one in zip(scenes, t_poses, strict=True)]
     found = []
-    for side in (1.0, -1.0):
-        samples = []
-        for rays, one in zip(near_rays, t_poses, strict=True):
-            across = side * one.across * np.sign(one.across @ t_poses[0].across)
-            left, up = np.array([across[0], 0.0, across[1]]), np.array([0.0, 1.0, 0.0])
-            rotation = np.stack([left, up, np.cross(left, up)], axis=1)
-            position = np.array([one.centre[0], one.low + HIP_HEIGHT * stature, one.centre[1]])
-            samples.append(FitSample(rays, RootedPose(position, rotation, held.copy()), held, T_POSE_DEVIATION))
-        measured, reliability = fit_body(anatomy, average, samples, np.zeros(COUNT), FIT_ITERATIONS), 1.0
-        if measured.gap > GOOD_GAP_M:
-            reliability = (GOOD_GAP_M / measured.gap) ** CLUTTER_TRUST_POWER
-            measured = _fit_without_clutter(anatomy, average, measured, samples, reliability)
-        found.append((_mean_misfit(anatomy, measured, near_rays, fields), measured, reliability))
-    (error, best, reliability), (other, _, _) = sorted(found, key=lambda one: one[0])
-    if "right_foot" not in anatomy.parts:  # such a body looks the same from the front and from behind
-        forward = sum(
-            _toe_offset(midpoints(rays), one, t_poses[0].across) for rays, one in zip(near_rays, t_poses, strict=True)
-        )
-        _, best, reliability = found[0] if forward > 0.0 else found[1]
-    if not best.gap <= MAX_GAP_M:
-        return f"no body fits: gaps of {best.gap * 1000:.0f} mm (at most {MAX_GAP_M * 1000:.0f}); stand still in every view"
-    away = max(float(np.abs(pose.values - held).max()) for pose in best.poses)
+    for starts in _starts(anatomy, near_rays, fields, t_poses, stature, weights):
+        found.append(_fit(anatomy, near_rays, fields, t_poses, starts, weights, detail))
+    best = max(found, key=lambda one: one.toes)
+    gap, most = best.measured.gap, max(MAX_GAP_M, FIT_RESIDUAL_SCALE_M / np.sqrt(detail))  # a pixel's size
+    if not gap <= most:
+        return f"no body fits: gaps of {gap * 1000:.0f} mm (at most {most * 1000:.0f}); stand still in every view"
+    away = max(_limb_deviation(anatomy, best.measured.body, pose, held) for pose in best.poses)
     if away > T_POSE_MAX_ANGLE:
-        return f"hold both arms straight out; a joint is {np.degrees(away):.0f} degrees off"
-    return TPoseFit(best, error < HEADING_MISFIT_RATIO * other, reliability)
+        return f"hold both arms straight out, legs straight; a limb is {np.degrees(away):.0f} degrees off"
+    return TPoseFit(best.measured, best.poses, best.toes > HEADING_TOES * stature, best.reliability)
 
 
-def _toe_offset(points: Floats, one: TPose, across: Floats) -> float:
-    """Metres by which feet reach forward of shanks in points (n, 3), for a person with `across` (2,) to the left."""
-    height = (points[:, 1] - one.low) / one.stature
-    depth = points[:, [0, 2]] @ np.array([-across[1], across[0]])
-    feet, shanks = depth[height < FOOT_HEIGHT], depth[(height > SHANK_HEIGHT[0]) & (height < SHANK_HEIGHT[1])]
-    if not len(feet) or not len(shanks):
-        return 0.0
-    middles = [0.5 * float(np.sum(np.percentile(part, [5, 95]))) for part in (feet, shanks)]
-    return middles[0] - middles[1]
-
-
-def _mean_misfit(anatomy: Anatomy, measured: BodyFit, scenes: Sequence[Floats32], fields: Sequence[DistanceField]) -> float:
-    """Mean misfit of the poses in m^2."""
-    model = model_of(anatomy, measured.body)
-    return float(
-        np.mean(
-            [
-                misfit(model, rays, field, FIT_RESIDUAL_LIMIT_M, pose)
-                for rays, field, pose in zip(scenes, fields, measured.poses, strict=True)
-            ]
-        )
+def _starts(
+    anatomy: Anatomy,
+    scenes: Sequence[Floats32],
+    fields: Sequence[DistanceField],
+    t_poses: Sequence[TPose],
+    stature: float,
+    weights: Weights,
+) -> tuple[list[RootedPose], list[RootedPose]]:
+    """T-poses of an average body in every scene, in the best direction of the arms, facing to either side."""
+    model, half = model_of(anatomy, average_body(anatomy, stature)), T_POSE_HEADINGS // 2
+    held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
+    errors, poses = np.zeros(T_POSE_HEADINGS), []
+    for rays, field, one in zip(scenes, fields, t_poses, strict=True):
+        position = np.array([one.centre[0], one.low + HIP_HEIGHT * stature, one.centre[1]])
+        tried = []
+        for k in range(T_POSE_HEADINGS):
+            yaw = 2.0 * np.pi * k / T_POSE_HEADINGS
+            start = _upright(position, np.sin(yaw), np.cos(yaw), held)
+            pose = start.copy()
+            refine(model, rays, field, weights, T_POSE_ITERATIONS, pose, start)
+            errors[k] += float(misfit(model, rays, field, FIT_RESIDUAL_LIMIT_M, pose))
+            tried.append(pose)
+        poses.append(tried)
+    best = int(np.argmin(np.minimum(errors[:half], errors[half:])))
+    first, second = (
+        [_upright(tried[k].position, tried[k].rotation[0, 2], tried[k].rotation[2, 2], held) for tried in poses]
+        for k in (best, best + half)
     )
+    return first, second
 
 
-def _fit_without_clutter(
-    anatomy: Anatomy, average: Bdp, first: BodyFit, samples: Sequence[FitSample], reliability: float
-) -> BodyFit:
-    """Fit again without rays far from the body, weighted by the reliability of the others."""
+def _upright(position: Floats, x: float, z: float, values: Floats) -> RootedPose:
+    """Upright pose that faces along (x, z)."""
+    forward, up = np.array([x, 0.0, z]) / np.hypot(x, z), np.array([0.0, 1.0, 0.0])
+    return RootedPose(position.copy(), np.stack([np.cross(up, forward), up, forward], axis=1), values.copy())
+
+
+def _fit(
+    anatomy: Anatomy,
+    scenes: Sequence[Floats32],
+    fields: Sequence[DistanceField],
+    t_poses: Sequence[TPose],
+    starts: Sequence[RootedPose],
+    weights: Weights,
+    detail: float,
+) -> _Fit:
+    """Body fitted from the starts; then its poses, with the silhouettes, which tell where nothing is."""
+    average = average_body(anatomy, float(np.median([one.stature for one in t_poses])))
+    samples = [FitSample(rays, start, start.values, T_POSE_DEVIATION) for rays, start in zip(scenes, starts, strict=True)]
+    independent, reliability = detail * FIT_INDEPENDENT_RAYS, detail
+    measured = fit_body(anatomy, average, samples, SHORT_ARMS, FIT_ITERATIONS, independent)
+    if measured.gap > GOOD_GAP_M:
+        reliability = detail * (GOOD_GAP_M / measured.gap) ** CLUTTER_TRUST_POWER
+        samples = _without_clutter(anatomy, measured, samples)
+        independent = reliability * FIT_INDEPENDENT_RAYS
+        measured = fit_body(anatomy, average, samples, SHORT_ARMS, FIT_ITERATIONS, independent)
+    model, poses, toes = model_of(anatomy, measured.body), [], []
+    for sample, field, fitted, one in zip(samples, fields, measured.poses, t_poses, strict=True):
+        pose = fitted.copy()
+        for _ in range(T_POSE_PASSES):
+            held = _upright(pose.position, pose.rotation[0, 2], pose.rotation[2, 2], sample.held)
+            refine(model, sample.rays, field, weights, T_POSE_ITERATIONS, pose, held)
+        poses.append(pose)
+        toes.append(foot_reach(anatomy, model, sample.rays, pose, one.stature) or 0.0)
+    return _Fit(measured, tuple(poses), float(np.mean(toes)), reliability)
+
+
+def _limb_deviation(anatomy: Anatomy, body: Bdp, pose: RootedPose, held: Floats) -> float:
+    """Greatest angle in radians of a part of arms or legs from its direction in the T-pose, seen from the root."""
+    model = model_of(anatomy, body)
+    limbs = [k for k, name in enumerate(anatomy.parts) if "arm" in name or "leg" in name]
+    frames, straight = np.empty((len(model.parent), 3, 4)), np.empty((len(model.parent), 3, 4))
+    forward_kinematics(model, pose, frames)
+    forward_kinematics(model, pose._replace(values=held), straight)
+    cosines = np.sum(frames[limbs, :, 1] * straight[limbs, :, 1], axis=1)
+    return float(np.arccos(np.clip(cosines, -1.0, 1.0)).max())
+
+
+def _without_clutter(anatomy: Anatomy, first: BodyFit, samples: Sequence[FitSample]) -> list[FitSample]:
+    """Samples without rays far from the body of a first fit, starting from its poses."""
     model = model_of(anatomy, first.body)
-    again = []
-    for sample, pose in zip(samples, first.poses, strict=True):
-        near = distances_of(model, sample.rays, pose) < CLUTTER_DISTANCE_M
-        again.append(replace(sample, rays=np.ascontiguousarray(sample.rays[:, near]), pose=pose))
-    return fit_body(anatomy, average, again, np.zeros(COUNT), FIT_ITERATIONS, reliability * FIT_INDEPENDENT_RAYS)
+    near = [
+        distances_of(model, one.rays, pose) < CLUTTER_DISTANCE_M for one, pose in zip(samples, first.poses, strict=True)
+    ]
+    return [
+        replace(sample, rays=np.ascontiguousarray(sample.rays[:, kept]), pose=pose)
+        for sample, kept, pose in zip(samples, near, first.poses, strict=True)
+    ]
 
 
 def await_person(
@@ -152,19 +219,29 @@ def await_person(
     scenes, fields, t_poses = (*phase.scenes, rays), (*phase.fields, field), (*phase.t_poses, t_pose)
     if len(scenes) < T_POSE_FRAMES:
         return AwaitingPerson(f"measuring the body ({len(scenes)} of {T_POSE_FRAMES})", scenes, fields, t_poses), no_result
-    found = fit_t_poses(setup.anatomy, scenes, fields, t_poses)
+    detail = detail_at(setup, t_pose.centre)
+    found = fit_t_poses(setup.anatomy, scenes, fields, t_poses, residual_weights(setup, T_POSE_HOLD), detail)
     if isinstance(found, str):
-        return AwaitingPerson(found, rest=RETRY_FRAMES), no_result
+        return AwaitingPerson(found, rest=T_POSE_RETRY_FRAMES), no_result
     measured = found.measured
     stature = float(np.median([one.stature for one in t_poses]))
     shape = initial_shape(average_body(setup.anatomy, stature), measured.logs)
-    for scene_rays, pose in zip(scenes, measured.poses, strict=True):
+    for scene_rays, pose in zip(scenes, found.poses, strict=True):
         shape = updated_shape(setup.anatomy, shape, scene_rays, pose, found.reliability * POSTURE_INDEPENDENT_RAYS)
     model = model_of(setup.anatomy, measured.body)
-    expected_support = support_fraction(model, rays_near(rays, t_pose), measured.poses[-1])
-    person = Person(measured.body, model, stature, shape, expected_support, found.heading_known)
-    tracking, outcome = start_tracking(setup, person, measured.poses[-1], captured_ns, measured.gap**2)
+    expected_support = support_fraction(model, rays_near(rays, t_pose), found.poses[-1])
+    person = Person(measured.body, model, stature, shape, expected_support, found.heading_known, detail)
+    tracking, outcome = start_tracking(setup, person, found.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)
+
+
+def detail_at(setup: Setup, centre: Floats) -> float:
+    """`Person.detail` at a place (2,) on the ground, mean of all views."""
+    found = []
+    for camera in setup.cameras.values():
+        away = float(np.linalg.norm(camera.centre[[0, 2]] - centre))
+        found.append(min(1.0, (FIT_RESIDUAL_SCALE_M * camera.matrix[0, 0] / max(away, MIN_DEPTH_M)) ** 2))
+    return float(np.mean(found))
 
 
 def _is_still(before: TPose, now: TPose) -> bool:

@@ -12,10 +12,11 @@ from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, mode
 from zenocap.services.tracker.filter.correspondence import misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
-from zenocap.services.tracker.initialization.relocalization import best_pose, reversed_pose, search_postures
+from zenocap.services.tracker.initialization.relocalization import best_pose, search_postures
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
-from zenocap.services.tracker.parameters import PARTICLE_HOLD
+from zenocap.services.tracker.parameters import PARTICLE_HOLD, T_POSE_HOLD
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline
@@ -23,6 +24,7 @@ from zenocap.simulation.motion.timeline import motion_timeline
 CAMERAS = ring(4)
 SEED = 2
 WEIGHTS = residual_weights(setup(CAMERAS), PARTICLE_HOLD)
+HELD = residual_weights(setup(CAMERAS), T_POSE_HOLD)
 ROUNDS = 4
 
 
@@ -31,7 +33,7 @@ def model() -> BodyModel:
     rays, field = shown(t_pose_at(SEED))
     one = detect_t_pose(rays)
     assert isinstance(one, TPose)
-    start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [one])
+    start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [one], HELD)
     assert isinstance(start, TPoseFit)
     return model_of(FOURTEEN_PARTS, start.measured.body)
 

@@ -3,15 +3,18 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_ring import rendered_masks, ring, scene, simulated_person, t_pose_at
+from tests.support.tracker_ring import rendered_masks, ring, scene, setup, simulated_person, t_pose_at
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.services.tracker.filter.filter_step import residual_weights
 from zenocap.services.tracker.hull.contour_rays import FAR, NEAR
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
+from zenocap.services.tracker.parameters import T_POSE_HOLD
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 from zenocap.simulation.ground_truth import truth
 
+HELD = residual_weights(setup(ring(2)), T_POSE_HOLD)
 YAWS = (0.1, 1.2, 2.9)
 
 
@@ -73,10 +76,10 @@ def test_t_pose_is_measured_among_clutter(seed: int) -> None:
     found = detect_t_pose(rays)
     assert isinstance(found, TPose)
     assert np.linalg.norm(found.centre - [0.3, -0.2]) < 0.15
-    start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found])
+    start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
     assert isinstance(start, TPoseFit)
     hip = truth(simulated_person(seed), t_pose_at(seed, 0.3, -0.2, 0.3)).joints["Hip"]
-    assert np.linalg.norm(start.measured.poses[0].position - hip) < 0.12
+    assert np.linalg.norm(start.poses[0].position - hip) < 0.12
 
 
 @pytest.mark.slow
@@ -88,9 +91,9 @@ def test_heading_is_resolved(seed: int, views: int) -> None:
         rays, field = scene(cameras, list(rendered_masks(cameras, seed, t_pose_at(seed, yaw=yaw)).values()))
         found = detect_t_pose(rays)
         assert isinstance(found, TPose)
-        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found])
+        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
         assert isinstance(start, TPoseFit)
-        front = start.measured.poses[0].rotation[:, 2]
+        front = start.poses[0].rotation[:, 2]
         assert float(front @ [np.sin(yaw), 0.0, np.cos(yaw)]) > 0.9, yaw
 
 
@@ -102,7 +105,7 @@ def test_other_postures_are_not_measured() -> None:
     rays, field = scene(cameras, list(rendered_masks(cameras, 1, type(bent)(**{**vars(bent), "arms": arms})).values()))
     found = detect_t_pose(rays)
     if isinstance(found, TPose):
-        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found])
+        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
         assert isinstance(start, str)
         assert "degrees off" in start or "no body fits" in start
     else:

@@ -1,8 +1,12 @@
 """The paper's ten parts: a body without feet is measured, with the heading of the feet in the scene."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.support.tracker_ring import ring
+from tests.support.tracker_ring import setup as setup_of
 from tests.support.tracker_scenes import tangent_rays, turn
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
 from zenocap.common.body.coordinates import coordinates_of
@@ -10,11 +14,14 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.filter.filter_step import residual_weights
 from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.initialization.localization import detect_t_pose
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
+from zenocap.services.tracker.parameters import T_POSE_HOLD
 
 STATURE_M = 1.8
+HELD = residual_weights(replace(setup_of(ring(2)), anatomy=TEN_PARTS), T_POSE_HOLD)
 
 
 @pytest.mark.slow
@@ -27,12 +34,11 @@ def test_ten_parts_are_measured_in_any_heading(yaw_deg: float) -> None:
     scenes = [tangent_rays(model, pose, 600, seed) for seed in (0, 1)]
     seen = [detect_t_pose(rays) for rays in scenes]
     fields = [no_distance_field(), no_distance_field()]
-    start = fit_t_poses(TEN_PARTS, scenes, fields, [one for one in seen if not isinstance(one, str)])
+    start = fit_t_poses(TEN_PARTS, scenes, fields, [one for one in seen if not isinstance(one, str)], HELD)
     assert isinstance(start, TPoseFit), start
-    measured = start.measured
-    assert len(measured.poses) == 2
-    for found in measured.poses:
+    assert len(start.poses) == 2
+    for found in start.poses:
         assert found.rotation[:, 2] @ rotation[:, 2] > 0.9
         assert found.position == pytest.approx(pose.position, abs=0.08)
     average = average_body(TEN_PARTS, STATURE_M)
-    assert measured.body.sizes[:, 0] == pytest.approx(average.sizes[:, 0], rel=0.06)
+    assert start.measured.body.sizes[:, 0] == pytest.approx(average.sizes[:, 0], rel=0.06)

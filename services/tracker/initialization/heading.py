@@ -1,0 +1,119 @@
+"""Front and back: which way the feet point, and the opposite heading when they point backwards.
+
+Two views show a person from the front and from behind with almost the same silhouettes, and a body that is turned round
+fits nearly as well.  Feet are the exception: they reach three times as far forward of the ankle as backward.
+"""
+
+# Paper (added): [Hybrid V] does not check the heading.
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from zenocap.common.arrays import Floats32
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.services.tracker.body.average_body import ANKLE_HEIGHT
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.filter.correspondence import Weights
+from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
+from zenocap.services.tracker.hull.contour_rays import midpoints
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.relocalization import error_of, refined, search_postures
+from zenocap.services.tracker.parameters import (
+    FOOT_HEIGHT,
+    FOOT_RADIUS,
+    GROUND_TOLERANCE_M,
+    HEADING_TOES,
+    MIN_FOOT_RAYS,
+    PARTICLE_HOLD,
+    REVERSED_MISFIT_RATIO,
+    SEARCH_FIRST_ITERATIONS,
+    SEARCH_ITERATIONS,
+    SEARCH_PASSES,
+    SHANK,
+    SHANK_RADIUS,
+    TOES_RATE,
+    TOES_START,
+)
+from zenocap.services.tracker.states import Outcome, Setup, Tracking
+
+
+def foot_reach(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedPose, stature: float) -> float | None:
+    """Metres by which the scene at the feet reaches forward of the line of the shanks, mean of both; None without.
+
+    rays: (11, n).  forward: the horizontal heading of the root.  The shanks' line is that of their scene points, because
+    a body that faces the wrong way has them too far behind.
+    """
+    frames = np.empty((len(model.parent), 3, 4))
+    forward_kinematics(model, pose, frames)
+    forward = np.array([pose.rotation[0, 2], 0.0, pose.rotation[2, 2]])
+    forward /= max(float(np.linalg.norm(forward)), 1e-9)
+    points, reaches = midpoints(rays), []
+    for side in ("right", "left"):
+        part = anatomy.index[f"{side}_lower_leg"]
+        along, length = frames[part, :, 1], model.lengths[part]
+        ankle = frames[part, :, 3] + along * length
+        from_ankle = points - ankle
+        sole = ankle[1] - (ANKLE_HEIGHT * stature if f"{side}_foot" in anatomy.parts else 0.0)
+        low = points[:, 1] < max(sole, -GROUND_TOLERANCE_M) + FOOT_HEIGHT * stature
+        foot = low & (np.hypot(from_ankle[:, 0], from_ankle[:, 2]) < FOOT_RADIUS * stature)
+        up = -(from_ankle @ along)
+        aside = from_ankle + np.outer(up, along)
+        shank = (up > SHANK[0] * length) & (up < SHANK[1] * length)
+        shank &= np.linalg.norm(aside, axis=1) < SHANK_RADIUS * stature
+        if np.count_nonzero(foot) >= MIN_FOOT_RAYS and np.count_nonzero(shank) >= MIN_FOOT_RAYS:
+            reaches.append(float((from_ankle[foot] @ forward).mean() - np.median(aside[shank] @ forward)))
+    return float(np.mean(reaches)) if reaches else None
+
+
+def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32) -> Tracking:
+    """The running mean of the feet's reach with one more frame, and whether the heading is known from it."""
+    person = after.person
+    reach = foot_reach(anatomy, person.model, rays, after.estimate, person.stature)
+    if reach is None:
+        return after
+    toes = after.toes + TOES_RATE * (reach / person.stature - after.toes)
+    known = person.heading_known or toes > HEADING_TOES
+    return replace(after, toes=toes, person=replace(person, heading_known=known))
+
+
+def check_reversed_heading(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[Tracking, Outcome]:
+    """Replace the pose by one with the opposite heading unless that fits much worse."""
+    person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
+    postures = (*search_postures(setup.anatomy), phase.estimate)
+    pose = reversed_pose(person.model, rays, field, phase.estimate, postures, weights, SEARCH_ITERATIONS)
+    error = error_of(person.model, rays, field, weights, pose)
+    if error > REVERSED_MISFIT_RATIO * error_of(person.model, rays, field, weights, phase.estimate):
+        return replace(phase, toes=TOES_START), outcome
+    return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
+
+
+def reversed_pose(
+    model: BodyModel,
+    rays: Floats32,
+    field: DistanceField,
+    pose: RootedPose,
+    postures: Sequence[RootedPose],
+    weights: Weights,
+    rounds: int,
+) -> RootedPose:
+    """Best pose near the present one with the opposite heading; postures: to start from."""
+    back = pose.rotation @ np.diag([-1.0, 1.0, -1.0])
+    candidates = [
+        refined(
+            model,
+            rays,
+            field,
+            RootedPose(pose.position.copy(), back, posture.values.copy()),
+            weights,
+            SEARCH_FIRST_ITERATIONS,
+        )
+        for posture in postures
+    ]
+    best = min(candidates, key=lambda one: error_of(model, rays, field, weights, one))
+    for _ in range(SEARCH_PASSES):
+        best = refined(model, rays, field, best, weights, rounds)
+    return best

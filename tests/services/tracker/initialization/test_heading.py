@@ -1,0 +1,86 @@
+"""Front and back from the feet: the reach of a scene's feet, the running mean, a reversed pose that is put right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.tracker_ring import ring, setup
+from tests.support.tracker_scenes import tangent_rays, turn
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.definition import Pose
+from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
+from zenocap.services.tracker.hull.contour_rays import midpoints
+from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
+from zenocap.services.tracker.initialization.heading import check_reversed_heading, foot_reach, with_toes
+from zenocap.services.tracker.initialization.online_shape import initial_shape
+from zenocap.services.tracker.parameters import HEADING_TOES, REVERSED_TOES
+from zenocap.services.tracker.states import Person, Tracking
+
+STATURE_M = 1.75
+BODY = average_body(FOURTEEN_PARTS, STATURE_M)
+MODEL = model_of(FOURTEEN_PARTS, BODY)
+
+
+def standing(anatomy: Anatomy) -> RootedPose:
+    """In the T-pose, facing between +Z and +X."""
+    values = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
+    return RootedPose(np.array([0.1, HIP_HEIGHT * STATURE_M, 0.2]), turn(np.array([0.0, 0.5, 0.0])), values)
+
+
+STANDING = standing(FOURTEEN_PARTS)
+RAYS = tangent_rays(MODEL, STANDING, 600)
+SETUP = replace(setup(ring(4)), anatomy=FOURTEEN_PARTS)
+
+
+def reversed_of(pose: RootedPose) -> RootedPose:
+    return RootedPose(pose.position.copy(), pose.rotation @ np.diag([-1.0, 1.0, -1.0]), pose.values.copy())
+
+
+def tracking(pose: RootedPose, known: bool = False) -> Tracking:
+    person = Person(BODY, MODEL, STATURE_M, initial_shape(BODY, np.zeros(COUNT)), 0.8, known)
+    return start_tracking(SETUP, person, pose, 0, 0.0)[0]
+
+
+@pytest.mark.parametrize("anatomy", [FOURTEEN_PARTS, TEN_PARTS], ids=["feet", "no feet"])
+def test_feet_reach_forward_and_for_a_reversed_pose_backwards(anatomy: Anatomy) -> None:
+    model = model_of(anatomy, average_body(anatomy, STATURE_M))
+    pose = standing(anatomy)
+    ahead = foot_reach(anatomy, model, RAYS, pose, STATURE_M)
+    behind = foot_reach(anatomy, model, RAYS, reversed_of(pose), STATURE_M)
+    assert ahead is not None
+    assert behind is not None
+    assert ahead > 0.03
+    assert behind < -0.03
+
+
+def test_without_feet_in_the_scene_nothing_changes() -> None:
+    above = np.ascontiguousarray(RAYS[:, midpoints(RAYS)[:, 1] > 0.3])
+    phase = tracking(STANDING)
+    assert foot_reach(FOURTEEN_PARTS, MODEL, above, STANDING, STATURE_M) is None
+    assert with_toes(FOURTEEN_PARTS, phase, above) is phase
+
+
+def test_heading_becomes_known_from_the_feet() -> None:
+    phase = tracking(STANDING)
+    for _ in range(20):
+        phase = with_toes(FOURTEEN_PARTS, phase, RAYS)
+    assert phase.toes > HEADING_TOES
+    assert phase.person.heading_known
+
+
+def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
+    phase, frames = tracking(reversed_of(STANDING)), 0
+    while phase.toes >= REVERSED_TOES:
+        phase, frames = with_toes(FOURTEEN_PARTS, phase, RAYS), frames + 1
+        assert frames < 15
+    assert not phase.person.heading_known
+    outcome = no_pose(SETUP, lost=False)
+    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, RAYS, no_distance_field())
+    assert after.estimate.rotation[:, 2] @ STANDING.rotation[:, 2] > 0.9
+    assert after.toes > REVERSED_TOES

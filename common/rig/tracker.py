@@ -47,8 +47,8 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     relocalization: whether misfits are searched for elsewhere, the heading is checked, and the track can be lost.
     velocity_prediction: whether proposals start from the last motion continued, else from the last pose.
     shape_estimation: whether the body's sizes are improved during tracking.
-    limb_search: whether a limb without rays is searched elsewhere.
-    exchange: whether arms, and legs, are tried exchanged.
+    limb_search: whether a limb without rays is searched elsewhere; by method hybrid only.
+    exchange: whether arms, and legs, are tried exchanged; by method hybrid only.
     """
 
     distance: Distance = "contact"

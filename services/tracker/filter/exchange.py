@@ -51,18 +51,17 @@ def exchanged(anatomy: Anatomy, pose: RootedPose, pair: int) -> RootedPose:
 
 
 def try_exchanges(anatomy: Anatomy, scene: RefinementScene, pose: RootedPose, gains: Floats) -> Exchange:
-    """One more frame of the gains; pose: that of the pair with the largest gain, None while both limbs are alike."""
+    """One more frame of the gains; pose: that of the pair with the largest gain, None while its limbs are alike."""
     error = misfit(scene.model, scene.rays, scene.field, scene.weights.limit, pose)
-    after, best = gains.copy(), None
-    for pair, columns in enumerate(columns_of(anatomy)):
-        trial = exchanged(anatomy, pose, pair)
-        if float(np.abs(trial.values[columns] - pose.values[columns]).max()) < EXCHANGE_MIN_ANGLE:
-            after[pair] *= 1.0 - EXCHANGE_RATE
-            continue
-        refine(scene.model, scene.rays, scene.field, scene.weights, EXCHANGE_ITERATIONS, trial, trial.copy())
-        other = misfit(scene.model, scene.rays, scene.field, scene.weights.limit, trial)
-        gain = float(np.log(max(error, 1e-9) / max(other, 1e-9)))
-        after[pair] += EXCHANGE_RATE * (gain - after[pair])
-        if after[pair] >= after.max():
-            best = trial
-    return Exchange(after, best)
+    after, trials = (1.0 - EXCHANGE_RATE) * gains, [exchanged(anatomy, pose, pair) for pair in range(len(PAIRS))]
+    differ = [
+        float(np.abs(trial.values[columns] - pose.values[columns]).max()) >= EXCHANGE_MIN_ANGLE
+        for trial, columns in zip(trials, columns_of(anatomy), strict=True)
+    ]
+    for pair, trial in enumerate(trials):
+        if differ[pair]:
+            refine(scene.model, scene.rays, scene.field, scene.weights, EXCHANGE_ITERATIONS, trial, trial.copy())
+            other = misfit(scene.model, scene.rays, scene.field, scene.weights.limit, trial)
+            after[pair] += EXCHANGE_RATE * float(np.log(max(error, 1e-9) / max(other, 1e-9)))
+    best = int(np.argmax(after))
+    return Exchange(after, trials[best] if differ[best] else None)

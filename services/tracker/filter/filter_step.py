@@ -105,7 +105,8 @@ def filter_step(
     scene = RefinementScene(person.model, thinned, field, residual_weights(setup, PARTICLE_HOLD, PARTICLE_RAY_STRIDE))
     refine_particles(scene, options.refinement, iterations, out, errors, options.filter)
     limb_support = phase.limb_support
-    if options.filter.limb_search and options.method == "hybrid":
+    search = options.filter.limb_search and options.method == "hybrid"  # the baselines have one way to find a pose
+    if search:
         limb_support = search_limbs(
             setup.anatomy, scene, iterations, limb_support, person.expected_support, phase.misfits_in_row > 0,
             out, errors, rng,
@@ -145,7 +146,7 @@ def filter_step(
     if misfits_in_row >= LOST_FRAMES and options.filter.relocalization:
         return Lost(person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
     moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
-    if options.filter.limb_search and options.method == "hybrid":  # a corrected limb has not moved
+    if search:  # a corrected limb has not moved
         fastest = np.concatenate([np.full(3, MAX_SPEED), np.full(3 + d, MAX_TURN_RATE)])
         moved = np.where(np.abs(moved) > fastest, 0.0, moved)
     from_prior = float(cloud.weights[draws.kinds == 1].sum())

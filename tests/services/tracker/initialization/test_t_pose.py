@@ -97,6 +97,24 @@ def test_heading_is_resolved(seed: int, views: int) -> None:
         assert float(front @ [np.sin(yaw), 0.0, np.cos(yaw)]) > 0.9, yaw
 
 
+@pytest.mark.slow
+def test_two_views_tell_the_direction_of_the_arms_and_mostly_the_front() -> None:
+    """Each view has the arms in two places of the visual hull.  The feet are a few pixels: the front may be wrong."""
+    cameras, arm, right = ring(2), FOURTEEN_PARTS.index["right_upper_arm"], 0
+    yaws = np.radians([0, 40, 130, 230, 320])
+    for yaw in yaws:
+        rays, field = scene(cameras, list(rendered_masks(cameras, 2, t_pose_at(2, yaw=float(yaw))).values()))
+        found = detect_t_pose(rays)
+        assert isinstance(found, TPose)
+        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
+        assert isinstance(start, TPoseFit), start
+        forward = float(start.poses[0].rotation[:, 2] @ [np.sin(yaw), 0.0, np.cos(yaw)])
+        assert abs(forward) > 0.9, yaw
+        assert start.measured.body.sizes[arm, 0] == pytest.approx(simulated_person(2).lengths.upper_arm, rel=0.25)
+        right += forward > 0.0
+    assert right >= len(yaws) - 1
+
+
 def test_other_postures_are_not_measured() -> None:
     cameras = ring(4)
     arms = neutral(simulated_person(1)).arms.copy()

@@ -68,7 +68,7 @@ def cameras_of(views: int) -> dict[str, Camera]:
 def simulated_clip(
     name: str, subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int
 ) -> SimulatedClip:
-    """Clip of consecutive poses; None: nobody is there, at the start only.  name: of the motion."""
+    """Clip of consecutive poses; None: an empty scene, at the start only.  name: of the motion."""
     cameras = cameras_of(views)
     masks = {view: _masks(name, camera, subject, poses) for view, camera in cameras.items()}
     truths = [None if pose is None else truth(subject, pose).joints for pose in poses]

@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, replace
 from typing import Protocol, Self
 from unittest.mock import patch
 
-import msgspec
 import numpy as np
 
 from benchmarks.hybrid.silhouettes import Instant
@@ -72,7 +71,6 @@ class Case:
     empty_frames: int = 10
     skipped: int = 0
     preset: str = "default"
-    limb_search: bool = True
 
     @property
     def anatomy(self) -> Anatomy:
@@ -123,12 +121,9 @@ class TrackedPath:
 
 
 def setup_of(clip: Film, case: Case, prior: Prior | None) -> Setup:
-    chosen = PRESETS[case.preset].filter
-    if not case.limb_search:
-        chosen = msgspec.structs.replace(chosen, limb_search=False)
     options = Options(
         method=case.method, particles=case.particles, points=case.points, iterations=case.iterations, seed=case.seed,
-        refinement=case.refinement, filter=chosen,
+        refinement=case.refinement, filter=PRESETS[case.preset].filter,
     )  # fmt: skip
     return Setup(case.anatomy, clip.of_views(case.views).cameras, clip.frame_ns, prior, options)
 

@@ -60,8 +60,8 @@ def walking_frame_sets() -> list[list[Message]]:
     found: list[list[Message]] = []
     for k in range(FPS):
         pose = pose_at(k / FPS)
-        masks = [silhouette(viewer.id, k, 0, mask_of(viewer.camera, pose)) for viewer in demo_rig().viewers]
-        sightings = [sighting(viewer.id, k, 0) for viewer in demo_rig().viewers]
+        masks = [silhouette(viewer.id, k, 0, mask_of(viewer.camera, pose)) for viewer in demo_rig("two-view").viewers]
+        sightings = [sighting(viewer.id, k, 0) for viewer in demo_rig("two-view").viewers]
         found.append([*masks, *sightings, assignment(k, 0, pose), bap(k, 0, pose)])
     return found
 
@@ -72,7 +72,7 @@ class Running:
     def __init__(self, folder: Path) -> None:
         self.port, net = free_ports(2)
         command = [
-            sys.executable, "-P", "-m", "zenocap", "animator", str(demo_rig_file()), "--port", str(self.port),
+            sys.executable, "-P", "-m", "zenocap", "animator", str(demo_rig_file("two-view")), "--port", str(self.port),
             "--no-multicast-scouting", "-l", f"tcp/127.0.0.1:{net}", "--recordings", str(folder),
         ]  # fmt: skip
         self.process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
@@ -108,7 +108,7 @@ def publish(bus: ZenohBus, frame_sets: list[list[Message]], seconds: float) -> N
     from tests.support.animator_stand_in import body_message
 
     now_ns = time.time_ns()
-    for message in (*(camera_info(viewer, now_ns) for viewer in demo_rig().viewers), body_message(now_ns)):
+    for message in (*(camera_info(viewer, now_ns) for viewer in demo_rig("two-view").viewers), body_message(now_ns)):
         bus.publish(topic_of(type(message)), message)
     started_s = time.monotonic()
     for k in range(round(seconds * FPS)):

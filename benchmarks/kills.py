@@ -74,7 +74,7 @@ class KillResult:
 
 def kill_integrator(endpoint: str, take: Path, after_s: float) -> KillResult:
     """Start an integrator, kill it `after_s` seconds after its take appears, and examine the take."""
-    arguments = ["integrator", str(demo_rig_file()), "-o", str(take), "-e", endpoint, "--no-multicast-scouting"]
+    arguments = ["integrator", str(demo_rig_file("two-view")), "-o", str(take), "-e", endpoint, "--no-multicast-scouting"]
     process = subprocess.Popen([sys.executable, "-m", "zenocap", *arguments], stderr=subprocess.PIPE, text=True)
     try:
         end_s = time.monotonic() + PATIENCE_S

@@ -69,7 +69,7 @@ def film(folder: Path, seconds: float, fps: float, size: tuple[int, int]) -> tup
         )
     write_calibration(folder / "calibration.toml", {name: cam for name, cam in zip(cameras, cameras.values(), strict=True)})
     rig = folder / "rig.toml"
-    rig.write_text(f'name = "latency"\ncalibration = "calibration.toml"\n{viewers}', encoding="utf-8")
+    rig.write_text(f'name = "latency"\ncalibration = "calibration.toml"\nmethod = "two-view"\n{viewers}', encoding="utf-8")
     return rig, frames
 
 

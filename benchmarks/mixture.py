@@ -25,7 +25,7 @@ def tracked_take(size: Size = SMALL) -> Path:
     path = default_folder() / f"demo-{size[0]}x{size[1]}-{digest}.mcap"
     if not path.is_file():
         part = path.with_suffix(f".{os.getpid()}.mcap")  # renamed when complete, as other processes may read it
-        track(at_working_size(demo_rig(), size, None), part)
+        track(at_working_size(demo_rig("two-view"), size, None), part)
         part.replace(path)
     return path
 

@@ -97,7 +97,7 @@ def lockstep(take: Path, seconds: float) -> list[Cell]:
     own, live, other = peer_mesh(free_ports(3))
     poses: dict[int, UniversalBap] = {}
     superseded = -1
-    command = [*ZENOCAP, "integrator", str(demo_rig_file()), "--no-log", *network(live)]
+    command = [*ZENOCAP, "integrator", str(demo_rig_file("two-view")), "--no-log", *network(live)]
     with listening_bus(own) as bus:
         bus.subscribe(UNIVERSAL_BAP, every=True)
         bus.subscribe(HEALTH, service="integrator")
@@ -207,7 +207,7 @@ def cpu_seconds(pid: int) -> float:
 
 
 def recorded_demo(folder: Path, seconds: float) -> Path:
-    arguments = ["demo", "--seconds", str(seconds + 12), "--recordings", str(folder)]
+    arguments = ["demo", "--method", "two-view", "--seconds", str(seconds + 12), "--recordings", str(folder)]
     subprocess.run([*ZENOCAP, *arguments], check=True, stdout=subprocess.DEVNULL)
     return next(folder.glob("demo-*.mcap"))
 

@@ -84,7 +84,7 @@ def test_the_suffix_chooses_the_format(tmp_path: Path) -> None:
 
 
 def test_a_rig_is_loaded_and_a_wrong_one_is_a_user_error(tmp_path: Path) -> None:
-    rig = zenocap.demo_rig()
+    rig = zenocap.demo_rig("two-view")
     assert zenocap.Rig.load(rig.files[0]).name == rig.name == "demo"
     with pytest.raises(zenocap.UserError, match="no such rig"):
         zenocap.Rig.load(tmp_path / "none.toml")
@@ -96,13 +96,13 @@ def test_a_list_of_videos_needs_a_calibration(tmp_path: Path) -> None:
     with pytest.raises(zenocap.UserError, match=r"a\.mp4: no such file"):
         zenocap.track([tmp_path / "a.mp4"], tmp_path / "a.mcap", calibration=tmp_path / "c.toml")
     with pytest.raises(zenocap.UserError, match="allowed with a list of videos"):
-        zenocap.track(zenocap.demo_rig(), tmp_path / "a.mcap", calibration=tmp_path / "c.toml")
+        zenocap.track(zenocap.demo_rig("two-view"), tmp_path / "a.mcap", calibration=tmp_path / "c.toml")
     with pytest.raises(zenocap.UserError, match="method and variant: allowed with files or a folder"):
-        zenocap.track(zenocap.demo_rig(), tmp_path / "a.mcap", variant="paper")
+        zenocap.track(zenocap.demo_rig("two-view"), tmp_path / "a.mcap", variant="paper")
     with pytest.raises(zenocap.UserError, match=r"variant = 'printed': allowed: improved, paper"):
-        zenocap.track(demo_rig_file(), tmp_path / "a.mcap", variant="printed")
+        zenocap.track(demo_rig_file("two-view"), tmp_path / "a.mcap", variant="printed")
     with pytest.raises(zenocap.UserError, match=r"method = 'two-view' has no tracker"):
-        zenocap.track(zenocap.demo_rig(), tmp_path / "a.mcap", preset="paper")
+        zenocap.track(zenocap.demo_rig("two-view"), tmp_path / "a.mcap", preset="paper")
 
 
 @pytest.mark.slow

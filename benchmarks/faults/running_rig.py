@@ -31,7 +31,7 @@ class RigError(RuntimeError):
 def rig_file(folder: Path, name: str, method: str, viewers: int, fps: float, router: str) -> Path:
     """Write a rig of the simulated person to `folder`; its services are clients of a router."""
     source = "demo" if method == "two-view" else "ring"
-    shutil.copy(demo_rig_file().with_name(f"{source}-calibration.toml"), folder / "calibration.toml")
+    shutil.copy(demo_rig_file("two-view").with_name(f"{source}-calibration.toml"), folder / "calibration.toml")
     tables = "".join(
         f'[[viewer]]\nid = "{n}"\ncamera = "cam{n:02d}"\nsource = "actor:demo?seed=4"\nbackground = "first:30"\n'
         f"size = [160, 120]\nfps = {fps:g}\n"

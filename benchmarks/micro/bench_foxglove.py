@@ -34,7 +34,7 @@ BDP = m.UniversalBdp(frame=0, captured_ns=0, body=body_of(TEN_PARTS, BODY), rati
 
 def silhouette(size: tuple[int, int], viewer: str, frame: int) -> m.Silhouette:
     """Silhouette of the model with a ragged edge, as from a camera."""
-    camera = demo_rig().viewers[0].camera.resized(size)
+    camera = demo_rig("two-view").viewers[0].camera.resized(size)
     mask = np.zeros((size[1], size[0]), np.uint8)
     pose = neutral_pose(TEN_PARTS, np.array([0.002 * frame, 0.95, 0.0]))
     for part_to_world, part in zip(part_frames(TEN_PARTS, BODY, pose), BODY.sizes, strict=True):

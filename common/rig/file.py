@@ -15,7 +15,8 @@ from zenocap.common.rig.table_errors import choice_problem, invalid_value, unkno
 from zenocap.common.rig.tracker import PARTICLES, TrackerTable
 
 TRACKER_METHODS = tuple(PARTICLES)  # hybrid and the two methods it is compared with, for two or more views
-METHODS = ("two-view", *TRACKER_METHODS)
+AUTO = "auto"  # the tracker, with any number of cameras
+METHODS = (AUTO, "two-view", *TRACKER_METHODS)
 MODES = ("peer", "client", "router")
 NAME = re.compile(r"[A-Za-z0-9_.\-]{1,64}")  # allowed in messages and keys
 NAME_ALLOWED = "1 to 64 letters, digits, _ . and -"
@@ -74,7 +75,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     calibration: str
     viewer: tuple[ViewerTable, ...]
     up_axis: str = "y"
-    method: str = "two-view"
+    method: str = AUTO
     variant: str = "improved"
     additions: tuple[str, ...] = ()
     without: tuple[str, ...] = ()

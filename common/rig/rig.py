@@ -10,13 +10,13 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
-from zenocap.common.rig.file import METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, read_toml, rig_file
+from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, read_toml, rig_file
 from zenocap.common.rig.folder import folder_rig
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
 from zenocap.common.rig.viewers import Viewer, rig_viewers, size_notes
-from zenocap.data import DEMO_RIG
+from zenocap.data import DEMO_RIGS
 
 __all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig"]
 
@@ -74,7 +74,7 @@ def load_rig(path: Path | str, method: str | None = None, variant: str | None = 
     notes: tuple[str, ...] = ()
     if path.is_dir():
         base = path
-        content, notes = folder_rig(path, method or METHODS[0])
+        content, notes = folder_rig(path, method or AUTO)
         content_bytes = repr(content).encode()
         own_file = path / "clip.toml"
     elif path.exists():
@@ -83,7 +83,10 @@ def load_rig(path: Path | str, method: str | None = None, variant: str | None = 
         own_file = path
     else:
         raise UserError(f"{path}: no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/")
-    method, own = method or content.method, method in (None, content.method)
+    has_variant = content.variant != VARIANTS[0] or bool(content.additions) or bool(content.without)
+    own_method = _resolved(content.method, has_variant)
+    method = _resolved(method or content.method, variant is not None or (method is None and has_variant))
+    own = method == own_method
     calibration = base / content.calibration
     if not calibration.is_file():
         raise UserError(f"{path}: calibration = {content.calibration!r}: no file {calibration}")
@@ -126,14 +129,24 @@ def load_rig(path: Path | str, method: str | None = None, variant: str | None = 
     )
 
 
-def demo_rig_file() -> Path:
-    """Return the rig file of `zenocap demo`, which is package data."""
-    return DEMO_RIG
+def _resolved(method: str, variant: bool) -> str:
+    """The method for "auto": that of the tracker.  variant: whether a variant of two-view is asked for."""
+    if method != AUTO:
+        return method
+    return "two-view" if variant else TRACKER_METHODS[0]
 
 
-def demo_rig() -> Rig:
-    """The rig of `zenocap demo`: two orthogonal viewers of the simulated person, as in the paper."""
-    return load_rig(demo_rig_file())
+def demo_rig_file(method: str = AUTO) -> Path:
+    """Return the rig file of `zenocap demo`, which is package data.  method: "auto" or "two-view"."""
+    return DEMO_RIGS[method]
+
+
+def demo_rig(method: str = AUTO) -> Rig:
+    """The rig of `zenocap demo`: two orthogonal viewers of the simulated person.
+
+    method: "auto" for the tracker, "two-view" for the paper's two-view method in images of 160 x 120.
+    """
+    return load_rig(demo_rig_file(method))
 
 
 def _variant_bytes(additions: Additions) -> list[bytes]:
@@ -147,7 +160,7 @@ def _additions(path: Path, content: RigFile, method: str, variant: str | None) -
         if method != "two-view":
             raise UserError(f"variant = {variant!r}: allowed: only with method 'two-view'; the method is {method!r}")
         content = msgspec.structs.replace(content, variant=variant, additions=(), without=())
-    elif content.method != "two-view" and content.variant != VARIANTS[0]:
+    elif content.method not in ("two-view", AUTO) and content.variant != VARIANTS[0]:
         raise UserError(f"{path}: variant = {content.variant!r}: allowed: only with method = 'two-view'")
     try:
         return additions_of(content.variant, content.additions, content.without)

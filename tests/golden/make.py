@@ -55,7 +55,7 @@ def readable(path: Path) -> str:
 
 
 def make_arms(path: Path) -> None:
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     source = Actor("raise-both-arms", 3)
     viewers = tuple(replace(viewer, source=source, preview=False) for viewer in rig.viewers)
     track(replace(rig, viewers=viewers, log=LogTable(foxglove=False)), path)
@@ -64,10 +64,10 @@ def make_arms(path: Path) -> None:
 def make_live(path: Path) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for file in demo_rig().files:
+        for file in demo_rig("two-view").files:
             text = file.read_text().replace("preview = true", "preview = false")
             (folder / file.name).write_text(text)
-        rig = folder / demo_rig_file().name
+        rig = folder / demo_rig_file("two-view").name
         rig.write_text(rig.read_text() + "\n[log]\nfoxglove = false\n")
         command = [sys.executable, "-m", "zenocap", "up", str(rig), "--seconds", "20", "--recordings", name]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -130,7 +130,7 @@ class StandIn:
     """The animator of the demo rig; `receive`, `tick` and `send_frame_set` are its inputs."""
 
     def __init__(self, page: PageTable, takes: Path, rig: Rig | None = None, clock: Clock | None = None) -> None:
-        self.rig = rig or demo_rig()
+        self.rig = rig or demo_rig("two-view")
         self.clock = clock or RealClock()
         self.bus = LocalNetwork(self.rig.name, self.clock).bus()
         self.state: State = initial_state(SETUP)

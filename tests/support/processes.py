@@ -64,7 +64,7 @@ def both_contribute(line: str) -> bool:
 
 def recorded_demo(folder: Path) -> Path:
     """The take of a demo that ran in `folder` until both viewers had contributed to its poses for some seconds."""
-    with started(["demo"], folder) as demo:
+    with started(["demo", "--method", "two-view"], folder) as demo:
         wait_until(lambda: both_contribute(last_line(folder)), folder)
         time.sleep(TRACKED_S)
         demo.send_signal(signal.SIGINT)

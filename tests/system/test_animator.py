@@ -23,7 +23,7 @@ Updates = dict[str, dict[str, object]]  # the last of each type
 
 def rig_file(folder: Path, port: int) -> Path:
     """Write the demo rig with its page on another port."""
-    source = demo_rig_file()
+    source = demo_rig_file("two-view")
     text = source.read_text().replace("demo-calibration.toml", str(source.with_name("demo-calibration.toml")))
     path = folder / "rig.toml"
     path.write_text(f"{text}\n[animator.page]\nport = {port}\n")
@@ -158,7 +158,7 @@ def test_a_second_animator_is_refused_and_a_port_in_use_is_reported(tmp_path: Pa
 )
 def test_an_open_page_needs_a_token(options: list[str], words: str, tmp_path: Path) -> None:
     result = subprocess.run(
-        [*ZENOCAP, "animator", str(demo_rig_file()), *options],
+        [*ZENOCAP, "animator", str(demo_rig_file("two-view")), *options],
         capture_output=True, text=True, cwd=ROOT, timeout=PATIENCE_S, check=False,
     )  # fmt: skip
     assert result.returncode == 1

@@ -28,7 +28,7 @@ def endpoint() -> Iterator[str]:
 
 
 def health_command(folder: Path, endpoint: str, *arguments: str) -> Result:
-    source = demo_rig_file()
+    source = demo_rig_file("two-view")
     shutil.copy(source.with_name("demo-calibration.toml"), folder)
     zenoh = f'[zenoh]\nmode = "client"\nconnect = ["{endpoint}"]\nmulticast_scouting = false\n'
     text = source.read_text().replace('name = "demo"', f'name = "{RIG}"', 1)

@@ -88,7 +88,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def running(folder: Path) -> Iterator[Running]:
     """Router, the demo's services, a recorder, and the tracker of another rig, all tracking."""
-    demo, ring = demo_rig_file(), demo_rig_file().with_name("ring.toml")
+    demo, ring = demo_rig_file("two-view"), demo_rig_file("two-view").with_name("ring.toml")
     (port,) = free_ports(1)
     place = f"tcp/127.0.0.1:{port}"
     network = ["-m", "client", "-e", place, "--no-multicast-scouting"]

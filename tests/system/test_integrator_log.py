@@ -36,8 +36,8 @@ def endpoint() -> str:
 
 def rig_with_log(folder: Path, log: str) -> Path:
     """The demo's rig, with its own [log] table."""
-    calibration = demo_rig_file().with_name("demo-calibration.toml")
-    text = demo_rig_file().read_text().replace("demo-calibration.toml", str(calibration))
+    calibration = demo_rig_file("two-view").with_name("demo-calibration.toml")
+    text = demo_rig_file("two-view").read_text().replace("demo-calibration.toml", str(calibration))
     (folder / "rig.toml").write_text(f"{text}\n[log]\n{log}\n")
     return folder / "rig.toml"
 
@@ -95,7 +95,7 @@ def test_unwritable_folder_stops_the_log_but_not_the_tracking(tmp_path: Path, en
 
 def test_requested_file_that_cannot_be_written_is_an_error(tmp_path: Path, endpoint: str) -> None:
     (tmp_path / "takes").write_text("no folder")
-    with integrator(demo_rig_file(), "-o", tmp_path / "takes" / "a.mcap", endpoint=endpoint) as process:
+    with integrator(demo_rig_file("two-view"), "-o", tmp_path / "takes" / "a.mcap", endpoint=endpoint) as process:
         _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "a.mcap cannot be written" in err

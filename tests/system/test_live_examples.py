@@ -28,7 +28,7 @@ def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         "-m",
         "zenocap",
         "up",
-        str(demo_rig_file()),
+        str(demo_rig_file("two-view")),
         "--listen",
         address,
         "--no-log",
@@ -36,7 +36,7 @@ def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     ]
     process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        with zenocap.subscribe(zenocap.demo_rig(), connect=[address], timeout_s=240.0) as poses:
+        with zenocap.subscribe(zenocap.demo_rig("two-view"), connect=[address], timeout_s=240.0) as poses:
             assert next(iter(poses), None) is not None, "the rig had no pose within 4 minutes"
         yield address
     finally:
@@ -51,14 +51,14 @@ def example(number: str, *arguments: str) -> subprocess.Popen[str]:
 
 @pytest.mark.parametrize("number", ["06", "07"])
 def test_poses_are_printed(number: str, endpoint: str) -> None:
-    process = example(number, str(demo_rig_file()), endpoint)
+    process = example(number, str(demo_rig_file("two-view")), endpoint)
     out, error = process.communicate(timeout=60)
     assert process.returncode == 0, error
     assert sum(line.startswith("frame ") for line in out.splitlines()) >= 20
 
 
 def test_another_task_runs_beside_the_poses(endpoint: str) -> None:
-    out, _ = example("07", str(demo_rig_file()), endpoint).communicate(timeout=60)
+    out, _ = example("07", str(demo_rig_file("two-view")), endpoint).communicate(timeout=60)
     assert out.splitlines()[-1] == "20 poses; another task ran"
 
 
@@ -67,7 +67,7 @@ def test_datagrams_reach_another_program(endpoint: str) -> None:
         receiver.bind(("127.0.0.1", 0))
         receiver.settimeout(60.0)
         port = receiver.getsockname()[1]
-        process = example("10", str(demo_rig_file()), f"127.0.0.1:{port}", endpoint)
+        process = example("10", str(demo_rig_file("two-view")), f"127.0.0.1:{port}", endpoint)
         try:
             hands = json.loads(receiver.recv(4096))
         finally:

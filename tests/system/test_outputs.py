@@ -36,7 +36,7 @@ port = {foxglove}
 
 
 def rig_file(folder: Path, **ports: int) -> Path:
-    demo = demo_rig_file()
+    demo = demo_rig_file("two-view")
     shutil.copy(demo.with_name("demo-calibration.toml"), folder)
     path = folder / "studio.toml"
     path.write_text(demo.read_text().replace('name = "demo"', 'name = "studio"') + OUTPUTS.format(**ports))

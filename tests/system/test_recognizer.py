@@ -32,8 +32,8 @@ PACE_S = 0.004  # between poses (s): messages of a burst may be dropped
 
 def rig_file(folder: Path, name: str) -> Path:
     """The demo rig under another name, with a recognizer of three postures."""
-    text = demo_rig_file().read_text().replace('name = "demo"', f'name = "{name}"')
-    text = text.replace("demo-calibration.toml", str(demo_rig_file().with_name("demo-calibration.toml")))
+    text = demo_rig_file("two-view").read_text().replace('name = "demo"', f'name = "{name}"')
+    text = text.replace("demo-calibration.toml", str(demo_rig_file("two-view").with_name("demo-calibration.toml")))
     write_model(folder / "three.postures", actor_model())
     before, _, after = text.partition("[recognizer.commands")
     text = before + after[after.index("[[viewer]]") :]  # commands of postures that the model does not have

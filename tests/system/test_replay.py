@@ -140,7 +140,7 @@ def test_live_integrator_reproduces_the_recorded_poses_without_losses(recorded: 
     superseded: list[int] = []
     with (
         ZenohBus.open(options(here), RIG, RealClock()) as bus,
-        started(["integrator", demo_rig_file(), "-o", log, *network(live)], tmp_path) as integrator,
+        started(["integrator", demo_rig_file("two-view"), "-o", log, *network(live)], tmp_path) as integrator,
     ):
         bus.watch_alive()
         bus.subscribe(HEALTH, service="integrator")

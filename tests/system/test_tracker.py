@@ -15,7 +15,7 @@ from zenocap.common.topics import TRACKER_POSE
 from zenocap.tools.verify.recompute import verify
 
 pytestmark = pytest.mark.system
-RIG = demo_rig_file().with_name("ring.toml")
+RIG = demo_rig_file("two-view").with_name("ring.toml")
 
 
 def three_cameras(folder: Path) -> Path:

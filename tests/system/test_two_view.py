@@ -79,7 +79,7 @@ def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> N
 def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> None:
     """Each service starts when the one before runs."""
     places = dict(zip(("integrator", "1", "2", "here"), peer_mesh(free_ports(4)), strict=True))
-    rig, take = demo_rig_file(), tmp_path / "take.mcap"
+    rig, take = demo_rig_file("two-view"), tmp_path / "take.mcap"
 
     def arguments(name: str) -> list[object]:
         network: list[object] = ["--no-multicast-scouting", "--listen", places[name].listen]
@@ -115,7 +115,7 @@ def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> 
 
 def test_a_second_viewer_with_the_same_id_is_rejected(tmp_path: Path) -> None:
     place, other = peer_mesh(free_ports(2))
-    arguments = ["viewer", demo_rig_file(), "--id", "1", "--epoch-ns", time.time_ns(), "--no-multicast-scouting"]
+    arguments = ["viewer", demo_rig_file("two-view"), "--id", "1", "--epoch-ns", time.time_ns(), "--no-multicast-scouting"]
     with started([*arguments, "-l", place.listen], tmp_path) as one:
         wait_until(lambda: one.poll() is not None or _listens(place.listen), tmp_path)
         with started([*arguments, "-l", other.listen, "-e", place.listen], tmp_path) as two:
@@ -127,9 +127,9 @@ def test_a_second_viewer_with_the_same_id_is_rejected(tmp_path: Path) -> None:
 
 def test_an_unreadable_video_ends_the_rig_with_the_reason(tmp_path: Path) -> None:
     text = (
-        demo_rig_file()
+        demo_rig_file("two-view")
         .read_text()
-        .replace("demo-calibration.toml", str(demo_rig_file().with_name("demo-calibration.toml")))
+        .replace("demo-calibration.toml", str(demo_rig_file("two-view").with_name("demo-calibration.toml")))
     )
     (tmp_path / "cam.mp4").write_bytes(b"this is no video")
     head, mark, tail = text.rpartition('source = "actor:demo?seed=4"')

@@ -9,7 +9,7 @@ from zenocap.tools.parameters import OF_SERVICES, service_parameters
 
 
 def test_a_rigs_parameters_are_those_of_the_services_it_runs() -> None:
-    rig = replace(demo_rig(), tracker=None, recognizer=None)
+    rig = replace(demo_rig("two-view"), tracker=None, recognizer=None)
     assert set(service_parameters(rig)) == set(OF_SERVICES) - {"tracker", "recognizer"}
 
 

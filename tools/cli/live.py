@@ -1,7 +1,7 @@
 """Commands that run services: demo, up, viewer, integrator, tracker, router; and warmup, which compiles for them."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -32,12 +32,16 @@ def demo(
     no_log: NoLogOption = False,
     no_page: NoPageOption = False,
     port: PortOption = None,
+    method: Annotated[
+        Literal["auto", "two-view"],
+        typer.Option(help="Tracking method: auto is the tracker, two-view the paper's two-view method in 160x120 images."),
+    ] = "auto",
 ) -> None:
     """Run everything on this machine with a simulated person: no camera and no network needed.
 
-    Two viewers render the person from the front and from the side, the integrator fuses their results, and every message is
-    recorded to recordings/demo-TIME.mcap. A table shows the state of each service, and the page at http://127.0.0.1:8080
-    the pose.
+    Two viewers render the person from the front and from the side, the tracker estimates the pose from their silhouettes,
+    and every message is recorded to recordings/demo-TIME.mcap. With --method two-view the viewers estimate the pose and the
+    integrator fuses their results. A table shows the state of each service, and the page at http://127.0.0.1:8080 the pose.
 
     Example: `zenocap demo --seconds 30`
     """
@@ -46,7 +50,7 @@ def demo(
     with one_line_errors():
         loopback = ZenohArguments(no_multicast_scouting=True)
         folder = recordings or Path("recordings")
-        _run(demo_rig_file(), seconds, folder, loopback, log=not no_log, page=not no_page, port=port)
+        _run(demo_rig_file(method), seconds, folder, loopback, log=not no_log, page=not no_page, port=port)
 
 
 def up(

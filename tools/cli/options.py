@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.rig.rig import Rig
 
 DONE, FAILED, USAGE, LOSS = 0, 1, 2, 3
-Method = Literal["two-view", "hybrid", "image-force", "particle-filter"]
+Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter"]
 Variant = Literal["improved", "paper"]  # of the method two-view
 
 RigPath = Annotated[

@@ -40,11 +40,15 @@ def track(
     ],
     method: Annotated[
         Method | None,
-        typer.Option(help="Tracking method: two-view uses two views, the others all; default: the rig's, else two-view."),
+        typer.Option(
+            help="Tracking method: two-view uses two views, the others all; default: the rig's, else auto (hybrid)."
+        ),
     ] = None,
     variant: Annotated[
         Variant | None,
-        typer.Option(help="Variant of two-view: improved, or as printed in the paper; default: the rig's, else improved."),
+        typer.Option(
+            help="Variant of two-view, which it selects: improved, or as printed in the paper; default: improved."
+        ),
     ] = None,
     size: Annotated[
         str | None,

@@ -31,7 +31,12 @@ from zenocap.tools.recordings.track import EPOCH_NS, Tracked, at_working_size, t
 
 Method = Literal["two-view", "two-view-paper", "hybrid", "truth"]
 
-RIGS = {"two-view": "demo.toml", "two-view-paper": "demo.toml", "hybrid": "ring.toml", "truth": "demo.toml"}
+RIGS = {
+    "two-view": "demo-two-view.toml",
+    "two-view-paper": "demo-two-view.toml",
+    "hybrid": "ring.toml",
+    "truth": "demo-two-view.toml",
+}
 SIZE, FPS = (160, 120), 15.0  # [Two-view 5]
 # The feet decide the facing direction.  Measured: at 160 x 120 the tracker faced backwards in 16 of 105 takes (people 108
 # to 111), at 240 x 180 and other people in 17 of 315.

@@ -33,11 +33,12 @@ def _girth(name: str, spread: float, *entries: tuple[int, str]) -> Factor:
     return Factor(name, spread, tuple((array, part, column) for array, part in entries for column in columns[array]))
 
 
-# Spreads of lengths and positions of joints: deviations of the logarithm of the measure over stature in ANSUR II (Gordon et
-# al. 2014; 1986 women and 4082 men, both sexes with equal weight): spine 0.054 (acromial less trochanterion height), shoulders
-# 0.057 (biacromial breadth less 0.028 statures), hips 0.074 (bicristal breadth), arm 0.029 and the upper arm's share of it
-# 0.024, leg 0.033 (trochanterion less malleolus height) and the thigh's share 0.033, foot 0.036, skull 0.060 (tragion to top
-# of head).  Spreads of breadths and girths are larger than the survey's 0.05 to 0.14, because of clothing and hair.
+# Spreads of lengths and positions of joints: standard deviation of the logarithm of a measure over stature in ANSUR II
+# (Gordon et al. 2014; 1986 women and 4082 men, both with equal weight): spine 0.054 (acromial less trochanterion height),
+# shoulders 0.057 (biacromial breadth less 0.028 statures), hips 0.074 (bicristal breadth), leg 0.033 (trochanterion less
+# malleolus height) and the thigh's share of it 0.033, foot 0.036, skull 0.060 (tragion to top of head).  Arms have 0.029 in
+# the survey, and the upper arm's share 0.024; here more, because a fist or a sleeve changes their length in a silhouette.
+# So do clothing and hair with breadths and girths, which have 0.05 to 0.14 in the survey.
 STATURE = Factor("stature", 0.15, ())
 FACTORS = (
     Factor(

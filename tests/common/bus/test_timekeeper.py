@@ -11,7 +11,7 @@ from zenocap.common.runtime.service import run
 from zenocap.common.topics import HEALTH
 from zenocap.services.integrator.shell import timekeeper_service
 
-RIG = replace(demo_rig(), method="hybrid")
+RIG = replace(demo_rig("two-view"), method="hybrid")
 
 
 class Steps:

@@ -176,7 +176,7 @@ def test_a_first_part_that_cannot_be_opened_is_an_error_only_with_must_open(
 
 
 def test_a_rig_file_sets_the_limits_of_parts(tmp_path: Path) -> None:
-    text = demo_rig_file().read_text().replace("demo-cal", f"{demo_rig_file().parent}/demo-cal")
+    text = demo_rig_file("two-view").read_text().replace("demo-cal", f"{demo_rig_file('two-view').parent}/demo-cal")
     path = tmp_path / "rig.toml"
     path.write_text(f"{text}[log]\npart_mb = 0.5\npart_minutes = 1\n")
     recording = new_parts(load_rig(path), take_path("demo", tmp_path, START_NS), START_NS, {})

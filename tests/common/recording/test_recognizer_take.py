@@ -32,7 +32,7 @@ POSTURES = "zenocap/demo/recognizer/posture"
 
 def rig_with(model: Path) -> Rig:
     """The demo rig with a boxing simulated person: movement, but no posture of the small model."""
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     viewers = tuple(replace(viewer, source=Actor("boxing", 3), preview=False) for viewer in rig.viewers)
     return replace(rig, viewers=viewers, recognizer=RecognizerSpec(model, "integrator"))
 
@@ -109,7 +109,7 @@ def test_a_model_on_another_machine_is_not_attached() -> None:
 
 @pytest.mark.slow
 def test_tracking_and_verifying_perform_no_commands(tmp_path: Path) -> None:
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     viewers = tuple(replace(viewer, source=Actor("raise-both-arms", 3), preview=False) for viewer in rig.viewers)
     with http_receiver() as receiver:
         commands = posture_commands({"raise-both-arms": {"action": "http", "url": receiver.url}}, ())

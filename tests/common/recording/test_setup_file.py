@@ -28,10 +28,10 @@ TAKE = Path("monday.mcap")
 
 
 def test_a_setup_round_trips_exactly() -> None:
-    rig = recorded_rig(demo_rig())
+    rig = recorded_rig(demo_rig("two-view"))
     again = read_setup(TAKE, write_setup(rig))
     assert again == rig
-    for viewer in demo_rig().viewers:
+    for viewer in demo_rig("two-view").viewers:
         camera = again.cameras()[viewer.id]
         assert camera.size == viewer.camera.size
         for name in ("matrix", "distortions", "rotation", "translation"):
@@ -39,7 +39,7 @@ def test_a_setup_round_trips_exactly() -> None:
 
 
 def test_the_median_of_a_video_counts_as_a_background_image() -> None:
-    viewer = replace(demo_rig().viewers[0], source=VideoFile(Path("a.mp4")), background=MedianFrames())
+    viewer = replace(demo_rig("two-view").viewers[0], source=VideoFile(Path("a.mp4")), background=MedianFrames())
     assert learning_frames(viewer.background) == 60
     assert learning_frames(viewer.background_in_use) == 5
 
@@ -56,7 +56,7 @@ def test_the_median_of_a_video_counts_as_a_background_image() -> None:
     ],
 )
 def test_a_bad_setup_names_the_take_and_the_field(old_text: bytes, new_text: bytes) -> None:
-    data = write_setup(recorded_rig(demo_rig()))
+    data = write_setup(recorded_rig(demo_rig("two-view")))
     assert old_text in data
     with pytest.raises(UserError, match=r"monday\.mcap: attachment setup\.json: "):
         read_setup(TAKE, data.replace(old_text, new_text, 1))
@@ -71,12 +71,12 @@ def test_a_setup_without_viewers_is_refused() -> None:
 def replace_viewers() -> object:
     import msgspec
 
-    return msgspec.structs.replace(recorded_rig(demo_rig()), viewers=[])
+    return msgspec.structs.replace(recorded_rig(demo_rig("two-view")), viewers=[])
 
 
 def hybrid(prior: Path | None) -> Rig:
     spec = TrackerSpec(prior, 40, 400, 4, 7, "fourteen-parts", "gauss-newton")
-    return replace(demo_rig(), method="hybrid", tracker=spec)
+    return replace(demo_rig("two-view"), method="hybrid", tracker=spec)
 
 
 def test_a_trackers_setup_round_trips_and_its_prior_is_attached(tmp_path: Path) -> None:
@@ -115,11 +115,11 @@ def test_the_options_of_a_preset_are_recorded_and_a_setup_without_them_is_the_de
 
 
 def test_a_setup_of_a_version_without_tracker_is_read() -> None:
-    data = write_setup(recorded_rig(demo_rig()))
+    data = write_setup(recorded_rig(demo_rig("two-view")))
     assert b'"tracker": null' in data
     old = data.replace(b',\n "tracker": null', b"")
     assert old != data
-    assert read_setup(TAKE, old) == recorded_rig(demo_rig())
+    assert read_setup(TAKE, old) == recorded_rig(demo_rig("two-view"))
 
 
 def test_parameters_round_trip_and_equal_ones_give_equal_bytes() -> None:
@@ -130,9 +130,9 @@ def test_parameters_round_trip_and_equal_ones_give_equal_bytes() -> None:
 
 
 def test_parameters_are_attached_unless_there_are_none() -> None:
-    files = {attachment.name: attachment.data for attachment in attachments(demo_rig(), {"viewer": {"A": 1}})}
+    files = {attachment.name: attachment.data for attachment in attachments(demo_rig("two-view"), {"viewer": {"A": 1}})}
     assert read_parameters(TAKE, files[PARAMETERS_FILE]) == {"viewer": {"A": 1}}
-    assert PARAMETERS_FILE not in {attachment.name for attachment in attachments(demo_rig(), {})}
+    assert PARAMETERS_FILE not in {attachment.name for attachment in attachments(demo_rig("two-view"), {})}
 
 
 @pytest.mark.parametrize("data", [b"{", b"[]", b'{"viewer": 1}'])

@@ -125,7 +125,7 @@ def test_two_takes_of_the_same_messages_are_equal(with_foxglove: Path, tmp_path:
 
 @pytest.mark.parametrize("foxglove", [True, False])
 def test_the_rig_file_switches_foxglove_channels(foxglove: bool, tmp_path: Path) -> None:
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     rig = replace(rig, log=msgspec.structs.replace(rig.log, foxglove=foxglove))
     recording = new_recording(rig, tmp_path / "take.mcap", START_NS, {})
     recording.record(in_envelope(bap(0), rig.name))
@@ -136,7 +136,7 @@ def test_the_rig_file_switches_foxglove_channels(foxglove: bool, tmp_path: Path)
 
 
 def test_the_demo_layout_uses_channels_of_demo_takes(tmp_path: Path) -> None:
-    recording = new_recording(demo_rig(), tmp_path / "take.mcap", START_NS, {})
+    recording = new_recording(demo_rig("two-view"), tmp_path / "take.mcap", START_NS, {})
     seen = m.Sighting(
         frame=0, captured_ns=0, viewer="1", present=True, x=0.0, y=0.0, height=0.0, width=0.0, view="facade", score=0.5
     )

@@ -36,7 +36,7 @@ def core() -> Iterator[None]:
 
 def hybrid(method: str = "hybrid") -> Rig:
     """Three cameras around the simulated person, who raises both arms."""
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     first = replace(rig.viewers[0], source=Actor("raise-both-arms", 3), preview=False)
     viewers = tuple(replace(first, id=id, camera=camera) for id, camera in cameras(3).items())
     spec = TrackerSpec(None, 40, 400, 4, 0, "ten-parts", "gauss-newton")
@@ -134,11 +134,11 @@ def test_a_take_without_its_prior_cannot_be_recomputed(take: Path, tmp_path: Pat
 
 
 def test_tracker_options_without_a_tracker_raise_an_error() -> None:
-    assert with_tracker(demo_rig(), TrackerOverrides()).tracker is None
+    assert with_tracker(demo_rig("two-view"), TrackerOverrides()).tracker is None
     changed = with_tracker(hybrid(), TrackerOverrides(particles=7, seed=3)).tracker
     assert changed is not None
     assert (changed.particles, changed.seed, changed.points) == (7, 3, 400)
     with pytest.raises(UserError, match=r"method = 'two-view' has no tracker: allowed with .*: hybrid, image-force"):
-        with_tracker(demo_rig(), TrackerOverrides(seed=3))
+        with_tracker(demo_rig("two-view"), TrackerOverrides(seed=3))
     with pytest.raises(UserError, match=r"--particles = 7: allowed: 1 for method 'image-force'"):
         with_tracker(hybrid("image-force"), TrackerOverrides(particles=7))

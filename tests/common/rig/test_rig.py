@@ -116,7 +116,7 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
         ("calibration =", "calibratoin =", "calibratoin = .*no such key; allowed: name, .*did you mean 'calibration'"),
         ('"calibration.toml"', '"other.toml"', "calibration = 'other.toml': no file "),
         ('up_axis = "y"', 'up_axis = "x"', "up_axis = 'x': allowed: 'y', 'z'"),
-        ('"two-view"', '"two_view"', "method = 'two_view': allowed: 'two-view', .*did you mean 'two-view'"),
+        ('"two-view"', '"two_view"', "method = 'two_view': allowed: 'auto', 'two-view', .*did you mean 'two-view'"),
         ("fps = 15", "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
         ("fps = 15", "fps = 5000", r"viewer\[0\].fps = 5000: allowed: float <= 1000"),
         ("fps = 15", 'fps = "fast"', r"viewer\[0\].fps = 'fast': allowed: float"),
@@ -178,7 +178,7 @@ def test_two_view_needs_two_viewers(tmp_path):
 def test_a_missing_rig_and_an_unknown_method_are_refused(tmp_path):
     with pytest.raises(UserError, match="no such rig: allowed: a TOML file, or a folder with"):
         load_rig(tmp_path / "none.toml")
-    with pytest.raises(UserError, match="method = 'magic': allowed: two-view, hybrid"):
+    with pytest.raises(UserError, match="method = 'magic': allowed: auto, two-view, hybrid"):
         load_rig(write_rig(tmp_path), "magic")
 
 
@@ -230,13 +230,13 @@ def test_the_background_is_the_median_without_image_and_empty_frames(tmp_path):
 
 def test_two_view_uses_the_most_orthogonal_pair_front_view_first_and_notes_it(tmp_path):
     folder = write_folder(tmp_path / "take", [40, 88, -2], "empty_frames = 3")
-    rig = load_rig(folder)
+    rig = load_rig(folder, "two-view")
     assert [v.id for v in rig.viewers] == ["cam03", "cam02"]
     assert rig.notes == (
         "method two-view uses two of the 3 cameras: cam03 (front) and cam02, 90 degrees apart, "
         "the most nearly orthogonal pair",
     )
-    assert len(load_rig(folder, "hybrid").viewers) == 3
+    assert len(load_rig(folder).viewers) == len(load_rig(folder, "hybrid").viewers) == 3
 
 
 def test_a_camera_without_video_is_not_used(tmp_path):
@@ -317,7 +317,7 @@ def test_background_texts_are_parsed():
 
 
 def test_the_demo_rig_has_the_camera_layout_of_the_paper():
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     assert [v.source for v in rig.viewers] == [Actor("demo", 4)] * 2
     assert [v.camera.size for v in rig.viewers] == [(160, 120)] * 2
     assert [v.fps for v in rig.viewers] == [15.0] * 2

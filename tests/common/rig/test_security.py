@@ -16,7 +16,7 @@ from zenocap.common.rig.security import allowed_members, host_of, needed_members
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Rig:
-    return replace(demo_rig(), security=tmp_path)
+    return replace(demo_rig("two-view"), security=tmp_path)
 
 
 @pytest.fixture
@@ -27,15 +27,15 @@ def files(tmp_path: Path) -> Security:
 
 
 def demo_with(folder: Path, text: str) -> Path:
-    for name in ("demo.toml", "demo-calibration.toml"):
-        (folder / name).write_text(demo_rig_file().with_name(name).read_text())
-    path = folder / "demo.toml"
+    for name in ("demo-two-view.toml", "demo-calibration.toml"):
+        (folder / name).write_text(demo_rig_file("two-view").with_name(name).read_text())
+    path = folder / "demo-two-view.toml"
     path.write_text(path.read_text() + text)
     return path
 
 
 def test_a_rig_file_sets_the_folder_of_certificates(tmp_path: Path) -> None:
-    assert demo_rig().security is None
+    assert demo_rig("two-view").security is None
     assert load_rig(demo_with(tmp_path, "\n[security]\n")).security == tmp_path / "certs"
     assert load_rig(demo_with(tmp_path, '\n[security]\ncertificates = "/etc/zenocap"\n')).security == Path("/etc/zenocap")
 

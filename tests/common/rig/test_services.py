@@ -24,7 +24,7 @@ from zenocap.common.topics import TOPICS, service_at
 from zenocap.tools.cli.main import TABLE
 from zenocap.tools.warmup.parts import PARTS
 
-TWO_VIEW = replace(demo_rig(), recognizer=None)
+TWO_VIEW = replace(demo_rig("two-view"), recognizer=None)
 HYBRID = replace(TWO_VIEW, method="hybrid", tracker=tracker_spec(TrackerTable(), "hybrid", True, Path()))
 WITH_RECOGNIZER = replace(TWO_VIEW, recognizer=recognizer_spec(RecognizerTable(), "two-view", False, Path()))
 RIGS = (TWO_VIEW, HYBRID, WITH_RECOGNIZER)

@@ -9,7 +9,7 @@ from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.rig.rig import demo_rig_file, load_rig
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, additions_of
 
-DEMO = demo_rig_file()
+DEMO = demo_rig_file("two-view")
 
 
 def rig_with(folder: Path, text: str) -> Path:
@@ -67,4 +67,14 @@ def test_argument_replaces_the_variant_of_the_file(tmp_path: Path) -> None:
 
 def test_digest_depends_on_the_variant(tmp_path: Path) -> None:
     path = rig_with(tmp_path, "")
-    assert load_rig(path).digest == load_rig(path, variant="improved").digest != load_rig(path, variant="paper").digest
+    usual = load_rig(path, "two-view").digest
+    assert usual == load_rig(path, variant="improved").digest != load_rig(path, variant="paper").digest
+
+
+def test_a_variant_selects_two_view_where_the_method_is_auto(tmp_path: Path) -> None:
+    path = rig_with(tmp_path, "")
+    assert load_rig(path).method == load_rig(path, "auto").method == "hybrid"
+    assert load_rig(path, variant="paper").method == "two-view"
+    path = rig_with(tmp_path, 'method = "auto"\nwithout = ["toes"]')
+    assert (load_rig(path).method, load_rig(path).additions) == ("two-view", IMPROVED - {"toes"})
+    assert load_rig(path, "auto").method == load_rig(path, "hybrid").method == "hybrid"

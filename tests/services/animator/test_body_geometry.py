@@ -15,7 +15,7 @@ from zenocap.common.body.proportions import average_lengths, body_from_lengths
 from zenocap.common.rig.rig import demo_rig
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
 
-CAMERA = demo_rig().viewers[0].camera
+CAMERA = demo_rig("two-view").viewers[0].camera
 BODY = body_from_lengths(TEN_PARTS, average_lengths(1.8))
 
 

@@ -131,7 +131,7 @@ def test_the_state_has_the_latest_sighting_and_assignment() -> None:
 
 
 def test_an_impossible_camera_is_counted_and_ignored() -> None:
-    info = camera_info(demo_rig().viewers[0], NOW)
+    info = camera_info(demo_rig("two-view").viewers[0], NOW)
     state = after(msgspec.structs.replace(info, matrix=[1.0] * 9))
     assert dict(state.cameras) == {}
     assert counts(state) == {"unusable": 1}

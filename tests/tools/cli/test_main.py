@@ -112,7 +112,7 @@ def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_p
     found = json.loads(out)
     assert found["messages"] > 2
     assert found["attachments"].keys() == {"studio.toml", "calibration.toml", "parameters.json", "setup.json"}
-    assert {channel["schema"] for channel in found["channels"]} >= {"zenocap.Sighting", "zenocap.CameraInfo"}
+    assert {channel["schema"] for channel in found["channels"]} >= {"zenocap.Silhouette", "zenocap.CameraInfo"}
     status, _, err = zenocap("export", tmp_path / "a.mcap", "--to", "trc", "-o", tmp_path / "a.trc")
     assert (status, err.count("\n")) == (1, 1)
     assert "no T-pose was measured" in err
@@ -214,9 +214,9 @@ def test_unknown_viewer_error_lists_the_known_viewers(studio: Path) -> None:
 
 @pytest.mark.slow
 def test_track_to_bvh_equals_track_and_export(tmp_path: Path) -> None:
-    for file in demo_rig().files:
+    for file in demo_rig("two-view").files:
         (tmp_path / file.name).write_text(file.read_text().replace("actor:demo?seed=4", "actor:raise-both-arms?seed=4"))
-    rig = tmp_path / demo_rig_file().name
+    rig = tmp_path / demo_rig_file("two-view").name
     status, out, _ = zenocap("track", rig, "-o", tmp_path / "one.bvh")
     assert status == 0
     assert "the take was temporary" in out

@@ -5,7 +5,7 @@ from zenocap.tools.cli.recognizer import with_recognizer
 
 
 def test_the_commands_of_a_rig_are_kept_unless_they_are_switched_off() -> None:
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     assert rig.recognizer is not None
     for model in (None, "fifteen"):
         kept, without = with_recognizer(rig, model), with_recognizer(rig, model, commands=False)
@@ -15,7 +15,7 @@ def test_the_commands_of_a_rig_are_kept_unless_they_are_switched_off() -> None:
 
 
 def test_the_demo_steers_the_slide_show() -> None:
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     assert rig.recognizer is not None
     assert {one.posture: one.action.target for one in rig.recognizer.commands} == {
         "raise-right-arm": "demo/slides/next",

@@ -83,7 +83,7 @@ def test_missing_folder_is_a_problem_only_if_it_cannot_be_created(tmp_path: Path
 
 
 def test_source_probe_distinguishes_good_used_and_missing_sources(tmp_path: Path) -> None:
-    viewer = demo_rig().viewers[0]
+    viewer = demo_rig("two-view").viewers[0]
     assert look_at_source(viewer, runs=False, local=True).kind == "good"
     assert look_at_source(viewer, runs=True, local=True).kind == "used"
     camera = replace(viewer, source=Device(98))
@@ -95,7 +95,7 @@ def test_source_with_another_image_size_is_reported(tmp_path: Path) -> None:
     import cv2
     import numpy as np
 
-    viewer = demo_rig().viewers[0]
+    viewer = demo_rig("two-view").viewers[0]
     width, height = viewer.calibrated_size
     for size, kind in (((width, height), "good"), ((width, height // 2), "size")):
         cv2.imwrite(str(tmp_path / "a.png"), np.zeros((size[1], size[0], 3), np.uint8))
@@ -116,7 +116,7 @@ def test_certificate_files_permissions_and_keys_are_checked(tmp_path: Path) -> N
 
 
 def test_files_of_a_service_are_checked(tmp_path: Path) -> None:
-    files = [file for kind in SERVICES for file in kind.files(demo_rig())]
+    files = [file for kind in SERVICES for file in kind.files(demo_rig("two-view"))]
     assert [title for title, _ in files] == ["postures"]
     assert [look_at_file(title, path).problem for title, path in files] == [None]
     assert look_at_file("postures", tmp_path / "none").problem == f"{tmp_path / 'none'}: No such file or directory"

@@ -205,7 +205,7 @@ def test_the_command_finishes_the_file_on_ctrl_c(tmp_path: Path) -> None:
 
 
 def test_recording_is_selected_by_rig_file_rig_name_or_key_expression() -> None:
-    demo = parse_selection(str(demo_rig_file()))
+    demo = parse_selection(str(demo_rig_file("two-view")))
     assert (demo.expression, demo.rig) == ("zenocap/demo/**", "demo")
     assert demo.file is not None
     assert parse_selection("studio") == RecordingSelection("zenocap/studio/**", "studio")

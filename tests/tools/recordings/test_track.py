@@ -63,7 +63,7 @@ def test_broken_source_is_reported_and_the_other_continues() -> None:
 @pytest.fixture(scope="module")
 def short_rig() -> Rig:
     """The demo rig with a simulated person who raises both arms once."""
-    rig = demo_rig()
+    rig = demo_rig("two-view")
     source = Actor("raise-both-arms", 3)
     return replace(rig, viewers=tuple(replace(viewer, source=source) for viewer in rig.viewers))
 
@@ -96,7 +96,7 @@ def test_take_contains_rig_file_calibration_and_versions(take: Path) -> None:
     read = Take(take)
     assert sum(1 for _ in read.messages()) > 100
     assert set(read.attachments) == {
-        "demo.toml",
+        "demo-two-view.toml",
         "demo-calibration.toml",
         "parameters.json",
         "setup.json",

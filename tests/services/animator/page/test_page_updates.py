@@ -58,7 +58,7 @@ from zenocap.services.animator.step import initial_state, step
 from zenocap.services.viewer.shell import camera_info
 
 NOW = 1_700_000_000_000_000_000
-CAMERAS = [camera_info(viewer, NOW) for viewer in demo_rig().viewers]
+CAMERAS = [camera_info(viewer, NOW) for viewer in demo_rig("two-view").viewers]
 
 
 def after(*messages: m.Message, state: State | None = None, now_ns: int = NOW) -> State:
@@ -74,7 +74,7 @@ def decoded(updates: list[EncodedUpdate]) -> dict[str, dict[str, object]]:
 
 def full() -> State:
     pose = pose_at(0.0)
-    masks = [silhouette(v.id, 1, NOW, mask_of(v.camera, pose)) for v in demo_rig().viewers]
+    masks = [silhouette(v.id, 1, NOW, mask_of(v.camera, pose)) for v in demo_rig("two-view").viewers]
     return after(*CAMERAS, body_message(NOW), *masks, sighting("1", 1, NOW), assignment(1, NOW, pose), bap(1, NOW, pose))
 
 
@@ -163,7 +163,7 @@ def test_a_damaged_silhouette_is_a_bad_check() -> None:
 
 
 def test_silhouettes_wait_for_the_pose_of_their_instant() -> None:
-    camera = demo_rig().viewers[0].camera
+    camera = demo_rig("two-view").viewers[0].camera
     schedule, first = due_updates(Schedule(), full(), 1)
     assert "view/1" in [update.key for update in first]
     later_ns = NOW + 2 * VIEWS_PERIOD_NS
@@ -178,7 +178,7 @@ def test_silhouettes_wait_for_the_pose_of_their_instant() -> None:
 def test_silhouettes_are_sent_without_poses() -> None:
     schedule, _ = due_updates(Schedule(), full(), 1)
     late_ns = NOW + 2 * POSE_WAIT_NS
-    mask = silhouette("1", 2, late_ns, mask_of(demo_rig().viewers[0].camera, pose_at(0.1)))
+    mask = silhouette("1", 2, late_ns, mask_of(demo_rig("two-view").viewers[0].camera, pose_at(0.1)))
     _, updates = due_updates(schedule, after(mask, state=schedule.state, now_ns=late_ns), 1)
     assert "view/1" in [update.key for update in updates]
 
@@ -188,7 +188,7 @@ def test_poses_are_sent_at_once_and_other_updates_at_their_own_rate() -> None:
     names: list[str] = []
     for k in range(60):  # a second
         now_ns = NOW + k * 1_000_000_000 // 60
-        mask = silhouette("1", k, now_ns, mask_of(demo_rig().viewers[0].camera, pose_at(0.0)))
+        mask = silhouette("1", k, now_ns, mask_of(demo_rig("two-view").viewers[0].camera, pose_at(0.0)))
         state = after(mask, bap(k, now_ns, pose_at(0.0)), state=state, now_ns=now_ns)
         schedule, updates = due_updates(schedule, state, 1)
         names += [update.key for update in updates]

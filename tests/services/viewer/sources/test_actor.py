@@ -38,7 +38,7 @@ def person_pixels(frame: Frame, empty: Frame) -> int:
 
 
 def test_times_are_whole_periods_of_the_shared_epoch_for_any_start():
-    viewer = demo_rig().viewers[0]
+    viewer = demo_rig("two-view").viewers[0]
     _, early = live(EPOCH - 2 * S)
     _, late = live(EPOCH + 10 * S + 12_345)
     for playback, first in ((early, 0), (late, 150)):
@@ -48,7 +48,7 @@ def test_times_are_whole_periods_of_the_shared_epoch_for_any_start():
 
 
 def test_viewers_that_started_at_different_times_see_the_same_frame():
-    viewer = demo_rig().viewers[0]
+    viewer = demo_rig("two-view").viewers[0]
     camera, source = viewer.camera, Actor("demo", 0)
     _, one = live(EPOCH + 6 * S)
     _, other = live(EPOCH + 6 * S + S // 3)
@@ -61,7 +61,7 @@ def test_viewers_that_started_at_different_times_see_the_same_frame():
 
 
 def test_a_viewer_that_joins_late_sees_the_empty_scene_first():
-    viewer = demo_rig().viewers[0]
+    viewer = demo_rig("two-view").viewers[0]
     _, playback = live(EPOCH + 5 * S)
     frames = list(islice(open_source(viewer, playback), 32))
     assert person_pixels(frames[29], frames[0]) < 5
@@ -69,7 +69,7 @@ def test_a_viewer_that_joins_late_sees_the_empty_scene_first():
 
 
 def test_late_frames_are_skipped_in_live_playback():
-    viewer = demo_rig().viewers[0]
+    viewer = demo_rig("two-view").viewers[0]
     time, playback = live(EPOCH)
     indices = []
     for frame in islice(open_source(viewer, playback), 5):
@@ -80,7 +80,7 @@ def test_late_frames_are_skipped_in_live_playback():
 
 
 def test_the_script_is_played_once_offline():
-    viewer = demo_rig().viewers[0]
+    viewer = demo_rig("two-view").viewers[0]
     source = Actor("squat", 3)
     frames = list(actor_frames(source, 5.0, viewer.camera, Playback(EPOCH, FakeTime(), live=False), 0))
     assert [f.frame for f in frames] == list(range(int(performance(source).duration_s * 5)))

@@ -14,8 +14,8 @@ from zenocap.common.body.proportions import (
 # In body heights; distances between joint centres, mean of the shares of men (1741 mm) and women (1735 mm) in table 4 of
 # de Leva (1996), J. Biomech. 29:1223: shank (knee to ankle) 440.3 and 438.6 mm, thigh 422.2 and 368.5, trunk (middle of the
 # hips to middle of the shoulders) 515.5 and 497.9, upper arm 281.7 and 275.1, forearm 268.9 and 264.3, wrist to tip of the
-# third finger 187.9 and 170.1.  The statures are from memory.  Ankle: Drillis and Contini (1966), as in Winter, Biomechanics, 4th ed., fig. 4.1.
-# Radii and positions of axes are rough estimates of an average clothed adult.
+# third finger 187.9 and 170.1.  The statures are cited from memory.  Ankle: Drillis and Contini (1966), as in Winter,
+# Biomechanics, 4th ed., fig. 4.1.  Radii and positions of axes are rough estimates of an average clothed adult.
 ANKLE_HEIGHT, SHANK, THIGH, TRUNK = 0.039, 0.253, 0.227, 0.292
 UPPER_ARM, FOREARM, HAND = 0.160, 0.153, 0.103
 HIP_HEIGHT = ANKLE_HEIGHT + SHANK + THIGH

@@ -24,7 +24,7 @@ def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Take written by the first example."""
     path = tmp_path_factory.mktemp("examples") / "demo.mcap"
     words = run("01", path)
-    assert "566 poses at 15.0 frames/s" in words
+    assert "567 poses at 15.0 frames/s" in words
     assert "highest right hand: " in words
     return path
 
@@ -61,7 +61,7 @@ def test_a_take_is_exported(take: Path) -> None:
 @pytest.mark.slow
 def test_a_rig_file_is_written_and_tracked(tmp_path: Path) -> None:
     words = run("08", tmp_path / "arms")
-    assert "rig arms: method two-view, viewers 1, 2" in words
+    assert "rig arms: method hybrid, viewers 1, 2" in words
     assert (tmp_path / "arms" / "arms.mcap").is_file()
 
 

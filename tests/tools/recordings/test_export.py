@@ -172,7 +172,7 @@ def test_interrupted_writer_leaves_no_file(tmp_path: Path) -> None:
 @pytest.mark.clips
 @pytest.mark.skipif(not CLIP.exists(), reason="the shared test clips are not beside the project")
 def test_tracked_take_round_trips_through_bvh(tmp_path: Path) -> None:
-    track(at_working_size(load_rig(CLIP, files=True), (160, 120), None), tmp_path / "a.mcap")
+    track(at_working_size(load_rig(CLIP, "two-view", files=True), (160, 120), None), tmp_path / "a.mcap")
     for fps in (None, 24.0, 120.0):
         export(tmp_path / "a.mcap", tmp_path / "a.bvh", ExportOptions("bvh", fps=fps))
         export(tmp_path / "a.mcap", tmp_path / "a.trc", ExportOptions("trc", fps=fps))

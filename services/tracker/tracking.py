@@ -21,7 +21,7 @@ from zenocap.services.tracker.initialization.heading import check_reversed_headi
 from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, search
 from zenocap.services.tracker.initialization.t_pose import await_person
-from zenocap.services.tracker.parameters import INITIAL_SUPPORT, RELOCALIZE_AFTER, REVERSED_TOES
+from zenocap.services.tracker.parameters import HEADING_TOES, INITIAL_SUPPORT, RELOCALIZE_AFTER, REVERSED_TOES
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Options, Outcome, Person, Setup, Tracking, TrackState
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untrusted
 
@@ -93,8 +93,8 @@ def describe(state: TrackState) -> str:
     match state.phase:
         case AwaitingPerson(advice=advice):
             return advice
-        case Tracking(misfits_in_row=0):
-            return "tracking"
+        case Tracking(misfits_in_row=0, toes=toes):
+            return "tracking" if toes >= HEADING_TOES else "tracking, front or back is not certain"
         case Tracking():
             return "tracking, the body does not fit the scene"
         case Lost():

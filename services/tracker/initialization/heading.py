@@ -81,11 +81,14 @@ def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32) -> Tracking:
 def check_reversed_heading(
     setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
 ) -> tuple[Tracking, Outcome]:
-    """Replace the pose by one with the opposite heading unless that fits much worse."""
+    """Replace the pose by one with the opposite heading whose feet reach farther forward, unless it fits much worse."""
     person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
     postures = (*search_postures(setup.anatomy), phase.estimate)
     pose = reversed_pose(person.model, rays, field, phase.estimate, postures, weights, SEARCH_ITERATIONS)
     error = error_of(person.model, rays, field, weights, pose)
+    reach = foot_reach(setup.anatomy, person.model, rays, pose, person.stature)
+    if reach is None or reach < phase.toes * person.stature:
+        return replace(phase, toes=TOES_START), outcome
     if error > REVERSED_MISFIT_RATIO * error_of(person.model, rays, field, weights, phase.estimate):
         return replace(phase, toes=TOES_START), outcome
     return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)

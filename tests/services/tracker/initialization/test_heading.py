@@ -21,6 +21,7 @@ from zenocap.services.tracker.initialization.heading import check_reversed_headi
 from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.parameters import HEADING_TOES, REVERSED_TOES
 from zenocap.services.tracker.states import Person, Tracking
+from zenocap.services.tracker.tracking import describe, initial_state
 
 STATURE_M = 1.75
 BODY = average_body(FOURTEEN_PARTS, STATURE_M)
@@ -84,3 +85,18 @@ def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
     after, _ = check_reversed_heading(SETUP, phase, outcome, 0, RAYS, no_distance_field())
     assert after.estimate.rotation[:, 2] @ STANDING.rotation[:, 2] > 0.9
     assert after.toes > REVERSED_TOES
+
+
+def test_a_heading_that_the_feet_contradict_is_kept_where_the_opposite_one_has_feet_farther_back() -> None:
+    phase = replace(tracking(STANDING), toes=0.9 * REVERSED_TOES)
+    outcome = no_pose(SETUP, lost=False)
+    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, RAYS, no_distance_field())
+    assert after.estimate is phase.estimate
+    assert after.toes > REVERSED_TOES
+
+
+def test_health_says_that_front_or_back_is_not_certain() -> None:
+    state = replace(initial_state(SETUP), phase=replace(tracking(STANDING), toes=0.9 * HEADING_TOES))
+    assert describe(state) == "tracking, front or back is not certain"
+    state = replace(state, phase=replace(tracking(STANDING), toes=HEADING_TOES))
+    assert describe(state) == "tracking"

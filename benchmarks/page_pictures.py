@@ -28,7 +28,7 @@ PATIENCE_S = 90.0
 def main(folder: Path, seconds: float) -> None:
     with tempfile.TemporaryDirectory() as place, sync_playwright() as driver:
         (port,) = free_ports(1)
-        command = [sys.executable, "-P", "-m", "zenocap", "up", str(rig_file(Path(place), port))]
+        command = [sys.executable, "-P", "-m", "zenocap", "up", str(rig_file(Path(place), port, "auto"))]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             address = f"http://127.0.0.1:{port}/"

@@ -9,7 +9,6 @@ from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
-from zenocap.common.body.proportions import HIP_HEIGHT, KNEE_HEIGHT
 from zenocap.common.messages import Phase
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
@@ -47,7 +46,7 @@ def initial_state(setup: Setup) -> TrackState:
 def resume(setup: Setup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int) -> TrackState:
     """State after a restart: search for a person with known body and last pose."""
     knee = next(k for k, joint in enumerate(setup.anatomy.joints) if joint.name == "right_knee")
-    stature = abs(float(body.offsets[knee][1])) / (HIP_HEIGHT - KNEE_HEIGHT)
+    stature = float(body.offsets[knee][1] / average_body(setup.anatomy, 1.0).offsets[knee][1])
     person = Person(body, model_of(setup.anatomy, body), stature, initial_shape(body, np.zeros(COUNT)), INITIAL_SUPPORT)
     rotation = np.ascontiguousarray(part_frames(setup.anatomy, body, pose)[0, :, :3])
     last = RootedPose(pose.position.copy(), rotation, coordinates_of(setup.anatomy).of_pose(pose))

@@ -21,9 +21,9 @@ pytestmark = pytest.mark.system
 Updates = dict[str, dict[str, object]]  # the last of each type
 
 
-def rig_file(folder: Path, port: int) -> Path:
-    """Write the demo rig with its page on another port."""
-    source = demo_rig_file("two-view")
+def rig_file(folder: Path, port: int, method: str = "two-view") -> Path:
+    """Write the demo rig of a method with its page on another port."""
+    source = demo_rig_file(method)
     text = source.read_text().replace("demo-calibration.toml", str(source.with_name("demo-calibration.toml")))
     path = folder / "rig.toml"
     path.write_text(f"{text}\n[animator.page]\nport = {port}\n")

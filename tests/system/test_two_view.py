@@ -53,7 +53,7 @@ def test_the_demo_runs_and_writes_a_take(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds children in /proc")
 def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> None:
-    with started(["demo"], tmp_path) as demo:
+    with started(["demo", "--method", "two-view"], tmp_path) as demo:
         wait_until(lambda: re.search(r"viewer 2: [\d.]+/s (flank|facade)", output_of(tmp_path)) is not None, tmp_path)
         victims = [pid for pid, line in children_of(demo.pid).items() if "viewer" in line and "--id 2" in line]
         assert len(victims) == 1

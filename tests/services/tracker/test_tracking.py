@@ -1,6 +1,7 @@
 """Phases of tracking one person: waiting, measurement, tracking, track loss, relocalization; simulated scenes."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -8,12 +9,14 @@ import pytest
 
 from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
 from zenocap.common.arrays import Mask
-from zenocap.common.body.anatomy import ANATOMIES
+from zenocap.common.body.anatomy import ANATOMIES, Anatomy
+from zenocap.common.body.definition import Pose
 from zenocap.common.rig.tracker import PRESETS
+from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.parameters import LOST_FRAMES
 from zenocap.services.tracker.prior.file import find_prior, read_prior
-from zenocap.services.tracker.states import Method, Options, Outcome, Setup, TrackState
-from zenocap.services.tracker.tracking import describe, initial_state, track
+from zenocap.services.tracker.states import Lost, Method, Options, Outcome, Setup, TrackState
+from zenocap.services.tracker.tracking import describe, initial_state, resume, track
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline
@@ -162,3 +165,12 @@ def test_preset_paper_tracks_a_walking_person_and_never_relocalizes(method: Meth
     _, outcomes, texts = run(config, [away] * (LOST_FRAMES + 1), state, 9)
     assert texts[-1] == "tracking, the body does not fit the scene"
     assert not any(outcome.lost for outcome in outcomes)
+
+
+@pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
+def test_a_restart_derives_the_stature_from_the_body(anatomy: Anatomy) -> None:
+    one = replace(setup(ring(2)), anatomy=anatomy)
+    pose = Pose(np.zeros(3), anatomy.neutral)
+    state = resume(one, initial_state(one), average_body(anatomy, 1.62), pose, 0)
+    assert isinstance(state.phase, Lost)
+    assert state.phase.person.stature == pytest.approx(1.62)

@@ -85,7 +85,7 @@ def load_rig(path: Path | str, method: str | None = None, variant: str | None = 
         raise UserError(f"{path}: no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/")
     has_variant = content.variant != VARIANTS[0] or bool(content.additions) or bool(content.without)
     own_method = _resolved(content.method, has_variant)
-    method = _resolved(method or content.method, variant is not None or (method is None and has_variant))
+    method = _resolved(method or content.method, variant is not None or has_variant)
     own = method == own_method
     calibration = base / content.calibration
     if not calibration.is_file():
@@ -137,14 +137,16 @@ def _resolved(method: str, variant: bool) -> str:
 
 
 def demo_rig_file(method: str = AUTO) -> Path:
-    """Return the rig file of `zenocap demo`, which is package data.  method: "auto" or "two-view"."""
+    """Return the rig file of `zenocap demo`, which is package data.  method: "auto" or "two-view".  Raises UserError."""
+    if method not in DEMO_RIGS:
+        raise UserError(f"method = {method!r}: allowed for the demo: {', '.join(DEMO_RIGS)}")
     return DEMO_RIGS[method]
 
 
 def demo_rig(method: str = AUTO) -> Rig:
     """The rig of `zenocap demo`: two orthogonal viewers of the simulated person.
 
-    method: "auto" for the tracker, "two-view" for the paper's two-view method in images of 160 x 120.
+    method: "auto" for the tracker, "two-view" for the paper's two-view method in images of 160 x 120.  Raises UserError.
     """
     return load_rig(demo_rig_file(method))
 

@@ -168,6 +168,7 @@ FOOT_RADIUS, FOOT_HEIGHT = 0.16, 0.035  # statures: about an ankle and above the
 SHANK, SHANK_RADIUS = (0.25, 0.8), 0.09  # of its length from the ankle up, and statures about it: its points
 MIN_FOOT_RAYS = 3  # of a foot, and of a shank
 TOES_START = 0.02  # statures, at the start of a track, until the feet have been seen
+TOES_REFUSED = 0.019  # statures, after an opposite heading did not fit; less than HEADING_TOES, so it stays uncertain
 TOES_RATE = 0.1  # per frame, of the running mean of the feet's reach
 HEADING_TOES = 0.020  # statures by which the feet reach forward of the ankles, from which the heading is known
 REVERSED_TOES = 0.016  # statures by which they must reach forward; with less the opposite heading is tried

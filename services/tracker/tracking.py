@@ -92,8 +92,9 @@ def describe(state: TrackState) -> str:
     match state.phase:
         case AwaitingPerson(advice=advice):
             return advice
-        case Tracking(misfits_in_row=0, toes=toes):
-            return "tracking" if toes >= HEADING_TOES else "tracking, front or back is not certain"
+        case Tracking(misfits_in_row=0, toes=toes, person=person):
+            certain = person.heading_known and toes >= HEADING_TOES
+            return "tracking" if certain else "tracking, front or back is not certain"
         case Tracking():
             return "tracking, the body does not fit the scene"
         case Lost():

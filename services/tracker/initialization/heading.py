@@ -34,7 +34,7 @@ from zenocap.services.tracker.parameters import (
     SHANK,
     SHANK_RADIUS,
     TOES_RATE,
-    TOES_START,
+    TOES_REFUSED,
 )
 from zenocap.services.tracker.states import Outcome, Setup, Tracking
 
@@ -87,10 +87,9 @@ def check_reversed_heading(
     pose = reversed_pose(person.model, rays, field, phase.estimate, postures, weights, SEARCH_ITERATIONS)
     error = error_of(person.model, rays, field, weights, pose)
     reach = foot_reach(setup.anatomy, person.model, rays, pose, person.stature)
-    if reach is None or reach < phase.toes * person.stature:
-        return replace(phase, toes=TOES_START), outcome
-    if error > REVERSED_MISFIT_RATIO * error_of(person.model, rays, field, weights, phase.estimate):
-        return replace(phase, toes=TOES_START), outcome
+    worse = reach is None or reach < phase.toes * person.stature
+    if worse or error > REVERSED_MISFIT_RATIO * error_of(person.model, rays, field, weights, phase.estimate):
+        return replace(phase, toes=TOES_REFUSED), outcome
     return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
 
 

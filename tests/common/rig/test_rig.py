@@ -317,6 +317,9 @@ def test_background_texts_are_parsed():
 
 
 def test_the_demo_rig_has_the_camera_layout_of_the_paper():
+    with pytest.raises(UserError, match="method = 'hybrid': allowed for the demo: auto, two-view"):
+        demo_rig("hybrid")
+    assert [viewer.source for viewer in demo_rig().viewers] == [Actor("demo", 4)] * 2
     rig = demo_rig("two-view")
     assert [v.source for v in rig.viewers] == [Actor("demo", 4)] * 2
     assert [v.camera.size for v in rig.viewers] == [(160, 120)] * 2

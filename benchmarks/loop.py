@@ -1,7 +1,7 @@
 """The steps of a method's services in one process: frames in, poses out; no bus, no files."""
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from benchmarks.errors import Estimate, estimate, estimate_of
@@ -19,7 +19,7 @@ from zenocap.common.topics import topic_of
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.integrator import step as integrator
 from zenocap.services.tracker.prior.model import Prior
-from zenocap.services.tracker.states import Options, Setup
+from zenocap.services.tracker.states import Options, Outcome, Setup
 from zenocap.services.tracker.tracking import initial_state, track
 from zenocap.services.viewer import silhouette_step
 from zenocap.services.viewer import step as viewer
@@ -105,8 +105,13 @@ def track_film(film: Film, fps: float, additions: Additions = IMPROVED) -> Track
     return loop.track
 
 
-def tracker_film(film: Film, fps: float, prior: Prior | None = None) -> dict[int, Estimate]:
-    """Estimates of the default tracker by frame, for a film whose first `film.empty` frames are the background."""
+def tracker_film(
+    film: Film, fps: float, prior: Prior | None = None, observe: Callable[[int, Outcome], None] = lambda _, __: None
+) -> dict[int, Estimate]:
+    """Estimates of the default tracker by frame, for a film whose first `film.empty` frames are the background.
+
+    observe: gets every tracked frame and its outcome.
+    """
     frame_ns = round(1e9 / fps)
     setup = Setup(FOURTEEN_PARTS, film.cameras, frame_ns, prior, Options())
     viewers = {id: viewer.viewer_setup(id, camera, FirstFrames(film.empty), True) for id, camera in film.cameras.items()}
@@ -124,6 +129,7 @@ def tracker_film(film: Film, fps: float, prior: Prior | None = None) -> dict[int
                     masks[id] = unpack(message.size, message.region, message.data)
         if masks:
             state, outcome = track(setup, state, captured_ns, masks)
+            observe(k, outcome)
             body = body if outcome.body is None else outcome.body
             if body is not None and outcome.pose is not None:
                 found[k] = estimate_of(FOURTEEN_PARTS, body, outcome.pose)

@@ -16,6 +16,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "animator": ("--seconds", "2", "--pages", "1"),
     "bodies": ("--people", "1", "--jobs", "1"),
     "clips": ("walk2", "--jobs", "1"),
+    "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),
     "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
     "faults": ("--short",),
     "headings": ("--people", "1", "--every", "180", "--jobs", "1"),
@@ -32,6 +33,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "recognition": ("--only", "truth", "--seeds", "1", "--people", "3", "--out", str(OUT / "recognition")),
     "replay_timing": ("--seconds", "12", "--rates", "1", "--runs", "1"),
     "scorer": ("--searches", "20"),
+    "starts": ("--people", "1", "--posture", "squat", "--jobs", "1"),
     "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
     "stages": ("--takes", "1"),
 }

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import zenocap.simulation
+from benchmarks import captured
 from benchmarks.captured import captured_take
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.arrays import Bytes
@@ -95,8 +96,8 @@ def film(take: Take | CapturedTake, folder: Path | None) -> Film:
     subject = person(take.person)
     poses: Sequence[PersonPose | Bones | None]
     if isinstance(take, CapturedTake):
-        captured = captured_take(subject, take.motion, take.fps, longest_s=CAPTURED_S)
-        poses, motion_from = captured.poses, captured.motion_from
+        moved = captured_take(subject, take.motion, take.fps, longest_s=CAPTURED_S)
+        poses, motion_from = moved.poses, moved.motion_from
         room, name = 1000 * take.person, take.motion.stem
     else:
         script = posture_timeline(subject, take.posture, take.number)
@@ -132,7 +133,8 @@ def _images(
 
 @cache
 def simulation_digest() -> str:
-    """Digest of the source of the simulated people, part of the names of stored frames."""
+    """Digest of the source of the simulated people and of captured motion, part of the names of stored frames."""
     folder = Path(next(iter(zenocap.simulation.__path__)))
-    content = b"".join(path.read_bytes() for path in sorted(folder.rglob("*.py")))
+    sources = (*sorted(folder.rglob("*.py")), Path(captured.__file__))
+    content = b"".join(path.read_bytes() for path in sources)
     return hashlib.sha256(content).hexdigest()[:10]

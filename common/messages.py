@@ -145,6 +145,9 @@ class TrackerPose(Message, frozen=True, tag="tracker_pose"):
 
     lost: the person is searched for; position and angles are then the last estimate.  views: the viewers whose
     silhouettes were used.  frame: the largest of theirs.  captured_ns: of the instant, on the integrator's clock.
+    limbs: probability that elbow and wrist, or knee and ankle, are within 150 mm of the person's; empty while lost, and in
+    takes of earlier versions.  lost_limbs: those below one half.  heading: probability that front and back are not
+    exchanged; null where unknown.
     """
 
     position: Point  # navel in the world
@@ -155,6 +158,9 @@ class TrackerPose(Message, frozen=True, tag="tracker_pose"):
     effective: Annotated[float, Meta(ge=0, le=1e6)]  # particles' effective number, 1 / sum of squared weights
     lost: bool
     views: Annotated[list[Name], Meta(max_length=64)]
+    limbs: Annotated[dict[Name, Score], Meta(max_length=32)] = {}
+    lost_limbs: Annotated[list[Name], Meta(max_length=32)] = []
+    heading: Score | None = None
 
 
 class ScenePoints(Message, frozen=True, tag="scene_points"):

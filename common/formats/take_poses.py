@@ -200,7 +200,9 @@ def is_lost(bap: Bap) -> bool:
 
 def lost_parts(bap: Bap) -> Sequence[str]:
     """Names of lost limbs, or "person"."""
-    return (["person"] if bap.lost else []) if isinstance(bap, m.TrackerPose) else bap.lost
+    if isinstance(bap, m.TrackerPose):
+        return ["person"] if bap.lost else bap.lost_limbs
+    return bap.lost
 
 
 def views_of(bap: Bap) -> Mapping[str, tuple[str, float]]:

@@ -32,8 +32,14 @@ Seed = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 Distance = Literal["contact", "modulated"]
 Association = Literal["modulated", "closest"]
 ForceLaw = Literal["quadratic", "linear"]
+Start = Literal["any-posture", "t-pose"]
 PriorShare = Annotated[float, Meta(ge=0, le=1)] | Literal["adaptive"]
-CHOICES = {"distance": get_args(Distance), "association": get_args(Association), "force_law": get_args(ForceLaw)}
+CHOICES = {
+    "distance": get_args(Distance),
+    "association": get_args(Association),
+    "force_law": get_args(ForceLaw),
+    "start": get_args(Start),
+}
 
 
 class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -49,6 +55,8 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     shape_estimation: whether the body's sizes are improved during tracking.
     limb_search: whether a limb without rays is searched elsewhere; by method hybrid only.
     exchange: whether arms, and legs, are tried exchanged; by method hybrid only.
+    other_postures: whether common postures near the tracked one are tried again and again; by method hybrid only.
+    start: posture in which a track starts: any, with an average body until the T-pose is seen; or the T-pose.
     """
 
     distance: Distance = "contact"
@@ -61,6 +69,8 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     shape_estimation: bool = True
     limb_search: bool = True
     exchange: bool = True
+    other_postures: bool = True
+    start: Start = "any-posture"
 
 
 DEFAULT_FILTER = FilterOptions()
@@ -94,6 +104,8 @@ PRESETS = {
             shape_estimation=False,
             limb_search=False,
             exchange=False,
+            other_postures=False,
+            start="t-pose",
         ),
     ),
 }
@@ -125,6 +137,8 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     shape_estimation: bool | None = None
     limb_search: bool | None = None
     exchange: bool | None = None
+    other_postures: bool | None = None
+    start: str | None = None
 
     def filter(self, defaults: FilterOptions) -> FilterOptions:
         """Options of the filter; defaults: where this table has none.  Raises TrackerError."""

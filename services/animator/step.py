@@ -10,6 +10,7 @@ from zenocap.common import messages as m
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, points_of
+from zenocap.common.formats.take_poses import lost_parts
 from zenocap.services.animator.parameters import COMMANDS_SHOWN, FRAME_TIMEOUT_NS, MAX_ENTRIES, MESSAGE_TIMEOUT_NS
 from zenocap.services.animator.states import (
     Actor,
@@ -134,8 +135,8 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return _update_body(state, "tracker", body)
         case m.UniversalBap(lost=lost):
             return _update_pose(state, "two-view", message, tuple(lost), received_ns)
-        case m.TrackerPose(lost=lost):
-            return _update_pose(state, "tracker", message, ("person",) if lost else (), received_ns)
+        case m.TrackerPose():
+            return _update_pose(state, "tracker", message, tuple(lost_parts(message)), received_ns)
         case m.Silhouette(viewer=viewer):
             return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
         case m.Sighting(viewer=viewer):

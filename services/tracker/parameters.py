@@ -85,6 +85,11 @@ CLUTTER_TRUST_POWER = 2.0  # the reliability of a scene falls with this power of
 CLUTTER_DISTANCE_M = 0.10  # from the fitted body; rays farther off are clutter
 MAX_GAP_M = 0.03  # root mean square gap of an accepted body, or the size of a pixel
 RETRY_FRAMES = 15  # after an attempt that failed
+START_AFTER_NS = 1_200_000_000  # in view without a T-pose, after which a track starts with an average body
+# Of the average body, from which a track starts; simulated people in six motions have at least 0.57 and at most 0.0029,
+# furniture at most 0.69 and at least 0.0027.
+START_SUPPORT, START_MISFIT_M2 = 0.55, 0.003
+START_STATURE_PERCENTILE = 90  # of the heights meanwhile, which a person who bends or jumps has not always
 
 # Body fitting and online shape estimation.
 FIT_ITERATIONS = 20
@@ -100,6 +105,7 @@ MAX_POSTURES = 60
 POSTURE_INDEPENDENT_RAYS = 60.0  # independent rays per posture: errors of the shape repeat
 POSTURE_DEVIATION = (0.05, 0.1, 0.3)  # m, rad, rad: of position, orientation and coordinates about the estimate
 SHAPE_CHANGE = 0.004  # of a size's logarithm, from which the body in use is replaced
+SHAPE_PAUSE_NS = 500_000_000  # after a jump of the pose, in which the shape is not estimated
 SHAPE_SUPPORT_RATIO = 0.9  # of the expected support; less is not used to estimate the shape
 
 # Correspondences and refinement.  [Hybrid V-B]
@@ -155,6 +161,14 @@ EXCHANGE_RATE = 0.25  # per frame, of the running mean of an exchange's gain
 EXCHANGE_GAIN = 0.06  # ln of the ratio of misfits, above which the exchanged pose replaces the tracked one
 MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s and rad/s; a faster change of the estimate was no motion
 
+# Confidence, see `filter/confidence.py`.  Coefficients fitted by `python -m benchmarks.confidence` to simulated people.
+LIMB_ERROR_M = 0.15  # of a joint of a limb, within which the limb is right
+ARM_CONFIDENCE = (-13.54, 2.09, -1.25, 4.1, 3.83)  # of FEATURES, in the logarithm of the odds
+LEG_CONFIDENCE = (-19.3, 2.58, -1.29, 10.64, 2.57)
+HEADING_CONFIDENCE = (-2.0, 300.0)  # of a constant, and of the statures by which the feet reach forward
+LIMB_FEATURES_RATE = 0.3  # per frame, of the running mean of the features
+LOST_LIMB = 0.5  # confidence below which a limb is reported as lost
+
 # Relocalization and heading.
 RELOCALIZE_AFTER = (1, 3)  # misfits in a row after which the whole scene is searched
 SEARCH_HEADINGS = 8
@@ -163,6 +177,10 @@ SEARCH_FIRST_ITERATIONS, SEARCH_ITERATIONS = 4, 4  # of the first refinement; of
 SEARCH_KEPT, SEARCH_PASSES = 12, 5  # candidates refined further; passes, each held near the end of the one before
 FOUND_SUPPORT_RATIO = 0.8  # of the expected support, from which a person is found
 EXPECTED_SUPPORT_DECAY, MIN_EXPECTED_SUPPORT = 0.9, 0.25  # after every search without success; lower bound
+OTHER_POSTURES_PERIOD = 3  # frames from one search of other postures near the tracked one to the next
+OTHER_POSTURES_TURNS = (-60.0, -30.0, 0.0, 30.0, 60.0)  # degrees from the tracked heading, at which they start
+OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES = 6, 3  # as SEARCH_KEPT, SEARCH_PASSES
+OTHER_POSTURES_RATIO = 0.95  # of the tracked pose's misfit, below which one of them replaces it
 REPLACE_MISFIT_RATIO = 0.75  # of the tracked pose's misfit, below which another pose replaces it
 FOOT_RADIUS, FOOT_HEIGHT = 0.16, 0.035  # statures: about an ankle and above the sole, where the points of a foot are
 SHANK, SHANK_RADIUS = (0.25, 0.8), 0.09  # of its length from the ankle up, and statures about it: its points

@@ -62,7 +62,8 @@ class AwaitingPerson:
     """Waiting for a person in T-pose, or measuring the body.
 
     scenes, fields, t_poses: rays, silhouette distances and T-pose of the frame sets so far.  rest: frame sets to skip.
-    advice: instruction for the person, shown in health.
+    advice: instruction for the person, shown in health.  heights: capture time and height in metres of the person in every
+    frame set since one came into view.  t_pose_only: a user requested the measurement, so nothing else starts the track.
     """
 
     advice: str = "waiting for a person"
@@ -70,15 +71,18 @@ class AwaitingPerson:
     fields: tuple[DistanceField, ...] = ()
     t_poses: tuple[TPose, ...] = ()
     rest: int = 0
+    heights: tuple[tuple[int, float], ...] = ()
+    t_pose_only: bool = False
 
 
 @dataclass(frozen=True)
 class Person:
-    """A measured person.  body: sizes.  model: the same for compiled functions.  stature: metres.
+    """A person with known sizes.  body: sizes.  model: the same for compiled functions.  stature: metres.
 
     expected_support: running mean of the fraction of a scene that is on the body; lower with fewer views, which give a
     less sharp hull.  heading_known: False while the feet do not show which side is the front.
     detail: at most 1, (FIT_RESIDUAL_SCALE_M / size of a pixel at the person)^2; weight of what rays tell about the sizes.
+    measuring: of a body that began as an average one and has not been measured in the T-pose; else None.
     """
 
     body: Bdp
@@ -88,6 +92,7 @@ class Person:
     expected_support: float
     heading_known: bool = True
     detail: float = 1.0
+    measuring: AwaitingPerson | None = None
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,8 @@ class Tracking:
     limb_support: (4,) share of the rays that is usually on each limb; None before the first frame.
     toes: running mean of the statures by which the feet reach forward of the shanks.
     exchange_gains: (2,) see `zenocap.services.tracker.filter.exchange`.
+    limb_features: (4, features) running means, see `zenocap.services.tracker.filter.confidence`; None at the start.
+    corrected_ns: capture time of the last correction by a jump, see `filter_step.start_tracking`.
     """
 
     person: Person
@@ -112,6 +119,8 @@ class Tracking:
     limb_support: Floats | None = None
     toes: float = TOES_START
     exchange_gains: Floats = field(default_factory=lambda: np.zeros(2))
+    limb_features: Floats | None = None
+    corrected_ns: int = 0
 
 
 @dataclass(frozen=True)
@@ -141,7 +150,7 @@ class Outcome:
     """Result of one frame set.  body: None unless it changed.  pose: None without one.  views: those used.
 
     spread: (angles + 3,) standard deviations over the particles: joint angles, radians, then position, metres.
-    points: (n, 3) scene points, metres.
+    points: (n, 3) scene points, metres.  limb_features: see `Tracking`.  toes: as of `Tracking`, None without a pose.
     """
 
     body: Bdp | None
@@ -153,6 +162,8 @@ class Outcome:
     views: tuple[str, ...]
     findings: tuple[str, ...] = ()
     points: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    limb_features: Floats | None = None
+    toes: float | None = None
 
 
 @dataclass(frozen=True)

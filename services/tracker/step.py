@@ -32,8 +32,10 @@ from zenocap.common.runtime.frame_stride import stride_in
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_stride
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker import tracking
+from zenocap.services.tracker.filter.confidence import LIMBS, heading_confidence, limb_confidence
 from zenocap.services.tracker.parameters import (
     CAMERA_TOLERANCE,
+    LOST_LIMB,
     MAX_QUEUED_FRAME_SETS,
     MAX_SPREAD,
     MIN_VIEWS,
@@ -69,7 +71,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
         case Envelope(message=TrackerBdp() | TrackerPose() as previous) if awaiting_person(state):
             return _resume(setup, state, previous)
         case Envelope(message=Request(what="measure")):
-            fresh = tracking.initial_state(setup)
+            fresh = tracking.remeasure(setup)
             return replace(state, track=fresh, pose=None, findings=(), previous_body=None, remeasure=True), []
         case _:
             return state, []
@@ -193,14 +195,20 @@ def _pose_message(
             effective=0.0, lost=True, views=list(outcome.views),
         )  # fmt: skip
     x, y, z = outcome.pose.position.tolist()
-    spread = np.minimum(outcome.spread, MAX_SPREAD)
+    spread, limbs = np.minimum(outcome.spread, MAX_SPREAD), _limbs(outcome.limb_features)
     return TrackerPose(
         frame=frame, captured_ns=captured_ns, position=(x, y, z),
         angles=angles_by_name(anatomy, outcome.pose.angles),
         position_spread=_triple(spread[-3:]), spread=angles_by_name(anatomy, spread[:-3]),
         likelihood=float(outcome.likelihood), effective=float(outcome.effective), lost=outcome.lost,
-        views=list(outcome.views),
+        views=list(outcome.views), limbs=limbs, lost_limbs=[limb for limb, score in limbs.items() if score < LOST_LIMB],
+        heading=None if outcome.toes is None else heading_confidence(outcome.toes),
     )  # fmt: skip
+
+
+def _limbs(features: Floats | None) -> dict[str, float]:
+    """Confidence by limb, see `filter.confidence`."""
+    return {} if features is None else dict(zip(LIMBS, limb_confidence(features).tolist(), strict=True))
 
 
 def _triple(values: Floats) -> tuple[float, float, float]:

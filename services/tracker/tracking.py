@@ -13,14 +13,22 @@ from zenocap.common.messages import Phase
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.filter.confidence import limb_features, smoothed_features
 from zenocap.services.tracker.filter.filter_step import filter_step
 from zenocap.services.tracker.hull.contour_rays import contour_rays, exclude_views, extract_outlines, scene_from
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
+from zenocap.services.tracker.initialization.any_posture import start_in_any_posture
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, with_toes
 from zenocap.services.tracker.initialization.online_shape import initial_shape
-from zenocap.services.tracker.initialization.relocalization import check_elsewhere, search
+from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
 from zenocap.services.tracker.initialization.t_pose import await_person
-from zenocap.services.tracker.parameters import HEADING_TOES, INITIAL_SUPPORT, RELOCALIZE_AFTER, REVERSED_TOES
+from zenocap.services.tracker.parameters import (
+    HEADING_TOES,
+    INITIAL_SUPPORT,
+    OTHER_POSTURES_PERIOD,
+    RELOCALIZE_AFTER,
+    REVERSED_TOES,
+)
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Options, Outcome, Person, Setup, Tracking, TrackState
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untrusted
 
@@ -41,6 +49,12 @@ def initial_state(setup: Setup) -> TrackState:
         INITIAL_SUPPORT,
     )
     return TrackState(Lost(person, None), views)
+
+
+def remeasure(setup: Setup) -> TrackState:
+    """Initial state after a user's request to measure the body: wait for the T-pose."""
+    state = initial_state(setup)
+    return replace(state, phase=AwaitingPerson(t_pose_only=True)) if awaiting_person(state) else state
 
 
 def resume(setup: Setup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int) -> TrackState:
@@ -66,9 +80,19 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     scene = scene_from(contours, silhouettes)
     rays, field = contour_rays(scene), distance_field(silhouettes)
     phase, outcome = _advance_phase(setup, state.phase, captured_ns, rays, field, state.count)
+    if isinstance(phase, Tracking) and outcome.pose is not None:
+        phase = _with_limb_features(setup, phase, rays, field)
+        outcome = replace(outcome, limb_features=phase.limb_features, toes=phase.toes)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=scene.points)
+
+
+def _with_limb_features(setup: Setup, phase: Tracking, rays: Floats32, field: DistanceField) -> Tracking:
+    """The running means of the limbs' features with this frame."""
+    person, pose = phase.person, phase.estimate
+    now = limb_features(setup.anatomy, person.model, rays, field, pose, phase.limb_support, person.expected_support)
+    return replace(phase, limb_features=smoothed_features(phase.limb_features, now))
 
 
 def awaiting_person(state: TrackState) -> bool:
@@ -94,7 +118,8 @@ def describe(state: TrackState) -> str:
             return advice
         case Tracking(misfits_in_row=0, toes=toes, person=person):
             certain = person.heading_known and toes >= HEADING_TOES
-            return "tracking" if certain else "tracking, front or back is not certain"
+            body = "" if person.measuring is None else " with average proportions: hold the T-pose to measure the body"
+            return f"tracking{body}" if certain else f"tracking{body}, front or back is not certain"
         case Tracking():
             return "tracking, the body does not fit the scene"
         case Lost():
@@ -112,17 +137,43 @@ def _advance_phase(
     """Next phase and the result of one frame set."""
     match phase:
         case AwaitingPerson():
-            return await_person(setup, phase, captured_ns, rays, field)
-        case Lost():
-            return search(setup, phase, captured_ns, rays, field)
-        case Tracking():
-            rng = np.random.default_rng([setup.options.seed, count])
-            after, outcome = filter_step(setup, phase, captured_ns, rays, field, rng)
-            if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:
-                return after, outcome
-            after = with_toes(setup.anatomy, after, rays)
-            if after.misfits_in_row in RELOCALIZE_AFTER:
-                return check_elsewhere(setup, after, outcome, captured_ns, rays, field)
-            if after.toes < REVERSED_TOES:
-                return check_reversed_heading(setup, after, outcome, captured_ns, rays, field)
-            return after, outcome
+            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field)
+            if isinstance(awaiting, Tracking) or awaiting.scenes or not _starts_anywhere(setup, phase):
+                return awaiting, outcome
+            return start_in_any_posture(setup, awaiting, captured_ns, rays, field)
+        case (
+            Tracking(person=Person(measuring=AwaitingPerson() as measuring))
+            | Lost(person=Person(measuring=AwaitingPerson() as measuring))
+        ):
+            measured, outcome = await_person(setup, measuring, captured_ns, rays, field)
+            if isinstance(measured, Tracking):
+                return measured, outcome
+            phase = replace(phase, person=replace(phase.person, measuring=measured))
+            return _follow(setup, phase, captured_ns, rays, field, count)
+        case Tracking() | Lost():
+            return _follow(setup, phase, captured_ns, rays, field, count)
+
+
+def _starts_anywhere(setup: Setup, phase: AwaitingPerson) -> bool:
+    return setup.options.filter.start == "any-posture" and not phase.t_pose_only
+
+
+def _follow(
+    setup: Setup, phase: Tracking | Lost, captured_ns: int, rays: Floats32, field: DistanceField, count: int
+) -> tuple[Tracking | Lost, Outcome]:
+    """Track a person with known sizes, or search for one."""
+    if isinstance(phase, Lost):
+        return search(setup, phase, captured_ns, rays, field)
+    rng = np.random.default_rng([setup.options.seed, count])
+    after, outcome = filter_step(setup, phase, captured_ns, rays, field, rng)
+    if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:
+        return after, outcome
+    after = with_toes(setup.anatomy, after, rays)
+    if after.misfits_in_row in RELOCALIZE_AFTER:
+        return check_elsewhere(setup, after, outcome, captured_ns, rays, field)
+    if after.toes < REVERSED_TOES:
+        return check_reversed_heading(setup, after, outcome, captured_ns, rays, field)
+    other_postures = setup.options.filter.other_postures and setup.options.method == "hybrid"
+    if other_postures and count % OTHER_POSTURES_PERIOD == 0:
+        return check_other_postures(setup, after, outcome, captured_ns, rays, field)
+    return after, outcome

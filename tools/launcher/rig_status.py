@@ -1,6 +1,6 @@
 """Status of a rig from its messages, for the live table and the plain lines."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees
 from types import MappingProxyType
@@ -88,10 +88,14 @@ def posture_label(posture: m.Posture) -> str:
 def lost_text(pose: m.UniversalBap | m.TrackerPose) -> str:
     """Limbs that are being relocalized, and viewers whose contribution is old; empty when there are none."""
     if isinstance(pose, m.TrackerPose):
-        return "searching for the person" if pose.lost else ""
+        return "searching for the person" if pose.lost else _uncertain(pose.lost_limbs)
     parts = []
     if pose.lost:
         parts.append("searching for " + ", ".join(name.replace("_", " ") for name in pose.lost))
     if pose.stale:
         parts.append("without viewer " + " and ".join(pose.stale))
     return "; ".join(parts)
+
+
+def _uncertain(limbs: Sequence[str]) -> str:
+    return f"{' and '.join(limb.replace('_', ' ') for limb in limbs)} uncertain" if limbs else ""

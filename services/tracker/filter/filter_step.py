@@ -54,6 +54,7 @@ from zenocap.services.tracker.parameters import (
     PRIOR_FRACTION_RATE,
     RESIDUAL_LIMIT_M,
     RESIDUAL_SCALE_M,
+    SHAPE_PAUSE_NS,
     SHAPE_SUPPORT_RATIO,
     SUPPORT_RATE,
     VELOCITY_DAMPING,
@@ -70,7 +71,8 @@ def start_tracking(
     """Particles at a pose, from which tracking starts.  error: D of the pose, m^2."""
     n = setup.options.particles
     cloud = uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
-    tracking = Tracking(person, cloud, pose, np.zeros(6 + len(pose.values)), captured_ns, PRIOR_FRACTION)
+    still = np.zeros(6 + len(pose.values))
+    tracking = Tracking(person, cloud, pose, still, captured_ns, PRIOR_FRACTION, corrected_ns=captured_ns)
     return tracking, _outcome(setup, pose, cloud, error)
 
 
@@ -129,13 +131,13 @@ def filter_step(
     estimate = _estimate(setup, phase, cloud, rays, field, expected)
     best = float(errors[np.argmin(costs)])
     best_prior_distance = float(prior_distance[np.argmin(costs)])
-    exchange_gains = phase.exchange_gains
+    exchange_gains, corrected_ns = phase.exchange_gains, phase.corrected_ns
     if options.filter.exchange and options.method == "hybrid":
         whole = RefinementScene(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD))
         exchange = try_exchanges(setup.anatomy, whole, estimate, exchange_gains)
         exchange_gains = exchange.gains
         if exchange.pose is not None and exchange_gains.max() > EXCHANGE_GAIN:
-            estimate, exchange_gains = exchange.pose, np.zeros(len(PAIRS))
+            estimate, exchange_gains, corrected_ns = exchange.pose, np.zeros(len(PAIRS)), captured_ns
             cloud = uniform_cloud(
                 np.tile(estimate.position, (n, 1)), np.tile(estimate.rotation, (n, 1, 1)), np.tile(estimate.values, (n, 1))
             )
@@ -148,12 +150,14 @@ def filter_step(
     moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     if search:  # a corrected limb has not moved
         fastest = np.concatenate([np.full(3, MAX_SPEED), np.full(3 + d, MAX_TURN_RATE)])
+        corrected_ns = captured_ns if (np.abs(moved) > fastest).any() else corrected_ns
         moved = np.where(np.abs(moved) > fastest, 0.0, moved)
     from_prior = float(cloud.weights[draws.kinds == 1].sum())
     mean_prior_distance = phase.prior_distance + SUPPORT_RATE * (best_prior_distance - phase.prior_distance)
     new_prior_fraction = phase.prior_fraction + PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
     body = None
-    if options.filter.shape_estimation and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
+    settled = captured_ns - corrected_ns >= SHAPE_PAUSE_NS
+    if options.filter.shape_estimation and settled and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
         person, body = _update_shape(setup, person, rays, estimate)
     if not misfits_in_row:
         person = replace(
@@ -171,6 +175,8 @@ def filter_step(
         limb_support,
         phase.toes,
         exchange_gains,
+        phase.limb_features,
+        corrected_ns,
     )
     return tracking, replace(_outcome(setup, estimate, cloud, best), body=body)
 

@@ -27,6 +27,10 @@ from zenocap.services.tracker.parameters import (
     HEADING_PENALTY,
     MIN_EXPECTED_SUPPORT,
     MIN_TRACKING_RAYS,
+    OTHER_POSTURES_KEPT,
+    OTHER_POSTURES_PASSES,
+    OTHER_POSTURES_RATIO,
+    OTHER_POSTURES_TURNS,
     PARTICLE_HOLD,
     REPLACE_MISFIT_RATIO,
     RETRY_FRAMES,
@@ -39,6 +43,7 @@ from zenocap.services.tracker.parameters import (
 )
 from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
 
+ALL_TURNS = tuple(360.0 * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS)  # degrees
 STRIDE = {"hip.x": (50, -15), "knee.x": (-50, -70), "shoulder.x": (-40, 35), "elbow.x": (80, 80)}  # degrees
 GUARD = {"shoulder.x": (30, 30), "elbow.x": (100, 100)}  # degrees: fists before the chest
 
@@ -79,23 +84,39 @@ def best_pose(
         return None
     low = max(column.low, -GROUND_TOLERANCE_M)
     centre = np.array([column.centre[0], low + HIP_HEIGHT * stature, column.centre[1]])
-    candidates = []
-    for posture in postures:
-        for turn in range(SEARCH_HEADINGS):
-            yaw = 2 * np.pi * turn / SEARCH_HEADINGS
-            c, s = np.cos(yaw), np.sin(yaw)
-            rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ posture.rotation
-            start = RootedPose(centre.copy(), rotation, posture.values.copy())
-            candidates.append(
-                refined(model, rays, field, start, weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M), SEARCH_FIRST_ITERATIONS)
-            )
+    yaws = 2.0 * np.pi * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS
+    starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
+    ended = searched(model, rays, field, starts, weights, rounds, (SEARCH_KEPT, SEARCH_PASSES))
+    return min(ended, key=lambda pose: error_of(model, rays, field, weights, pose) * _heading_penalty(pose, facing))
+
+
+def turned_start(posture: RootedPose, position: Floats, yaw: float) -> RootedPose:
+    """A posture at a position (3,), turned by yaw radians about the vertical."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ posture.rotation
+    return RootedPose(position.copy(), rotation, posture.values.copy())
+
+
+def searched(
+    model: BodyModel,
+    rays: Floats32,
+    field: DistanceField,
+    starts: Sequence[RootedPose],
+    weights: Weights,
+    rounds: int,
+    effort: tuple[int, int],
+) -> list[RootedPose]:
+    """Poses that the best starts lead to.  effort: how many of them, and their passes of `rounds` iterations."""
+    kept, passes = effort
+    wide = weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M)
+    candidates = [refined(model, rays, field, start, wide, SEARCH_FIRST_ITERATIONS) for start in starts]
     candidates.sort(key=lambda pose: error_of(model, rays, field, weights, pose))
     ended = []
-    for pose in candidates[:SEARCH_KEPT]:
-        for _ in range(SEARCH_PASSES):
+    for pose in candidates[:kept]:
+        for _ in range(passes):
             pose = refined(model, rays, field, pose, weights, rounds)
         ended.append(pose)
-    return min(ended, key=lambda pose: error_of(model, rays, field, weights, pose) * _heading_penalty(pose, facing))
+    return ended
 
 
 def _heading_penalty(pose: RootedPose, facing: Floats | None) -> float:
@@ -119,7 +140,7 @@ def check_elsewhere(
     """Replace the pose when a search of the whole scene finds a better one."""
     person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
     facing = phase.estimate.rotation if person.heading_known else None
-    pose = _best_pose_anywhere(setup, person, phase.estimate, facing, rays, field)
+    pose = best_pose_anywhere(setup, person, phase.estimate, facing, rays, field)
     if pose is None:
         return phase, outcome
     error = error_of(person.model, rays, field, weights, pose)
@@ -128,7 +149,35 @@ def check_elsewhere(
     return start_tracking(setup, person, pose, captured_ns, error)
 
 
-def _best_pose_anywhere(
+def check_other_postures(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[Tracking, Outcome]:
+    """Replace the pose by one found from common postures near it, when that fits better."""
+    person, weights, present = phase.person, residual_weights(setup, PARTICLE_HOLD), phase.estimate
+    yaw = float(np.arctan2(present.rotation[0, 2], present.rotation[2, 2]))
+    turns = OTHER_POSTURES_TURNS if person.heading_known else ALL_TURNS
+    starts = [
+        turned_start(posture, present.position, yaw + float(np.radians(turn)))
+        for posture in search_postures(setup.anatomy)
+        for turn in turns
+    ]
+    effort = (OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES)
+    ended = searched(person.model, rays, field, starts, weights, SEARCH_ITERATIONS, effort)
+    errors = [
+        error_of(person.model, rays, field, weights, pose) * _heading_penalty(pose, present.rotation) for pose in ended
+    ]
+    best = int(np.argmin(errors))
+    if errors[best] > OTHER_POSTURES_RATIO * error_of(person.model, rays, field, weights, present):
+        return phase, outcome
+    after, replaced = start_tracking(setup, person, ended[best], captured_ns, errors[best])
+    corrected = replace(
+        phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns,
+        exchange_gains=after.exchange_gains,
+    )  # fmt: skip
+    return corrected, replace(replaced, body=outcome.body)
+
+
+def best_pose_anywhere(
     setup: Setup, person: Person, last: RootedPose | None, facing: Floats | None, rays: Floats32, field: DistanceField
 ) -> RootedPose | None:
     """Best pose in a scene, from common postures and the last one."""
@@ -148,7 +197,7 @@ def search(
     model, weights = phase.person.model, residual_weights(setup, PARTICLE_HOLD)
     recent = phase.person.heading_known and captured_ns - phase.seen_ns < HEADING_MEMORY_NS
     facing = phase.last.rotation if phase.last is not None and recent else None
-    pose = _best_pose_anywhere(setup, phase.person, phase.last, facing, rays, field)
+    pose = best_pose_anywhere(setup, phase.person, phase.last, facing, rays, field)
     if pose is None or support_fraction(model, rays, pose) < FOUND_SUPPORT_RATIO * phase.person.expected_support:
         person = replace(
             phase.person, expected_support=max(MIN_EXPECTED_SUPPORT, EXPECTED_SUPPORT_DECAY * phase.person.expected_support)

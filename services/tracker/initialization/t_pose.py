@@ -211,18 +211,20 @@ def await_person(
     no_result = no_pose(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), no_result
+    fresh = replace(phase, scenes=(), fields=(), t_poses=())
     t_pose = detect_t_pose(rays)
     if isinstance(t_pose, str):
-        return AwaitingPerson(t_pose), no_result
+        return replace(fresh, advice=t_pose), no_result
     if phase.t_poses and not _is_still(phase.t_poses[-1], t_pose):
-        phase = AwaitingPerson()
+        phase = fresh
     scenes, fields, t_poses = (*phase.scenes, rays), (*phase.fields, field), (*phase.t_poses, t_pose)
     if len(scenes) < T_POSE_FRAMES:
-        return AwaitingPerson(f"measuring the body ({len(scenes)} of {T_POSE_FRAMES})", scenes, fields, t_poses), no_result
+        advice = f"measuring the body ({len(scenes)} of {T_POSE_FRAMES})"
+        return replace(fresh, advice=advice, scenes=scenes, fields=fields, t_poses=t_poses), no_result
     detail = detail_at(setup, t_pose.centre)
     found = fit_t_poses(setup.anatomy, scenes, fields, t_poses, residual_weights(setup, T_POSE_HOLD), detail)
     if isinstance(found, str):
-        return AwaitingPerson(found, rest=T_POSE_RETRY_FRAMES), no_result
+        return replace(fresh, advice=found, rest=T_POSE_RETRY_FRAMES), no_result
     measured = found.measured
     stature = float(np.median([one.stature for one in t_poses]))
     shape = initial_shape(average_body(setup.anatomy, stature), measured.logs)

@@ -146,6 +146,7 @@ def test_preset_paper_sets_the_printed_options(tmp_path: Path, shipped: Path) ->
     printed = FilterOptions(
         distance="modulated", association="closest", force_law="linear", cost_terms=False, prior_share=1.0,
         relocalization=False, velocity_prediction=False, shape_estimation=False, limb_search=False, exchange=False,
+        other_postures=False, start="t-pose",
     )  # fmt: skip
     assert spec.filter == printed
     for method in ("image-force", "particle-filter"):

@@ -8,15 +8,23 @@ import pytest
 from tests.support.tracker_ring import rendered_masks, ring, scene, setup, simulated_person, t_pose_at
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
+from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
+from zenocap.services.tracker.body.sizes import COUNT
 from zenocap.services.tracker.filter.correspondence import misfit, support_fraction
-from zenocap.services.tracker.filter.filter_step import residual_weights
+from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
-from zenocap.services.tracker.initialization.relocalization import best_pose, search_postures
+from zenocap.services.tracker.initialization.online_shape import initial_shape
+from zenocap.services.tracker.initialization.relocalization import (
+    best_pose,
+    check_other_postures,
+    search_postures,
+)
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
 from zenocap.services.tracker.parameters import PARTICLE_HOLD, T_POSE_HOLD
+from zenocap.services.tracker.states import Person
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline
@@ -113,3 +121,20 @@ def test_search_postures_differ_for_every_anatomy(anatomy: Anatomy) -> None:
     postures = search_postures(anatomy)
     assert len(postures) == 5
     assert len({posture.values.tobytes() for posture in postures}) == 5
+
+
+def test_common_posture_replaces_a_pose_that_fits_worse_and_keeps_one_that_fits() -> None:
+    standing = place(neutral(simulated_person(SEED)), Placement(0.1, 0.2, 0.4))
+    rays, field = shown(standing)
+    config = setup(CAMERAS)
+    right = find(rays, field)
+    assert right is not None
+    body = average_body(FOURTEEN_PARTS, simulated_person(SEED).height)
+    person = Person(body, model(), simulated_person(SEED).height, initial_shape(body, np.zeros(COUNT)), 0.7)
+    wrong = right._replace(values=search_postures(FOURTEEN_PARTS)[0].values.copy())  # arms stretched
+    for pose, replaced in ((wrong, True), (right, False)):
+        tracking, outcome = start_tracking(config, person, pose, 0, 0.0)
+        after, _ = check_other_postures(config, tracking, outcome, 33, rays, field)
+        assert (after is not tracking) == replaced
+        assert np.abs(after.estimate.values - right.values).max() < 0.5
+        assert after.corrected_ns == (33 if replaced else 0)

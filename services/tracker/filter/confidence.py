@@ -1,0 +1,74 @@
+"""How probable it is that a limb, and the heading, are right: logistic models of what the silhouettes show.
+
+`python -m benchmarks.confidence` fits the coefficients to simulated people and compares predicted with true frequencies.
+"""
+
+# Paper (added): [Hybrid] gives no confidence.
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.filter.correspondence import misfit, support_fraction
+from zenocap.services.tracker.filter.limb_search import limb_support
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.parameters import (
+    ARM_CONFIDENCE,
+    HEADING_CONFIDENCE,
+    LEG_CONFIDENCE,
+    LIMB_FEATURES_RATE,
+    RESIDUAL_LIMIT_M,
+)
+
+LIMBS = ("right_arm", "left_arm", "right_leg", "left_leg")  # in the order of `limbs_of`
+FEATURES = ("constant", "support ratio", "ln misfit", "body support ratio", "support")
+MAX_RATIO = 1.2
+MIN_MISFIT = 1e-6  # m^2
+LEAST_SUPPORT = 1e-6
+
+
+def limb_features(
+    anatomy: Anatomy,
+    model: BodyModel,
+    rays: Floats32,
+    field: DistanceField,
+    pose: RootedPose,
+    usual: Floats | None,
+    expected_support: float,
+) -> Floats:
+    """(4, features) of LIMBS in one frame.  usual: (4,) usual support of the limbs, None at the start.
+
+    expected_support: of the body.
+    """
+    support = limb_support(anatomy, model, rays, pose)
+    error = float(misfit(model, rays, field, RESIDUAL_LIMIT_M, pose))
+    body = support_fraction(model, rays, pose) / max(expected_support, LEAST_SUPPORT)
+    features = np.ones((len(LIMBS), len(FEATURES)))
+    if usual is not None:
+        features[:, 1] = np.minimum(support / np.maximum(usual, LEAST_SUPPORT), MAX_RATIO)
+    features[:, 2] = np.log(max(error, MIN_MISFIT))
+    features[:, 3] = body
+    features[:, 4] = support
+    return features
+
+
+def smoothed_features(before: Floats | None, now: Floats) -> Floats:
+    """Running mean of features; before: None in the first frame."""
+    return now if before is None else before + LIMB_FEATURES_RATE * (now - before)
+
+
+def limb_confidence(features: Floats) -> Floats:
+    """(4,) probability that elbow or knee, and wrist or ankle, are within LIMB_ERROR_M of the person's."""
+    coefficients = np.array([ARM_CONFIDENCE, ARM_CONFIDENCE, LEG_CONFIDENCE, LEG_CONFIDENCE])
+    return _logistic(np.sum(coefficients * features, axis=1))
+
+
+def heading_confidence(toes: float) -> float:
+    """Probability that front and back are not exchanged; toes: statures by which the feet reach forward."""
+    return float(_logistic(np.array([HEADING_CONFIDENCE[0] + HEADING_CONFIDENCE[1] * toes]))[0])
+
+
+def _logistic(x: Floats) -> Floats:
+    values: Floats = 1.0 / (1.0 + np.exp(-x))
+    return values

@@ -1,0 +1,91 @@
+"""Start without a T-pose: an average body of the person's height, found in any posture and refined while it is tracked.
+
+The T-pose is still looked for, and replaces the body by a measured one when it is seen.
+"""
+
+# Paper (open): [Hybrid] does not say how the track starts.
+
+from dataclasses import replace
+
+import numpy as np
+
+from zenocap.common.arrays import Floats32
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.filter.correspondence import support_fraction
+from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.heading import foot_reach, reversed_pose
+from zenocap.services.tracker.initialization.localization import Column, find_column
+from zenocap.services.tracker.initialization.online_shape import initial_shape
+from zenocap.services.tracker.initialization.relocalization import best_pose_anywhere, error_of, search_postures
+from zenocap.services.tracker.initialization.t_pose import detail_at
+from zenocap.services.tracker.parameters import (
+    GROUND_TOLERANCE_M,
+    INITIAL_SUPPORT,
+    MAX_STATURE_M,
+    MIN_STATURE_M,
+    PARTICLE_HOLD,
+    REVERSED_MISFIT_RATIO,
+    SEARCH_ITERATIONS,
+    START_AFTER_NS,
+    START_MISFIT_M2,
+    START_STATURE_PERCENTILE,
+    START_SUPPORT,
+)
+from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Setup, Tracking
+
+
+def start_in_any_posture(
+    setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[AwaitingPerson | Tracking, Outcome]:
+    """Start tracking an average body once a person has been in view for START_AFTER_NS; tried again after as long."""
+    no_result = no_pose(setup, lost=False)
+    column = find_column(rays)
+    height = 0.0 if column is None else column.top - max(column.low, -GROUND_TOLERANCE_M)
+    if column is None or not MIN_STATURE_M <= height <= MAX_STATURE_M:
+        return replace(phase, heights=()), no_result
+    heights = (*phase.heights, (captured_ns, height))
+    if captured_ns - heights[0][0] < START_AFTER_NS:
+        return replace(phase, heights=heights), no_result
+    person = average_person(setup, float(np.percentile([one for _, one in heights], START_STATURE_PERCENTILE)), column)
+    pose = best_pose_anywhere(setup, person, None, None, rays, field)
+    if pose is None:
+        return replace(phase, heights=()), no_result
+    pose = _facing_where_feet_point(setup, person, pose, rays, field)
+    support = support_fraction(person.model, rays, pose)
+    error = error_of(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD), pose)
+    if support < START_SUPPORT or error > START_MISFIT_M2:  # furniture
+        return replace(phase, heights=()), no_result
+    tracking, outcome = start_tracking(setup, replace(person, expected_support=support), pose, captured_ns, error)
+    return tracking, replace(outcome, body=person.body)
+
+
+def average_person(setup: Setup, stature: float, column: Column) -> Person:
+    """Person of average proportions.  stature: metres.  column: where the person is."""
+    body = average_body(setup.anatomy, stature)
+    return Person(
+        body,
+        model_of(setup.anatomy, body),
+        stature,
+        initial_shape(body, np.zeros(COUNT)),
+        INITIAL_SUPPORT,
+        heading_known=False,
+        detail=detail_at(setup, column.centre),
+        measuring=AwaitingPerson(),
+    )
+
+
+def _facing_where_feet_point(
+    setup: Setup, person: Person, pose: RootedPose, rays: Floats32, field: DistanceField
+) -> RootedPose:
+    """The pose, or one with the opposite heading whose feet reach farther forward unless it fits much worse."""
+    weights, model = residual_weights(setup, PARTICLE_HOLD), person.model
+    postures = (*search_postures(setup.anatomy), pose)
+    other = reversed_pose(model, rays, field, pose, postures, weights, SEARCH_ITERATIONS)
+    reaches = [foot_reach(setup.anatomy, model, rays, one, person.stature) for one in (pose, other)]
+    errors = [error_of(model, rays, field, weights, one) for one in (pose, other)]
+    if reaches[0] is None or reaches[1] is None or reaches[1] <= reaches[0]:
+        return pose
+    return other if errors[1] <= REVERSED_MISFIT_RATIO * errors[0] else pose

@@ -1,0 +1,65 @@
+"""Confidence of limbs and heading: laws of the logistic models, and limbs whose silhouette is elsewhere."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.tracker_ring import rendered_masks, ring, scene, setup, t_pose_at
+from zenocap.services.tracker.body.body_model import model_of
+from zenocap.services.tracker.filter.confidence import (
+    FEATURES,
+    LIMBS,
+    heading_confidence,
+    limb_confidence,
+    limb_features,
+    smoothed_features,
+)
+from zenocap.services.tracker.filter.filter_step import residual_weights
+from zenocap.services.tracker.filter.limb_search import limbs_of
+from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
+from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
+from zenocap.services.tracker.parameters import T_POSE_HOLD
+
+CAMERAS = ring(4)
+ANATOMY = setup(CAMERAS).anatomy
+SHARES = st.floats(0.0, 1.2)
+
+
+@given(support=SHARES, more=SHARES, misfit=st.floats(-14.0, -4.0), body=SHARES, share=st.floats(0.0, 0.2))
+def test_more_support_and_less_misfit_give_more_confidence(
+    support: float, more: float, misfit: float, body: float, share: float
+) -> None:
+    less = np.tile([1.0, min(support, more), misfit + 1.0, body, share], (len(LIMBS), 1))
+    better = np.tile([1.0, max(support, more), misfit, body, share], (len(LIMBS), 1))
+    assert (limb_confidence(better) >= limb_confidence(less)).all()
+    assert ((limb_confidence(less) >= 0.0) & (limb_confidence(better) <= 1.0)).all()
+
+
+@given(toes=st.floats(-0.2, 0.2), farther=st.floats(0.0, 0.2))
+def test_feet_that_reach_farther_forward_make_the_heading_more_probable(toes: float, farther: float) -> None:
+    assert 0.0 <= heading_confidence(toes) <= heading_confidence(toes + farther) <= 1.0
+
+
+def test_running_mean_starts_with_the_first_frame_and_follows() -> None:
+    first, then = np.zeros((len(LIMBS), len(FEATURES))), np.ones((len(LIMBS), len(FEATURES)))
+    np.testing.assert_array_equal(smoothed_features(None, first), first)
+    after = smoothed_features(first, then)
+    assert ((after > first) & (after < then)).all()
+
+
+@pytest.mark.parametrize("limb", range(len(LIMBS)))
+def test_limb_that_is_not_where_its_silhouette_is_has_less_confidence_than_the_others(limb: int) -> None:
+    rays, field = scene(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))
+    one = detect_t_pose(rays)
+    assert isinstance(one, TPose)
+    fit = fit_t_poses(ANATOMY, [rays], [field], [one], residual_weights(setup(CAMERAS), T_POSE_HOLD))
+    assert isinstance(fit, TPoseFit)
+    model, pose = model_of(ANATOMY, fit.measured.body), fit.poses[0]
+    usual = limb_features(ANATOMY, model, rays, field, pose, None, 1.0)[:, FEATURES.index("support")]
+    right = limb_confidence(limb_features(ANATOMY, model, rays, field, pose, usual, 0.8))
+    wrong = pose.copy()
+    wrong.values[limbs_of(ANATOMY)[limb].ball] += 1.2
+    found = limb_confidence(limb_features(ANATOMY, model, rays, field, wrong, usual, 0.8))
+    assert found[limb] < right[limb]
+    assert found[limb] == found[2 * (limb // 2) : 2 * (limb // 2) + 2].min()

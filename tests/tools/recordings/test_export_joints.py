@@ -1,6 +1,7 @@
 """Exports in joint conventions: names, units and places as other readers find them; what a format or body lacks."""
 
 import csv
+import json
 from pathlib import Path
 
 import ezc3d
@@ -111,6 +112,17 @@ def test_points_that_the_body_lacks_are_named_in_one_line(two_view: Path, tmp_pa
     status, _, err = run("export", two_view, "-o", tmp_path / "a.trc", "--joints", "halpe")
     assert (status, err) == (0, f"note: the take's body has no feet: left out: {', '.join(FEET)}\n")
     assert not set(FEET) & set(read_trc(tmp_path / "a.trc").names)
+
+
+def test_a_take_is_evaluated_in_the_convention_of_the_truth(tracked: Path, tmp_path: Path) -> None:
+    export(tracked, tmp_path / "truth.trc", ExportOptions("trc", joints="halpe"))
+    arguments = ("evaluate", tracked, "--truth", tmp_path / "truth.trc", "--json")
+    other, same = (json.loads(run(*arguments, *extra)[1]) for extra in ((), ("--joints", "halpe")))
+    assert (other["joints"], same["joints"]) == (15, 26)
+    assert same["mpjpe_mm"] == pytest.approx(0.0, abs=1e-3)
+    assert other["mpjpe_mm"] > 10.0
+    status, _, err = run(*arguments, "--joints", "halpe", "--angles")
+    assert (status, "--joints halpe" in err) == (2, True)
 
 
 @pytest.mark.parametrize("to", ["bvh", "mot"])

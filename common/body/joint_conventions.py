@@ -25,7 +25,7 @@ POSE2SIM_MM: Mapping[str, float] = {
 ANSUR_MM: Mapping[str, float] = {"stature": 1000.0}  # means of the shares of stature, both sexes with equal weight
 
 ANKLE_HEIGHT = 0.039  # in statures, as in `anatomy`
-# Elbow to wrist over elbow to fingertip; joint centres, mean of both sexes, de Leva (1996): 266.6 and 180.0 mm.
+# Elbow to wrist over elbow to fingertip; joint centres, mean of both sexes, de Leva (1996), as in `proportions`.
 WRIST_SHARE = 266.6 / (266.6 + 180.0)
 
 
@@ -67,14 +67,15 @@ _NECK = _pose2sim("Neck", "RShoulder LShoulder", "chest", -4.0, 75.4, 0.0, "stat
 _HEAD = _pose2sim("Head", "Head", "head", 10.3, 0.0, 0.0, "stature")
 _NOSE = _pose2sim("Nose", "Head", "head", 110.7, -151.5, 0.0, "stature")
 _EYE = _pose2sim("REye", "Head", "head", 72.5, -117.3, 31.1, "stature")
-# ANSUR II (Gordon et al. 2014): tragion to top of head 0.0763 and bizygomatic breadth 0.0818 statures; below the vertex.
+# ANSUR II (Gordon et al. 2014), means of the individual data: tragion to top of head 0.0763 and bizygomatic breadth 0.0818
+# statures.  The survey has no distance to the front; here below the vertex.
 _EAR = Point("REar", ("Head",), "head", (0.0, -76.3, 40.9), "stature", ANSUR_MM["stature"])
 # From the sole below the ankle.
 _BIG_TOE = _pose2sim("RBigToe", "RSole", "right_foot", 194.7, 20.0, -5.5, "foot")
 _SMALL_TOE = _pose2sim("RSmallToe", "RSole", "right_foot", 157.1, 19.7, 37.8, "foot")
 _HEEL = _pose2sim("RHeel", "RSole", "right_foot", -35.2, 35.4, 6.1, "foot")
 
-# Wu et al. (2002, 2005): centre of the femoral head, middle of the femoral epicondyles, middle of the malleoli,
+# Wu et al. (2002, 2005), cited from memory: centre of the femoral head, middle of the femoral epicondyles, middle of the malleoli,
 # glenohumeral rotation centre (GH), middle of the humeral epicondyles, middle of the styloids.  The fitted body has joint
 # centres there, and the wrist at de Leva's share.
 _ISB = tuple(

@@ -9,7 +9,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.clinical_angles import segment_axes
 from zenocap.common.body.definition import Bdp, Pose, neutral_pose
-from zenocap.common.body.joint_conventions import ANKLE_HEIGHT, CONVENTIONS, WRIST_SHARE, Convention, points_of
+from zenocap.common.body.joint_conventions import ANKLE_HEIGHT, CONVENTIONS, WRIST_SHARE, Convention, Point, points_of
 from zenocap.common.body.kinematics import joint_centres, part_frames
 
 SIDES = (("R", "right"), ("L", "left"))
@@ -19,14 +19,19 @@ SIDES = (("R", "right"), ("L", "left"))
 class Keypoints:
     """Points of a convention on the body of one person.
 
-    names: of the points.  offsets: (points, 3) metres, in the axes of their parts.
+    offsets: (points, 3) metres, in the axes of their parts.
     """
 
     anatomy: Anatomy
     bdp: Bdp
     convention: Convention
-    names: tuple[str, ...]
+    points: tuple[Point, ...]
     offsets: Floats
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the points."""
+        return tuple(point.name for point in self.points)
 
     def at(self, pose: Pose) -> Floats:
         """Points (points, 3) of a pose in the world, metres."""
@@ -34,12 +39,12 @@ class Keypoints:
             return joint_centres(self.anatomy, self.bdp, pose)
         bases = _bases(self.anatomy, self.bdp, pose)
         rotations = part_frames(self.anatomy, self.bdp, pose)[:, :, :3]
-        points = np.empty((len(self.names), 3))
-        for k, point in enumerate(points_of(self.convention, self.anatomy)):
-            points[k] = np.mean([bases[base] for base in point.bases], axis=0)
+        found = np.empty((len(self.points), 3))
+        for k, point in enumerate(self.points):
+            found[k] = np.mean([bases[base] for base in point.bases], axis=0)
             if point.part:
-                points[k] += rotations[self.anatomy.index[point.part]] @ self.offsets[k]
-        return points
+                found[k] += rotations[self.anatomy.index[point.part]] @ self.offsets[k]
+        return found
 
 
 def keypoints(convention: Convention, anatomy: Anatomy, bdp: Bdp) -> Keypoints:
@@ -53,7 +58,7 @@ def keypoints(convention: Convention, anatomy: Anatomy, bdp: Bdp) -> Keypoints:
         if point.part:
             shares = np.array(point.offset_mm) / point.reference_mm
             offsets[k] = lengths[point.scale] * segment_axes(point.part) @ shares
-    return Keypoints(anatomy, bdp, convention, tuple(point.name for point in points), offsets)
+    return Keypoints(anatomy, bdp, convention, points, offsets)
 
 
 def body_lengths(anatomy: Anatomy, bdp: Bdp) -> dict[str, float]:

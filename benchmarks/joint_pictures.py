@@ -100,6 +100,7 @@ def main() -> None:
         np.hstack([panel(convention, side) for convention in pair for side in (False, True)])
         for pair in (CONVENTIONS[:2], CONVENTIONS[2:])
     ]
+    options.output.parent.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(options.output), np.vstack([*rows, legend(rows[0].shape[1])]))
     print(options.output)
 

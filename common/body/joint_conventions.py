@@ -60,7 +60,6 @@ _ANKLE = _pose2sim("RAnkle", "RAnkle", "right_lower_leg", -0.3, 9.5, 15.0, "shan
 _SHOULDER = _pose2sim("RShoulder", "RShoulder", "chest", -16.0, -5.2, 31.6, "shoulder_half")
 _ELBOW = _pose2sim("RElbow", "RElbow", "right_upper_arm", 0.0, -11.7, 0.0, "upper_arm")
 _WRIST = Point("RWrist", ("RWristCentre",))
-_LIMBS = (_HIP, _KNEE, _ANKLE, _SHOULDER, _ELBOW, _WRIST)
 _PELVIS = _pose2sim("Hip", "RHip LHip", "pelvis", 6.8, -15.2, 0.0, "hip_half")
 _NECK = _pose2sim("Neck", "RShoulder LShoulder", "chest", -4.0, 75.4, 0.0, "stature")
 # From the vertex above the middle of the model's skull, which is 5.6 mm in front of the origin of its head.
@@ -75,9 +74,9 @@ _BIG_TOE = _pose2sim("RBigToe", "RSole", "right_foot", 194.7, 20.0, -5.5, "foot"
 _SMALL_TOE = _pose2sim("RSmallToe", "RSole", "right_foot", 157.1, 19.7, 37.8, "foot")
 _HEEL = _pose2sim("RHeel", "RSole", "right_foot", -35.2, 35.4, 6.1, "foot")
 
-# Wu et al. (2002, 2005), cited from memory: centre of the femoral head, middle of the femoral epicondyles, middle of the malleoli,
-# glenohumeral rotation centre (GH), middle of the humeral epicondyles, middle of the styloids.  The fitted body has joint
-# centres there, and the wrist at de Leva's share.
+# Wu et al. (2002, 2005), cited from memory: centre of the femoral head, middle of the femoral epicondyles, of the malleoli,
+# glenohumeral rotation centre (GH), middle of the humeral epicondyles, of the styloids.  The fitted body has joint centres
+# there, and the wrist at de Leva's share.
 _ISB = tuple(
     Point(f"R{name}", (f"R{base}",))
     for name, base in (
@@ -104,8 +103,7 @@ def _both(*points: Point) -> tuple[Point, ...]:
 
 
 # Order: the skeletons of Pose2Sim, from which it writes TRC files; eyes and ears, which these omit, at the end.
-_LEG, _ARM = _LIMBS[:3], _LIMBS[3:]
-_FACE = (_EYE, _EAR)
+_LEG, _ARM, _FACE = (_HIP, _KNEE, _ANKLE), (_SHOULDER, _ELBOW, _WRIST), (_EYE, _EAR)
 _POINTS: Mapping[Convention, tuple[Point, ...]] = {
     "isb": _both(*_ISB),
     "coco": (*_both(*_LEG), _NOSE, *_both(*_ARM), *_both(*_FACE)),

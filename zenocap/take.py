@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp
-from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.body.joint_conventions import Convention
+from zenocap.common.body.keypoints import Keypoints, keypoints
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
@@ -34,8 +35,9 @@ class Poses:
     captured_ns: (n,) capture times, nanoseconds since the Unix epoch.
     positions: (n, 3) of the navel, metres.
     angles: (n, angles) joint angles, radians, columns as `Take.angle_names`.
-    joint_centres: (n, joints, 3) metres, columns as `Take.joint_names`.
+    joint_centres: (n, joints, 3) metres, columns as `joint_names`.
     lost: (n,) whether the person is being searched for; positions, angles and joint centres are NaN there.
+    joint_names: (joints,) of the convention that was asked for; `Take.joint_names` for zenocap's own.
     """
 
     frames: Ints
@@ -45,6 +47,7 @@ class Poses:
     angles: Floats
     joint_centres: Floats
     lost: NDArray[np.bool_]
+    joint_names: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -62,7 +65,7 @@ class Take:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joint centres, HALPE-26 as Pose2Sim has them: Hip, RHip, RKnee, ..."""
+        """Names of zenocap's own joint centres, as Pose2Sim has them: Hip, RHip, RKnee, ..."""
         return tuple(marker.name for marker in self._anatomy.markers)
 
     @property
@@ -85,23 +88,30 @@ class Take:
         """What is missing of a cut or damaged file, in words; None for a whole one."""
         return self._summary.cut
 
-    def poses(self) -> Poses:
-        """Return all poses at once.  An hour at 30 frames/s takes about 150 MB."""
-        (poses,) = self.chunks(max(1, self.frame_count))
+    def poses(self, *, joints: Convention = "zenocap") -> Poses:
+        """Return all poses at once.  An hour at 30 frames/s takes about 150 MB.
+
+        joints: convention of the joint centres: zenocap, isb, coco or halpe.
+        """
+        (poses,) = self.chunks(max(1, self.frame_count), joints=joints)
         return poses
 
-    def chunks(self, size: int = CHUNK) -> Iterator[Poses]:
-        """Yield the poses in order, at most `size` frames at a time.  Raises ValueError for a size below 1."""
+    def chunks(self, size: int = CHUNK, *, joints: Convention = "zenocap") -> Iterator[Poses]:
+        """Yield the poses in order, at most `size` frames at a time.  joints: see `poses`.
+
+        Raises ValueError for a size below 1, and for an unknown convention.
+        """
         if size < 1:
             raise ValueError(f"size = {size}: allowed: 1 or more frames")
+        points = keypoints(joints, self._anatomy, self._bdp)
         rows: list[Bap] = []
         for bap in self._in_order():
             rows.append(bap)
             if len(rows) == size:
-                yield self._arrays(rows)
+                yield self._arrays(rows, points)
                 rows = []
         if rows:
-            yield self._arrays(rows)
+            yield self._arrays(rows, points)
 
     def export(
         self,
@@ -110,17 +120,19 @@ class Take:
         fps: float | None = None,
         axes: Axes = "y-up",
         unit: Unit | None = None,
+        joints: Convention = "zenocap",
     ) -> Exported:
         """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv or .mot.
 
         fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
-        format's usual one.  The file appears whole or not at all.  Raises UserError.
+        format's usual one.  joints: convention of the points in .trc, .c3d and .csv; `Exported.left_out` names those that
+        the body does not have.  The file appears whole or not at all.  Raises UserError.
         """
         path = Path(output)
         kind = next((name for name in get_args(Format) if path.suffix.lower() == f".{name}"), None)
         if kind is None:
             raise UserError(f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}")
-        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit))
+        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit, joints=joints))
 
     @property
     def _anatomy(self) -> Anatomy:
@@ -154,18 +166,19 @@ class Take:
         while heap:
             yield waiting.pop(heappop(heap))
 
-    def _arrays(self, rows: list[Bap]) -> Poses:
+    def _arrays(self, rows: list[Bap], points: Keypoints) -> Poses:
         summary = self._summary
         at = np.searchsorted(summary.captured_ns, [bap.captured_ns for bap in rows])
         positions = np.full((len(rows), 3), np.nan)
         angles = np.full((len(rows), len(self.angle_names)), np.nan)
-        centres = np.full((len(rows), len(self.joint_names), 3), np.nan)
+        centres = np.full((len(rows), len(points.names), 3), np.nan)
         lost = np.array([is_lost(bap) for bap in rows])
         for row in np.flatnonzero(~lost):
             pose = pose_of(self._anatomy, rows[row])
             positions[row], angles[row] = pose.position, pose.angles
-            centres[row] = joint_centres(self._anatomy, self._bdp, pose)
-        return Poses(summary.frames[at], self._times_s[at], summary.captured_ns[at], positions, angles, centres, lost)
+            centres[row] = points.at(pose)
+        times_s, captured_ns = self._times_s[at], summary.captured_ns[at]
+        return Poses(summary.frames[at], times_s, captured_ns, positions, angles, centres, lost, points.names)
 
 
 def open_take(path: Path | str) -> Take:

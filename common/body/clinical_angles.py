@@ -101,6 +101,13 @@ _FOOT = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # standing, the part has 
 _HALF_TURN = np.diag([-1.0, 1.0, -1.0])  # about the segment's Y
 
 
+def segment_axes(part: str) -> Floats:
+    """Axes (3, 3) of the segment frame of a part, or of the world (""), in columns X front, Y up, Z right."""
+    if part.endswith("foot"):
+        return _FOOT
+    return _LIMB if part.endswith(("arm", "leg")) else _TRUNK
+
+
 def joint_rotations(anatomy: Anatomy, angles: Floats) -> dict[str, Floats]:
     """Joint rotations of poses.  angles: (n, angles) radians, ordered by `Anatomy.angles`; NaN where unknown.
 
@@ -112,7 +119,7 @@ def joint_rotations(anatomy: Anatomy, angles: Floats) -> dict[str, Floats]:
     for joint in anatomy.joints:
         values = angles[:, first : first + len(joint.axes)]
         first += len(joint.axes)
-        own, parent = _axes_of(joint.part), _axes_of(joint.parent)
+        own, parent = segment_axes(joint.part), segment_axes(joint.parent)
         to_parent[joint.name] = parent.T @ euler_to_matrix(joint.axes, values) @ own
     rotations = {"neck": to_parent["neck"]}
     if "waist" in to_parent:
@@ -192,13 +199,6 @@ def _of_raised_arms(degrees: Floats) -> Floats:
     other = other_solution(degrees)
     nearer = np.abs(other[:, :2]).sum(axis=1) < np.abs(degrees[:, :2]).sum(axis=1)
     return np.where(nearer[:, None], other, degrees)
-
-
-def _axes_of(part: str) -> Floats:
-    """Axes (3, 3) of the segment frame of a part of an anatomy, or of the world ("")."""
-    if part.endswith("foot"):
-        return _FOOT
-    return _LIMB if part.endswith(("arm", "leg")) else _TRUNK
 
 
 def _values(angle: ClinicalAngle, rotations: JointRotations) -> Floats:

@@ -1,5 +1,6 @@
 """C3D export of joint centres as points, for Visual3D, Mokka, MotionBuilder and biomechanics toolkits."""
 
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,9 +15,17 @@ BYTES_PER_POINT = 16
 MAX_FRAMES = 65_535  # the header counts frames in 16 bits
 
 
-def write_c3d(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit = "mm") -> None:
+def write_c3d(
+    path: Path,
+    data: Trajectories,
+    *,
+    axes: Axes = "y-up",
+    unit: Unit = "mm",
+    descriptions: Sequence[str] = (),
+) -> None:
     """Write one row per frame; `data` has consecutive frames (`every_frame`).  Missing points have residual -1.
 
+    descriptions: of the points; "joint centre NAME" if empty.
     C3D counts frames from 1: frame k is written as k + 1, so that frame 0 has index 0.
     Raises OSError, and UserError for frame numbers above C3D's limit.
     """
@@ -29,7 +38,7 @@ def write_c3d(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit
     point["RATE"]["value"] = [data.rate]
     point["UNITS"]["value"] = [unit]
     point["LABELS"]["value"] = list(data.names)
-    point["DESCRIPTIONS"]["value"] = [f"joint centre {name}" for name in data.names]
+    point["DESCRIPTIONS"]["value"] = list(descriptions) or [f"joint centre {name}" for name in data.names]
     file["header"]["points"]["first_frame"] = first  # ezc3d adds the 1
     up = axis_directions(axes).index("up")
     file.add_parameter("POINT", "X_SCREEN", "+X")

@@ -7,24 +7,34 @@ from typing import Literal
 import numpy as np
 
 from zenocap.common.atomic_write import atomic_file
+from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.trajectories import DIGITS, Axes, Unit, convert
 
 Angle = Literal["deg", "rad"]
 
 
-def write_csv(path: Path, track: PoseTrack, *, axes: Axes = "y-up", unit: Unit = "m", angle: Angle = "deg") -> None:
+def write_csv(
+    path: Path,
+    track: PoseTrack,
+    *,
+    axes: Axes = "y-up",
+    unit: Unit = "m",
+    angle: Angle = "deg",
+    joints: Convention = "zenocap",
+) -> None:
     """Write a CSV file: time in seconds since frame 0, units in the headings, blank cells while the person is lost.
 
-    axes, unit: of position and joint centres.  Joint angles are the model's, the navel's relative to the Y-up world.
+    axes, unit: of position and joint centres.  joints: convention of the joint centres.  Joint angles are the model's, the
+    navel's relative to the Y-up world.
     Raises OSError.
     """
-    joints = track.trajectories()
+    centres = track.trajectories(joints)
     header = ["frame", "time_s", *(f"navel.{axis}_{unit}" for axis in "xyz")]
     header += [f"{name}_{angle}" for name in track.anatomy.angles]
     header += [f"{name}.{viewer}" for viewer in track.views for name in ("view", "score")]
-    header += [f"{name}.{axis}_{unit}" for name in joints.names for axis in "xyz"]
-    positions, points = convert(track.positions, axes, unit), convert(joints.points, axes, unit)
+    header += [f"{name}.{axis}_{unit}" for name in centres.names for axis in "xyz"]
+    positions, points = convert(track.positions, axes, unit), convert(centres.points, axes, unit)
     angles = np.degrees(track.angles) if angle == "deg" else track.angles
     digits = DIGITS[unit]
     with atomic_file(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:

@@ -8,7 +8,8 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.body.kinematics import joint_centres
+from zenocap.common.body.joint_conventions import Convention
+from zenocap.common.body.keypoints import keypoints
 from zenocap.common.errors import UserError
 from zenocap.common.formats.trajectories import Trajectories
 
@@ -47,13 +48,13 @@ class PoseTrack:
         """Pose of a row."""
         return Pose(self.positions[row], self.angles[row])
 
-    def trajectories(self) -> Trajectories:
-        """Joint centres, NaN where the person is lost."""
-        points = np.full((len(self.frames), len(self.anatomy.markers), 3), np.nan)
+    def trajectories(self, joints: Convention = "zenocap") -> Trajectories:
+        """Points of a joint convention, NaN where the person is lost."""
+        body = keypoints(joints, self.anatomy, self.bdp)
+        points = np.full((len(self.frames), len(body.names), 3), np.nan)
         for row in np.flatnonzero(self.known):
-            points[row] = joint_centres(self.anatomy, self.bdp, self.pose(int(row)))
-        names = tuple(marker.name for marker in self.anatomy.markers)
-        return Trajectories(names, self.frames, self.times_s, points, round(self.rate, 3))
+            points[row] = body.at(self.pose(int(row)))
+        return Trajectories(body.names, self.frames, self.times_s, points, round(self.rate, 3))
 
     def rows(self, indices: Ints) -> "PoseTrack":
         """Track of the rows at `indices` (m,); -1 gives an empty row, whose frame and time the caller sets."""

@@ -11,6 +11,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import BadMessage
 from zenocap.common.conversion import anatomy_of, angles_of, bdp_of
@@ -83,9 +84,9 @@ class Poses:
             rate=self.rate(),
         )
 
-    def trajectories(self) -> Trajectories:
-        """Joint centres of every pose; NaN while the person is lost."""
-        return self.track().trajectories()
+    def trajectories(self, joints: Convention = "zenocap") -> Trajectories:
+        """Points of a joint convention in every pose; NaN while the person is lost."""
+        return self.track().trajectories(joints)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -40,6 +40,10 @@ def evaluate(
             show_default=False,
         ),
     ] = None,
+    joints: Annotated[
+        Literal["zenocap", "halpe"],
+        typer.Option(help="Convention of the truth's joint centres: halpe for those of Pose2Sim, see docs/conventions.md."),
+    ] = "zenocap",
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw the angles over time (PNG, JPG, PDF, SVG).", show_default=False),
@@ -66,6 +70,10 @@ def evaluate(
     use_angles = suffix != CENTRES[0] if angles is None else angles
     if plot is not None and not use_angles:
         raise typer.BadParameter(f"--plot {plot}: draws joint angles: allowed: with --angles, or a truth of another format")
+    if joints != "zenocap" and (use_angles or suffix == ".mcap"):
+        raise typer.BadParameter(
+            f"--joints {joints}: convention of joint centres: allowed: with a .trc or --centres of a .bvh"
+        )
     with one_line_errors(), progress(f"reading {take}"):
         from zenocap.common.errors import UserError
         from zenocap.common.formats.take_poses import read_poses, summary_of
@@ -93,7 +101,7 @@ def evaluate(
         else:
             from zenocap.common.formats.motion_files import read_centres
 
-            scored = accuracy(poses.trajectories(), read_centres(truth), selection)
+            scored = accuracy(poses.trajectories(joints), read_centres(truth), selection)
             result, lines = asdict(scored), _centre_lines(scored)
         cuts = [cut for cut in (poses.cut, summary_of(truth).cut if suffix == ".mcap" else None) if cut]
     for line in [json.dumps(result)] if as_json else lines:

@@ -41,6 +41,10 @@ def export(
         typer.Option(help="Unit of length; default: m in trc, csv and mot, cm in bvh, mm in c3d."),
     ] = None,
     angles: Annotated[Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv.")] = "deg",
+    joints: Annotated[
+        Literal["zenocap", "isb", "coco", "halpe"],
+        typer.Option(help="Convention of the joint centres in trc, c3d and csv, see below."),
+    ] = "zenocap",
     *,
     span: FrameRange,
 ) -> None:
@@ -59,6 +63,10 @@ def export(
     --axes: y-up, as recorded, the person first faces Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing X.
     opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.
 
+    --joints: zenocap, 15 centres of the model's joints. halpe: HALPE-26, with heels, toes and face, where Pose2Sim has them
+    on its OpenSim model. coco: COCO-17, the same places. isb: 12 joint centres as the ISB defines them. Heels and toes need
+    the tracker's body; that of two-view has no feet. Some points are derived: docs, conventions.
+
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """
     start, end = span.bounds()
@@ -70,12 +78,14 @@ def export(
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
-        written = run_export(checked_take(take), output, ExportOptions(to, start, end, fps, axes, units, angles))
+        written = run_export(checked_take(take), output, ExportOptions(to, start, end, fps, axes, units, angles, joints))
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
     if written.empty:
         typer.echo(f"note: {written.empty} frames without pose: {WITHOUT_POSE.get(to, 'blank')}", err=True)
+    if written.left_out:
+        typer.echo(f"note: the take's body has no feet: left out: {', '.join(written.left_out)}", err=True)
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
     raise typer.Exit(LOSS if written.cut else DONE)

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from zenocap.common.body.joint_conventions import CONVENTIONS, TITLES, Convention, left_out, origin_of, points_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.csv import Angle, write_csv
 from zenocap.common.formats.mot import write_mot
@@ -19,12 +20,16 @@ from zenocap.common.formats.trc import write_trc
 
 Format = Literal["trc", "bvh", "c3d", "csv", "mot"]
 UNITS: dict[Format, Unit] = {"trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m"}  # customary units
+WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv")  # the others have segments and no points
 NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers or times; in the others row k is frame k
 
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary."""
+    """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary.
+
+    joints: convention of the points.
+    """
 
     to: Format
     first: Bound | None = None
@@ -33,13 +38,15 @@ class ExportOptions:
     axes: Axes = "y-up"
     unit: Unit | None = None
     angle: Angle = "deg"
+    joints: Convention = "zenocap"
 
 
 @dataclass(frozen=True)
 class Exported:
     """Result of an export.  first, last: frame numbers.  empty: rows without pose (in BVH: last pose repeated).
 
-    cut: description of missing content of the take, None when it is complete.
+    cut: description of missing content of the take, None when it is complete.  left_out: points of the joint convention
+    that the take's body does not have.
     """
 
     rows: int
@@ -49,10 +56,16 @@ class Exported:
     unit: Unit
     empty: int
     cut: str | None
+    left_out: tuple[str, ...] = ()
 
 
 def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     """Write the poses of `take` to `output`, replaced by the complete file or not at all.  Raises UserError."""
+    if options.joints not in CONVENTIONS:
+        raise UserError(f"{output}: joints {options.joints!r}: allowed: {', '.join(CONVENTIONS)}")
+    if options.joints != "zenocap" and options.to not in WITH_POINTS:
+        allowed = ", ".join(WITH_POINTS)
+        raise UserError(f"{output}: joints {options.joints}: {options.to} has no points: allowed in {allowed}")
     poses = read_poses(take)
     track = selected(poses.track(), options)
     unit = options.unit or UNITS[options.to]
@@ -62,7 +75,9 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     except OSError as error:
         raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
     empty = int(np.count_nonzero(~track.known))
-    return Exported(len(track.frames), int(track.frames[0]), int(track.frames[-1]), track.rate, unit, empty, poses.cut)
+    first, last = int(track.frames[0]), int(track.frames[-1])
+    missing = left_out(options.joints, track.anatomy)
+    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing)
 
 
 def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
@@ -94,9 +109,9 @@ def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
 def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
     match options.to:
         case "trc":
-            write_trc(output, track.trajectories(), axes=options.axes, unit=unit)
+            write_trc(output, track.trajectories(options.joints), axes=options.axes, unit=unit)
         case "csv":
-            write_csv(output, track, axes=options.axes, unit=unit, angle=options.angle)
+            write_csv(output, track, axes=options.axes, unit=unit, angle=options.angle, joints=options.joints)
         case "mot":
             write_mot(output, *coordinates_of(track, options.axes))
         case "bvh":
@@ -106,4 +121,13 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
         case "c3d":
             from zenocap.common.formats.c3d import write_c3d
 
-            write_c3d(output, track.trajectories(), axes=options.axes, unit=unit)
+            points = track.trajectories(options.joints)
+            write_c3d(output, points, axes=options.axes, unit=unit, descriptions=_descriptions(track, options.joints))
+
+
+def _descriptions(track: PoseTrack, joints: Convention) -> list[str]:
+    """Of every point: its convention, and whether it is measured; empty for the default of `write_c3d`."""
+    if joints == "zenocap":
+        return []
+    title = TITLES[joints]
+    return [f"{title} {p.name}, {origin_of(p, track.anatomy)}" for p in points_of(joints, track.anatomy)]

@@ -105,6 +105,7 @@ class Tracking:
     toes: running mean of the statures by which the feet reach forward of the shanks.
     exchange_gains: (2,) see `zenocap.services.tracker.filter.exchange`.
     limb_features: (4, features) running means, see `zenocap.services.tracker.filter.confidence`; None at the start.
+    ambiguity: (4,) of the limbs, metres, see there.
     corrected_ns: capture time of the last correction by a jump, see `filter_step.start_tracking`.
     """
 
@@ -121,6 +122,7 @@ class Tracking:
     exchange_gains: Floats = field(default_factory=lambda: np.zeros(2))
     limb_features: Floats | None = None
     corrected_ns: int = 0
+    ambiguity: Floats = field(default_factory=lambda: np.zeros(4))
 
 
 @dataclass(frozen=True)

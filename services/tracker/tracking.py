@@ -91,7 +91,9 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
 def _with_limb_features(setup: Setup, phase: Tracking, rays: Floats32, field: DistanceField) -> Tracking:
     """The running means of the limbs' features with this frame."""
     person, pose = phase.person, phase.estimate
-    now = limb_features(setup.anatomy, person.model, rays, field, pose, phase.limb_support, person.expected_support)
+    now = limb_features(
+        setup.anatomy, person.model, rays, field, pose, phase.limb_support, person.expected_support, phase.ambiguity
+    )
     return replace(phase, limb_features=smoothed_features(phase.limb_features, now))
 
 

@@ -5,15 +5,18 @@
 
 # Paper (added): [Hybrid] gives no confidence.
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import Anatomy
-from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.filter.correspondence import misfit, support_fraction
-from zenocap.services.tracker.filter.limb_search import limb_support
+from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.parameters import (
+    AMBIGUITY_SCALE,
     ARM_CONFIDENCE,
     HEADING_CONFIDENCE,
     LEG_CONFIDENCE,
@@ -22,10 +25,11 @@ from zenocap.services.tracker.parameters import (
 )
 
 LIMBS = ("right_arm", "left_arm", "right_leg", "left_leg")  # in the order of `limbs_of`
-FEATURES = ("constant", "support ratio", "ln misfit", "body support ratio", "support")
+FEATURES = ("constant", "support ratio", "ln misfit", "body support ratio", "ambiguity")
 MAX_RATIO = 1.2
 MIN_MISFIT = 1e-6  # m^2
 LEAST_SUPPORT = 1e-6
+MAX_DISTANCE_M = 0.5
 
 
 def limb_features(
@@ -36,10 +40,11 @@ def limb_features(
     pose: RootedPose,
     usual: Floats | None,
     expected_support: float,
+    ambiguous: Floats,
 ) -> Floats:
     """(4, features) of LIMBS in one frame.  usual: (4,) usual support of the limbs, None at the start.
 
-    expected_support: of the body.
+    expected_support: of the body.  ambiguous: (4,) see `ambiguity`.
     """
     support = limb_support(anatomy, model, rays, pose)
     error = float(misfit(model, rays, field, RESIDUAL_LIMIT_M, pose))
@@ -49,8 +54,32 @@ def limb_features(
         features[:, 1] = np.minimum(support / np.maximum(usual, LEAST_SUPPORT), MAX_RATIO)
     features[:, 2] = np.log(max(error, MIN_MISFIT))
     features[:, 3] = body
-    features[:, 4] = support
+    features[:, 4] = ambiguous
     return features
+
+
+def limb_distances(anatomy: Anatomy, model: BodyModel, poses: Sequence[RootedPose], from_pose: RootedPose) -> Floats:
+    """(n, 4) mean distance in metres of the middle and the end of every limb in n poses from those in another pose."""
+    frames = np.empty((len(model.parent), 3, 4))
+
+    def points(pose: RootedPose) -> Floats:
+        forward_kinematics(model, pose, frames)
+        lower = [limb.parts[1] for limb in limbs_of(anatomy)]
+        middle = frames[lower, :, 3].copy()
+        return np.stack([middle, middle + model.lengths[lower, None] * frames[lower, :, 1]])
+
+    reference = points(from_pose)
+    return np.array([np.linalg.norm(points(pose) - reference, axis=2).mean(axis=0) for pose in poses])
+
+
+def ambiguity(distances: Floats, errors: Floats, least: float) -> Floats:
+    """(4,) how far the limbs of other poses are that fit about as well, metres.
+
+    distances: (n, 4) of other poses, see `limb_distances`.  errors: (n,) their misfits, m^2.  least: that of the best.
+    """
+    weights = np.exp(-(errors / max(least, MIN_MISFIT) - 1.0) / AMBIGUITY_SCALE)
+    found: Floats = weights @ np.minimum(distances, MAX_DISTANCE_M) / (1.0 + weights.sum())
+    return found
 
 
 def smoothed_features(before: Floats | None, now: Floats) -> Floats:

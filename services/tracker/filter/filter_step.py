@@ -177,6 +177,7 @@ def filter_step(
         exchange_gains,
         phase.limb_features,
         corrected_ns,
+        phase.ambiguity,
     )
     return tracking, replace(_outcome(setup, estimate, cloud, best), body=body)
 

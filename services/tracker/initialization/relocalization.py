@@ -14,6 +14,7 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.filter.confidence import ambiguity, limb_distances
 from zenocap.services.tracker.filter.correspondence import Weights, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
@@ -163,13 +164,16 @@ def check_other_postures(
     ]
     effort = (OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES)
     ended = searched(person.model, rays, field, starts, weights, SEARCH_ITERATIONS, effort)
-    errors = [
-        error_of(person.model, rays, field, weights, pose) * _heading_penalty(pose, present.rotation) for pose in ended
-    ]
+    errors = np.array(
+        [error_of(person.model, rays, field, weights, pose) * _heading_penalty(pose, present.rotation) for pose in ended]
+    )
+    error = error_of(person.model, rays, field, weights, present)
     best = int(np.argmin(errors))
-    if errors[best] > OTHER_POSTURES_RATIO * error_of(person.model, rays, field, weights, present):
+    distances = limb_distances(setup.anatomy, person.model, ended, ended[best] if errors[best] < error else present)
+    phase = replace(phase, ambiguity=ambiguity(distances, errors, min(error, float(errors[best]))))
+    if errors[best] > OTHER_POSTURES_RATIO * error:
         return phase, outcome
-    after, replaced = start_tracking(setup, person, ended[best], captured_ns, errors[best])
+    after, replaced = start_tracking(setup, person, ended[best], captured_ns, float(errors[best]))
     corrected = replace(
         phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns,
         exchange_gains=after.exchange_gains,

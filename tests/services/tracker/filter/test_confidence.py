@@ -6,18 +6,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.tracker_ring import rendered_masks, ring, scene, setup, t_pose_at
+from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.filter.confidence import (
     FEATURES,
     LIMBS,
+    ambiguity,
     heading_confidence,
     limb_confidence,
+    limb_distances,
     limb_features,
     smoothed_features,
 )
 from zenocap.services.tracker.filter.filter_step import residual_weights
-from zenocap.services.tracker.filter.limb_search import limbs_of
+from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
+from zenocap.services.tracker.initialization.relocalization import search_postures
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
 from zenocap.services.tracker.parameters import T_POSE_HOLD
 
@@ -26,12 +30,12 @@ ANATOMY = setup(CAMERAS).anatomy
 SHARES = st.floats(0.0, 1.2)
 
 
-@given(support=SHARES, more=SHARES, misfit=st.floats(-14.0, -4.0), body=SHARES, share=st.floats(0.0, 0.2))
-def test_more_support_and_less_misfit_give_more_confidence(
-    support: float, more: float, misfit: float, body: float, share: float
+@given(support=SHARES, more=SHARES, misfit=st.floats(-14.0, -4.0), body=SHARES, apart=st.floats(0.0, 0.5))
+def test_more_support_less_misfit_and_less_ambiguity_give_more_confidence(
+    support: float, more: float, misfit: float, body: float, apart: float
 ) -> None:
-    less = np.tile([1.0, min(support, more), misfit + 1.0, body, share], (len(LIMBS), 1))
-    better = np.tile([1.0, max(support, more), misfit, body, share], (len(LIMBS), 1))
+    less = np.tile([1.0, min(support, more), misfit + 1.0, body, apart], (len(LIMBS), 1))
+    better = np.tile([1.0, max(support, more), misfit, body, apart / 2], (len(LIMBS), 1))
     assert (limb_confidence(better) >= limb_confidence(less)).all()
     assert ((limb_confidence(less) >= 0.0) & (limb_confidence(better) <= 1.0)).all()
 
@@ -56,10 +60,27 @@ def test_limb_that_is_not_where_its_silhouette_is_has_less_confidence_than_the_o
     fit = fit_t_poses(ANATOMY, [rays], [field], [one], residual_weights(setup(CAMERAS), T_POSE_HOLD))
     assert isinstance(fit, TPoseFit)
     model, pose = model_of(ANATOMY, fit.measured.body), fit.poses[0]
-    usual = limb_features(ANATOMY, model, rays, field, pose, None, 1.0)[:, FEATURES.index("support")]
-    right = limb_confidence(limb_features(ANATOMY, model, rays, field, pose, usual, 0.8))
+    usual, clear = limb_support(ANATOMY, model, rays, pose), np.zeros(len(LIMBS))
+    right = limb_confidence(limb_features(ANATOMY, model, rays, field, pose, usual, 0.8, clear))
     wrong = pose.copy()
     wrong.values[limbs_of(ANATOMY)[limb].ball] += 1.2
-    found = limb_confidence(limb_features(ANATOMY, model, rays, field, wrong, usual, 0.8))
+    found = limb_confidence(limb_features(ANATOMY, model, rays, field, wrong, usual, 0.8, clear))
     assert found[limb] < right[limb]
     assert found[limb] == found[2 * (limb // 2) : 2 * (limb // 2) + 2].min()
+
+
+def test_limb_is_ambiguous_when_a_pose_with_another_place_of_it_fits_as_well() -> None:
+    rays, _ = scene(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))
+    one = detect_t_pose(rays)
+    assert isinstance(one, TPose)
+    model = model_of(ANATOMY, average_body(ANATOMY, one.stature))
+    pose = search_postures(ANATOMY)[0]
+    other = pose.copy()
+    other.values[limbs_of(ANATOMY)[0].ball] += 0.5
+    distances = limb_distances(ANATOMY, model, [pose, other], pose)
+    np.testing.assert_allclose(distances[0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(distances[1, 1:], 0.0, atol=1e-12)
+    assert distances[1, 0] > 0.1
+    alike, worse = (ambiguity(distances[1:], np.array([error]), 1e-3) for error in (1e-3, 3e-3))
+    np.testing.assert_allclose(alike[0], distances[1, 0] / 2)
+    assert 0.0 < worse[0] < 0.01

@@ -135,6 +135,6 @@ def test_common_posture_replaces_a_pose_that_fits_worse_and_keeps_one_that_fits(
     for pose, replaced in ((wrong, True), (right, False)):
         tracking, outcome = start_tracking(config, person, pose, 0, 0.0)
         after, _ = check_other_postures(config, tracking, outcome, 33, rays, field)
-        assert (after is not tracking) == replaced
+        assert (after.cloud is not tracking.cloud) == replaced
         assert np.abs(after.estimate.values - right.values).max() < 0.5
         assert after.corrected_ns == (33 if replaced else 0)

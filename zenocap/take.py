@@ -1,7 +1,7 @@
 """Takes as numpy arrays: `open_take` and what it returns."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heappop, heappush
 from pathlib import Path
@@ -15,6 +15,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
+from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import TrackerPose, UniversalBap
@@ -85,10 +86,15 @@ class Take:
         """What is missing of a cut or damaged file, in words; None for a whole one."""
         return self._summary.cut
 
-    def poses(self) -> Poses:
-        """Return all poses at once.  An hour at 30 frames/s takes about 150 MB."""
+    def poses(self, *, smooth: float | None = None) -> Poses:
+        """Return all poses at once.  An hour at 30 frames/s takes about 150 MB.
+
+        smooth: cut-off frequency (Hz) of a Butterworth filter of order 4, forwards and backwards, which delays nothing;
+        6 is usual for walking.  None: the poses as they are in the take.  Raises UserError for a frequency that the frame
+        rate does not allow.
+        """
         (poses,) = self.chunks(max(1, self.frame_count))
-        return poses
+        return poses if smooth is None else self._smoothed(poses, smooth)
 
     def chunks(self, size: int = CHUNK) -> Iterator[Poses]:
         """Yield the poses in order, at most `size` frames at a time.  Raises ValueError for a size below 1."""
@@ -110,17 +116,18 @@ class Take:
         fps: float | None = None,
         axes: Axes = "y-up",
         unit: Unit | None = None,
+        smooth: float | None = None,
     ) -> Exported:
         """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv or .mot.
 
         fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
-        format's usual one.  The file appears whole or not at all.  Raises UserError.
+        format's usual one.  smooth: as in `poses`.  The file appears whole or not at all.  Raises UserError.
         """
         path = Path(output)
         kind = next((name for name in get_args(Format) if path.suffix.lower() == f".{name}"), None)
         if kind is None:
             raise UserError(f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}")
-        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit))
+        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit, smooth=smooth))
 
     @property
     def _anatomy(self) -> Anatomy:
@@ -166,6 +173,17 @@ class Take:
             positions[row], angles[row] = pose.position, pose.angles
             centres[row] = joint_centres(self._anatomy, self._bdp, pose)
         return Poses(summary.frames[at], self._times_s[at], summary.captured_ns[at], positions, angles, centres, lost)
+
+    def _smoothed(self, poses: Poses, hz: float) -> Poses:
+        from zenocap.common.formats.smoothing import smoothed
+
+        lost = tuple("person" if one else "" for one in poses.lost)
+        track = PoseTrack(
+            self._anatomy, self._bdp, poses.frames, poses.times_s, poses.positions, poses.angles, {}, {}, lost, self.rate
+        )
+        track = smoothed(track, hz)
+        centres = track.trajectories().points
+        return replace(poses, positions=track.positions, angles=track.angles, joint_centres=centres)
 
 
 def open_take(path: Path | str) -> Take:

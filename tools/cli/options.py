@@ -60,3 +60,13 @@ def one_line_errors() -> Iterator[None]:
     except UserError as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+
+
+def smoothing(option: str, text: str) -> float | None:
+    """Cut-off frequency in Hz of "6"; None of "off".  Raises typer.BadParameter."""
+    if text == "off":
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f"{option} {text!r}: allowed: a frequency in Hz, such as 6, or off") from None

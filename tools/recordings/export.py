@@ -24,7 +24,10 @@ NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers 
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary."""
+    """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary.
+
+    smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
+    """
 
     to: Format
     first: Bound | None = None
@@ -33,6 +36,7 @@ class ExportOptions:
     axes: Axes = "y-up"
     unit: Unit | None = None
     angle: Angle = "deg"
+    smooth: float | None = None
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,12 @@ class Exported:
 def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     """Write the poses of `take` to `output`, replaced by the complete file or not at all.  Raises UserError."""
     poses = read_poses(take)
-    track = selected(poses.track(), options)
+    whole = poses.track()
+    if options.smooth is not None:
+        from zenocap.common.formats.smoothing import smoothed
+
+        whole = smoothed(whole, options.smooth)
+    track = selected(whole, options)
     unit = options.unit or UNITS[options.to]
     _check(output, track, options, unit)
     try:

@@ -135,7 +135,7 @@ def subscribe(
     timeout_s: iteration ends so long after the last pose; None: it goes on until closed.
     smooth: "off", or "one-euro" to smooth the poses here; `docs/outputs.md` states the delay.
     smooth_hz, smooth_beta: of the One Euro filter: cut-off frequency at rest (Hz), and its rise per m/s or rad/s (Hz);
-        None: 1.5 and 4.
+        None: 2 and 4.
 
     Poses are received once the rig has measured the body, also when this starts later.  Raises UserError when the rig
     file is wrong or Zenoh cannot be opened.

@@ -55,11 +55,13 @@ class Poses:
 class Take:
     """A recorded take.  Only its summary is held in memory; `poses` and `chunks` read the file again.
 
-    path: the MCAP file.  rate: frames per second, 0 when one frame cannot tell.  frame_count: frames with a pose message.
+    path: the MCAP file.  raw: poses of the forward pass, also of a take that was tracked both ways.
+    rate: frames per second, 0 when one frame cannot tell.  frame_count: frames with a pose message.
     """
 
     path: Path
     _summary: Summary
+    raw: bool = False
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -127,7 +129,7 @@ class Take:
         kind = next((name for name in get_args(Format) if path.suffix.lower() == f".{name}"), None)
         if kind is None:
             raise UserError(f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}")
-        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit, smooth=smooth))
+        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit, smooth=smooth, raw=self.raw))
 
     @property
     def _anatomy(self) -> Anatomy:
@@ -186,10 +188,12 @@ class Take:
         return replace(poses, positions=track.positions, angles=track.angles, joint_centres=centres)
 
 
-def open_take(path: Path | str) -> Take:
+def open_take(path: Path | str, *, raw: bool = False) -> Take:
     """Open a take for reading: one written by `track`, by `zenocap track` or recorded from a running rig.
 
     The file is read once for its summary.  A cut or damaged file gives what is whole; `Take.missing` describes the rest.
+    raw: the poses of the forward pass, also of a take that was tracked both ways.
+
     Raises UserError when the file cannot be read, is no take, or has no pose.
     """
-    return Take(Path(path), summary_of(Path(path)))
+    return Take(Path(path), summary_of(Path(path), raw=raw), raw)

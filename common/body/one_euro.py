@@ -18,7 +18,7 @@ from zenocap.common.body.joint_rotations import JointRotations, joint_angles, jo
 
 SPEED_HZ = 1.0  # cut-off frequency of the speed, dcutoff  [Casiez 2012, 2]
 MAX_GAP_NS = 250_000_000  # between poses; after a longer gap the filter starts again, as recorded poses do; by hand
-DEFAULT_HZ, DEFAULT_BETA = 1.5, 4.0  # tuned on simulated people with motion capture: python -m benchmarks.jitter
+DEFAULT_HZ, DEFAULT_BETA = 2.0, 4.0  # tuned on simulated people with motion capture: python -m benchmarks.jitter
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,9 @@ def filtered(
     rate = _weight(np.array(SPEED_HZ), step_s)
     speeds = [old + rate * (move / step_s - old) for move, old in zip(moves, last.speeds, strict=True)]
     move, turn, bend = speeds
-    position = _blend(last.smooth.positions[0], raw.positions[0], _cutoff(options, np.asarray(np.linalg.norm(move))), step_s)
+    position = _blend(
+        last.smooth.positions[0], raw.positions[0], _cutoff(options, np.asarray(np.linalg.norm(move))), step_s
+    )
     hinges = _blend(last.smooth.hinges[0], raw.hinges[0], _cutoff(options, np.abs(bend)), step_s)
     smooth_before = Rotation.from_quat(last.smooth.quaternions[0])
     weights = _weight(_cutoff(options, np.linalg.norm(turn, axis=1)), step_s)

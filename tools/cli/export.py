@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, OutputOption, TakePath, checked_take, one_line_errors, smoothing
+from zenocap.tools.cli.options import (
+    DONE,
+    LOSS,
+    OutputOption,
+    RawOption,
+    TakePath,
+    checked_take,
+    one_line_errors,
+    smoothing,
+)
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
@@ -47,6 +56,7 @@ def export(
             metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off."
         ),
     ] = "off",
+    raw: RawOption = False,
     *,
     span: FrameRange,
 ) -> None:
@@ -80,7 +90,9 @@ def export(
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
-        written = run_export(checked_take(take), output, ExportOptions(to, start, end, fps, axes, units, angles, cutoff_hz))
+        written = run_export(
+            checked_take(take), output, ExportOptions(to, start, end, fps, axes, units, angles, cutoff_hz, raw)
+        )
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )

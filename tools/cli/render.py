@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, OutputOption, TakePath, one_line_errors, smoothing
+from zenocap.tools.cli.options import DONE, LOSS, OutputOption, RawOption, TakePath, one_line_errors, smoothing
 from zenocap.tools.cli.progress import progress
 
 CAMERA, PICTURE = "Camera", "Picture"
@@ -66,6 +66,7 @@ def render(
     smooth: Annotated[
         str, typer.Option(metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6; or off.")
     ] = "off",
+    raw: RawOption = False,
     *,
     frames: FrameRange,
 ) -> None:
@@ -86,7 +87,7 @@ def render(
 
         shot = Shot(view, follow, radians(turn))
         options = RenderOptions(
-            first, last, fps, picture_size, shot, theme, poses, trails, not no_captions, codec, cutoff_hz
+            first, last, fps, picture_size, shot, theme, poses, trails, not no_captions, codec, cutoff_hz, raw
         )
         with progress("drawing", "pictures") as state:
             rendered = render_take(take, output, options, state.update)

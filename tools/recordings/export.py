@@ -27,6 +27,7 @@ class ExportOptions:
     """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary.
 
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
+    raw: poses of the forward pass also where the take was tracked both ways.
     """
 
     to: Format
@@ -37,6 +38,7 @@ class ExportOptions:
     unit: Unit | None = None
     angle: Angle = "deg"
     smooth: float | None = None
+    raw: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Exported:
 
 def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     """Write the poses of `take` to `output`, replaced by the complete file or not at all.  Raises UserError."""
-    poses = read_poses(take)
+    poses = read_poses(take, raw=options.raw)
     whole = poses.track()
     if options.smooth is not None:
         from zenocap.common.formats.smoothing import smoothed

@@ -42,6 +42,7 @@ class RenderOptions:
     first, last: frames of the take, inclusive.  fps: of a film; None for that of the take.  size: width, height, px.
     poses: number of poses in one picture, evenly spaced.  trails_s: length of the trails of hands and feet, 0 for none.
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
+    raw: poses of the forward pass also where the take was tracked both ways.
     """
 
     first: Bound | None = None
@@ -55,6 +56,7 @@ class RenderOptions:
     captions: bool = True
     codec: Codec = "vp9"
     smooth: float | None = None
+    raw: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def render(
     suffix = output.suffix.lower()
     if suffix not in (*FILMS, *PICTURES):
         raise UserError(f"--output {output}: allowed: a file name that ends in {', '.join((*FILMS, *PICTURES))}")
-    poses = read_poses(take)
+    poses = read_poses(take, raw=options.raw)
     whole = poses.track() if options.smooth is None else smoothed(poses.track(), options.smooth)
     track = between(whole, options.first, options.last)
     if not track.known.any():

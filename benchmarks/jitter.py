@@ -5,7 +5,8 @@
 Simulated people with motion capture as in `benchmarks.motion_capture`, and standing still; with --clips the shared clips
 instead.  acceleration: mean length of the difference of the joints' accelerations to the truth.  lag: delay that
 maximises the correlation of the joints' velocities with the truth's.  still, step: RMS turn of the joints about their
-mean, and from frame to frame, while the person stands.  Means over takes, the worst in brackets.  All variants have the body of the end of the take, as exports.
+mean, and from frame to frame, while the person stands.  Means over takes, the worst in brackets.  All variants have the
+body of the end of the take, as exports.
 """
 
 import argparse
@@ -184,7 +185,7 @@ def _figures(track: PoseTrack, clip: Film, still: bool) -> Figures:
 
 
 def lag_s(found: Floats, exact: Floats, rate: float) -> float:
-    """Delay (s) of joints (n, joints, 3) with the greatest correlation of their velocities; between frames by a parabola."""
+    """Delay (s) of joints (n, joints, 3) with the greatest correlation of velocities; between frames by a parabola."""
     moved, expected = np.diff(found, axis=0), np.diff(exact, axis=0)
     known = np.flatnonzero(~np.isnan(moved[:, 0, 0]))
     times: Ints = known[(known >= MAX_LAG) & (known < len(moved) - MAX_LAG)]

@@ -181,7 +181,8 @@ HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last headin
 FUSION_INFORMATION = LIKELIHOOD_INFORMATION / 5.0  # 1 / m^2: of the misfit of a frame; those of successive frames are alike
 FUSION_DEVIATION = (0.05, 0.20, 0.30)  # m, rad, rad: of position, orientation and coordinates from one frame to the next
 FUSION_SWITCH = 0.5  # ln of the ratio of likelihoods that a change of the direction costs, for each section of the body
-FUSION_BLEND_S = 0.10  # duration of the change from the pose of one direction to that of the other
+FUSION_BLEND_S = 0.10  # duration of the change from the pose of one direction to that of the other,
+FUSION_ALIKE = (0.10, 0.60, 0.60)  # m, rad, rad: where position, orientation and coordinates differ by less; by hand
 
 # Motion prior.  [Hybrid IV]
 PRIOR_CLAMP = 2.5  # standard deviations from a region's centre within its subspace; the paper does not clamp

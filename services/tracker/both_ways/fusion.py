@@ -21,6 +21,7 @@ from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.both_ways.backward import Scene
 from zenocap.services.tracker.filter.correspondence import misfit
 from zenocap.services.tracker.parameters import (
+    FUSION_ALIKE,
     FUSION_BLEND_S,
     FUSION_DEVIATION,
     FUSION_INFORMATION,
@@ -91,23 +92,32 @@ def blended(anatomy: Anatomy, forward: RootedPose, backward: RootedPose, shares:
 def fused(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> list[tuple[RootedPose, Floats]]:
     """Pose of each of successive frames, and the shares (sections,) of the backward pass in it.  frame_ns: frame period.
 
-    The change from one direction to the other takes FUSION_BLEND_S.
+    The change from one direction to the other takes FUSION_BLEND_S while both are alike, and is at once otherwise.
     """
-    shares = BACKWARD[best_choices(anatomy, frames, frame_ns)].astype(np.float64)
+    chosen = BACKWARD[best_choices(anatomy, frames, frame_ns)].astype(np.float64)
     half = round(0.5e9 * FUSION_BLEND_S / frame_ns)
     window = np.bartlett(2 * half + 3)[1:-1]
-    padded = np.pad(shares, ((half, half), (0, 0)), mode="edge")
-    shares = np.stack([np.convolve(column, window / window.sum(), "valid") for column in padded.T], axis=1)
+    padded = np.pad(chosen, ((half, half), (0, 0)), mode="edge")
+    gradual = np.round([np.convolve(column, window / window.sum(), "valid") for column in padded.T], 6).T
     found = []
-    for frame, row in zip(frames, shares, strict=True):
-        if frame.forward is None or frame.backward is None:
-            row = np.full(len(SECTIONS), 0.0 if frame.backward is None else 1.0)
-        pose = frame.backward if frame.forward is None else frame.forward
+    for frame, hard, soft in zip(frames, chosen, gradual, strict=True):
+        pose, shares = frame.backward if frame.forward is None else frame.forward, hard
         assert pose is not None, "a frame has one pose at least"
         if frame.forward is not None and frame.backward is not None:
-            pose = blended(anatomy, frame.forward, frame.backward, row)
-        found.append((pose, row))
+            shares = np.where(_alike(anatomy, frame.forward, frame.backward), soft, hard)
+            pose = blended(anatomy, frame.forward, frame.backward, shares)
+        found.append((pose, shares))
     return found
+
+
+def _alike(anatomy: Anatomy, forward: RootedPose, backward: RootedPose) -> Bools:
+    """(sections,) whether both poses of a section are nearly the same, so that those between them are sensible."""
+    place, angle, joint = FUSION_ALIKE
+    apart = np.abs(forward.values - backward.values)
+    alike: Bools = np.array([apart[columns].max(initial=0.0) < joint for columns in columns_of(anatomy)])
+    turn, shift = np.linalg.norm(_turn(forward, backward)), np.linalg.norm(forward.position - backward.position)
+    alike[0] &= bool(turn < angle and shift < place)
+    return alike
 
 
 def best_choices(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> Ints:

@@ -51,7 +51,7 @@ def track(
     prior: motion prior of the hybrid tracker, a name or a file.
     seed: random seed of the hybrid tracker.
     both_ways: track a second time, backwards, and use the better pose of each limb (hybrid tracker).
-    progress: called after each frame set with the number of frame sets so far.
+    progress: called after each frame set of the first pass with the number of frame sets so far.
 
     Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
     """

@@ -193,8 +193,9 @@ def _tracked(
             state.update(count, note=frame_set.state)
 
         def on_backward(done: int, total: int) -> None:
-            state.activity = "tracking backwards"
-            state.update(done, total)
+            if done == 1:
+                state.restart("tracking backwards", total)
+            state.update(done)
 
         return track_both_ways(rig, take, on_frame_set, on_backward) if both_ways else run_track(rig, take, on_frame_set)
 

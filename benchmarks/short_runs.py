@@ -23,6 +23,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "motion_capture": ("--views", "2", "--people", "1", "--motions", "07_01", "--jobs", "1"),
     "hull": ("--people", "1", "--points", "50"),
     "hybrid": ("--only", "beam", "--seeds", "1", "--out", str(OUT / "hybrid")),
+    "jitter": ("--views", "2", "--people", "1", "--motions", "07_01", "--jobs", "1"),
     "joint_pictures": ("--output", str(OUT / "joints.png")),
     "kills": ("--count", "2", "--within", "2"),
     "latency": ("--seconds", "12", "--rates", "15"),

@@ -163,6 +163,16 @@ class TrackerPose(Message, frozen=True, tag="tracker_pose"):
     heading: Score | None = None
 
 
+class BothWaysPose(TrackerPose, frozen=True, kw_only=True, tag="both_ways_pose"):
+    """Pose of a recorded instant from tracking it forwards and backwards in time; one for each `TrackerPose` of the take.
+
+    spread, likelihood, effective: of the forward pass.  lost: in both directions.
+    limbs, lost_limbs, heading: of the forward pass, where its pose was taken.
+    """
+
+    backward: Annotated[dict[Name, Score], Meta(max_length=16)]  # share of the backward pass by section of the body
+
+
 class ScenePoints(Message, frozen=True, tag="scene_points"):
     """Points of the visual hull of one instant.  [Hybrid III]
 

@@ -21,6 +21,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import is_lost, pose_of
+from zenocap.common.live_smoothing import LiveSmoothing, live_smoothing
 from zenocap.common.messages import Body, TrackerBdp, TrackerPose, UniversalBap, UniversalBdp
 from zenocap.common.rig.rig import Rig, load_rig
 from zenocap.common.rig.security import security_of
@@ -60,8 +61,8 @@ class Subscription:
     open Zenoh session keeps the process alive.  A slow reader receives every pose, late; the queue is bounded.
     """
 
-    def __init__(self, bus: ZenohBus, timeout_s: float | None) -> None:
-        self._bus, self._timeout_s = bus, timeout_s
+    def __init__(self, bus: ZenohBus, timeout_s: float | None, smoothing: LiveSmoothing | None = None) -> None:
+        self._bus, self._timeout_s, self._smoothing = bus, timeout_s, smoothing
         self._bodies: dict[type[UniversalBap | TrackerPose], tuple[Anatomy, Bdp]] = {}
         self._closed = False
         for topic in (UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE):
@@ -74,7 +75,8 @@ class Subscription:
             event = self._bus.receive(min(left_s, POLL_S))
             if not isinstance(event, Envelope):
                 continue
-            match event.message:
+            message = event.message if self._smoothing is None else self._smoothing.message(event.message)
+            match message:
                 case UniversalBdp(body=body):
                     self._define(UniversalBap, body)
                 case TrackerBdp(body=body):
@@ -121,6 +123,9 @@ def subscribe(
     *,
     connect: Sequence[str] = (),
     timeout_s: float | None = None,
+    smooth: str = "off",
+    smooth_hz: float | None = None,
+    smooth_beta: float | None = None,
 ) -> Subscription:
     """Open a subscription to the poses of a running rig.
 
@@ -128,10 +133,14 @@ def subscribe(
         found by multicast.
     connect: Zenoh endpoints to connect to, such as "tcp/192.168.1.10:7447", instead of the rig's own.
     timeout_s: iteration ends so long after the last pose; None: it goes on until closed.
+    smooth: "off", or "one-euro" to smooth the poses here; `docs/outputs.md` states the delay.
+    smooth_hz, smooth_beta: of the One Euro filter: cut-off frequency at rest (Hz), and its rise per m/s or rad/s (Hz);
+        None: 2 and 4.
 
     Poses are received once the rig has measured the body, also when this starts later.  Raises UserError when the rig
     file is wrong or Zenoh cannot be opened.
     """
+    smoothing = live_smoothing(smooth, smooth_hz, smooth_beta)
     if isinstance(rig, str) and not rig.endswith(".toml") and not Path(rig).exists():
         options, name = ZenohOptions(connect=tuple(connect), multicast_scouting=not connect), rig
     else:
@@ -148,7 +157,7 @@ def subscribe(
             multicast_scouting=table.multicast_scouting and not connect,
             security=security,
         )
-    return Subscription(ZenohBus.open(options, name, RealClock()), timeout_s)
+    return Subscription(ZenohBus.open(options, name, RealClock()), timeout_s, smoothing)
 
 
 def _live_pose(anatomy: Anatomy, bdp: Bdp, bap: UniversalBap | TrackerPose) -> LivePose:

@@ -9,6 +9,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, load_rig
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
+from zenocap.tools.recordings.both_ways import track_both_ways
 from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, of_height, with_tracker
 from zenocap.tools.recordings.track import track as write_take
 
@@ -30,6 +31,7 @@ def track(
     height: float | None = None,
     prior: str | None = None,
     seed: int | None = None,
+    both_ways: bool = False,
     progress: Progress | None = None,
 ) -> Take:
     """Track every frame of a rig's videos and write the take to `output`; equal input gives an equal file.
@@ -48,7 +50,8 @@ def track(
     height: of the person, metres, where no T-pose is shown: the body then has average proportions.
     prior: motion prior of the hybrid tracker, a name or a file.
     seed: random seed of the hybrid tracker.
-    progress: called after each frame set with the number of frame sets so far.
+    both_ways: track a second time, backwards, and use the better pose of each limb (hybrid tracker).
+    progress: called after each frame set of the first pass with the number of frame sets so far.
 
     Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
     """
@@ -59,7 +62,7 @@ def track(
         if isinstance(source, Rig) and (method is not None or variant is not None):
             raise UserError("method and variant: allowed with files or a folder; a rig has been loaded with its own")
         rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant)
-        return _tracked(rig, Path(output), size, fps, height, overrides, progress)
+        return _tracked(rig, Path(output), size, fps, height, overrides, progress, both_ways)
     if calibration is None:
         raise UserError("calibration is missing: a list of videos needs the file of their cameras")
     with TemporaryDirectory(prefix="zenocap-") as name:
@@ -68,7 +71,7 @@ def track(
             folder, [Path(video) for video in source], Path(calibration), {"empty_frames": empty_frames, "up_axis": up_axis}
         )
         rig = load_rig(folder, method, variant=variant)
-        return _tracked(rig, Path(output), size, fps, height, overrides, progress)
+        return _tracked(rig, Path(output), size, fps, height, overrides, progress, both_ways)
 
 
 def _tracked(
@@ -79,6 +82,7 @@ def _tracked(
     height: float | None,
     overrides: TrackerOverrides,
     progress: Progress | None,
+    both_ways: bool,
 ) -> Take:
     rig = with_tracker(at_working_size(rig, size, fps), overrides)
     if height is not None:
@@ -91,7 +95,10 @@ def _tracked(
         if progress is not None:
             progress(count)
 
-    write_take(rig, output, on_frame_set)
+    if both_ways:
+        track_both_ways(rig, output, on_frame_set)
+    else:
+        write_take(rig, output, on_frame_set)
     return open_take(output)
 
 

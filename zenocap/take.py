@@ -1,7 +1,7 @@
 """Takes as numpy arrays: `open_take` and what it returns."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heappop, heappush
 from pathlib import Path
@@ -16,6 +16,7 @@ from zenocap.common.body.definition import Bdp
 from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.body.keypoints import Keypoints, keypoints
 from zenocap.common.errors import UserError
+from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import TrackerPose, UniversalBap
@@ -57,11 +58,13 @@ class Poses:
 class Take:
     """A recorded take.  Only its summary is held in memory; `poses` and `chunks` read the file again.
 
-    path: the MCAP file.  rate: frames per second, 0 when one frame cannot tell.  frame_count: frames with a pose message.
+    path: the MCAP file.  raw: poses of the forward pass, also of a take that was tracked both ways.
+    rate: frames per second, 0 when one frame cannot tell.  frame_count: frames with a pose message.
     """
 
     path: Path
     _summary: Summary
+    raw: bool = False
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -88,13 +91,16 @@ class Take:
         """What is missing of a cut or damaged file, in words; None for a whole one."""
         return self._summary.cut
 
-    def poses(self, *, joints: Convention = "zenocap") -> Poses:
+    def poses(self, *, joints: Convention = "zenocap", smooth: float | None = None) -> Poses:
         """Return all poses at once.  An hour at 30 frames/s takes about 150 MB.
 
         joints: convention of the joint centres: zenocap, isb, coco or halpe.
+        smooth: cut-off frequency (Hz) of a Butterworth filter of order 4, forwards and backwards, which delays nothing;
+        6 is usual for walking.  None: the poses as they are in the take.  Raises UserError for a frequency that the frame
+        rate does not allow.
         """
         (poses,) = self.chunks(max(1, self.frame_count), joints=joints)
-        return poses
+        return poses if smooth is None else self._smoothed(poses, smooth, joints)
 
     def chunks(self, size: int = CHUNK, *, joints: Convention = "zenocap") -> Iterator[Poses]:
         """Yield the poses in order, at most `size` frames at a time.  joints: see `poses`.
@@ -121,18 +127,20 @@ class Take:
         axes: Axes = "y-up",
         unit: Unit | None = None,
         joints: Convention = "zenocap",
+        smooth: float | None = None,
     ) -> Exported:
         """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv or .mot.
 
         fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
         format's usual one.  joints: convention of the points in .trc, .c3d and .csv; `Exported.left_out` names those that
-        the body does not have.  The file appears whole or not at all.  Raises UserError.
+        the body does not have.  smooth: as in `poses`.  The file appears whole or not at all.  Raises UserError.
         """
         path = Path(output)
         kind = next((name for name in get_args(Format) if path.suffix.lower() == f".{name}"), None)
         if kind is None:
             raise UserError(f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}")
-        return export(self.path, path, ExportOptions(kind, fps=fps, axes=axes, unit=unit, joints=joints))
+        options = ExportOptions(kind, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw)
+        return export(self.path, path, options)
 
     @property
     def _anatomy(self) -> Anatomy:
@@ -180,11 +188,24 @@ class Take:
         times_s, captured_ns = self._times_s[at], summary.captured_ns[at]
         return Poses(summary.frames[at], times_s, captured_ns, positions, angles, centres, lost, points.names)
 
+    def _smoothed(self, poses: Poses, hz: float, joints: Convention) -> Poses:
+        from zenocap.common.formats.smoothing import smoothed
 
-def open_take(path: Path | str) -> Take:
+        lost = tuple("person" if one else "" for one in poses.lost)
+        track = PoseTrack(
+            self._anatomy, self._bdp, poses.frames, poses.times_s, poses.positions, poses.angles, {}, {}, lost, self.rate
+        )
+        track = smoothed(track, hz)
+        centres = track.trajectories(joints).points
+        return replace(poses, positions=track.positions, angles=track.angles, joint_centres=centres)
+
+
+def open_take(path: Path | str, *, raw: bool = False) -> Take:
     """Open a take for reading: one written by `track`, by `zenocap track` or recorded from a running rig.
 
     The file is read once for its summary.  A cut or damaged file gives what is whole; `Take.missing` describes the rest.
+    raw: the poses of the forward pass, also of a take that was tracked both ways.
+
     Raises UserError when the file cannot be read, is no take, or has no pose.
     """
-    return Take(Path(path), summary_of(Path(path)))
+    return Take(Path(path), summary_of(Path(path), raw=raw), raw)

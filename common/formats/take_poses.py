@@ -1,6 +1,6 @@
 """Poses of a take, from the two-view method or the tracker, as arrays of the human model."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -19,11 +19,11 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.recording.reader import Take, envelope
-from zenocap.common.topics import CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, topic_at
+from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, topic_at
 
 Bap: TypeAlias = m.UniversalBap | m.TrackerPose
 NO_VIEW = ("", np.nan)
-TOPICS_USED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE)
+TOPICS_USED = (CAMERA, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE)
 USED_ROLE = "used"  # role of a view in the tracker
 
 
@@ -106,11 +106,11 @@ class Summary:
     cut: str | None
 
 
-def summary_of(path: Path) -> Summary:
+def summary_of(path: Path, *, raw: bool = False) -> Summary:
     """Return the summary of the take at `path`, read once, in memory of 16 bytes a pose.  Raises as `read_poses`."""
     take = Take(path)
     bodies: dict[type[Bap], m.Body] = {}
-    frames: dict[type[Bap], dict[int, int]] = {m.UniversalBap: {}, m.TrackerPose: {}}
+    frames: dict[type[Bap], dict[int, int]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
     cameras: dict[str, int] = {}
     for received in envelopes_of(take):
         match received.message:
@@ -122,10 +122,12 @@ def summary_of(path: Path) -> Summary:
                 frames[type(bap)][bap.captured_ns] = bap.frame
             case m.CameraInfo() as camera:
                 cameras[camera.viewer] = camera.captured_ns
-    kind: type[Bap] = m.TrackerPose if frames[m.TrackerPose] or m.TrackerPose in bodies else m.UniversalBap
+    kind = _kind(frames, bodies, raw)
     start_ns = min(cameras.values(), default=0)
     captured_ns = np.array(sorted(ns for ns in frames[kind] if ns >= start_ns), dtype=np.int64)
-    anatomy, bdp = _body_of(path, kind, bodies.get(kind), len(captured_ns))
+    anatomy, bdp = _body_of(
+        path, kind, bodies.get(m.UniversalBap if kind is m.UniversalBap else m.TrackerPose), len(captured_ns)
+    )
     if not cameras:
         start_ns = int(captured_ns[0])
     numbers = np.array([frames[kind][ns] for ns in captured_ns.tolist()], dtype=np.int64)
@@ -147,19 +149,21 @@ def rising_frames(numbers: Ints, times_s: Floats) -> Ints:
     return np.maximum.accumulate(counted - np.arange(len(counted))) + np.arange(len(counted))
 
 
-def read_poses(path: Path) -> Poses:
+def read_poses(path: Path, *, raw: bool = False) -> Poses:
     """Read the poses of the take at `path`, without those of a separate video of the T-pose.
+
+    raw: those of the forward pass, also of a take that was tracked both ways.
 
     Raises UserError for a take without poses and for a file that is not a take.
     """
     take = Take(path)
-    return poses_of(path, envelopes_of(take), take)
+    return poses_of(path, envelopes_of(take), take, raw=raw)
 
 
-def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take) -> Poses:
+def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take, *, raw: bool = False) -> Poses:
     """See `read_poses`.  path: of the take, for errors."""
     bodies: dict[type[Bap], m.Body] = {}
-    baps: dict[type[Bap], dict[int, Bap]] = {m.UniversalBap: {}, m.TrackerPose: {}}
+    baps: dict[type[Bap], dict[int, Bap]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
     cameras: dict[str, m.CameraInfo] = {}
     for received in envelopes:
         match received.message:
@@ -171,20 +175,29 @@ def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take) -> Poses:
                 baps[type(bap)][bap.captured_ns] = bap
             case m.CameraInfo() as camera:
                 cameras[camera.viewer] = camera
-    kind: type[Bap] = m.TrackerPose if baps[m.TrackerPose] or m.TrackerPose in bodies else m.UniversalBap
+    kind = _kind(baps, bodies, raw)
     start_ns = min((camera.captured_ns for camera in cameras.values()), default=0)
     # A separate video of the T-pose has capture times before frame 0 and frame numbers of its own.
     moving = [bap for captured_ns, bap in sorted(baps[kind].items()) if captured_ns >= start_ns]
-    anatomy, bdp = _body_of(path, kind, bodies.get(kind), len(moving))
+    anatomy, bdp = _body_of(
+        path, kind, bodies.get(m.UniversalBap if kind is m.UniversalBap else m.TrackerPose), len(moving)
+    )
     if not cameras:
         start_ns = moving[0].captured_ns
     return Poses(path, anatomy, bdp, tuple(moving), start_ns, cameras, take.cut)
 
 
+def _kind(found: Mapping[type[Bap], Collection[int]], bodies: Mapping[type[Bap], m.Body], raw: bool) -> type[Bap]:
+    """Kind of the poses to use: of both directions, of the tracker, or of the integrator."""
+    if found[m.BothWaysPose] and not raw:
+        return m.BothWaysPose
+    return m.TrackerPose if found[m.TrackerPose] or m.TrackerPose in bodies else m.UniversalBap
+
+
 def _body_of(path: Path, kind: type[Bap], body: m.Body | None, poses: int) -> tuple[Anatomy, Bdp]:
     """Return anatomy and body.  Raises UserError without body or poses, and for an unknown anatomy."""
     if body is None or not poses:
-        name = "tracker" if kind is m.TrackerPose else "universal"
+        name = "universal" if kind is m.UniversalBap else "tracker"
         missing = f"{name} BDP: no T-pose was measured" if body is None else f"{name} BAP"
         raise UserError(f"{path}: no {missing}; nothing can be exported")
     try:

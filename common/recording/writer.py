@@ -139,14 +139,14 @@ class Recording:
         """Size of the file, without the last second that is not written yet."""
         return 0 if self._file.closed else self._file.tell()
 
-    def record(self, envelope: Envelope) -> None:
-        """Write a message as received, and its converted messages."""
+    def record(self, envelope: Envelope, *, converted: bool = True) -> None:
+        """Write a message as received, and its converted messages unless `converted` is False."""
         kind = envelope.topic.message
         data = envelope.data or codec.encode(envelope.message)
         channel = Channel(envelope.key, ENCODING, f"zenocap.{kind.__name__}", "jsonschema", codec.json_schema(kind))
         log_ns, publish_ns, sequence = envelope.received_ns, envelope.message.captured_ns, envelope.message.frame
         self.write(channel, data, log_ns, publish_ns, sequence)
-        if self._failure or channel not in self._channels:
+        if not converted or self._failure or channel not in self._channels:
             return
         try:
             others = list(self._convert(envelope))

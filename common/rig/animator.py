@@ -11,6 +11,11 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from zenocap.common.rig.table_errors import choice_problem
+
+SMOOTHINGS = ("off", "one-euro")
+MIN_HZ, MAX_HZ, MAX_BETA = 0.1, 30.0, 100.0  # of smooth_hz and smooth_beta; chosen by hand
+
 Host = Annotated[str, Meta(min_length=1, max_length=253)]  # a name or a numeric address
 Port = Annotated[int, Meta(ge=1, le=65535)]
 StreamName = Annotated[str, Meta(min_length=1, max_length=64)]
@@ -61,6 +66,14 @@ class LslTable(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
+    """smooth: filter of the live poses on the page and in all outputs; the published and recorded poses stay as they are.
+
+    smooth_hz: cut-off frequency at rest (Hz).  smooth_beta: by how much it rises per m/s or rad/s (Hz).
+    """
+
+    smooth: str = "off"
+    smooth_hz: float | None = None
+    smooth_beta: float | None = None
     page: PageTable = PageTable()
     vmc: VmcTable | None = None
     udp: UdpTable | None = None
@@ -76,6 +89,20 @@ WITHIN: Mapping[str, type[msgspec.Struct]] = {
     "foxglove": FoxgloveTable,
     "lsl": LslTable,
 }
+
+
+def smoothing_problem(smooth: str, hz: float | None, beta: float | None) -> str | None:
+    """Text for a value that is not allowed, which begins with its key; None without one."""
+    if smooth not in SMOOTHINGS:
+        return choice_problem("smooth", smooth, SMOOTHINGS)
+    for key, value, low, high in (("smooth_hz", hz, MIN_HZ, MAX_HZ), ("smooth_beta", beta, 0.0, MAX_BETA)):
+        if value is None:
+            continue
+        if smooth == SMOOTHINGS[0]:
+            return f"{key} = {value!r}: allowed: only with smooth = {SMOOTHINGS[1]!r}"
+        if not low <= value <= high:  # not a number as well
+            return f"{key} = {value!r}: allowed: {low:g} to {high:g}"
+    return None
 
 
 def is_loopback(host: str) -> bool:

@@ -9,7 +9,7 @@ import msgspec
 from msgspec import Meta
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.animator import WITHIN, AnimatorTable, open_page_problem
+from zenocap.common.rig.animator import WITHIN, AnimatorTable, open_page_problem, smoothing_problem
 from zenocap.common.rig.recognizer import RecognizerTable
 from zenocap.common.rig.table_errors import choice_problem, invalid_value, unknown_key
 from zenocap.common.rig.tracker import PARTICLES, TrackerTable
@@ -127,6 +127,9 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     problem = open_page_problem(content.animator.page)
     if problem:
         raise UserError(f"{path}: animator.page.host = {content.animator.page.host!r}: {problem}")
+    problem = smoothing_problem(content.animator.smooth, content.animator.smooth_hz, content.animator.smooth_beta)
+    if problem:
+        raise UserError(f"{path}: animator.{problem}")
     _name(path, "name", content.name)
     seen: dict[str, int] = {}
     for number, table in enumerate(content.viewer):

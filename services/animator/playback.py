@@ -6,16 +6,20 @@ messages go through the same step as live ones, to the pages that show the feed 
 
 import logging
 import queue
+import struct
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
 from zenocap.common.bus.protocol import Alive, BusError, Envelope, Tick
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import Topic
+from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
@@ -105,7 +109,7 @@ class Playback:
         self._broadcaster.clear("take")
         try:
             with ZenohBus.open(options, REPLAYED_RIG, self._clock) as bus:
-                for topic in self._topics:
+                for topic in topics_shown(path, self._topics):
                     bus.subscribe(topic)
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
@@ -145,6 +149,19 @@ class Playback:
                     return StopPlayer()
                 replay.control(command.paused, command.position_s, command.rate)
         return None
+
+
+def topics_shown(take: Path, topics: tuple[Topic, ...]) -> tuple[Topic, ...]:
+    """The topics, with the poses from both directions in place of those of the forward pass if the take has them."""
+    try:
+        with take.open("rb") as file:
+            summary = make_reader(file).get_summary()
+    except (McapError, OSError, ValueError, struct.error):  # cut: the replay reports it
+        return topics
+    keys = () if summary is None else (channel.topic for channel in summary.channels.values())
+    if not any(topic_at(key) is BOTH_WAYS_POSE for key in keys):
+        return topics
+    return tuple(BOTH_WAYS_POSE if topic is TRACKER_POSE else topic for topic in topics)
 
 
 def _player_update(take: str, status: ReplayStatus) -> pm.PlayerUpdate:

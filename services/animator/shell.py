@@ -1,12 +1,14 @@
 """The animator process: read the rig, open the bus, serve the page, run."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Never
 
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.live_smoothing import animator_smoothing
 from zenocap.common.messages import Message
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import services_of
@@ -47,12 +49,17 @@ def animator_service(
 ) -> Service[Setup, State, Never]:
     """Return the service of a rig's animator.
 
-    health_text: appended to its health.  on_message: is called with every message before the step.
+    health_text: appended to its health.  on_message: is called with every message before the step, poses smoothed if the
+    rig has it so.
     """
     setup = Setup(services_of(rig, required=True))
 
+    smoothing = animator_smoothing(rig.animator)
+
     def observed_step(setup: Setup, state: State, event: Event[Never]) -> tuple[State, Sequence[Message]]:
         if isinstance(event, Envelope):
+            if smoothing is not None:
+                event = replace(event, message=smoothing.message(event.message))
             on_message(event)
         return step(setup, state, event)
 

@@ -195,6 +195,14 @@ REVERSED_MISFIT_RATIO = 1.2  # of the tracked pose's misfit, below which the opp
 HEADING_PENALTY = 0.3  # relative increase of the misfit of a pose with the opposite heading
 HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
 
+# Both directions, offline.  Tuned with 24 and 12 takes of simulated people with motion capture in two and four views
+# (benchmarks.jitter); the joint error hardly depends on them.
+FUSION_INFORMATION = LIKELIHOOD_INFORMATION / 5.0  # 1 / m^2: of the misfit of a frame; those of successive frames are alike
+FUSION_DEVIATION = (0.05, 0.20, 0.30)  # m, rad, rad: of position, orientation and coordinates from one frame to the next
+FUSION_SWITCH = 0.5  # ln of the ratio of likelihoods that a change of the direction costs, for each section of the body
+FUSION_BLEND_S = 0.10  # duration of the change from the pose of one direction to that of the other,
+FUSION_ALIKE = (0.10, 0.60, 0.60)  # m, rad, rad: where position, orientation and coordinates differ by less; by hand
+
 # Motion prior.  [Hybrid IV]
 PRIOR_CLAMP = 2.5  # standard deviations from a region's centre within its subspace; the paper does not clamp
 PRIOR_CENTRE_WEIGHT = 0.05  # of the squared distance to the centre in [Hybrid Eq. 9]; the paper has none

@@ -59,12 +59,20 @@ def remeasure(setup: Setup) -> TrackState:
 
 def resume(setup: Setup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int) -> TrackState:
     """State after a restart: search for a person with known body and last pose."""
+    return replace(state, phase=Lost(known_person(setup, body), rooted_pose(setup, body, pose), seen_ns=captured_ns))
+
+
+def known_person(setup: Setup, body: Bdp) -> Person:
+    """A person with a measured body."""
     knee = next(k for k, joint in enumerate(setup.anatomy.joints) if joint.name == "right_knee")
     stature = float(body.offsets[knee][1] / average_body(setup.anatomy, 1.0).offsets[knee][1])
-    person = Person(body, model_of(setup.anatomy, body), stature, initial_shape(body, np.zeros(COUNT)), INITIAL_SUPPORT)
+    return Person(body, model_of(setup.anatomy, body), stature, initial_shape(body, np.zeros(COUNT)), INITIAL_SUPPORT)
+
+
+def rooted_pose(setup: Setup, body: Bdp, pose: Pose) -> RootedPose:
+    """A pose in the coordinates of the filter."""
     rotation = np.ascontiguousarray(part_frames(setup.anatomy, body, pose)[0, :, :3])
-    last = RootedPose(pose.position.copy(), rotation, coordinates_of(setup.anatomy).of_pose(pose))
-    return replace(state, phase=Lost(person, last, seen_ns=captured_ns))
+    return RootedPose(pose.position.copy(), rotation, coordinates_of(setup.anatomy).of_pose(pose))
 
 
 def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str, Mask]) -> tuple[TrackState, Outcome]:
@@ -79,7 +87,7 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     contours, silhouettes = exclude_views(contours, silhouettes, excluded)
     scene = scene_from(contours, silhouettes)
     rays, field = contour_rays(scene), distance_field(silhouettes)
-    phase, outcome = _advance_phase(setup, state.phase, captured_ns, rays, field, state.count)
+    phase, outcome = advance_phase(setup, state.phase, captured_ns, rays, field, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase = _with_limb_features(setup, phase, rays, field)
         outcome = replace(outcome, limb_features=phase.limb_features, toes=phase.toes)
@@ -128,7 +136,7 @@ def describe(state: TrackState) -> str:
             return "searching for the person"
 
 
-def _advance_phase(
+def advance_phase(
     setup: Setup,
     phase: AwaitingPerson | Tracking | Lost,
     captured_ns: int,

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, OutputOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.options import (
+    DONE,
+    LOSS,
+    OutputOption,
+    RawOption,
+    TakePath,
+    checked_take,
+    one_line_errors,
+    smoothing,
+)
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
@@ -45,6 +54,13 @@ def export(
         Literal["zenocap", "isb", "coco", "halpe"],
         typer.Option(help="Convention of the joint centres in trc, c3d and csv, see below."),
     ] = "zenocap",
+    smooth: Annotated[
+        str,
+        typer.Option(
+            metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off."
+        ),
+    ] = "off",
+    raw: RawOption = False,
     *,
     span: FrameRange,
 ) -> None:
@@ -60,6 +76,9 @@ def export(
     --fps puts rows at exact multiples of 1/fps s: positions are interpolated linearly, joints along the shortest rotation;
     gaps of more than 0.25 s stay empty. (--to is the format, so the end of a range is --until.)
 
+    --smooth 6 removes what is faster than 6 Hz, usual for walking (order 4, forwards and backwards: no delay). Gaps stay.
+    The poses in the take are never smoothed.
+
     --axes: y-up, as recorded, the person first faces Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing X.
     opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.
 
@@ -70,6 +89,7 @@ def export(
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """
     start, end = span.bounds()
+    cutoff_hz = smoothing("--smooth", smooth)
     to = to or next((name for name in FORMATS if output.suffix.lower() == f".{name}"), None)
     if to is None:
         allowed = ", ".join(f".{name}" for name in FORMATS)
@@ -78,7 +98,8 @@ def export(
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
-        written = run_export(checked_take(take), output, ExportOptions(to, start, end, fps, axes, units, angles, joints))
+        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw)
+        written = run_export(checked_take(take), output, options)
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )

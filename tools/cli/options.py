@@ -25,6 +25,9 @@ RigPath = Annotated[
 ]
 TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="Take (MCAP file).", show_default=False)]
 OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="File to write.", show_default=False)]
+RawOption = Annotated[
+    bool, typer.Option("--raw", help="Use the poses of the forward pass of a take that was tracked with --both-ways.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
 
 
@@ -60,3 +63,13 @@ def one_line_errors() -> Iterator[None]:
     except UserError as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
+
+
+def smoothing(option: str, text: str) -> float | None:
+    """Cut-off frequency in Hz of "6"; None of "off".  Raises typer.BadParameter."""
+    if text == "off":
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f"{option} {text!r}: allowed: a frequency in Hz, such as 6, or off") from None

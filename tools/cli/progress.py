@@ -33,6 +33,11 @@ class Progress:
         if self._first is None:
             self._first = monotonic(), done
 
+    def restart(self, activity: str, total: int | None = None) -> None:
+        """Begin another part of the work; rate and remaining time are its own."""
+        self.activity, self.total, self.done, self.note = activity, total, 0, ""
+        self._start_s, self._first = monotonic(), None
+
     @property
     def elapsed_s(self) -> float:
         return monotonic() - self._start_s

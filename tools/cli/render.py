@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, OutputOption, TakePath, one_line_errors
+from zenocap.tools.cli.options import DONE, LOSS, OutputOption, RawOption, TakePath, one_line_errors, smoothing
 from zenocap.tools.cli.progress import progress
 
 CAMERA, PICTURE = "Camera", "Picture"
@@ -63,6 +63,10 @@ def render(
         Literal["vp9", "mpeg4"],
         typer.Option(help="Of a film: vp9 plays in browsers; mpeg4 is faster to write.", rich_help_panel=PICTURE),
     ] = "vp9",
+    smooth: Annotated[
+        str, typer.Option(metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6; or off.")
+    ] = "off",
+    raw: RawOption = False,
     *,
     frames: FrameRange,
 ) -> None:
@@ -75,13 +79,16 @@ def render(
     """
     picture_size = parse_size(size)
     first, last = frames.bounds()
+    cutoff_hz = smoothing("--smooth", smooth)
     with one_line_errors():
         from zenocap.services.animator.render.camera_path import Shot
         from zenocap.services.animator.render.film import RenderOptions
         from zenocap.services.animator.render.film import render as render_take
 
         shot = Shot(view, follow, radians(turn))
-        options = RenderOptions(first, last, fps, picture_size, shot, theme, poses, trails, not no_captions, codec)
+        options = RenderOptions(
+            first, last, fps, picture_size, shot, theme, poses, trails, not no_captions, codec, cutoff_hz, raw
+        )
         with progress("drawing", "pictures") as state:
             rendered = render_take(take, output, options, state.update)
     lost = f", {rendered.lost} of them without a person" if rendered.lost else ""

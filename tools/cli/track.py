@@ -107,6 +107,14 @@ def track(
         int | None,
         typer.Option(min=0, help="Random seed; equal seeds give identical output; default: 0.", rich_help_panel=TRACKER),
     ] = None,
+    both_ways: Annotated[
+        bool,
+        typer.Option(
+            "--both-ways",
+            help="Track a second time, backwards, and use the better pose of each limb; takes twice the time.",
+            rich_help_panel=TRACKER,
+        ),
+    ] = False,
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for pictures and a video of the model over the images.")
     ] = None,
@@ -119,6 +127,9 @@ def track(
     The same steps as live, without network; equal inputs give equal bytes. The videos must show a T-pose (standing, arms
     stretched sideways) at their beginning, from which the body is measured; without it, give --height. An existing output
     is replaced. Exit status 3: done, but a video ended early or something was lost.
+
+    --both-ways corrects what the first pass noticed too late, such as exchanged limbs: exports, pictures and the page then
+    show the better poses; those of the first pass stay in the take (`--raw`).
 
     Example: `zenocap track clips/walk -o walk.mcap`, then `zenocap export walk.mcap -o walk.bvh`; or in one step:
     `zenocap track clips/walk -o walk.bvh`
@@ -143,10 +154,10 @@ def track(
         drawing = None if overlay is None else _overlay(one, overlay, overlay_every, expected)
         listeners = () if drawing is None else (drawing.add,)
         if to is None:
-            result = _tracked(one, output, expected, listeners)
+            result = _tracked(one, output, expected, listeners, both_ways)
             typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses, {result.messages} messages")
         else:
-            result = _exported(one, output, to, expected, listeners)
+            result = _exported(one, output, to, expected, listeners, both_ways)
     if drawing is not None:
         typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4")
     for problem in result.problems:
@@ -160,9 +171,14 @@ def track(
 
 
 def _tracked(
-    rig: Rig, take: Path, expected: int | None, listeners: tuple[Callable[[TrackedFrameSet], None], ...]
+    rig: Rig,
+    take: Path,
+    expected: int | None,
+    listeners: tuple[Callable[[TrackedFrameSet], None], ...],
+    both_ways: bool,
 ) -> Tracked:
     """Write the take, with progress on standard error."""
+    from zenocap.tools.recordings.both_ways import track_both_ways
     from zenocap.tools.recordings.track import track as run_track
 
     count = 0
@@ -176,18 +192,28 @@ def _tracked(
                 listener(frame_set)
             state.update(count, note=frame_set.state)
 
-        return run_track(rig, take, on_frame_set)
+        def on_backward(done: int, total: int) -> None:
+            if done == 1:
+                state.restart("tracking backwards", total)
+            state.update(done)
+
+        return track_both_ways(rig, take, on_frame_set, on_backward) if both_ways else run_track(rig, take, on_frame_set)
 
 
 def _exported(
-    rig: Rig, output: Path, to: Format, expected: int | None, listeners: tuple[Callable[[TrackedFrameSet], None], ...]
+    rig: Rig,
+    output: Path,
+    to: Format,
+    expected: int | None,
+    listeners: tuple[Callable[[TrackedFrameSet], None], ...],
+    both_ways: bool,
 ) -> Tracked:
     """Track into a temporary take and export it; nothing is exported without poses."""
     from zenocap.tools.recordings.export import ExportOptions, export
 
     with TemporaryDirectory(prefix="zenocap-") as folder:
         take = Path(folder) / f"{output.stem}.mcap"
-        result = _tracked(rig, take, expected, listeners)
+        result = _tracked(rig, take, expected, listeners, both_ways)
         if not result.poses:
             typer.echo(f"{result.frame_sets} frames, 0 poses")
             return result

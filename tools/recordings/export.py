@@ -29,6 +29,8 @@ class ExportOptions:
     """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary.
 
     joints: convention of the points.
+    smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
+    raw: poses of the forward pass also where the take was tracked both ways.
     """
 
     to: Format
@@ -39,6 +41,8 @@ class ExportOptions:
     unit: Unit | None = None
     angle: Angle = "deg"
     joints: Convention = "zenocap"
+    smooth: float | None = None
+    raw: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,8 +70,13 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     if options.joints != "zenocap" and options.to not in WITH_POINTS:
         allowed = ", ".join(WITH_POINTS)
         raise UserError(f"{output}: joints {options.joints}: {options.to} has no points: allowed in {allowed}")
-    poses = read_poses(take)
-    track = selected(poses.track(), options)
+    poses = read_poses(take, raw=options.raw)
+    whole = poses.track()
+    if options.smooth is not None:
+        from zenocap.common.formats.smoothing import smoothed
+
+        whole = smoothed(whole, options.smooth)
+    track = selected(whole, options)
     unit = options.unit or UNITS[options.to]
     _check(output, track, options, unit)
     try:

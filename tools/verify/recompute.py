@@ -13,7 +13,7 @@ from pathlib import Path
 from zenocap.common import codec
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.errors import UserError
-from zenocap.common.messages import Handled, Message, Sighting, Silhouette
+from zenocap.common.messages import BothWaysPose, Handled, Message, Sighting, Silhouette
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig
 from zenocap.common.rig.services import ServiceKey
@@ -21,6 +21,7 @@ from zenocap.common.runtime.input_trace import ALIVE, FRAME, GONE, TICK
 from zenocap.common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import SegmentedFrame
+from zenocap.tools.verify.both_ways import verify_both_ways
 from zenocap.tools.verify.result import Difference, Reason, Verification, difference
 from zenocap.tools.verify.services import Event, RecomputedService, services_of
 from zenocap.tools.verify.take_messages import DERIVED, MessageStore, first_trace_ns, messages_of, setup_in
@@ -48,7 +49,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     no setup.
     """
     check: _Check | None = None
-    count = 0
+    count, both_ways = 0, False
     for path in sorted(paths, key=first_trace_ns) if len(paths) > 1 else paths:
         take = Take(path)
         for received in messages_of(take):
@@ -57,6 +58,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
                 check.found.versions = take.metadata.get("versions", {})
             check.add(received)
             count += 1
+            both_ways = both_ways or isinstance(received.message, BothWaysPose)
             if count % UPDATE_EVERY == 0:
                 watch(count)
         if take.cut and check is not None:
@@ -64,6 +66,10 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     if check is None:
         raise UserError(f"{paths[0]}: no message of zenocap in it: there is nothing to verify")
     check.close()
+    if both_ways and len(paths) == 1 and not take.cut:
+        verify_both_ways(paths[0], check.rig, take.attachments, check.found, tolerance)
+    elif both_ways:
+        check.found.reasons.append(Reason(None, "poses from both directions: only of a whole take in one file"))
     if not check.found.checked:
         reasons = "; ".join(map(str, check.found.reasons)) or "no service has published its input trace"
         raise UserError(f"{paths[0]}: nothing can be verified: {reasons}")
@@ -75,7 +81,7 @@ class _Check:
 
     def __init__(self, path: Path, rig: RecordedRig, attached: Mapping[str, bytes], tolerance: float) -> None:
         self.found = Verification()
-        self._rig, self._tolerance = rig, tolerance
+        self.rig, self._tolerance = rig, tolerance
         try:
             self._services = {name: _Recomputed(service) for name, service in services_of(rig, path, attached).items()}
         except ValueError as error:
@@ -94,7 +100,7 @@ class _Check:
         self.found.duration_s = max(self.found.duration_s, (now_ns - self._start_ns) / 1e9)
         if isinstance(received.message, Handled):
             self._traces.append(received)
-        else:
+        elif not isinstance(received.message, BothWaysPose):  # the last pose is an input: see `verify_both_ways`
             self._store.add(received)
         while self._traces and self._traces[0].received_ns < now_ns - LATE_NS:
             self._recompute(self._traces.popleft().message)
@@ -161,14 +167,14 @@ class _Check:
         """A frame with the recorded silhouette in place of the image.  Raises MissingInput."""
         if service.learning:
             return SegmentedFrame(0, time_ns, None)
-        silhouette = self._store.message(SILHOUETTE.at(self._rig.name, viewer=viewer), time_ns)
+        silhouette = self._store.message(SILHOUETTE.at(self.rig.name, viewer=viewer), time_ns)
         if isinstance(silhouette, Silhouette):
             try:
                 mask = unpack(silhouette.size, silhouette.region, silhouette.data)
             except ValueError as error:
                 raise MissingInput(f"its silhouette of frame {silhouette.frame}: {error}") from error
             return SegmentedFrame(silhouette.frame, time_ns, mask)
-        sighting = self._store.message(SIGHTING.at(self._rig.name, viewer=viewer), time_ns)
+        sighting = self._store.message(SIGHTING.at(self.rig.name, viewer=viewer), time_ns)
         if isinstance(sighting, Sighting) and not sighting.present:
             return SegmentedFrame(sighting.frame, time_ns, None)
         if viewer in self._without_silhouette:
@@ -186,7 +192,7 @@ class _Check:
 
     def _compare(self, recomputed: Message) -> None:
         topic = topic_of(type(recomputed))
-        key = topic.at(self._rig.name, **topic.names_of(recomputed))
+        key = topic.at(self.rig.name, **topic.names_of(recomputed))
         try:
             data = codec.encode(recomputed)
         except codec.BadMessage:

@@ -18,6 +18,7 @@ from zenocap.common.conversion import camera_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between
 from zenocap.common.formats.resampling import resampled
+from zenocap.common.formats.smoothing import smoothed
 from zenocap.common.formats.take_poses import Poses, read_poses
 from zenocap.common.messages import CameraInfo
 from zenocap.services.animator.parameters import FILM_SAMPLES, PICTURE_SAMPLES
@@ -40,6 +41,8 @@ class RenderOptions:
 
     first, last: frames of the take, inclusive.  fps: of a film; None for that of the take.  size: width, height, px.
     poses: number of poses in one picture, evenly spaced.  trails_s: length of the trails of hands and feet, 0 for none.
+    smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
+    raw: poses of the forward pass also where the take was tracked both ways.
     """
 
     first: Bound | None = None
@@ -52,6 +55,8 @@ class RenderOptions:
     trails_s: float = 0.0
     captions: bool = True
     codec: Codec = "vp9"
+    smooth: float | None = None
+    raw: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,8 +81,9 @@ def render(
     suffix = output.suffix.lower()
     if suffix not in (*FILMS, *PICTURES):
         raise UserError(f"--output {output}: allowed: a file name that ends in {', '.join((*FILMS, *PICTURES))}")
-    poses = read_poses(take)
-    track = between(poses.track(), options.first, options.last)
+    poses = read_poses(take, raw=options.raw)
+    whole = poses.track() if options.smooth is None else smoothed(poses.track(), options.smooth)
+    track = between(whole, options.first, options.last)
     if not track.known.any():
         raise UserError(f"{take}: the person is lost in every selected frame: nothing to draw")
     try:

@@ -8,6 +8,7 @@ import pytest
 from tests.common.rig.test_rig import RIG, write_rig
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
+from zenocap.common.live_smoothing import animator_smoothing
 from zenocap.common.rig.animator import WITHIN, AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
 from zenocap.common.rig.rig import load_rig
 
@@ -23,6 +24,14 @@ enabled = false
 stream = "walk"
 reach = "network"
 """
+EURO = "[animator]\nsmooth = 'one-euro'\n"
+
+
+def test_poses_are_smoothed_only_on_request(tmp_path: Path) -> None:
+    assert animator_smoothing(load_rig(write_rig(tmp_path, RIG)).animator) is None
+    table = load_rig(write_rig(tmp_path, RIG + EURO + "smooth_hz = 2.5\nsmooth_beta = 0\n")).animator
+    assert (table.smooth, table.smooth_hz, table.smooth_beta) == ("one-euro", 2.5, 0.0)
+    assert animator_smoothing(table) is not None
 
 
 def test_outputs_are_off_without_a_table(tmp_path: Path) -> None:
@@ -55,6 +64,14 @@ def test_outputs_go_to_this_machine_by_default() -> None:
         ("[animator.udp]\nhost = ''\n", "animator.udp.host = '': allowed: "),
         ("[animator.lsl]\nreach = 'all'\n", "animator.lsl.reach = 'all'"),
         ("animator = 3\n", "animator = 3: allowed: object"),
+        ("[animator]\nsmooth = 'one-euros'\n", "animator.smooth = 'one-euros': allowed: 'off', 'one-euro'; did you mean "),
+        ("[animator]\nsmooth = true\n", "animator.smooth = True: allowed: str"),
+        ("[animator]\nsmooth_hz = 2.0\n", "animator.smooth_hz = 2.0: allowed: only with smooth = 'one-euro'"),
+        (EURO + "smooth_hz = 0.0\n", "animator.smooth_hz = 0.0: allowed: 0.1 to 30"),
+        (EURO + "smooth_hz = nan\n", "animator.smooth_hz = nan: allowed: 0.1 to 30"),
+        (EURO + "smooth_hz = 'fast'\n", "animator.smooth_hz = 'fast': allowed: float | null"),
+        (EURO + "smooth_beta = inf\n", "animator.smooth_beta = inf: allowed: 0 to 100"),
+        (EURO + "smooth_beta = -1\n", "animator.smooth_beta = -1.0: allowed: 0 to 100"),
     ],
 )
 def test_errors_name_file_key_value_and_what_is_allowed(tmp_path: Path, text: str, error: str) -> None:
@@ -78,5 +95,5 @@ def test_documentation_and_example_rig_have_valid_tables(tmp_path: Path) -> None
 
 
 def test_every_output_has_its_keys_checked() -> None:
-    outputs = {name for name in AnimatorTable.__struct_fields__ if name != "page"}
+    outputs = {name for name in AnimatorTable.__struct_fields__ if name != "page" and not name.startswith("smooth")}
     assert outputs <= set(WITHIN)

@@ -50,3 +50,16 @@ def test_lines_are_printed_during_the_work_without_a_terminal(
     with progress("drawing"):
         pass  # short work prints nothing
     assert not printed.is_set()
+
+
+def test_a_second_part_of_the_work_has_its_own_rate(clock: list[float]) -> None:
+    state = Progress("tracking", "frames", 100)
+    state.update(1)
+    clock[0] = 10.0
+    state.update(100)
+    state.restart("tracking backwards", 80)
+    assert state.line() == "tracking backwards: 0 of 80 frames, 0 s elapsed"
+    state.update(1)
+    clock[0] = 12.0
+    state.update(21)
+    assert state.line() == "tracking backwards: 21 of 80 frames, 10.0/s, 2 s elapsed, 6 s remaining"

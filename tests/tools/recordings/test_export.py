@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import zenocap as zenocap_api
 from tests.common.formats import test_csv
 from tests.common.formats.test_bvh_writer import read_by_bvhio, read_by_text
+from tests.common.formats.test_smoothing import gentle
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.places import CLIPS
 from tests.support.pose_tracks import NAMES, moving
@@ -88,6 +90,46 @@ def test_exported_frame_range_keeps_its_frame_numbers(take: Path, tmp_path: Path
         status, out, _ = zenocap("export", take, "--to", to, "-o", tmp_path / "a.x", "--from", "20", "--until", "25")
         assert (status, "6 frames, 20 to 25" in out) == (0, True)
         np.testing.assert_allclose(centres(tmp_path / "a.x", to), read_trc(tmp_path / "a.trc").points[16:22], atol=1e-5)
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_smoothing_is_off_unless_asked_for(to: Format, tmp_path: Path) -> None:
+    path = write_take(tmp_path / "noisy.mcap", messages_of_track(gentle(60)))
+    files = [tmp_path / f"{name}.{to}" for name in ("raw", "off", "smooth")]
+    for output, options in zip(files, ([], ["--smooth", "off"], ["--smooth", "6"]), strict=True):
+        assert zenocap("export", path, "-o", output, *options)[0] == 0
+    raw, off, smooth = (centres(file, to) for file in files)
+    np.testing.assert_array_equal(raw, off)
+    assert np.nanstd(np.diff(smooth, 2, axis=0)) < 0.5 * np.nanstd(np.diff(raw, 2, axis=0))
+    if to == "trc":
+        opened = zenocap_api.open_take(path)
+        np.testing.assert_allclose(opened.poses(smooth=6.0).joint_centres, smooth, atol=1e-6)
+        np.testing.assert_allclose(opened.poses().joint_centres, raw, atol=1e-6)
+        opened.export(tmp_path / "api.trc", smooth=6.0)
+        assert (tmp_path / "api.trc").read_text().replace("api", "smooth") == files[2].read_text()
+
+
+def test_smoothing_comes_before_the_selection_of_frames(tmp_path: Path) -> None:
+    path = write_take(tmp_path / "noisy.mcap", messages_of_track(gentle(60)))
+    zenocap("export", path, "-o", tmp_path / "a.trc", "--smooth", "4")
+    zenocap("export", path, "-o", tmp_path / "b.trc", "--smooth", "4", "--from", "20", "--until", "22")
+    np.testing.assert_array_equal(centres(tmp_path / "a.trc", "trc")[20:23], centres(tmp_path / "b.trc", "trc"))
+
+
+@pytest.mark.parametrize(
+    ("value", "status", "error"),
+    [
+        ("six", 2, "allowed: a frequency in Hz, such as 6, or off"),
+        ("0", 1, "smooth = 0 Hz: allowed: 0.1 to 13.5, 0.45 of the 30 frames/s"),
+        ("20", 1, "smooth = 20 Hz: allowed: 0.1 to 13.5"),
+        ("nan", 1, "smooth = nan Hz: allowed: "),
+    ],
+)
+def test_a_wrong_frequency_is_one_line(value: str, status: int, error: str, take: Path, tmp_path: Path) -> None:
+    found, _, text = zenocap("export", take, "-o", tmp_path / "a.trc", "--smooth", value)
+    assert found == status
+    assert error in text
+    assert not (tmp_path / "a.trc").exists()
 
 
 def test_frames_without_a_pose_are_reported(take: Path, tmp_path: Path) -> None:

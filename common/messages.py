@@ -135,9 +135,13 @@ class UniversalBap(Message, frozen=True, tag="universal_bap"):
 
 
 class TrackerBdp(Message, frozen=True, tag="tracker_bdp"):
-    """The body that the tracker measured in all views together."""
+    """The body that the tracker fits to all views together.
+
+    measured: False while it has not been measured in a T-pose, and began with average proportions.
+    """
 
     body: Body
+    measured: bool = True
 
 
 class TrackerPose(Message, frozen=True, tag="tracker_pose"):

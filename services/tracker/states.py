@@ -150,6 +150,7 @@ class TrackState:
 @dataclass(frozen=True)
 class Outcome:
     """Result of one frame set.  body: None unless it changed.  pose: None without one.  views: those used.
+    measured: whether the body was measured in the T-pose.
 
     spread: (angles + 3,) standard deviations over the particles: joint angles, radians, then position, metres.
     points: (n, 3) scene points, metres.  limb_features: see `Tracking`.  toes: as of `Tracking`, None without a pose.
@@ -166,6 +167,7 @@ class Outcome:
     points: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     limb_features: Floats | None = None
     toes: float | None = None
+    measured: bool = True
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,8 @@ def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> R
                 body = bdp_of(setup.anatomy, state.previous_body.body)
                 angles = angles_of(setup.anatomy, previous.angles, setup.anatomy.neutral)
                 pose = Pose(np.array(previous.position), angles)
-                track = tracking.resume(setup, state.track, body, pose, previous.captured_ns)
+                measured = state.previous_body.measured
+                track = tracking.resume(setup, state.track, body, pose, previous.captured_ns, measured=measured)
                 return replace(state, track=track, pose=previous, previous_body=None), [previous]
     except ValueError:  # of another anatomy: the rig has been changed
         return state, []
@@ -164,7 +165,8 @@ def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Resul
     messages: list[Message] = []
     if outcome.body is not None:
         body = body_of(setup.anatomy, outcome.body)
-        messages.append(TrackerBdp(frame=frame, captured_ns=frame_set.captured_ns, body=body))
+        captured_ns = frame_set.captured_ns
+        messages.append(TrackerBdp(frame=frame, captured_ns=captured_ns, body=body, measured=outcome.measured))
     pose = _pose_message(setup.anatomy, state.pose, outcome, frame, frame_set.captured_ns)
     if pose is not None:
         messages.append(pose)

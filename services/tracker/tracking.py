@@ -57,9 +57,14 @@ def remeasure(setup: Setup) -> TrackState:
     return replace(state, phase=AwaitingPerson(t_pose_only=True)) if awaiting_person(state) else state
 
 
-def resume(setup: Setup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int) -> TrackState:
-    """State after a restart: search for a person with known body and last pose."""
-    return replace(state, phase=Lost(known_person(setup, body), rooted_pose(setup, body, pose), seen_ns=captured_ns))
+def resume(
+    setup: Setup, state: TrackState, body: Bdp, pose: Pose, captured_ns: int, *, measured: bool = True
+) -> TrackState:
+    """State after a restart: search for a person with known body and last pose.  measured: see `Outcome`."""
+    person = known_person(setup, body)
+    if not measured and setup.person_height is None:
+        person = replace(person, measuring=AwaitingPerson())
+    return replace(state, phase=Lost(person, rooted_pose(setup, body, pose), seen_ns=captured_ns))
 
 
 def known_person(setup: Setup, body: Bdp) -> Person:
@@ -91,6 +96,9 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase = _with_limb_features(setup, phase, rays, field)
         outcome = replace(outcome, limb_features=phase.limb_features, toes=phase.toes)
+    if not isinstance(phase, AwaitingPerson):
+        measured = setup.person_height is None and phase.person.measuring is None
+        outcome = replace(outcome, measured=measured)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=scene.points)

@@ -124,9 +124,9 @@ def track(
 ) -> None:
     """Track every frame of a rig's videos offline, and write a take or an export for Blender, OpenSim and others.
 
-    The same steps as live, without network; equal inputs give equal bytes. The videos must show a T-pose (standing, arms
-    stretched sideways) at their beginning, from which the body is measured; without it, give --height. An existing output
-    is replaced. Exit status 3: done, but a video ended early or something was lost.
+    The same steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
+    stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
+    --height. An existing output is replaced. Exit status 3: done, but a video ended early or something was lost.
 
     --both-ways corrects what the first pass noticed too late, such as exchanged limbs: exports, pictures and the page then
     show the better poses; those of the first pass stay in the take (`--raw`).
@@ -162,6 +162,12 @@ def track(
         typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4")
     for problem in result.problems:
         typer.echo(f"lost: {problem}", err=True)
+    if result.poses and not result.measured and height is None:
+        typer.echo(
+            "note: no T-pose was seen: the body has average proportions, adapted while the person moved; lengths may be some "
+            "centimetres off",
+            err=True,
+        )
     if not result.poses:
         typer.echo("no pose: the body is measured when all viewers see a T-pose (arms stretched sideways);", err=True)
         typer.echo("  for videos without it, give --height.  State at the end:", err=True)

@@ -187,6 +187,8 @@ class _Tally:
                 self.pairs.add(assignment)
             case m.UniversalBdp() as body:
                 self.height_ratio = body.ratio
+            case m.TrackerBdp(measured=measured):
+                self.tracked.measured = measured
             case m.TrackerPose() as pose:
                 self.tracked.add(pose)
             case m.Posture() as posture:

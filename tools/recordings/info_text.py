@@ -48,7 +48,8 @@ def lines_of(info: Info) -> Iterator[str]:
         tracked = info.tracked
         by_views = [f"{count} of {views} views" for views, count in sorted(tracked.views.items(), reverse=True)]
         yield ""
-        yield from _wrapped("tracker", [f"{tracked.poses} poses", f"{tracked.lost} without a person", *by_views])
+        body = [] if tracked.measured else ["body of average proportions"]
+        yield from _wrapped("tracker", [f"{tracked.poses} poses", f"{tracked.lost} without a person", *by_views, *body])
     if info.recognised:
         recognized = info.recognised
         by_label = [f"{label} {count}" for label, count in sorted(recognized.labels.items())]

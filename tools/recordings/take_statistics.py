@@ -136,11 +136,15 @@ class Pairs:
 
 @dataclass
 class Tracked:
-    """Poses of the tracker.  lost: poses without a person.  views: number of poses by number of views."""
+    """Poses of the tracker.  lost: poses without a person.  views: number of poses by number of views.
+
+    measured: False when the last body has average proportions.
+    """
 
     poses: int = 0
     lost: int = 0
     views: dict[int, int] = field(default_factory=dict)
+    measured: bool = True
 
     def add(self, pose: m.TrackerPose) -> None:
         self.poses += 1

@@ -12,7 +12,7 @@ from pathlib import Path
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
-from zenocap.common.messages import Message, TrackerPose, UniversalBap
+from zenocap.common.messages import Message, TrackerBdp, TrackerPose, UniversalBap
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.file import TRACKER_METHODS
@@ -48,7 +48,7 @@ class Tracked:
     """Result of tracking.
 
     frame_sets: number of frame sets.  poses: of the integrator or tracker.  problems: losses in words.
-    states: of each service at the end, in words.
+    states: of each service at the end, in words.  measured: False for a body of average proportions.
     """
 
     frame_sets: int
@@ -56,6 +56,7 @@ class Tracked:
     messages: int
     problems: tuple[str, ...]
     states: dict[str, str]
+    measured: bool = True
 
 
 def track(rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None) -> Tracked:
@@ -94,7 +95,7 @@ def track_frames(
     if first is None or problems:
         raise SourceError("; ".join(problems) or f"rig {rig.name}: its sources have no frames")
     recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
-    count = poses = 0
+    count, poses, measured = 0, 0, True
     report_ns = EPOCH_NS + HEALTH_NS
     with closing(recording):
         offline.publish_cameras(EPOCH_NS)
@@ -107,6 +108,7 @@ def track_frames(
                 report_ns += HEALTH_NS
             messages = tuple(_record(recorder, recording))
             poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
+            measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
             count += 1
             on_frame_set(TrackedFrameSet(current, messages, offline.state()))
             current = next(groups, None)
@@ -116,7 +118,7 @@ def track_frames(
     problems += [f"{count} {kind}" for kind, count in offline.failures().items() if count]
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
-    return Tracked(count, poses, written.messages, tuple(problems), offline.states())
+    return Tracked(count, poses, written.messages, tuple(problems), offline.states(), measured)
 
 
 def frame_sets(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: list[str]) -> Iterator[dict[str, Frame]]:

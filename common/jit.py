@@ -23,8 +23,11 @@ IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE}[\w.]*)(?:\s+import\s+(?:
 
 
 def kernel(function: F) -> F:
-    """Compile a function, cached on disk; divisions by zero give infinity or NaN as in numpy."""
-    return cast(F, njit(cache=True, error_model="numpy")(function))
+    """Compile a function, cached on disk; divisions by zero give infinity or NaN as in numpy.
+
+    It runs without Python's global lock, so that other threads continue meanwhile.
+    """
+    return cast(F, njit(cache=True, error_model="numpy", nogil=True)(function))
 
 
 def finite_kernel(function: F) -> F:
@@ -33,17 +36,12 @@ def finite_kernel(function: F) -> F:
     Of LLVM's fast-math flags only those that leave results alone are set.  Reordered sums and fused operations would
     make the last digits depend on whether a kernel's callees were compiled in the same process or loaded from the cache.
     """
-    return cast(F, njit(cache=True, error_model="numpy", fastmath={"nnan", "ninf", "nsz"})(function))
+    return cast(F, njit(cache=True, error_model="numpy", nogil=True, fastmath={"nnan", "ninf", "nsz"})(function))
 
 
 def inlined_kernel(function: F) -> F:
     """The same, inlined into its callers."""
     return cast(F, njit(cache=True, error_model="numpy", inline="always")(function))
-
-
-def threaded_kernel(function: F) -> F:
-    """The same without Python's global lock, for calls from several threads at once."""
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True)(function))
 
 
 def discard_outdated(package: Path, caches: Path | None) -> list[Path]:

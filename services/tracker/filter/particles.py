@@ -14,7 +14,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Ints
 from zenocap.common.body.rotations import vector_to_matrix
-from zenocap.common.jit import kernel, threaded_kernel
+from zenocap.common.jit import kernel
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.filter.closest_points import modulated_misfit
@@ -186,7 +186,7 @@ def _copy(pose: RootedPose) -> RootedPose:
     return RootedPose(pose.position.copy(), pose.rotation.copy(), pose.values.copy())
 
 
-@threaded_kernel
+@kernel
 def _refine_and_score(
     model: BodyModel,
     rays: Floats32,
@@ -205,7 +205,7 @@ def _refine_and_score(
         errors[k] = misfit(model, rays, field, weights.limit, pose)
 
 
-@threaded_kernel
+@kernel
 def _refine_by_force(
     model: BodyModel,
     rays: Floats32,
@@ -221,7 +221,7 @@ def _refine_by_force(
         refine_by_force(model, rays, weights, iterations, pose, _copy(pose))
 
 
-@threaded_kernel
+@kernel
 def _refine_as_printed(
     model: BodyModel,
     rays: Floats32,
@@ -238,7 +238,7 @@ def _refine_as_printed(
         refine_as_printed(model, rays, weights, linear, closest, iterations, _pose_of(cloud, k))
 
 
-@threaded_kernel
+@kernel
 def _score_modulated(
     model: BodyModel,
     rays: Floats32,

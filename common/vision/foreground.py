@@ -107,26 +107,25 @@ def _differ(
     levels = np.zeros((height, width), dtype=np.uint8)
     outside = np.zeros(24 * ((width + 7) // 8), dtype=np.uint8)  # of each channel of a row; 3 words are 8 pixels
     words = outside.view(np.uint64)
-    g0, g1, g2 = gain[0], gain[1], gain[2]
+    places = np.empty(width + 8, dtype=np.int64)
     for y in range(height):
         _outside(frame[y].reshape(-1), low[y].reshape(-1), high[y].reshape(-1), outside)
-        x = -1
-        while x + 1 < width:
-            x += 1
-            if x % 8 == 0:
-                k = 3 * (x // 8)
-                if words[k] | words[k + 1] | words[k + 2] == 0:
-                    x += 7
-                    continue
-            if outside[3 * x] | outside[3 * x + 1] | outside[3 * x + 2] == 0:
-                continue
-            d0 = np.float32(frame[y, x, 0]) - g0 * mean[y, x, 0]
-            d1 = np.float32(frame[y, x, 1]) - g1 * mean[y, x, 1]
-            d2 = np.float32(frame[y, x, 2]) - g2 * mean[y, x, 2]
-            distance = d0 * d0 * weight[y, x, 0] + d1 * d1 * weight[y, x, 1] + d2 * d2 * weight[y, x, 2]
+        count = 0
+        for k in range(0, len(words), 3):
+            if words[k] | words[k + 1] | words[k + 2] != 0:
+                for x in range(8 * k // 3, 8 * k // 3 + 8):
+                    places[count] = x
+                    count += outside[3 * x] | outside[3 * x + 1] | outside[3 * x + 2]
+        for n in range(count):
+            x = places[n]
+            distance = np.float32(0)
+            for c in range(3):
+                off = np.float32(frame[y, x, c]) - gain[c] * mean[y, x, c]
+                distance += off * off * weight[y, x, c]
             if distance < weak2:
                 continue
             levels[y, x] = np.uint8(min(np.float32(255), np.float32(LEVELS_PER_SIGMA) * np.sqrt(distance)))
+            labels[y, x] = STRONG if distance >= strong2 else WEAK
             across, along, seen2 = np.float32(0), np.float32(0), np.float32(0)
             for c in range(3):
                 known = gain[c] * mean[y, x, c]
@@ -142,8 +141,6 @@ def _differ(
                     turned2 += off * off
                 if turned < shadow[2] ** 2 or turned2 < shadow[3] ** 2 * seen2:
                     labels[y, x] = UNSURE
-                    continue
-            labels[y, x] = STRONG if distance >= strong2 else WEAK
     return labels, levels
 
 

@@ -18,6 +18,7 @@ from numba import njit
 F = TypeVar("F", bound=Callable[..., object])
 
 PACKAGE = "zenocap"
+FINITE = {"nnan", "ninf", "nsz"}  # LLVM's fast-math flags that leave results alone
 USES_KERNELS = re.compile(rf"^from {PACKAGE}\.common\.jit import", re.MULTILINE)
 IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE}[\w.]*)(?:\s+import\s+(?:\(([^)]*)\)|([^\n]*)))?", re.MULTILINE)
 
@@ -36,7 +37,21 @@ def finite_kernel(function: F) -> F:
     Of LLVM's fast-math flags only those that leave results alone are set.  Reordered sums and fused operations would
     make the last digits depend on whether a kernel's callees were compiled in the same process or loaded from the cache.
     """
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True, fastmath={"nnan", "ninf", "nsz"})(function))
+    return cast(F, njit(cache=True, error_model="numpy", nogil=True, fastmath=FINITE)(function))
+
+
+def leaf_kernel(function: F) -> F:
+    """The same as `kernel` for functions that create and return no array.
+
+    The arrays among its arguments are not counted as references.  Counting takes two atomic operations for each array of each
+    call: more than the arithmetic of a short function, and threads that share the arrays wait for one another.
+    """
+    return cast(F, njit(cache=True, error_model="numpy", nogil=True, _nrt=False)(function))
+
+
+def finite_leaf_kernel(function: F) -> F:
+    """The same as `finite_kernel` for functions that create and return no array."""
+    return cast(F, njit(cache=True, error_model="numpy", nogil=True, _nrt=False, fastmath=FINITE)(function))
 
 
 def inlined_kernel(function: F) -> F:

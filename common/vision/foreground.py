@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Ints32, Labels
-from zenocap.common.jit import finite_kernel, kernel
+from zenocap.common.jit import finite_kernel, finite_leaf_kernel, kernel, leaf_kernel
 from zenocap.common.vision.background import Background, gains
 
 BACKGROUND: Final = 0
@@ -144,14 +144,14 @@ def _differ(
     return labels, levels
 
 
-@kernel
+@leaf_kernel
 def _outside(values: Image, low: Image, high: Image, outside: Image) -> None:
     """Write 1 for values (n,) outside of their limits, else 0."""
     for k in range(len(values)):
         outside[k] = (values[k] < low[k]) | (values[k] > high[k])
 
 
-@kernel
+@leaf_kernel
 def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels) -> None:
     for y in range(levels.shape[0]):
         for x in range(levels.shape[1]):
@@ -236,7 +236,7 @@ def _places(labels: Labels, label: int) -> Ints32:
     return places
 
 
-@finite_kernel
+@finite_leaf_kernel
 def _brightness(frame: Image, mean: Floats32, gain: Floats32, y: int, x: int) -> tuple[np.float32, np.float32]:
     """Sums of the channels of the frame and of the model, the latter at least 1."""
     total, model_total = np.float32(0), np.float32(0)
@@ -246,7 +246,7 @@ def _brightness(frame: Image, mean: Floats32, gain: Floats32, y: int, x: int) ->
     return total, max(model_total, np.float32(1))
 
 
-@finite_kernel
+@finite_leaf_kernel
 def _model_error(mean: Floats32, weight: Floats32, y: int, x: int) -> np.float32:
     """Contribution of the error of the model, half a sigma, to b * b."""
     variance, known = np.float32(0), np.float32(1)

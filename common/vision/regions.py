@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenocap.common.arrays import Bools, Ints32, Labels
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 
 
 class Regions(NamedTuple):
@@ -23,7 +23,7 @@ class Regions(NamedTuple):
     seeds: Ints32
 
 
-@kernel
+@leaf_kernel
 def _root(parent: Ints32, k: int) -> int:
     while parent[k] != k:
         parent[k] = parent[parent[k]]
@@ -113,7 +113,7 @@ def find_regions(labels: Labels, lowest: int, highest: int, seed: int, diagonal:
     return Regions(runs, boxes, areas, seeds)
 
 
-@kernel
+@leaf_kernel
 def distance(regions: Regions, a: int, b: int, enough: int) -> int:
     """Pixels between two regions along rows or columns, at most `enough`."""
     boxes = regions.boxes
@@ -154,7 +154,7 @@ def reachable(regions: Regions, chosen: int, reach: int, smallest: int) -> Bools
     return keep
 
 
-@kernel
+@leaf_kernel
 def paint(regions: Regions, keep: Bools, value: int, image: Labels) -> None:
     """Set the pixels of the kept regions to `value`, in place."""
     for k in range(len(regions.runs)):

@@ -78,8 +78,11 @@ def learn(frames: Sequence[Image]) -> Background:
         cv2.accumulate(frame, mean)
     mean /= len(frames)
     spread = np.zeros(shape, dtype=np.float32)
+    deviation = np.empty(shape, dtype=np.float32)  # one array for all frames: new ones would be mapped page by page
     for frame in frames:
-        spread += np.abs(frame - mean)
+        np.subtract(frame, mean, out=deviation)
+        np.abs(deviation, out=deviation)
+        spread += deviation
     spread *= sqrt(pi / 2) / len(frames)  # mean absolute deviation of a normal distribution to its sigma
     if len(frames) > 1:
         spread *= sqrt(len(frames) / (len(frames) - 1))

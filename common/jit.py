@@ -43,15 +43,20 @@ def finite_kernel(function: F) -> F:
 def leaf_kernel(function: F) -> F:
     """The same as `kernel` for functions that create and return no array.
 
-    The arrays among its arguments are not counted as references.  Counting takes two atomic operations for each array of each
-    call: more than the arithmetic of a short function, and threads that share the arrays wait for one another.
+    References to its arguments are not counted: that takes two atomic operations for each array of each call, more than the
+    arithmetic of a short function, and threads that share the arrays wait for one another.
     """
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True, _nrt=False)(function))
+    return _without_references(function)
 
 
 def finite_leaf_kernel(function: F) -> F:
     """The same as `finite_kernel` for functions that create and return no array."""
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True, _nrt=False, fastmath=FINITE)(function))
+    return _without_references(function, fastmath=FINITE)
+
+
+def _without_references(function: F, **options: object) -> F:
+    compiler = cast(Callable[..., Callable[[F], F]], njit)  # its annotations lack the option _nrt
+    return compiler(cache=True, error_model="numpy", nogil=True, _nrt=False, **options)(function)
 
 
 def inlined_kernel(function: F) -> F:

@@ -30,6 +30,7 @@ def track(
     height: float | None = None,
     prior: str | None = None,
     seed: int | None = None,
+    jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Take:
     """Track every frame of a rig's videos and write the take to `output`; equal input gives an equal file.
@@ -48,6 +49,7 @@ def track(
     height: of the person, metres, where no T-pose is shown: the body then has average proportions.
     prior: motion prior of the hybrid tracker, a name or a file.
     seed: random seed of the hybrid tracker.
+    jobs: number of cores to use; the take does not depend on it; default: the available ones.
     progress: called after each frame set with the number of frame sets so far.
 
     Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
@@ -59,7 +61,7 @@ def track(
         if isinstance(source, Rig) and (method is not None or variant is not None):
             raise UserError("method and variant: allowed with files or a folder; a rig has been loaded with its own")
         rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant)
-        return _tracked(rig, Path(output), size, fps, height, overrides, progress)
+        return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress)
     if calibration is None:
         raise UserError("calibration is missing: a list of videos needs the file of their cameras")
     with TemporaryDirectory(prefix="zenocap-") as name:
@@ -68,7 +70,7 @@ def track(
             folder, [Path(video) for video in source], Path(calibration), {"empty_frames": empty_frames, "up_axis": up_axis}
         )
         rig = load_rig(folder, method, variant=variant)
-        return _tracked(rig, Path(output), size, fps, height, overrides, progress)
+        return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress)
 
 
 def _tracked(
@@ -78,6 +80,7 @@ def _tracked(
     fps: float | None,
     height: float | None,
     overrides: TrackerOverrides,
+    jobs: int | None,
     progress: Progress | None,
 ) -> Take:
     rig = with_tracker(at_working_size(rig, size, fps), overrides)
@@ -91,7 +94,7 @@ def _tracked(
         if progress is not None:
             progress(count)
 
-    write_take(rig, output, on_frame_set)
+    write_take(rig, output, on_frame_set, jobs)
     return open_take(output)
 
 

@@ -25,7 +25,7 @@ SHAKE_PX = 0.1  # px, shake of the image of a fixed camera; chosen by hand
 TRIM, TRIMMED_Z = 0.6, 0.8416212  # share of the smallest deviations that is kept; z with P(|Z| < z) = TRIM
 GAIN_SAMPLES = 1500  # pixels on which the gain is measured; chosen by hand
 GAIN_RANGE = (0.5, 2.0)  # of the gain; chosen by hand
-LIMIT_GAIN = 0.005  # change of the gain for which limits hold; decides about speed alone; measured on rendered and real video
+LIMIT_GAIN = 0.005  # change of the gain for which limits hold, of no effect on results; measured on rendered and real video
 LIMIT_SLACK = 1e-3  # share of the squared distance for rounding in the exact test, whose float32 sums are good to 1e-4
 
 

@@ -100,7 +100,8 @@ def _differ(
 ) -> tuple[Labels, Image]:
     """Labels, and distances in quarter sigmas where they are WEAK at least, both (height, width).
 
-    low, high: `Limits` at distance weak; pixels within them need no exact distance.  shadow: darkest and lightest ratio, colour change in sigmas and as a share of the brightness.
+    low, high: `Limits` at distance weak; pixels within them need no exact distance, and most are.
+    shadow: darkest and lightest ratio, colour change in sigmas and as a share of the brightness.
     """
     height, width = frame.shape[:2]
     labels = np.zeros((height, width), dtype=np.uint8)

@@ -107,6 +107,9 @@ def track(
         int | None,
         typer.Option(min=0, help="Random seed; equal seeds give identical output; default: 0.", rich_help_panel=TRACKER),
     ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
+    ] = None,
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for pictures and a video of the model over the images.")
     ] = None,
@@ -143,10 +146,10 @@ def track(
         drawing = None if overlay is None else _overlay(one, overlay, overlay_every, expected)
         listeners = () if drawing is None else (drawing.add,)
         if to is None:
-            result = _tracked(one, output, expected, listeners)
+            result = _tracked(one, output, expected, listeners, jobs)
             typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses, {result.messages} messages")
         else:
-            result = _exported(one, output, to, expected, listeners)
+            result = _exported(one, output, to, expected, listeners, jobs)
     if drawing is not None:
         typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4")
     for problem in result.problems:
@@ -160,7 +163,11 @@ def track(
 
 
 def _tracked(
-    rig: Rig, take: Path, expected: int | None, listeners: tuple[Callable[[TrackedFrameSet], None], ...]
+    rig: Rig,
+    take: Path,
+    expected: int | None,
+    listeners: tuple[Callable[[TrackedFrameSet], None], ...],
+    jobs: int | None,
 ) -> Tracked:
     """Write the take, with progress on standard error."""
     from zenocap.tools.recordings.track import track as run_track
@@ -176,18 +183,23 @@ def _tracked(
                 listener(frame_set)
             state.update(count, note=frame_set.state)
 
-        return run_track(rig, take, on_frame_set)
+        return run_track(rig, take, on_frame_set, jobs)
 
 
 def _exported(
-    rig: Rig, output: Path, to: Format, expected: int | None, listeners: tuple[Callable[[TrackedFrameSet], None], ...]
+    rig: Rig,
+    output: Path,
+    to: Format,
+    expected: int | None,
+    listeners: tuple[Callable[[TrackedFrameSet], None], ...],
+    jobs: int | None,
 ) -> Tracked:
     """Track into a temporary take and export it; nothing is exported without poses."""
     from zenocap.tools.recordings.export import ExportOptions, export
 
     with TemporaryDirectory(prefix="zenocap-") as folder:
         take = Path(folder) / f"{output.stem}.mcap"
-        result = _tracked(rig, take, expected, listeners)
+        result = _tracked(rig, take, expected, listeners, jobs)
         if not result.poses:
             typer.echo(f"{result.frame_sets} frames, 0 poses")
             return result

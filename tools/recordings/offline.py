@@ -95,21 +95,23 @@ class TwoViewViewer(Running[Setup, State, Frame]):
 
 
 class SilhouetteViewer(Running[Setup, State, Frame]):
-    """A `ViewerMember` whose steps depend on its frames alone: they are computed when the frames are read."""
+    """A `ViewerMember` whose steps depend on its frames alone: those of frames from `read` are computed there."""
 
     def __init__(self, service: Service[Setup, State, Frame], network: LocalNetwork) -> None:
         super().__init__(replace(service, step=self._stepped), network)
         self._service = service
-        self._results: deque[tuple[State, Sequence[Message]] | Exception] = deque()  # of frames that are not processed yet
+        self._results: deque[tuple[Frame, tuple[State, Sequence[Message]] | Exception]] = (
+            deque()
+        )  # of frames still to process
 
     def read(self, frames: Iterator[Frame]) -> Iterator[Frame]:
         state = self._service.state
         for frame in frames:
             try:
                 state, messages = self._service.step(self._service.setup, state, frame)
-                self._results.append((state, messages))
-            except Exception as error:  # raised again by the runner, which counts and logs it
-                self._results.append(error)
+                self._results.append((frame, (state, messages)))
+            except Exception as error:  # raised again for the runner, which counts and logs it
+                self._results.append((frame, error))
             yield frame
 
     def process(self, frame: Frame) -> None:
@@ -118,10 +120,10 @@ class SilhouetteViewer(Running[Setup, State, Frame]):
     def _stepped(
         self, setup: Setup, state: State, event: Frame | Envelope | Alive | Tick
     ) -> tuple[State, Sequence[Message]]:
-        """The step of the service, that of a frame from `read`."""
-        if not isinstance(event, Frame):
+        """The step of the service, or its result for a frame from `read`."""
+        if not self._results or self._results[0][0] is not event:
             return self._service.step(setup, state, event)
-        result = self._results.popleft()
+        _, result = self._results.popleft()
         if isinstance(result, Exception):
             raise result
         return result

@@ -27,7 +27,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, SourceError
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.parameters import service_parameters
-from zenocap.tools.recordings.lookahead import Lookahead
+from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.offline import Offline
 
 logger = logging.getLogger(__name__)
@@ -65,7 +65,7 @@ def track(
 ) -> Tracked:
     """Write the take of a rig whose sources end.  on_frame_set: gets every frame set, in order.
 
-    jobs: number of threads that read and segment the frames; 1: none besides the caller's; default: the available cores.
+    jobs: number of cores to use, on which the take does not depend; default: the available ones.
     Raises UserError, SourceError before the first frame, RecordingError and ValueError.
     """
     for viewer in rig.viewers:
@@ -87,9 +87,10 @@ def track_frames(
 ) -> Tracked:
     """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
 
-    logged: topics of the take.  jobs: as of `track`; the take does not depend on it.  Raises SourceError before the first frame, RecordingError and ValueError.
+    logged: topics of the take.  jobs: as of `track`.  Raises SourceError before the first frame, RecordingError and
+    ValueError.
     """
-    with Lookahead(jobs) as lookahead:
+    with limited_threads(jobs), Lookahead(jobs) as lookahead:
         return _track_frames(rig, frames, clock, take, on_frame_set, logged, lookahead)
 
 

@@ -14,6 +14,20 @@ from pathlib import Path
 OUT = Path("build") / "short-runs"
 ARGUMENTS: dict[str, tuple[str, ...]] = {
     "animator": ("--seconds", "2", "--pages", "1"),
+    "budgets": (
+        "--views",
+        "2",
+        "--jobs",
+        "1",
+        "--busy",
+        "0",
+        "--rounds",
+        "1",
+        "--frames",
+        "130",
+        "--out",
+        str(OUT / "hybrid" / "silhouettes"),
+    ),
     "bodies": ("--people", "1", "--jobs", "1"),
     "clips": ("walk2", "--jobs", "1"),
     "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),

@@ -18,13 +18,17 @@ from numba import njit
 F = TypeVar("F", bound=Callable[..., object])
 
 PACKAGE = "zenocap"
+FINITE = {"nnan", "ninf", "nsz"}  # LLVM's fast-math flags that leave results alone
 USES_KERNELS = re.compile(rf"^from {PACKAGE}\.common\.jit import", re.MULTILINE)
 IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE}[\w.]*)(?:\s+import\s+(?:\(([^)]*)\)|([^\n]*)))?", re.MULTILINE)
 
 
 def kernel(function: F) -> F:
-    """Compile a function, cached on disk; divisions by zero give infinity or NaN as in numpy."""
-    return cast(F, njit(cache=True, error_model="numpy")(function))
+    """Compile a function, cached on disk; divisions by zero give infinity or NaN as in numpy.
+
+    It runs without Python's global lock, so that other threads continue meanwhile.
+    """
+    return cast(F, njit(cache=True, error_model="numpy", nogil=True)(function))
 
 
 def finite_kernel(function: F) -> F:
@@ -33,17 +37,31 @@ def finite_kernel(function: F) -> F:
     Of LLVM's fast-math flags only those that leave results alone are set.  Reordered sums and fused operations would
     make the last digits depend on whether a kernel's callees were compiled in the same process or loaded from the cache.
     """
-    return cast(F, njit(cache=True, error_model="numpy", fastmath={"nnan", "ninf", "nsz"})(function))
+    return cast(F, njit(cache=True, error_model="numpy", nogil=True, fastmath=FINITE)(function))
+
+
+def leaf_kernel(function: F) -> F:
+    """The same as `kernel` for functions that create and return no array.
+
+    References to its arguments are not counted: that takes two atomic operations for each array of each call, more than the
+    arithmetic of a short function, and threads that share the arrays wait for one another.
+    """
+    return _without_references(function)
+
+
+def finite_leaf_kernel(function: F) -> F:
+    """The same as `finite_kernel` for functions that create and return no array."""
+    return _without_references(function, fastmath=FINITE)
+
+
+def _without_references(function: F, **options: object) -> F:
+    compiler = cast(Callable[..., Callable[[F], F]], njit)  # its annotations lack the option _nrt
+    return compiler(cache=True, error_model="numpy", nogil=True, _nrt=False, **options)(function)
 
 
 def inlined_kernel(function: F) -> F:
     """The same, inlined into its callers."""
     return cast(F, njit(cache=True, error_model="numpy", inline="always")(function))
-
-
-def threaded_kernel(function: F) -> F:
-    """The same without Python's global lock, for calls from several threads at once."""
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True)(function))
 
 
 def discard_outdated(package: Path, caches: Path | None) -> list[Path]:

@@ -32,6 +32,7 @@ def track(
     prior: str | None = None,
     seed: int | None = None,
     both_ways: bool = False,
+    jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Take:
     """Track every frame of a rig's videos and write the take to `output`; equal input gives an equal file.
@@ -51,6 +52,7 @@ def track(
     prior: motion prior of the hybrid tracker, a name or a file.
     seed: random seed of the hybrid tracker.
     both_ways: track a second time, backwards, and use the better pose of each limb (hybrid tracker).
+    jobs: number of cores to use; the take does not depend on it; default: the available ones.
     progress: called after each frame set of the first pass with the number of frame sets so far.
 
     Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
@@ -62,7 +64,7 @@ def track(
         if isinstance(source, Rig) and (method is not None or variant is not None):
             raise UserError("method and variant: allowed with files or a folder; a rig has been loaded with its own")
         rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant)
-        return _tracked(rig, Path(output), size, fps, height, overrides, progress, both_ways)
+        return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
     if calibration is None:
         raise UserError("calibration is missing: a list of videos needs the file of their cameras")
     with TemporaryDirectory(prefix="zenocap-") as name:
@@ -71,7 +73,7 @@ def track(
             folder, [Path(video) for video in source], Path(calibration), {"empty_frames": empty_frames, "up_axis": up_axis}
         )
         rig = load_rig(folder, method, variant=variant)
-        return _tracked(rig, Path(output), size, fps, height, overrides, progress, both_ways)
+        return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
 
 
 def _tracked(
@@ -81,6 +83,7 @@ def _tracked(
     fps: float | None,
     height: float | None,
     overrides: TrackerOverrides,
+    jobs: int | None,
     progress: Progress | None,
     both_ways: bool,
 ) -> Take:
@@ -96,9 +99,9 @@ def _tracked(
             progress(count)
 
     if both_ways:
-        track_both_ways(rig, output, on_frame_set)
+        track_both_ways(rig, output, on_frame_set, jobs=jobs)
     else:
-        write_take(rig, output, on_frame_set)
+        write_take(rig, output, on_frame_set, jobs)
     return open_take(output)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.jit import kernel
+from zenocap.common.jit import leaf_kernel
 
 GIMBAL_LOCK = 1e-6  # cosine of the middle Euler angle at and below which the outer two axes coincide; chosen by hand
 SMALL_ANGLE = 1e-8  # radians, below which the limit of Rodrigues' formula is used; its error there is below 1e-16
@@ -61,7 +61,7 @@ def _within_half_a_turn(angles: Floats, near: Floats) -> Floats:
     return result
 
 
-@kernel
+@leaf_kernel
 def vector_to_matrix(vector: Floats, out: Floats) -> None:
     """Write the rotation matrix `out` (3, 3) of a rotation vector (3,) in radians.  Rodrigues' formula."""
     x, y, z = vector[0], vector[1], vector[2]
@@ -83,7 +83,7 @@ def vector_to_matrix(vector: Floats, out: Floats) -> None:
     out[2, 2] = c + b * z * z
 
 
-@kernel
+@leaf_kernel
 def matrix_to_vector(rotation: Floats, out: Floats) -> None:
     """Write the rotation vector `out` (3,) of a rotation matrix (3, 3), of length 0 to pi, by way of its quaternion."""
     trace = rotation[0, 0] + rotation[1, 1] + rotation[2, 2]

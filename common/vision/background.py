@@ -6,15 +6,16 @@ Frames are (height, width, 3) uint8 BGR.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import erf, exp, pi, sqrt
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from zenocap.common.arrays import Floats32, Image, Mask
-from zenocap.common.jit import kernel
+from zenocap.common.jit import finite_kernel, kernel
 
 LARGEST_SCALING = 0.02  # relative size difference of a background image and the frames; chosen by hand
 SIGMA_FLOOR = 0.5  # grey levels, smallest noise: rounding is 0.29, the rest for short learning times; chosen by hand
@@ -24,6 +25,20 @@ SHAKE_PX = 0.1  # px, shake of the image of a fixed camera; chosen by hand
 TRIM, TRIMMED_Z = 0.6, 0.8416212  # share of the smallest deviations that is kept; z with P(|Z| < z) = TRIM
 GAIN_SAMPLES = 1500  # pixels on which the gain is measured; chosen by hand
 GAIN_RANGE = (0.5, 2.0)  # of the gain; chosen by hand
+LIMIT_GAIN = 0.005  # change of the gain for which limits hold, of no effect on results; measured on rendered and real video
+LIMIT_SLACK = 1e-3  # share of the squared distance for rounding in the exact test, whose float32 sums are good to 1e-4
+
+
+class Limits(NamedTuple):
+    """Grey levels between which all channels of a pixel are less than `sigmas` from the model in all.
+
+    low, high: (height, width, 3) uint8, inclusive.  gain: (3,) at which they hold, within LIMIT_GAIN.
+    """
+
+    low: Image
+    high: Image
+    gain: Floats32
+    sigmas: float
 
 
 @dataclass(frozen=True)
@@ -35,11 +50,20 @@ class Background:
 
     mean: Floats32
     weight: Floats32
+    _limits: list[Limits] = field(default_factory=list, init=False, repr=False, compare=False)
 
     @property
     def size(self) -> tuple[int, int]:
         """(width, height) px."""
         return self.mean.shape[1], self.mean.shape[0]
+
+    def limits(self, gain: Floats32, sigmas: float) -> Limits:
+        """Limits that hold at this gain (3,) and distance; the last ones are kept."""
+        kept = self._limits
+        if not kept or kept[0].sigmas != sigmas or np.abs(gain - kept[0].gain).max() >= LIMIT_GAIN:
+            share = np.float32(sigmas**2 / 3 * (1 - LIMIT_SLACK))
+            kept[:] = [Limits(*_limits(self.mean, self.weight, gain, share), gain, sigmas)]
+        return kept[0]
 
     def sigma(self) -> Floats32:
         """Noise of every pixel and channel, (height, width, 3) grey levels."""
@@ -54,8 +78,11 @@ def learn(frames: Sequence[Image]) -> Background:
         cv2.accumulate(frame, mean)
     mean /= len(frames)
     spread = np.zeros(shape, dtype=np.float32)
+    deviation = np.empty(shape, dtype=np.float32)  # one array for all frames: new ones would be mapped page by page
     for frame in frames:
-        spread += np.abs(frame - mean)
+        np.subtract(frame, mean, out=deviation)
+        np.abs(deviation, out=deviation)
+        spread += deviation
     spread *= sqrt(pi / 2) / len(frames)  # mean absolute deviation of a normal distribution to its sigma
     if len(frames) > 1:
         spread *= sqrt(len(frames) / (len(frames) - 1))
@@ -169,6 +196,27 @@ def _moved(mean: Floats32, frame: Image, held: Mask, rate: np.float32) -> Floats
             for c in range(3):
                 out[y, x, c] = mean[y, x, c] + step * (np.float32(frame[y, x, c]) - mean[y, x, c])
     return out
+
+
+@finite_kernel
+def _limits(mean: Floats32, weight: Floats32, gain: Floats32, share: np.float32) -> tuple[Image, Image]:
+    """low, high of `Limits`; share: of the squared distance for each channel.  low > high where no level is near."""
+    height, width = mean.shape[:2]
+    low, high = np.empty(mean.shape, dtype=np.uint8), np.empty(mean.shape, dtype=np.uint8)
+    least, most = np.empty(3 * width, dtype=np.float32), np.empty(3 * width, dtype=np.float32)
+    for k in range(3 * width):
+        least[k], most[k] = gain[k % 3] - np.float32(LIMIT_GAIN), gain[k % 3] + np.float32(LIMIT_GAIN)
+    for y in range(height):
+        middle, precision = mean[y].reshape(-1), weight[y].reshape(-1)
+        low_row, high_row = low[y].reshape(-1), high[y].reshape(-1)
+        for k in range(3 * width):
+            reach = np.sqrt(share / precision[k])
+            lowest, highest = np.ceil(most[k] * middle[k] - reach), np.floor(least[k] * middle[k] + reach)
+            none = (lowest > np.float32(255)) | (highest < np.float32(0))
+            lowest = np.float32(255) if none else max(lowest, np.float32(0))
+            highest = np.float32(0) if none else min(highest, np.float32(255))
+            low_row[k], high_row[k] = np.uint8(np.int32(lowest)), np.uint8(np.int32(highest))
+    return low, high
 
 
 def _background(mean: Floats32, spread: Floats32, shake_px: float) -> Background:

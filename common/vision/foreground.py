@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Ints32, Labels
-from zenocap.common.jit import finite_kernel, kernel
+from zenocap.common.jit import finite_kernel, finite_leaf_kernel, kernel, leaf_kernel
 from zenocap.common.vision.background import Background, gains
 
 BACKGROUND: Final = 0
@@ -65,8 +65,11 @@ def foreground(background: Background, frame: Image, gain: Floats32, options: Fo
     """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width).  Raises ValueError for another shape."""
     if frame.shape != background.mean.shape or frame.dtype != np.uint8:
         raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
+    limits = background.limits(gain, options.weak)
     labels, levels = _differ(
         np.ascontiguousarray(frame),
+        limits.low,
+        limits.high,
         background.mean,
         background.weight,
         gain,
@@ -86,6 +89,8 @@ def foreground(background: Background, frame: Image, gain: Floats32, options: Fo
 @finite_kernel
 def _differ(
     frame: Image,
+    low: Image,
+    high: Image,
     mean: Floats32,
     weight: Floats32,
     gain: Floats32,
@@ -95,23 +100,33 @@ def _differ(
 ) -> tuple[Labels, Image]:
     """Labels, and distances in quarter sigmas where they are WEAK at least, both (height, width).
 
+    low, high: `Limits` at distance weak; pixels within them need no exact distance, and most are.
     shadow: darkest and lightest ratio, colour change in sigmas and as a share of the brightness.
     """
     height, width = frame.shape[:2]
     labels = np.zeros((height, width), dtype=np.uint8)
     levels = np.zeros((height, width), dtype=np.uint8)
-    distance = np.empty(width, dtype=np.float32)
-    g0, g1, g2 = gain[0], gain[1], gain[2]
+    outside = np.zeros(24 * ((width + 7) // 8), dtype=np.uint8)  # of each channel of a row; 3 words are 8 pixels
+    words = outside.view(np.uint64)
+    places = np.empty(width + 8, dtype=np.int64)
     for y in range(height):
-        for x in range(width):
-            d0 = np.float32(frame[y, x, 0]) - g0 * mean[y, x, 0]
-            d1 = np.float32(frame[y, x, 1]) - g1 * mean[y, x, 1]
-            d2 = np.float32(frame[y, x, 2]) - g2 * mean[y, x, 2]
-            distance[x] = d0 * d0 * weight[y, x, 0] + d1 * d1 * weight[y, x, 1] + d2 * d2 * weight[y, x, 2]
-        for x in range(width):
-            if distance[x] < weak2:
+        _outside(frame[y].reshape(-1), low[y].reshape(-1), high[y].reshape(-1), outside)
+        count = 0
+        for k in range(0, len(words), 3):
+            if words[k] | words[k + 1] | words[k + 2] != 0:
+                for x in range(8 * k // 3, 8 * k // 3 + 8):
+                    places[count] = x
+                    count += outside[3 * x] | outside[3 * x + 1] | outside[3 * x + 2]
+        for n in range(count):
+            x = places[n]
+            distance = np.float32(0)
+            for c in range(3):
+                off = np.float32(frame[y, x, c]) - gain[c] * mean[y, x, c]
+                distance += off * off * weight[y, x, c]
+            if distance < weak2:
                 continue
-            levels[y, x] = np.uint8(min(np.float32(255), np.float32(LEVELS_PER_SIGMA) * np.sqrt(distance[x])))
+            levels[y, x] = np.uint8(min(np.float32(255), np.float32(LEVELS_PER_SIGMA) * np.sqrt(distance)))
+            labels[y, x] = STRONG if distance >= strong2 else WEAK
             across, along, seen2 = np.float32(0), np.float32(0), np.float32(0)
             for c in range(3):
                 known = gain[c] * mean[y, x, c]
@@ -127,12 +142,17 @@ def _differ(
                     turned2 += off * off
                 if turned < shadow[2] ** 2 or turned2 < shadow[3] ** 2 * seen2:
                     labels[y, x] = UNSURE
-                    continue
-            labels[y, x] = STRONG if distance[x] >= strong2 else WEAK
     return labels, levels
 
 
-@kernel
+@leaf_kernel
+def _outside(values: Image, low: Image, high: Image, outside: Image) -> None:
+    """Write 1 for values (n,) outside of their limits, else 0."""
+    for k in range(len(values)):
+        outside[k] = (values[k] < low[k]) | (values[k] > high[k])
+
+
+@leaf_kernel
 def _drop_faint(levels: Image, nearby: Image, faint: np.float32, labels: Labels) -> None:
     for y in range(levels.shape[0]):
         for x in range(levels.shape[1]):
@@ -159,36 +179,28 @@ def _detect_shadows(
     number: (height, width) zeros, for the numbers of the UNSURE pixels from 1.
     """
     height, width = labels.shape
-    count = 0
-    for y in range(height):
-        for x in range(width):
-            if labels[y, x] == UNSURE:
-                count += 1
-                number[y, x] = count
-    sums = np.zeros((count + 1, 4), dtype=np.float32)  # q q, -q b, b b, terms; row 0 is for all other pixels
-    places = np.empty((count + 1, 2), dtype=np.int32)
-    for y in range(height):
-        for x in range(width):
-            if labels[y, x] != UNSURE:
+    places = _places(labels, UNSURE)
+    for k in range(1, len(places)):
+        number[places[k, 0], places[k, 1]] = k
+    sums = np.zeros((len(places), 4), dtype=np.float32)  # q q, -q b, b b, terms; row 0 is for all other pixels
+    for k in range(1, len(places)):
+        y, x = places[k, 0], places[k, 1]
+        if not (0 < y < height - 1 and 0 < x < width - 1):
+            continue
+        seen1, known1 = _brightness(frame, mean, gain, y, x)
+        q1 = seen1 / known1
+        for dy, dx in ((0, 1), (1, 0)):
+            if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
                 continue
-            k = number[y, x]
-            places[k, 0], places[k, 1] = y, x
-            if not (0 < y < height - 1 and 0 < x < width - 1):
-                continue
-            seen1, known1 = _brightness(frame, mean, gain, y, x)
-            q1 = seen1 / known1
-            for dy, dx in ((0, 1), (1, 0)):
-                if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
-                    continue
-                seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
-                seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
-                q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(np.float32(q1), np.float32(1e-3))
-                b = (known0 - 2 * known1 + known2) / known1
-                sums[k, 0] += q * q
-                sums[k, 1] -= q * b
-                sums[k, 2] += b * b
-                sums[k, 3] += 1
-    for k in range(1, count + 1):
+            seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
+            seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
+            q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(np.float32(q1), np.float32(1e-3))
+            b = (known0 - 2 * known1 + known2) / known1
+            sums[k, 0] += q * q
+            sums[k, 1] -= q * b
+            sums[k, 2] += b * b
+            sums[k, 3] += 1
+    for k in range(1, len(places)):
         y, x = places[k, 0], places[k, 1]
         qq, qb, bb, n = np.float32(0), np.float32(0), np.float32(1e-9), np.float32(0)
         for v in range(max(0, y - TEXTURE_REACH), min(height, y + TEXTURE_REACH + 1)):
@@ -208,7 +220,24 @@ def _detect_shadows(
             labels[y, x] = WEAK
 
 
-@finite_kernel
+@kernel
+def _places(labels: Labels, label: int) -> Ints32:
+    """(n + 1, 2) row and column of the n pixels of a label, row by row, after an unused first row."""
+    count = 1
+    for row in labels:
+        for value in row:
+            count += value == label
+    places = np.zeros((count, 2), dtype=np.int32)
+    k = 1
+    for y in range(labels.shape[0]):
+        for x in range(labels.shape[1]):
+            if labels[y, x] == label:
+                places[k, 0], places[k, 1] = y, x
+                k += 1
+    return places
+
+
+@finite_leaf_kernel
 def _brightness(frame: Image, mean: Floats32, gain: Floats32, y: int, x: int) -> tuple[np.float32, np.float32]:
     """Sums of the channels of the frame and of the model, the latter at least 1."""
     total, model_total = np.float32(0), np.float32(0)
@@ -218,7 +247,7 @@ def _brightness(frame: Image, mean: Floats32, gain: Floats32, y: int, x: int) ->
     return total, max(model_total, np.float32(1))
 
 
-@finite_kernel
+@finite_leaf_kernel
 def _model_error(mean: Floats32, weight: Floats32, y: int, x: int) -> np.float32:
     """Contribution of the error of the model, half a sigma, to b * b."""
     variance, known = np.float32(0), np.float32(1)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenocap.common.arrays import Bools, Ints32, Labels
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 
 
 class Regions(NamedTuple):
@@ -23,7 +23,7 @@ class Regions(NamedTuple):
     seeds: Ints32
 
 
-@kernel
+@leaf_kernel
 def _root(parent: Ints32, k: int) -> int:
     while parent[k] != k:
         parent[k] = parent[parent[k]]
@@ -32,29 +32,43 @@ def _root(parent: Ints32, k: int) -> int:
 
 
 @kernel
-def _runs(labels: Labels, lowest: int, highest: int) -> tuple[Ints32, int]:
+def _runs(labels: Labels, lowest: int, highest: int) -> Ints32:
+    """(n, 4) `Regions.runs` without their regions, row by row.
+
+    Pixels are compared in loops that vectorize; only the ends of runs are then visited one by one.
+    """
     height, width = labels.shape
-    runs = np.empty((max(64, width), 4), dtype=np.int32)
-    count = 0
+    low, high = np.uint8(lowest), np.uint8(highest)
+    count = 0  # counted first: an array that grows within a loop would cost more
     for y in range(height):
-        x = 0
-        while x < width:
-            while x < width and not lowest <= labels[y, x] <= highest:
-                x += 1
-            if x == width:
-                break
-            first = x
-            while x < width and lowest <= labels[y, x] <= highest:
-                x += 1
-            if count == len(runs):
-                longer = np.empty((2 * count, 4), dtype=np.int32)
-                for k in range(count):  # no slice assignment: numba would compile its error texts
-                    for column in range(3):
-                        longer[k, column] = runs[k, column]
-                runs = longer
-            runs[count, 0], runs[count, 1], runs[count, 2] = y, first, x
-            count += 1
-    return runs, count
+        row = labels[y]
+        count += (row[0] >= low) & (row[0] <= high)
+        for x in range(1, width):
+            count += (row[x] >= low) & (row[x] <= high) & ((row[x - 1] < low) | (row[x - 1] > high))
+    runs = np.empty((count, 4), dtype=np.int32)
+    ends = np.zeros(8 * (width // 8 + 1), dtype=np.uint8)  # 1 where a run starts, and after its last column
+    words = ends.view(np.uint64)
+    k = 0
+    for y in range(height):
+        row = labels[y]
+        ends[0] = (row[0] >= low) & (row[0] <= high)
+        for x in range(1, width):
+            ends[x] = ((row[x] >= low) & (row[x] <= high)) != ((row[x - 1] >= low) & (row[x - 1] <= high))
+        ends[width] = (row[width - 1] >= low) & (row[width - 1] <= high)
+        inside = False
+        for word in range(len(words)):
+            if words[word] == 0:
+                continue
+            for x in range(8 * word, 8 * word + 8):
+                if ends[x] == 0:
+                    continue
+                if inside:
+                    runs[k, 2] = x
+                    k += 1
+                else:
+                    runs[k, 0], runs[k, 1] = y, x
+                inside = not inside
+    return runs
 
 
 @kernel
@@ -63,8 +77,8 @@ def find_regions(labels: Labels, lowest: int, highest: int, seed: int, diagonal:
 
     labels: (height, width) uint8.  Regions are numbered in the order of their first pixels, row by row.
     """
-    runs, count = _runs(labels, lowest, highest)
-    runs = runs[:count]
+    runs = _runs(labels, lowest, highest)
+    count = len(runs)
     reach = 1 if diagonal else 0
     parent = np.arange(count).astype(np.int32)
     above = 0
@@ -99,7 +113,7 @@ def find_regions(labels: Labels, lowest: int, highest: int, seed: int, diagonal:
     return Regions(runs, boxes, areas, seeds)
 
 
-@kernel
+@leaf_kernel
 def distance(regions: Regions, a: int, b: int, enough: int) -> int:
     """Pixels between two regions along rows or columns, at most `enough`."""
     boxes = regions.boxes
@@ -140,7 +154,7 @@ def reachable(regions: Regions, chosen: int, reach: int, smallest: int) -> Bools
     return keep
 
 
-@kernel
+@leaf_kernel
 def paint(regions: Regions, keep: Bools, value: int, image: Labels) -> None:
     """Set the pixels of the kept regions to `value`, in place."""
     for k in range(len(regions.runs)):

@@ -47,6 +47,7 @@ def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[S
     Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
     """
     setup = _setup(viewer, additions)
+    setup.level.warp(np.zeros(viewer.camera.size[::-1], np.uint8))  # its tables are made now, not at the first frame
     topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
     subscriptions = (*map(Subscription, topics), OTHER_VIEWERS)
     return Service(

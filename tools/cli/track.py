@@ -115,6 +115,9 @@ def track(
             rich_help_panel=TRACKER,
         ),
     ] = False,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
+    ] = None,
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for pictures and a video of the model over the images.")
     ] = None,
@@ -154,18 +157,18 @@ def track(
         drawing = None if overlay is None else _overlay(one, overlay, overlay_every, expected)
         listeners = () if drawing is None else (drawing.add,)
         if to is None:
-            result = _tracked(one, output, expected, listeners, both_ways)
+            result = _tracked(one, output, expected, listeners, both_ways, jobs)
             typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses, {result.messages} messages")
         else:
-            result = _exported(one, output, to, expected, listeners, both_ways)
+            result = _exported(one, output, to, expected, listeners, both_ways, jobs)
     if drawing is not None:
         typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4")
     for problem in result.problems:
         typer.echo(f"lost: {problem}", err=True)
     if result.poses and not result.measured and height is None:
         typer.echo(
-            "note: no T-pose was seen: the body has average proportions, adapted while the person moved; lengths may be some "
-            "centimetres off",
+            "note: no T-pose was seen: the body has average proportions, adapted while the person moved; lengths may be "
+            "some centimetres off",
             err=True,
         )
     if not result.poses:
@@ -182,6 +185,7 @@ def _tracked(
     expected: int | None,
     listeners: tuple[Callable[[TrackedFrameSet], None], ...],
     both_ways: bool,
+    jobs: int | None,
 ) -> Tracked:
     """Write the take, with progress on standard error."""
     from zenocap.tools.recordings.both_ways import track_both_ways
@@ -203,7 +207,9 @@ def _tracked(
                 state.restart("tracking backwards", total)
             state.update(done)
 
-        return track_both_ways(rig, take, on_frame_set, on_backward) if both_ways else run_track(rig, take, on_frame_set)
+        if both_ways:
+            return track_both_ways(rig, take, on_frame_set, on_backward, jobs)
+        return run_track(rig, take, on_frame_set, jobs)
 
 
 def _exported(
@@ -213,13 +219,14 @@ def _exported(
     expected: int | None,
     listeners: tuple[Callable[[TrackedFrameSet], None], ...],
     both_ways: bool,
+    jobs: int | None,
 ) -> Tracked:
     """Track into a temporary take and export it; nothing is exported without poses."""
     from zenocap.tools.recordings.export import ExportOptions, export
 
     with TemporaryDirectory(prefix="zenocap-") as folder:
         take = Path(folder) / f"{output.stem}.mcap"
-        result = _tracked(rig, take, expected, listeners, both_ways)
+        result = _tracked(rig, take, expected, listeners, both_ways, jobs)
         if not result.poses:
             typer.echo(f"{result.frame_sets} frames, 0 poses")
             return result

@@ -66,7 +66,11 @@ class FusedPose:
 
 
 def track_both_ways(
-    rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, watch: Watch = lambda *_: None
+    rig: Rig,
+    take: Path,
+    on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
+    watch: Watch = lambda *_: None,
+    jobs: int | None = None,
 ) -> Tracked:
     """As `track`, and a `BothWaysPose` in the take for every pose.  watch: called with frames done and their number.
 
@@ -82,7 +86,7 @@ def track_both_ways(
     take.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=".zenocap-", dir=take.parent) as folder:
         forward = Path(folder) / "forward.mcap"
-        result = track(rig, forward, on_frame_set)
+        result = track(rig, forward, on_frame_set, jobs)
         found = both_ways(forward, rig.name, setup, watch) if result.poses else {}
         recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
         with closing(recording):

@@ -3,11 +3,14 @@
 Frame k of every viewer, then all resulting messages until none is left; two runs give equal bytes.
 """
 
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Generic, Protocol, TypeVar
 
 from zenocap.common.bus.local import LocalNetwork
-from zenocap.common.bus.protocol import FrameLike, RoundTrip, Tick
+from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, RoundTrip, Tick
+from zenocap.common.messages import Message
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.service import Runner, Service
 from zenocap.common.topics import CAMERA
@@ -74,16 +77,56 @@ class Running(Generic[Setup, State, F]):
 
 
 class ViewerMember(Member, Protocol):
-    """A viewer."""
+    """A viewer.  read: its frames, with what can be computed before they are processed, in any thread."""
+
+    def read(self, frames: Iterator[Frame]) -> Iterator[Frame]: ...
 
     def process(self, frame: Frame) -> None: ...
 
 
-class RunningViewer(Running[Setup, State, Frame]):
-    """A `ViewerMember` with either kind of viewer service."""
+class TwoViewViewer(Running[Setup, State, Frame]):
+    """A `ViewerMember` whose steps depend on the answers of the integrator."""
+
+    def read(self, frames: Iterator[Frame]) -> Iterator[Frame]:
+        return frames
 
     def process(self, frame: Frame) -> None:
         self.runner.handle(frame)
+
+
+class SilhouetteViewer(Running[Setup, State, Frame]):
+    """A `ViewerMember` whose steps depend on its frames alone: those of frames from `read` are computed there."""
+
+    def __init__(self, service: Service[Setup, State, Frame], network: LocalNetwork) -> None:
+        super().__init__(replace(service, step=self._stepped), network)
+        self._service = service
+        self._results: deque[tuple[Frame, tuple[State, Sequence[Message]] | Exception]] = (
+            deque()
+        )  # of frames still to process
+
+    def read(self, frames: Iterator[Frame]) -> Iterator[Frame]:
+        state = self._service.state
+        for frame in frames:
+            try:
+                state, messages = self._service.step(self._service.setup, state, frame)
+                self._results.append((frame, (state, messages)))
+            except Exception as error:  # raised again for the runner, which counts and logs it
+                self._results.append((frame, error))
+            yield frame
+
+    def process(self, frame: Frame) -> None:
+        self.runner.handle(frame)
+
+    def _stepped(
+        self, setup: Setup, state: State, event: Frame | Envelope | Alive | Tick
+    ) -> tuple[State, Sequence[Message]]:
+        """The step of the service, or its result for a frame from `read`."""
+        if not self._results or self._results[0][0] is not event:
+            return self._service.step(setup, state, event)
+        _, result = self._results.popleft()
+        if isinstance(result, Exception):
+            raise result
+        return result
 
 
 class Offline:
@@ -96,9 +139,9 @@ class Offline:
         self._pose_service: Member
         for viewer in rig.viewers:
             if rig.tracker is None:
-                self._viewers[viewer.id] = RunningViewer(viewer_service(viewer, rig.additions), network)
+                self._viewers[viewer.id] = TwoViewViewer(viewer_service(viewer, rig.additions), network)
             else:
-                self._viewers[viewer.id] = RunningViewer(silhouette_service(viewer), network)
+                self._viewers[viewer.id] = SilhouetteViewer(silhouette_service(viewer), network)
         if rig.tracker is None:
             self._pose_service = Running(integrator_service(rig), network)
         else:
@@ -113,6 +156,10 @@ class Offline:
         for viewer in self._rig.viewers:
             bus.publish(CAMERA, camera_info(viewer, epoch_ns))
         bus.close()
+
+    def read(self, id: str, frames: Iterator[Frame]) -> Iterator[Frame]:
+        """The frames of a viewer, all to be processed in this order; may be advanced in any thread."""
+        return self._viewers[id].read(frames)
 
     def process(self, frames: Mapping[str, Frame]) -> None:
         """Handle the frames of one frame set, in the rig's order, and all resulting messages."""

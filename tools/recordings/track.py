@@ -4,6 +4,7 @@ Time is that of the frames, so that two runs give equal bytes.
 """
 
 import logging
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -26,6 +27,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, SourceError
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.parameters import service_parameters
+from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.offline import Offline
 
 logger = logging.getLogger(__name__)
@@ -59,9 +61,12 @@ class Tracked:
     measured: bool = True
 
 
-def track(rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None) -> Tracked:
+def track(
+    rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None, jobs: int | None = None
+) -> Tracked:
     """Write the take of a rig whose sources end.  on_frame_set: gets every frame set, in order.
 
+    jobs: number of cores to use, on which the take does not depend; default: the available ones.
     Raises UserError, SourceError before the first frame, RecordingError and ValueError.
     """
     for viewer in rig.viewers:
@@ -69,7 +74,7 @@ def track(rig: Rig, take: Path, on_frame_set: Callable[[TrackedFrameSet], None] 
             raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     clock = ManualClock(EPOCH_NS)
     frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
-    return track_frames(rig, frames, clock, take, on_frame_set)
+    return track_frames(rig, frames, clock, take, on_frame_set, jobs=available_cores() if jobs is None else jobs)
 
 
 def track_frames(
@@ -79,18 +84,34 @@ def track_frames(
     take: Path,
     on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
     logged: Sequence[Topic] = TOPICS,
+    jobs: int = 1,
 ) -> Tracked:
     """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
 
-    logged: topics of the take.  Raises SourceError before the first frame, RecordingError and ValueError.
+    logged: topics of the take.  jobs: as of `track`.  Raises SourceError before the first frame, RecordingError and
+    ValueError.
     """
+    with limited_threads(jobs), Lookahead(jobs) as lookahead:
+        return _track_frames(rig, frames, clock, take, on_frame_set, logged, lookahead)
+
+
+def _track_frames(
+    rig: Rig,
+    frames: dict[str, Iterator[Frame]],
+    clock: ManualClock,
+    take: Path,
+    on_frame_set: Callable[[TrackedFrameSet], None],
+    logged: Sequence[Topic],
+    lookahead: Lookahead,
+) -> Tracked:
     network = LocalNetwork(rig.name, clock)
     offline = Offline(rig, network)
+    sources = {id: lookahead.ahead(offline.read(id, source)) for id, source in frames.items()}
     problems: list[str] = []
     recorder = network.bus()
     for topic in logged:
         recorder.subscribe(topic, every=True)
-    groups = frame_sets(frames, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems)
+    groups = frame_sets(sources, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems)
     first = next(groups, None)
     if first is None or problems:
         raise SourceError("; ".join(problems) or f"rig {rig.name}: its sources have no frames")
@@ -119,6 +140,11 @@ def track_frames(
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(count, poses, written.messages, tuple(problems), offline.states(), measured)
+
+
+def available_cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def frame_sets(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: list[str]) -> Iterator[dict[str, Frame]]:

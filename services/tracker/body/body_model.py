@@ -9,7 +9,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.rotations import matrix_to_vector, vector_to_matrix
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 
 MAX_BALL_ANGLE = 2.0  # rad: of a ball joint's coordinates from the middle of the range; chosen by hand
 
@@ -133,13 +133,14 @@ def forward_kinematics(model: BodyModel, pose: RootedPose, frames: Floats) -> No
                 out[row, column] = total
 
 
-@kernel
+@leaf_kernel
 def local_rotation(model: BodyModel, part: int, values: Floats, turn: Floats, local: Floats) -> None:
     """Write local (3, 3), part to parent, of a moving part; turn: (3, 3) scratch."""
     start = model.first[part]
     if model.kind[part] == 1:
-        vector = np.zeros(3)
-        vector[model.axis[part]] = values[start]
+        vector = turn[0]
+        for k in range(3):
+            vector[k] = values[start] if k == model.axis[part] else 0.0
         vector_to_matrix(vector, local)
         return
     vector_to_matrix(values[start : start + 3], turn)

@@ -7,13 +7,13 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.rotations import matrix_to_vector, vector_to_matrix
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, local_rotation
 
 ROOT = 6  # degrees of freedom: position, then turns about the world's axes
 
 
-@kernel
+@leaf_kernel
 def joint_screws(model: BodyModel, frames: Floats, screws: Floats, owner: Ints) -> None:
     """Write the screw of every degree of freedom and the part that it moves.
 
@@ -152,7 +152,7 @@ def apply_step(model: BodyModel, frames: Floats, step: Floats, pose: RootedPose)
         pose.values[k] = min(max(pose.values[k], model.low[k]), model.high[k])
 
 
-@kernel
+@leaf_kernel
 def _times(a: Floats, b: Floats, out: Floats) -> None:
     """out = a b, (3, 3) each."""
     for row in range(3):
@@ -163,7 +163,7 @@ def _times(a: Floats, b: Floats, out: Floats) -> None:
             out[row, column] = total
 
 
-@kernel
+@leaf_kernel
 def _times_transposed(a: Floats, b: Floats, out: Floats) -> None:
     """out = a b^T, (3, 3) each."""
     for row in range(3):

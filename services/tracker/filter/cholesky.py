@@ -3,10 +3,10 @@
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 
 
-@kernel
+@leaf_kernel
 def cholesky_factor(a: Floats) -> bool:
     """Replace the lower triangle of a (n, n) by its Cholesky factor; False when a is not positive definite."""
     n = a.shape[0]
@@ -25,7 +25,7 @@ def cholesky_factor(a: Floats) -> bool:
     return True
 
 
-@kernel
+@leaf_kernel
 def cholesky_substitute(factor: Floats, b: Floats) -> None:
     """Replace b (n,) by the solution, given a factor (n, n) from `cholesky_factor`."""
     n = b.shape[0]
@@ -39,7 +39,7 @@ def cholesky_substitute(factor: Floats, b: Floats) -> None:
         b[i] /= factor[i, i]
 
 
-@kernel
+@leaf_kernel
 def cholesky_solve(a: Floats, b: Floats) -> bool:
     """Replace b (n,) by a^-1 b and the lower triangle of a (n, n) by its factor; False unless a is positive definite."""
     if not cholesky_factor(a):

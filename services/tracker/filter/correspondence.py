@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Ints32
-from zenocap.common.jit import finite_kernel, inlined_kernel, kernel
+from zenocap.common.jit import finite_leaf_kernel, inlined_kernel, kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField, mean_square_outside
 from zenocap.services.tracker.parameters import (
@@ -40,7 +40,7 @@ Contact = tuple[float, float, float, float, float, float, float, float, float]
 CONTACT_LENGTH = 9
 
 
-@finite_kernel
+@finite_leaf_kernel
 def nearest_parts(model: BodyModel, frames: Floats, rays: Floats32, distances: Floats32, parts: Ints32) -> None:
     """Write the part nearest to every ray, and its distance |p p'| in metres: (n,) each.
 
@@ -131,7 +131,7 @@ def nearest_parts(model: BodyModel, frames: Floats, rays: Floats32, distances: F
         distances[i] = np.sqrt(distances[i])
 
 
-@kernel
+@leaf_kernel
 def contact_on_part(model: BodyModel, f: Floats, part: int, rays: Floats32, i: int, found: Floats) -> None:
     """Contact of ray i with a part whose frame is f (3, 4).
 
@@ -186,7 +186,7 @@ def ray_contact(model: BodyModel, f: Floats, part: int, rays: Floats32, i: int) 
     return distance, gap, x, y, z, share, nx - slip * yx, ny - slip * yy, nz - slip * yz
 
 
-@kernel
+@leaf_kernel
 def contact_weight(found: Floats, spread: float, limit: float) -> float:
     """Weight of a contact in 1 / m^2, see `robust_weight`."""
     return float(robust_weight(found[0], found[1], spread, limit))
@@ -203,7 +203,7 @@ def robust_weight(distance: float, gap: float, spread: float, limit: float) -> f
     return weight if distance < limit else 0.0
 
 
-@finite_kernel
+@finite_leaf_kernel
 def mean_truncated_square(distances: Floats32, limit: float) -> float:
     """D, the mean of rho(d)^2 over the scene in m^2, rho a distance truncated at `limit` metres.  [Hybrid Eq. 30, 31]"""
     # Paper (replaced): Eq. 31 modulates by md; here normals of ray and contact are equal, so md is constant.

@@ -5,7 +5,7 @@
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Ints, Ints32
-from zenocap.common.jit import finite_kernel, kernel
+from zenocap.common.jit import finite_leaf_kernel, kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step, joint_screws, normal_equations
 from zenocap.services.tracker.filter.cholesky import cholesky_solve
@@ -58,7 +58,7 @@ def accumulate_wrenches(
                     _add_residual(x0, y0, z0, found, weight, wrench, matrices[part], gradients[part])
 
 
-@finite_kernel
+@finite_leaf_kernel
 def _accumulate_part(
     model: BodyModel,
     frames: Floats,
@@ -98,7 +98,7 @@ def _accumulate_part(
     matrix[5, 0], matrix[5, 1], matrix[5, 2], matrix[5, 3], matrix[5, 4], matrix[5, 5] = m50, m51, m52, m53, m54, m55
 
 
-@kernel
+@leaf_kernel
 def _add_residual(
     x: float, y: float, z: float, found: Floats, weight: float, wrench: Floats, matrix: Floats, gradient: Floats
 ) -> None:

@@ -3,18 +3,14 @@
 Random numbers are arguments: `draw_samples` draws all of them from one generator.
 """
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache, partial
-from itertools import pairwise
+from functools import partial
 from typing import Literal, NamedTuple
 
-import numba
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Ints
 from zenocap.common.body.rotations import vector_to_matrix
-from zenocap.common.jit import kernel, threaded_kernel
+from zenocap.common.jit import kernel
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.filter.closest_points import modulated_misfit
@@ -24,6 +20,7 @@ from zenocap.services.tracker.filter.force_printed import refine_as_printed
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.prior.sampling import CompiledPrior, assign, propose
+from zenocap.services.tracker.threads import in_threads
 
 NO_PRIOR = CompiledPrior(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.ones((1, 1)), np.ones((1, 1)), np.ones(1), np.zeros(1))
 DYNAMIC, PRIOR = 0, 1
@@ -150,30 +147,15 @@ def refine_particles(
     """
     many, closest = len(errors), options.association == "closest"
     if iterations > 0 and refinement == "force":
-        _in_threads(many, partial(_refine_by_force, *scene, iterations, cloud))
+        in_threads(many, partial(_refine_by_force, *scene, iterations, cloud))
     if iterations > 0 and refinement == "force-printed":
         linear = options.force_law == "linear"
-        _in_threads(many, partial(_refine_as_printed, *scene, linear, closest, iterations, cloud))
+        in_threads(many, partial(_refine_as_printed, *scene, linear, closest, iterations, cloud))
     steps = iterations if refinement == "gauss-newton" else 0
     if options.distance == "contact" or steps > 0:
-        _in_threads(many, partial(_refine_and_score, *scene, steps, cloud, errors))
+        in_threads(many, partial(_refine_and_score, *scene, steps, cloud, errors))
     if options.distance == "modulated":
-        _in_threads(many, partial(_score_modulated, *scene, closest, cloud, errors))
-
-
-def _in_threads(count: int, work: Callable[[int, int], None]) -> None:
-    """Call `work` with first and last + 1 of equal ranges of `count`, one in each of numba's threads."""
-    threads = min(numba.get_num_threads(), count)
-    ends = [count * k // threads for k in range(threads + 1)]
-    others = [_pool().submit(work, first, last) for first, last in pairwise(ends[1:])]
-    work(0, ends[1])
-    for other in others:
-        other.result()
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(thread_name_prefix="particles")
+        in_threads(many, partial(_score_modulated, *scene, closest, cloud, errors))
 
 
 @kernel
@@ -186,7 +168,7 @@ def _copy(pose: RootedPose) -> RootedPose:
     return RootedPose(pose.position.copy(), pose.rotation.copy(), pose.values.copy())
 
 
-@threaded_kernel
+@kernel
 def _refine_and_score(
     model: BodyModel,
     rays: Floats32,
@@ -205,7 +187,7 @@ def _refine_and_score(
         errors[k] = misfit(model, rays, field, weights.limit, pose)
 
 
-@threaded_kernel
+@kernel
 def _refine_by_force(
     model: BodyModel,
     rays: Floats32,
@@ -221,7 +203,7 @@ def _refine_by_force(
         refine_by_force(model, rays, weights, iterations, pose, _copy(pose))
 
 
-@threaded_kernel
+@kernel
 def _refine_as_printed(
     model: BodyModel,
     rays: Floats32,
@@ -238,7 +220,7 @@ def _refine_as_printed(
         refine_as_printed(model, rays, weights, linear, closest, iterations, _pose_of(cloud, k))
 
 
-@threaded_kernel
+@kernel
 def _score_modulated(
     model: BodyModel,
     rays: Floats32,

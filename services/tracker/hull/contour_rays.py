@@ -11,6 +11,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker.hull.contours import Contours, sample_contours
 from zenocap.services.tracker.hull.ray_intersection import surviving_intervals, viewing_lines
 from zenocap.services.tracker.hull.views import LENGTH, Silhouettes, fill_bounds, lens_parameters
+from zenocap.services.tracker.threads import in_threads
 
 ORIGIN, DIRECTION, NORMAL, NEAR, FAR = 0, 3, 6, 9, 10  # rows of rays
 
@@ -57,7 +58,12 @@ def scene_from(contours: Contours, silhouettes: Silhouettes) -> Scene:
     """Scene of the outlines from `extract_outlines`."""
     inner, _ = viewing_lines(contours.view, contours.points, contours.tangents, silhouettes)
     near, far = np.empty(len(inner)), np.empty(len(inner))
-    surviving_intervals(contours.view, inner, silhouettes, near, far)
+
+    def intersect(first: int, end: int) -> None:
+        rays = slice(first, end)
+        surviving_intervals(contours.view[rays], inner[rays], silhouettes, near[rays], far[rays])
+
+    in_threads(len(inner), intersect)
     directions, normals = viewing_lines(contours.view, contours.edges, contours.tangents, silhouettes)
     kept = near <= far
     view = contours.view[kept]

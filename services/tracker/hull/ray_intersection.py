@@ -7,7 +7,7 @@ point outside the hull is mostly outside the same silhouette as its neighbour: t
 import numpy as np
 
 from zenocap.common.arrays import Bools, Bytes, Floats, Ints
-from zenocap.common.jit import inlined_kernel, kernel
+from zenocap.common.jit import inlined_kernel, kernel, leaf_kernel
 from zenocap.services.tracker.hull.views import REACH, Silhouettes, distort, undistort
 from zenocap.services.tracker.parameters import (
     BISECTIONS,
@@ -32,11 +32,27 @@ def surviving_intervals(view: Ints, directions: Floats, silhouettes: Silhouettes
     """
     views = len(silhouettes.lens)
     turn, start = relative_frames(silhouettes)
+    bent = silhouettes.lens[:, REACH].copy()
+    line, order = np.empty((views, 9)), np.empty(views, dtype=np.int64)
+    _intersect(view, directions, silhouettes, turn, start, bent, line, order, np.empty((INTERVALS, 2)), near, far)
+
+
+@leaf_kernel
+def _intersect(
+    view: Ints,
+    directions: Floats,
+    silhouettes: Silhouettes,
+    turn: Floats,
+    start: Floats,
+    bent: Floats,
+    line: Floats,
+    order: Ints,
+    found: Floats,
+    near: Floats,
+    far: Floats,
+) -> None:
+    """Write near, far of `surviving_intervals`; line, order, found: scratch."""
     lens, box, size, at, pixels = silhouettes.lens, silhouettes.box, silhouettes.size, silhouettes.at, silhouettes.pixels
-    bent = lens[:, REACH].copy()
-    line = np.empty((views, 9))
-    order = np.empty(views, dtype=np.int64)
-    found = np.empty((INTERVALS, 2))
     for i in range(len(view)):
         near[i], far[i] = 1.0, 0.0
         rejecting = other_views(
@@ -73,7 +89,7 @@ def surviving_intervals(view: Ints, directions: Floats, silhouettes: Silhouettes
                 far[i] = found[k, 1]
 
 
-@kernel
+@leaf_kernel
 def other_views(
     own: int,
     dx: float,
@@ -103,7 +119,7 @@ def other_views(
     return rejecting
 
 
-@kernel
+@leaf_kernel
 def _depth_range(
     line: Floats, order: Ints, rejecting: int, lens: Floats, bounds: Floats, whole: Bools
 ) -> tuple[float, float, float]:
@@ -182,7 +198,7 @@ def _inside(
     return checked
 
 
-@kernel
+@leaf_kernel
 def inside_view(depth: float, j: int, line: Floats, lens: Floats, box: Ints, size: Ints, at: Ints, pixels: Bytes) -> int:
     """OUTSIDE, INSIDE or UNSEEN (not in the image): the point at a depth in view j."""
     z = line[j, 2] + depth * line[j, 5]

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Ints, Mask
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel
 from zenocap.services.tracker.hull.views import REACH, Silhouettes, distort
 from zenocap.services.tracker.parameters import AXIS_SAMPLES, DISTANCE_MAP_MARGIN_PX, DISTANCE_MAP_PX, MIN_DEPTH_M
@@ -100,7 +100,7 @@ def _distances(crop: Mask) -> Floats32:
     return np.asarray(cv2.distanceTransform(free, cv2.DIST_L2, 5), dtype=np.float32)
 
 
-@kernel
+@leaf_kernel
 def outside_at(field: DistanceField, k: int, x: float, y: float, z: float, found: Floats) -> bool:
     """True when a world point is outside the silhouette of view k.
 
@@ -166,7 +166,7 @@ def mean_square_outside(model: BodyModel, frames: Floats, field: DistanceField, 
     return float(total / max(count, 1))
 
 
-@kernel
+@leaf_kernel
 def axis_point(model: BodyModel, f: Floats, part: int, share: float) -> tuple[float, float, float]:
     """Point of the world at a fraction of a part's axis."""
     b0, b1, b2 = model.bases[part, 0], model.bases[part, 1] + share * model.lengths[part], model.bases[part, 2]

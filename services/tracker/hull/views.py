@@ -7,7 +7,7 @@ import numpy as np
 
 from zenocap.common.arrays import Bools, Bytes, Floats, Ints
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.jit import inlined_kernel, kernel
+from zenocap.common.jit import inlined_kernel, kernel, leaf_kernel
 from zenocap.services.tracker.parameters import UNDISTORTION_ITERATIONS, UNDISTORTION_TOLERANCE
 
 MATRIX = 5  # fx, skew, cx, fy, cy
@@ -48,7 +48,7 @@ def distort(lenses: Floats, j: int, x: float, y: float) -> tuple[float, float]:
     return x * bend + dx, y * bend + dy
 
 
-@kernel
+@leaf_kernel
 def undistort(lenses: Floats, j: int, u: float, v: float) -> tuple[float, float]:
     """(X / Z, Y / Z) of a pixel of the j-th lens, by fixed-point iteration."""
     y0 = (v - lenses[j, 4]) / lenses[j, 3]

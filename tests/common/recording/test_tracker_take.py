@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from tests.support.tracker_stand_in import POSE, cameras, stand_in
 from zenocap.common import messages as m
+from zenocap.common.arrays import Image
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
@@ -17,8 +18,11 @@ from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import PRIOR_FILE, SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
 from zenocap.common.rig.rig import Rig, demo_rig
-from zenocap.common.rig.sources import Actor
+from zenocap.common.rig.sources import Actor, VideoFile
 from zenocap.common.rig.tracker import TrackerOverrides, TrackerSpec
+from zenocap.common.runtime.service import TooManyFailures
+from zenocap.services.viewer import segmentation
+from zenocap.services.viewer.sources.playback import SourceError
 from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.track import TrackedFrameSet, track, with_tracker
 from zenocap.tools.verify.recompute import verify
@@ -55,6 +59,35 @@ def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert seen[-1].state == "tracking"
     assert found.poses > 50
     return path
+
+
+def test_the_take_does_not_depend_on_the_number_of_cores(tmp_path: Path) -> None:
+    for jobs in (1, 2, 5):
+        track(hybrid(), tmp_path / f"{jobs}.mcap", jobs=jobs)
+    assert (tmp_path / "1.mcap").read_bytes() == (tmp_path / "2.mcap").read_bytes() == (tmp_path / "5.mcap").read_bytes()
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_unreadable_video_is_named_with_any_number_of_cores(tmp_path: Path, jobs: int) -> None:
+    video = tmp_path / "cam2.mp4"
+    video.write_bytes(b"no video")
+    rig = hybrid()
+    viewers = tuple(replace(v, source=VideoFile(video)) if v.id == "2" else v for v in rig.viewers)
+    with pytest.raises(SourceError, match=r"cam2\.mp4: not a video that can be decoded"):
+        track(replace(rig, viewers=viewers), tmp_path / "a.mcap", jobs=jobs)
+    assert not (tmp_path / "a.mcap").exists()
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_failing_step_is_counted_with_any_number_of_cores(
+    tmp_path: Path, jobs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(background: object, frame: Image, *rest: object) -> None:
+        raise ValueError("no silhouette")
+
+    monkeypatch.setattr(segmentation, "extract", failing)
+    with pytest.raises(TooManyFailures, match="10 steps in a row failed, the last on frame"):
+        track(hybrid(), tmp_path / "a.mcap", jobs=jobs)
 
 
 def messages_of(path: Path, kind: type[m.Message]) -> list[m.Message]:

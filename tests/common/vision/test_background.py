@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from zenocap.common.arrays import Image
-from zenocap.common.vision.background import Background, from_image, gains, learn, learn_median, update
+from zenocap.common.vision.background import LIMIT_GAIN, Background, from_image, gains, learn, learn_median, update
 
 
 def room(height: int = 60, width: int = 80) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
@@ -121,3 +121,31 @@ def test_learning_is_repeatable() -> None:
     assert isinstance(first, Background)
     assert first.mean.tobytes() == second.mean.tobytes()
     assert first.weight.tobytes() == second.weight.tobytes()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.5, 2.0), st.floats(1.0, 20.0))
+@settings(max_examples=60, deadline=None)
+def test_pixels_within_the_limits_are_near_the_model_at_every_gain_they_hold_for(
+    seed: int, middle: float, sigmas: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    mean = rng.uniform(0, 255, (7, 13, 3)).astype(np.float32)
+    weight = (1 / rng.uniform(0.5, 20, mean.shape) ** 2).astype(np.float32)
+    gain = np.full(3, middle, dtype=np.float32)
+    limits = Background(mean, weight).limits(gain, sigmas)
+    for level in (limits.low, limits.high):
+        for change in (-0.99, 0.99):
+            difference = level - (gain + np.float32(change * LIMIT_GAIN)) * mean
+            near = (difference * difference * weight).sum(axis=2) < sigmas**2
+            assert near[(limits.low <= limits.high).all(axis=2)].all()
+
+
+def test_limits_are_kept_until_gain_distance_or_model_change() -> None:
+    background, frame = learn([shot(room(), k) for k in range(5)]), shot(room(), 9)
+    one = np.ones(3, dtype=np.float32)
+    limits = background.limits(one, 5.0)
+    assert background.limits(one + np.float32(0.5 * LIMIT_GAIN), 5.0) is limits
+    assert background.limits(one + np.float32(2 * LIMIT_GAIN), 5.0) is not limits
+    assert background.limits(one, 4.0).sigmas == 4.0
+    later = update(background, frame, None)
+    assert not np.array_equal(later.limits(one, 5.0).low, limits.low)

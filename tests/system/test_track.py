@@ -1,0 +1,26 @@
+"""`zenocap track` as a process: an interruption ends it and its threads."""
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import PATIENCE_S, output_of, started, wait_until
+from zenocap.common.recording.reader import Take
+from zenocap.common.rig.rig import demo_rig_file
+
+pytestmark = pytest.mark.system
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_interruption_leaves_a_readable_take_and_no_process(tmp_path: Path, jobs: int) -> None:
+    take = tmp_path / "a.mcap"
+    arguments = ["track", demo_rig_file(), "-o", take, "--jobs", jobs]
+    with started(arguments, tmp_path) as process:
+        wait_until(lambda: take.is_file() and take.stat().st_size > 150_000, tmp_path)
+        assert process.poll() is None, output_of(tmp_path)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(PATIENCE_S) != 0
+    assert not Path(f"/proc/{process.pid}").exists()
+    assert "Traceback" not in output_of(tmp_path)
+    assert sum(1 for _ in Take(take).messages()) > 100

@@ -1,0 +1,90 @@
+"""Iterators advanced by threads: order, errors, bounded look-ahead, end."""
+
+import threading
+from collections.abc import Iterator
+
+import cv2
+import numba
+import pytest
+
+from zenocap.tools.recordings.lookahead import DEPTH, Lookahead, limited_threads
+
+
+def numbers(count: int, error: Exception | None = None) -> Iterator[int]:
+    yield from range(count)
+    if error is not None:
+        raise error
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 5])
+def test_items_and_errors_arrive_as_from_the_iterator(jobs: int) -> None:
+    with Lookahead(jobs) as lookahead:
+        sources = [lookahead.ahead(numbers(100, ValueError("after 100"))) for _ in range(3)]
+        assert [next(source) for _ in range(100) for source in sources] == [k for k in range(100) for _ in range(3)]
+        for source in sources:
+            with pytest.raises(ValueError, match="after 100"):
+                next(source)
+            assert list(source) == []
+
+
+def test_at_most_depth_items_are_computed_ahead() -> None:
+    computed: list[int] = []
+    full, more = threading.Event(), threading.Event()
+
+    def counted() -> Iterator[int]:
+        for k in range(10 * DEPTH):
+            computed.append(k)
+            (full if len(computed) == DEPTH else more).set() if len(computed) >= DEPTH else None
+            yield k
+
+    with Lookahead(2) as lookahead:
+        source = lookahead.ahead(counted())
+        assert full.wait(10)
+        assert not more.is_set()
+        assert next(source) == 0
+        assert more.wait(10)
+    assert len(computed) == DEPTH + 1
+
+
+def test_an_iterator_is_advanced_by_one_thread_at_a_time() -> None:
+    inside = threading.Lock()
+
+    class Exclusive(Iterator[int]):
+        count = 0
+
+        def __next__(self) -> int:
+            assert inside.acquire(blocking=False)
+            self.count += 1
+            inside.release()
+            return self.count
+
+    with Lookahead(4) as lookahead:
+        source = lookahead.ahead(Exclusive())
+        assert [next(source) for _ in range(1000)] == list(range(1, 1001))
+
+
+def interrupted() -> None:
+    with Lookahead(3) as lookahead:
+        next(lookahead.ahead(numbers(1000)))
+        raise KeyboardInterrupt
+
+
+def test_threads_end_with_the_context_even_after_an_interruption() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("lookahead")]
+
+
+def test_no_threads_for_one_job_and_none_below_one() -> None:
+    source = numbers(3)
+    with Lookahead(1) as lookahead:
+        assert lookahead.ahead(source) is source
+    with pytest.raises(ValueError, match="jobs: 0; allowed 1 or more"):
+        Lookahead(0)
+
+
+def test_thread_limits_are_restored() -> None:
+    before = cv2.getNumThreads(), numba.get_num_threads()
+    with limited_threads(1):
+        assert (cv2.getNumThreads(), numba.get_num_threads()) == (1, 1)
+    assert (cv2.getNumThreads(), numba.get_num_threads()) == before

@@ -1,6 +1,6 @@
 """Conversion between messages, which are keyed by names, and arrays, which are ordered by an anatomy."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.body.definition import Bdp
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints
+from zenocap.common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints, TrackerPose, UniversalBap
 
 MAX_POINT_MM = 32767  # 16 bits
 MIN_FOCAL_PX = 1e-3  # chosen by hand
@@ -66,6 +66,13 @@ def angles_of(anatomy: Anatomy, named: Mapping[str, float], others: Floats) -> F
             raise ValueError(f"joint angle {name!r} is not one of anatomy {anatomy.name!r}")
         angles[anatomy.index[name]] = value
     return angles
+
+
+def lost_parts(pose: UniversalBap | TrackerPose) -> Sequence[str]:
+    """Names of the lost limbs of a pose, or "person"."""
+    if isinstance(pose, TrackerPose):
+        return ["person"] if pose.lost else pose.lost_limbs
+    return pose.lost
 
 
 def packed_points(points: Floats) -> bytes:

@@ -1,6 +1,6 @@
 """Poses of a take, from the two-view method or the tracker, as arrays of the human model."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -14,7 +14,7 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import BadMessage
-from zenocap.common.conversion import anatomy_of, angles_of, bdp_of
+from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, lost_parts
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
@@ -210,13 +210,6 @@ def _body_of(path: Path, kind: type[Bap], body: m.Body | None, poses: int) -> tu
 def is_lost(bap: Bap) -> bool:
     """Whether the person is lost, so that the pose is invalid."""
     return bap.lost if isinstance(bap, m.TrackerPose) else "person" in bap.lost
-
-
-def lost_parts(bap: Bap) -> Sequence[str]:
-    """Names of lost limbs, or "person"."""
-    if isinstance(bap, m.TrackerPose):
-        return ["person"] if bap.lost else bap.lost_limbs
-    return bap.lost
 
 
 def views_of(bap: Bap) -> Mapping[str, tuple[str, float]]:

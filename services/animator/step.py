@@ -9,8 +9,7 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
-from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, points_of
-from zenocap.common.formats.take_poses import lost_parts
+from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, lost_parts, points_of
 from zenocap.services.animator.parameters import COMMANDS_SHOWN, FRAME_TIMEOUT_NS, MAX_ENTRIES, MESSAGE_TIMEOUT_NS
 from zenocap.services.animator.states import (
     Actor,

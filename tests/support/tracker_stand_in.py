@@ -77,6 +77,7 @@ def stand_in() -> Iterator[None]:
     with (
         patch(f"{core}.track", track),
         patch(f"{core}.initial_state", initial_state),
+        patch(f"{core}.remeasure", initial_state),
         patch(f"{core}.describe", describe),
         patch(f"{core}.phase_of", phase_of),
     ):

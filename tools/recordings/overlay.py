@@ -13,9 +13,9 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import anatomy_of, bdp_of
+from zenocap.common.conversion import anatomy_of, bdp_of, lost_parts
 from zenocap.common.errors import UserError
-from zenocap.common.formats.take_poses import NO_VIEW, Bap, is_lost, lost_parts, pose_of, views_of
+from zenocap.common.formats.take_poses import NO_VIEW, Bap, is_lost, pose_of, views_of
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import Frame

@@ -35,6 +35,7 @@ from zenocap.simulation.motion.posture_style import POSTURES
 ENDS = (("RElbow", "RWrist"), ("LElbow", "LWrist"), ("RKnee", "RAnkle"), ("LKnee", "LAnkle"))  # of LIMBS
 BINS = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
 REVERSED_DEG = 90.0
+SIGNS = (1, -1, 1, -1)  # of FEATURES without the constant
 Job = Take | CapturedTake | tuple[int, int]  # the last: person and heading in degrees
 
 # One row per frame: features of every limb, whether it is right, toes, whether the heading is right.
@@ -81,10 +82,19 @@ def together(every: Sequence[Rows]) -> Rows:
     return np.concatenate(features), np.concatenate(right), np.concatenate(toes), np.concatenate(ahead)
 
 
-def coefficients(features: Floats, right: Bools) -> list[float]:
-    """Of the odds that `right` (n,) is true; features (n, m) with the constant first."""
-    model = LogisticRegression(max_iter=2000).fit(features[:, 1:], right)
-    return [round(float(value), 2) for value in (model.intercept_[0], *model.coef_[0])]
+def coefficients(features: Floats, right: Bools, signs: Sequence[int]) -> list[float]:
+    """Of the odds that `right` (n,) is true; features (n, m) with the constant first.
+
+    signs: what each feature but the constant means for the odds; one that would have another sign is left out.
+    """
+    used = np.ones(len(signs), dtype=bool)
+    while True:
+        model = LogisticRegression(max_iter=2000).fit(features[:, 1:][:, used], right)
+        found = np.zeros(len(signs))
+        found[used] = model.coef_[0]
+        if (found * signs >= 0.0).all():
+            return [round(float(value), 2) for value in (model.intercept_[0], *found)]
+        used &= found * signs >= 0.0
 
 
 def reliability(name: str, predicted: Floats, right: Bools) -> list[Cell]:
@@ -115,10 +125,10 @@ def main() -> None:
         checked = together(collect(jobs_of(check, options.headings, options.postures)))
     for name, limbs in (("ARM_CONFIDENCE", slice(0, 2)), ("LEG_CONFIDENCE", slice(2, 4))):
         features, right = fitted[0][:, limbs].reshape(-1, len(FEATURES)), fitted[1][:, limbs].reshape(-1)
-        print(f"{name} = {tuple(coefficients(features, right))}")
+        print(f"{name} = {tuple(coefficients(features, right, SIGNS))}")
     if not fitted[3].all():
         hundredths = np.stack([np.ones(len(fitted[2])), 100.0 * fitted[2]], axis=1)
-        constant, slope = coefficients(hundredths, fitted[3])
+        constant, slope = coefficients(hundredths, fitted[3], (1,))
         print(f"HEADING_CONFIDENCE = {(constant, round(100.0 * slope))}")
     predicted = np.array([limb_confidence(features) for features in checked[0]])
     rows = [

@@ -163,8 +163,8 @@ MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s and rad/s; a faster change of the e
 
 # Confidence, see `filter/confidence.py`.  Coefficients fitted by `python -m benchmarks.confidence` to simulated people.
 LIMB_ERROR_M = 0.15  # of a joint of a limb, within which the limb is right
-ARM_CONFIDENCE = (-6.38, 1.87, -0.69, 1.02, -7.11)  # of FEATURES, in the logarithm of the odds
-LEG_CONFIDENCE = (-2.19, 2.4, -0.03, 1.4, -9.17)
+ARM_CONFIDENCE = (-2.02, 1.64, -0.06, 1.57, -11.46)  # of FEATURES, in the logarithm of the odds
+LEG_CONFIDENCE = (-4.47, 2.17, -0.28, 2.74, -14.01)
 HEADING_CONFIDENCE = (-0.52, 159.0)  # of a constant, and of the statures by which the feet reach forward
 AMBIGUITY_SCALE = 0.2  # relative excess of the misfit by which the weight of another pose falls to 1 / e
 LIMB_FEATURES_RATE = 0.3  # per frame, of the running mean of the features

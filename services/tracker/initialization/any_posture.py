@@ -31,6 +31,7 @@ from zenocap.services.tracker.parameters import (
     SEARCH_ITERATIONS,
     START_AFTER_NS,
     START_MISFIT_M2,
+    START_RETRY_NS,
     START_STATURE_PERCENTILE,
     START_SUPPORT,
 )
@@ -40,7 +41,7 @@ from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Set
 def start_in_any_posture(
     setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
-    """Start tracking an average body once a person has been in view for START_AFTER_NS; tried again after as long."""
+    """Start tracking an average body once a person has been in view for START_AFTER_NS; tried again every START_RETRY_NS."""
     no_result = no_pose(setup, lost=False)
     column = find_column(rays)
     height = 0.0 if column is None else column.top - max(column.low, -GROUND_TOLERANCE_M)
@@ -51,13 +52,14 @@ def start_in_any_posture(
         return replace(phase, heights=heights), no_result
     person = average_person(setup, float(np.percentile([one for _, one in heights], START_STATURE_PERCENTILE)), column)
     pose = best_pose_anywhere(setup, person, None, None, rays, field)
+    recent = tuple(one for one in heights if captured_ns - one[0] <= START_AFTER_NS - START_RETRY_NS)
     if pose is None:
-        return replace(phase, heights=()), no_result
+        return replace(phase, heights=recent), no_result
     pose = _facing_where_feet_point(setup, person, pose, rays, field)
     support = support_fraction(person.model, rays, pose)
     error = error_of(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD), pose)
     if support < START_SUPPORT or error > START_MISFIT_M2:  # furniture
-        return replace(phase, heights=()), no_result
+        return replace(phase, heights=recent), no_result
     tracking, outcome = start_tracking(setup, replace(person, expected_support=support), pose, captured_ns, error)
     return tracking, replace(outcome, body=person.body)
 

@@ -14,6 +14,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import bdp_of
 from zenocap.common.rig.sources import Background, FirstFrames
+from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.topics import topic_of
 from zenocap.common.vision.mask_codec import unpack
@@ -106,14 +107,18 @@ def track_film(film: Film, fps: float, additions: Additions = IMPROVED) -> Track
 
 
 def tracker_film(
-    film: Film, fps: float, prior: Prior | None = None, observe: Callable[[int, Outcome], None] = lambda _, __: None
+    film: Film,
+    fps: float,
+    prior: Prior | None = None,
+    observe: Callable[[int, Outcome], None] = lambda _, __: None,
+    filter: FilterOptions = DEFAULT_FILTER,
 ) -> dict[int, Estimate]:
-    """Estimates of the default tracker by frame, for a film whose first `film.empty` frames are the background.
+    """Estimates of the tracker by frame, for a film whose first `film.empty` frames are the background.
 
-    observe: gets every tracked frame and its outcome.
+    observe: gets every tracked frame and its outcome.  filter: its options; the others are the defaults.
     """
     frame_ns = round(1e9 / fps)
-    setup = Setup(FOURTEEN_PARTS, film.cameras, frame_ns, prior, Options())
+    setup = Setup(FOURTEEN_PARTS, film.cameras, frame_ns, prior, Options(filter=filter))
     viewers = {id: viewer.viewer_setup(id, camera, FirstFrames(film.empty), True) for id, camera in film.cameras.items()}
     segmenting = {id: silhouette_step.initial_state(one) for id, one in viewers.items()}
     state, body = initial_state(setup), None

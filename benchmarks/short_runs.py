@@ -42,6 +42,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "kills": ("--count", "2", "--within", "2"),
     "latency": ("--seconds", "12", "--rates", "15"),
     "load": ("--only", "network", "--seconds", "2", "--out", str(OUT / "load")),
+    "limits": ("--people", "1", "--size", "160x120", "--scenario", "jump", "--jobs", "1"),
     "logging": ("--seconds", "2", "--viewers", "2", "--messages", "500"),
     "look": ("0", "squat", "0", str(OUT / "look")),
     "matchings": ("--people", "1", "--every", "100"),

@@ -4,8 +4,8 @@
 
 NAME is `paper`, `improved`, `+ADDITION` (the paper with it) or `-ADDITION` (improved without it), or several of one
 sign, as in `-tilt-turn`; names that begin with - are given as `--only=NAME`; or `hybrid`, the tracker with the same two
-cameras.  Simulated people, 15 postures, two takes each, scored from the start of the posture against the true body; the
-worst seed in brackets.
+cameras, or `hybrid-OPTION`, the tracker without one of its options.  Simulated people, 15 postures, two takes each, scored
+from the start of the posture against the true body; the worst seed in brackets.
 --motions: motion capture instead of postures (the shared files that are not in the clips), at 30 frames/s.
 --clips: the shared clips instead, by `score_trc.py`.
 """
@@ -19,6 +19,7 @@ from pathlib import Path
 from time import perf_counter
 
 import cv2
+import msgspec
 import numpy as np
 
 from benchmarks.clips import SCORE, SHARED, scored
@@ -26,13 +27,21 @@ from benchmarks.errors import Estimate, FrameError, frame_error, summary
 from benchmarks.loop import track_film, tracker_film
 from benchmarks.table import Cell, table
 from benchmarks.takes import PEOPLE, SMALL, CapturedTake, Film, Size, Take, captured_takes, default_folder, film, takes
+from zenocap.common.rig.tracker import DEFAULT_FILTER
 from zenocap.common.rig.two_view import ADDITIONS, IMPROVED, PAPER, Additions
 from zenocap.simulation.motion.posture_style import POSTURES
 
 MOTIONS = ("02_04", "02_07", "02_08", "07_01", "07_05", "10_01")  # jump, sword, broom, walks, kick; not in the clips
 CLIPS = ("walk2", "bend2", "kick2", "turned2")
 HYBRID = "hybrid"  # the tracker with its defaults and the same two cameras
-NAMES = ("paper", *(f"+{name}" for name in ADDITIONS), *(f"-{name}" for name in ADDITIONS), "improved", HYBRID)
+PARTS = {f"{HYBRID}-{name}": name for name, value in msgspec.structs.asdict(DEFAULT_FILTER).items() if value is True}
+NAMES = (
+    "paper",
+    *(f"+{name}" for name in ADDITIONS),
+    *(f"-{name}" for name in ADDITIONS),
+    "improved",
+    HYBRID,
+)  # without those of PARTS
 
 
 @dataclass(frozen=True)
@@ -65,8 +74,9 @@ def tracked(take: Take | CapturedTake, names: Sequence[str], folder: Path | None
 
 def _tracked(rendered: Film, fps: float, name: str) -> TakeResult:
     started_s = perf_counter()
-    if name == HYBRID:
-        found = tracker_film(rendered, fps)
+    if name == HYBRID or name in PARTS:
+        without = {PARTS[name]: False} if name in PARTS else {}
+        found = tracker_film(rendered, fps, filter=msgspec.structs.replace(DEFAULT_FILTER, **without))
         ms = 1000 * (perf_counter() - started_s) / len(rendered.truths)
         return TakeResult(_errors(rendered, found.get), (float("nan"),) * 3, ms)
     track = track_film(rendered, fps, additions(name))
@@ -90,7 +100,7 @@ def _errors(rendered: Film, estimate: Callable[[int], Estimate | None]) -> tuple
 def variant(name: str) -> str:
     """The name, checked for the command line."""
     try:
-        if name != HYBRID:
+        if name != HYBRID and name not in PARTS:
             additions(name)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from error

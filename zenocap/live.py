@@ -43,6 +43,8 @@ class LivePose:
     angles: joint angles by name, radians.
     joint_centres: (joints, 3) metres, rows as `joint_names`.
     lost: whether the person is being searched for; the pose is then the last one known.
+    limbs: by limb, such as `right_arm`: probability that elbow and wrist, or knee and ankle, are within 150 mm of the
+    person's; empty with two-view.  heading: probability that front and back are not exchanged; None where unknown.
     """
 
     frame: int
@@ -52,6 +54,8 @@ class LivePose:
     joint_names: tuple[str, ...]
     joint_centres: Floats
     lost: bool
+    limbs: Mapping[str, float]
+    heading: float | None
 
 
 class Subscription:
@@ -165,4 +169,6 @@ def _live_pose(anatomy: Anatomy, bdp: Bdp, bap: UniversalBap | TrackerPose) -> L
     angles = dict(zip(anatomy.angles, pose.angles.tolist(), strict=True))
     names = tuple(marker.name for marker in anatomy.markers)
     centres = joint_centres(anatomy, bdp, pose)
-    return LivePose(bap.frame, bap.captured_ns, np.asarray(pose.position), angles, names, centres, is_lost(bap))
+    limbs, heading = (bap.limbs, bap.heading) if isinstance(bap, TrackerPose) else ({}, None)
+    position = np.asarray(pose.position)
+    return LivePose(bap.frame, bap.captured_ns, position, angles, names, centres, is_lost(bap), limbs, heading)

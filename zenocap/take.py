@@ -1,6 +1,6 @@
 """Takes as numpy arrays: `open_take` and what it returns."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heappop, heappush
@@ -17,7 +17,7 @@ from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.body.keypoints import Keypoints, keypoints
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, pose_of, summary_of
+from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, limbs_of, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import TrackerPose, UniversalBap
 from zenocap.common.recording.reader import Take as Recording
@@ -39,6 +39,8 @@ class Poses:
     joint_centres: (n, joints, 3) metres, columns as `joint_names`.
     lost: (n,) whether the person is being searched for; positions, angles and joint centres are NaN there.
     joint_names: (joints,) of the convention that was asked for; `Take.joint_names` for zenocap's own.
+    limbs: by limb, such as `right_arm`: (n,) probability that elbow and wrist, or knee and ankle, are within 150 mm of the
+    person's, NaN where unknown; empty with two-view.
     """
 
     frames: Ints
@@ -49,6 +51,7 @@ class Poses:
     joint_centres: Floats
     lost: NDArray[np.bool_]
     joint_names: tuple[str, ...]
+    limbs: Mapping[str, Floats]
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -128,18 +131,22 @@ class Take:
         unit: Unit | None = None,
         joints: Convention = "zenocap",
         smooth: float | None = None,
+        min_confidence: float = 0.0,
     ) -> Exported:
         """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv or .mot.
 
         fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
         format's usual one.  joints: convention of the points in .trc, .c3d and .csv; `Exported.left_out` names those that
-        the body does not have.  smooth: as in `poses`.  The file appears whole or not at all.  Raises UserError.
+        the body does not have.  smooth: as in `poses`.  min_confidence: points of a limb that is less probable to be
+        right are blank.  The file appears whole or not at all.  Raises UserError.
         """
         path = Path(output)
         kind = next((name for name in get_args(Format) if path.suffix.lower() == f".{name}"), None)
         if kind is None:
             raise UserError(f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}")
-        options = ExportOptions(kind, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw)
+        options = ExportOptions(
+            kind, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw, min_confidence=min_confidence
+        )
         return export(self.path, path, options)
 
     @property
@@ -186,7 +193,9 @@ class Take:
             positions[row], angles[row] = pose.position, pose.angles
             centres[row] = points.at(pose)
         times_s, captured_ns = self._times_s[at], summary.captured_ns[at]
-        return Poses(summary.frames[at], times_s, captured_ns, positions, angles, centres, lost, points.names)
+        return Poses(
+            summary.frames[at], times_s, captured_ns, positions, angles, centres, lost, points.names, limbs_of(rows)
+        )
 
     def _smoothed(self, poses: Poses, hz: float, joints: Convention) -> Poses:
         from zenocap.common.formats.smoothing import smoothed

@@ -29,6 +29,12 @@ ANKLE_HEIGHT = 0.039  # in statures, as in `anatomy`
 WRIST_SHARE = 266.6 / (266.6 + 180.0)
 
 
+LIMB_POINTS = {  # names without the letter of the side, of all conventions
+    "arm": ("Elbow", "Wrist", "EJC", "WJC"),
+    "leg": ("Knee", "Ankle", "KJC", "AJC", "BigToe", "SmallToe", "Heel"),
+}
+
+
 @dataclass(frozen=True)
 class Point:
     """A point of a convention: the mean of the bases plus an offset.
@@ -120,6 +126,13 @@ def points_of(convention: Convention, anatomy: Anatomy) -> tuple[Point, ...]:
         return tuple(Point(marker.name, (marker.name,)) for marker in anatomy.markers)
     found = (replace(point, part=_part_of(point.part, anatomy)) for point in _POINTS[convention])
     return tuple(point for point in found if not point.part or point.part in anatomy.parts)
+
+
+def limb_of(name: str) -> str | None:
+    """Limb of a point beyond shoulder or hip, such as `right_arm`, by its name in any convention; None for the others."""
+    side = {"R": "right", "L": "left"}.get(name[:1])
+    part = next((part for part, names in LIMB_POINTS.items() if name[1:] in names), None)
+    return f"{side}_{part}" if side and part else None
 
 
 def left_out(convention: Convention, anatomy: Anatomy) -> tuple[str, ...]:

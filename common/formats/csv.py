@@ -22,14 +22,15 @@ def write_csv(
     unit: Unit = "m",
     angle: Angle = "deg",
     joints: Convention = "zenocap",
+    min_confidence: float = 0.0,
 ) -> None:
     """Write a CSV file: time in seconds since frame 0, units in the headings, blank cells while the person is lost.
 
-    axes, unit: of position and joint centres.  joints: convention of the joint centres.  Joint angles are the model's, the
-    navel's relative to the Y-up world.
+    axes, unit: of position and joint centres.  joints: convention of the joint centres, those of a limb below
+    min_confidence are blank.  Joint angles are the model's, the navel's relative to the Y-up world.
     Raises OSError.
     """
-    centres = track.trajectories(joints)
+    centres = track.trajectories(joints, min_confidence)
     header = ["frame", "time_s", *(f"navel.{axis}_{unit}" for axis in "xyz")]
     header += [f"{name}_{angle}" for name in track.anatomy.angles]
     header += [f"{name}.{viewer}" for viewer in track.views for name in ("view", "score")]
@@ -39,7 +40,7 @@ def write_csv(
     digits = DIGITS[unit]
     with atomic_file(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow([*header, "lost"])
+        writer.writerow([*header, *(f"confidence.{limb}" for limb in track.limbs), "lost"])
         for row, (frame, time_s) in enumerate(zip(track.frames, track.times_s, strict=True)):
             cells = [str(int(frame)), f"{time_s:.6f}"]
             cells += [_number(value, digits) for value in positions[row]]
@@ -47,6 +48,7 @@ def write_csv(
             for viewer, views in track.views.items():
                 cells += [views[row], _number(track.scores[viewer][row], 4)]
             cells += [_number(value, digits) for value in points[row].ravel()]
+            cells += [_number(confidence[row], 4) for confidence in track.limbs.values()]
             writer.writerow([*cells, track.lost[row]])
 
 

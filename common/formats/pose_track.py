@@ -1,14 +1,14 @@
 """Pose tracks: the poses of one person as arrays, one row per frame, the input of all exports."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.body.joint_conventions import Convention
+from zenocap.common.body.joint_conventions import Convention, limb_of
 from zenocap.common.body.keypoints import keypoints
 from zenocap.common.errors import UserError
 from zenocap.common.formats.trajectories import Trajectories
@@ -24,7 +24,8 @@ class PoseTrack:
     positions: (n, 3) navel in the world, metres, Y up.  angles: (n, angles) radians, ordered by `Anatomy.angles`.
     Both are NaN where the person is lost.  scores: by viewer, (n,) matching score (Eq. 1), NaN if unknown.
     views: by viewer, role in each row, "" if unknown.  lost: in each row, limbs that are being relocalized, or "person".
-    rate: frames per second, 0 if unknown.
+    rate: frames per second, 0 if unknown.  limbs: by limb, (n,) probability that it is right, NaN if unknown; empty where
+    no pose states it.
     """
 
     anatomy: Anatomy
@@ -37,6 +38,7 @@ class PoseTrack:
     views: Mapping[str, tuple[str, ...]]
     lost: tuple[str, ...]
     rate: float
+    limbs: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def known(self) -> Bools:
@@ -48,12 +50,18 @@ class PoseTrack:
         """Pose of a row."""
         return Pose(self.positions[row], self.angles[row])
 
-    def trajectories(self, joints: Convention = "zenocap") -> Trajectories:
-        """Points of a joint convention, NaN where the person is lost."""
+    def trajectories(self, joints: Convention = "zenocap", min_confidence: float = 0.0) -> Trajectories:
+        """Points of a joint convention, NaN where the person is lost.
+
+        min_confidence: points of a limb are NaN where its probability to be right is less.
+        """
         body = keypoints(joints, self.anatomy, self.bdp)
         points = np.full((len(self.frames), len(body.names), 3), np.nan)
         for row in np.flatnonzero(self.known):
             points[row] = body.at(self.pose(int(row)))
+        for limb, confidence in self.limbs.items():
+            of_limb = np.array([limb_of(name) == limb for name in body.names])
+            points[(confidence < min_confidence)[:, None] & of_limb] = np.nan
         return Trajectories(body.names, self.frames, self.times_s, points, round(self.rate, 3))
 
     def rows(self, indices: Ints) -> "PoseTrack":
@@ -69,6 +77,7 @@ class PoseTrack:
             scores={viewer: np.where(present, score[at], np.nan) for viewer, score in self.scores.items()},
             views={v: tuple(view[i] if i >= 0 else "" for i in indices) for v, view in self.views.items()},
             lost=tuple(self.lost[i] if i >= 0 else "person" for i in indices),
+            limbs={limb: np.where(present, values[at], np.nan) for limb, values in self.limbs.items()},
         )
 
 

@@ -1,6 +1,6 @@
 """Poses of a take, from the two-view method or the tracker, as arrays of the human model."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -82,6 +82,7 @@ class Poses:
             views={viewer: tuple(view.get(viewer, NO_VIEW)[0] for view in views) for viewer in viewers},
             lost=tuple(" ".join(lost_parts(bap)) for bap in self.baps),
             rate=self.rate(),
+            limbs=limbs_of(self.baps),
         )
 
     def trajectories(self, joints: Convention = "zenocap") -> Trajectories:
@@ -210,6 +211,13 @@ def _body_of(path: Path, kind: type[Bap], body: m.Body | None, poses: int) -> tu
 def is_lost(bap: Bap) -> bool:
     """Whether the person is lost, so that the pose is invalid."""
     return bap.lost if isinstance(bap, m.TrackerPose) else "person" in bap.lost
+
+
+def limbs_of(baps: Sequence[Bap]) -> dict[str, Floats]:
+    """(n,) confidence by limb of n poses, NaN where unknown; empty without any."""
+    stated = [bap.limbs if isinstance(bap, m.TrackerPose) else {} for bap in baps]
+    names = sorted({limb for limbs in stated for limb in limbs})
+    return {name: np.array([limbs.get(name, np.nan) for limbs in stated]) for name in names}
 
 
 def views_of(bap: Bap) -> Mapping[str, tuple[str, float]]:

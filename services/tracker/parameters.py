@@ -88,8 +88,8 @@ RETRY_FRAMES = 15  # after an attempt that failed
 START_AFTER_NS = 1_200_000_000  # in view without a T-pose, after which a track starts with an average body
 START_RETRY_NS = 300_000_000  # between two attempts
 # Support and misfit of the average body, from which a track starts.  Six simulated people who stand, walk, run and box, and
-# twelve in the T-pose, in two to four views: at least 0.57, at most 0.0029.  Furniture: at most 0.69, at least 0.0027, but a
-# pillar of a person's height and width has 0.86 and 0.0009.
+# twelve in the T-pose, in two to four views: at least 0.57, at most 0.0029.  Furniture: at most 0.69, at least 0.0027, but
+# a pillar of a person's height and width has 0.86 and 0.0009.
 START_SUPPORT, START_MISFIT_M2 = 0.55, 0.003
 START_STATURE_PERCENTILE = 90  # of the heights meanwhile, which a person who bends or jumps has not always
 

@@ -61,6 +61,10 @@ def export(
         ),
     ] = "off",
     raw: RawOption = False,
+    min_confidence: Annotated[
+        float,
+        typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less, in trc, c3d and csv."),
+    ] = 0.0,
     *,
     span: FrameRange,
 ) -> None:
@@ -78,6 +82,9 @@ def export(
 
     --smooth 6 removes what is faster than 6 Hz, usual for walking (order 4, forwards and backwards: no delay). Gaps stay.
     The poses in the take are never smoothed.
+
+    --min-confidence 0.5 leaves blank what is rather wrong than right: the tracker states for each limb the probability that
+    it is within 150 mm (csv has it in columns of its own). A take of two-view has none.
 
     --axes: y-up, as recorded, the person first faces Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing X.
     opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.
@@ -98,7 +105,7 @@ def export(
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
-        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw)
+        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence)
         written = run_export(checked_take(take), output, options)
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"

@@ -15,7 +15,7 @@ from zenocap.common.formats.opensim_coordinates import FRAMES, coordinates_of
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame
 from zenocap.common.formats.resampling import resampled
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.common.formats.trajectories import Axes, Unit
+from zenocap.common.formats.trajectories import Axes, Trajectories, Unit
 from zenocap.common.formats.trc import write_trc
 
 Format = Literal["trc", "bvh", "c3d", "csv", "mot"]
@@ -28,7 +28,7 @@ NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers 
 class ExportOptions:
     """Export options.  first, last: inclusive range.  fps: rate to resample to.  unit: None for the customary.
 
-    joints: convention of the points.
+    joints: convention of the points.  min_confidence: see `PoseTrack.trajectories`.
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
     raw: poses of the forward pass also where the take was tracked both ways.
     """
@@ -43,6 +43,7 @@ class ExportOptions:
     joints: Convention = "zenocap"
     smooth: float | None = None
     raw: bool = False
+    min_confidence: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,9 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     if options.joints != "zenocap" and options.to not in WITH_POINTS:
         allowed = ", ".join(WITH_POINTS)
         raise UserError(f"{output}: joints {options.joints}: {options.to} has no points: allowed in {allowed}")
+    if options.min_confidence and options.to not in WITH_POINTS:
+        allowed = ", ".join(WITH_POINTS)
+        raise UserError(f"{output}: min confidence: {options.to} has no points to leave out: allowed in {allowed}")
     poses = read_poses(take, raw=options.raw)
     whole = poses.track()
     if options.smooth is not None:
@@ -118,9 +122,12 @@ def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
 def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
     match options.to:
         case "trc":
-            write_trc(output, track.trajectories(options.joints), axes=options.axes, unit=unit)
+            write_trc(output, _points(track, options), axes=options.axes, unit=unit)
         case "csv":
-            write_csv(output, track, axes=options.axes, unit=unit, angle=options.angle, joints=options.joints)
+            write_csv(
+                output, track, axes=options.axes, unit=unit, angle=options.angle, joints=options.joints,
+                min_confidence=options.min_confidence,
+            )  # fmt: skip
         case "mot":
             write_mot(output, *coordinates_of(track, options.axes))
         case "bvh":
@@ -130,8 +137,17 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
         case "c3d":
             from zenocap.common.formats.c3d import write_c3d
 
-            points = track.trajectories(options.joints)
-            write_c3d(output, points, axes=options.axes, unit=unit, descriptions=_descriptions(track, options.joints))
+            write_c3d(
+                output,
+                _points(track, options),
+                axes=options.axes,
+                unit=unit,
+                descriptions=_descriptions(track, options.joints),
+            )
+
+
+def _points(track: PoseTrack, options: ExportOptions) -> Trajectories:
+    return track.trajectories(options.joints, options.min_confidence)
 
 
 def _descriptions(track: PoseTrack, joints: Convention) -> list[str]:

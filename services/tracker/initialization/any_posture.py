@@ -41,7 +41,7 @@ from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Set
 def start_in_any_posture(
     setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
-    """Start tracking an average body once a person has been in view for START_AFTER_NS; tried again every START_RETRY_NS."""
+    """Start tracking an average body once a person is in view for START_AFTER_NS; tried again every START_RETRY_NS."""
     no_result = no_pose(setup, lost=False)
     column = find_column(rays)
     height = 0.0 if column is None else column.top - max(column.low, -GROUND_TOLERANCE_M)

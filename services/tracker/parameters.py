@@ -183,6 +183,7 @@ EXPECTED_SUPPORT_DECAY, MIN_EXPECTED_SUPPORT = 0.9, 0.25  # after every search w
 OTHER_POSTURES_PERIOD = 3  # frames from one search of other postures near the tracked one to the next
 OTHER_POSTURES_TURNS = (-60.0, -30.0, 0.0, 30.0, 60.0)  # degrees from the tracked heading, at which they start
 OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES = 6, 3  # as SEARCH_KEPT, SEARCH_PASSES
+OTHER_POSTURES_PENALTY = 1.2  # relative increase of the misfit of one with the opposite heading, less for smaller turns
 OTHER_POSTURES_RATIO = 0.95  # of the tracked pose's misfit, below which one of them replaces it
 REPLACE_MISFIT_RATIO = 0.75  # of the tracked pose's misfit, below which another pose replaces it
 FOOT_RADIUS, FOOT_HEIGHT = 0.16, 0.035  # statures: about an ankle and above the sole, where the points of a foot are

@@ -29,6 +29,7 @@ from zenocap.services.tracker.parameters import (
     MIN_EXPECTED_SUPPORT,
     MIN_TRACKING_RAYS,
     OTHER_POSTURES_KEPT,
+    OTHER_POSTURES_PENALTY,
     OTHER_POSTURES_PASSES,
     OTHER_POSTURES_RATIO,
     OTHER_POSTURES_TURNS,
@@ -120,11 +121,11 @@ def searched(
     return ended
 
 
-def _heading_penalty(pose: RootedPose, facing: Floats | None) -> float:
-    """Factor of the misfit: 1 for the preferred heading, more for another."""
+def _heading_penalty(pose: RootedPose, facing: Floats | None, opposite: float = HEADING_PENALTY) -> float:
+    """Factor of the misfit: 1 for the preferred heading, more for another.  opposite: the increase for the opposite one."""
     if facing is None:
         return 1.0
-    return 1.0 + HEADING_PENALTY * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
+    return 1.0 + opposite * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
 
 
 def refined(
@@ -165,7 +166,11 @@ def check_other_postures(
     effort = (OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES)
     ended = searched(person.model, rays, field, starts, weights, SEARCH_ITERATIONS, effort)
     errors = np.array(
-        [error_of(person.model, rays, field, weights, pose) * _heading_penalty(pose, present.rotation) for pose in ended]
+        [
+            error_of(person.model, rays, field, weights, pose)
+            * _heading_penalty(pose, present.rotation, OTHER_POSTURES_PENALTY)
+            for pose in ended
+        ]
     )
     error = error_of(person.model, rays, field, weights, present)
     best = int(np.argmin(errors))

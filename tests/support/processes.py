@@ -26,9 +26,12 @@ def started(arguments: Sequence[object], folder: Path) -> Iterator[subprocess.Po
     """A `zenocap` process with its output in *.out and *.err; killed at the end if it still runs."""
     name = "-".join(str(argument) for argument in arguments[:1]) + str(time.monotonic_ns())
     with (folder / f"{name}.out").open("w") as out, (folder / f"{name}.err").open("w") as err:
+        # A shell starts what runs in its background with SIGINT ignored, and a process inherits that, but no handler.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
         process = subprocess.Popen(
             [*ZENOCAP, *map(str, arguments)], cwd=folder, env=ENVIRONMENT, stdout=out, stderr=err, text=True
         )
+        signal.signal(signal.SIGINT, before)
         try:
             yield process
         finally:

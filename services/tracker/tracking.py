@@ -94,8 +94,10 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     rays, field = contour_rays(scene), distance_field(silhouettes)
     phase, outcome = advance_phase(setup, state.phase, captured_ns, rays, field, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
-        phase = _with_limb_features(setup, phase, rays, field)
-        outcome = replace(outcome, limb_features=phase.limb_features, toes=phase.toes)
+        if _tries_other_postures(setup):  # else nothing tells how ambiguous a limb is
+            phase = _with_limb_features(setup, phase, rays, field)
+        toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
+        outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)
     if not isinstance(phase, AwaitingPerson):
         measured = setup.person_height is None and phase.person.measuring is None
         outcome = replace(outcome, measured=measured)
@@ -176,6 +178,11 @@ def _starts_anywhere(setup: Setup, phase: AwaitingPerson) -> bool:
     return setup.options.filter.start == "any-posture" and not phase.t_pose_only
 
 
+def _tries_other_postures(setup: Setup) -> bool:
+    options = setup.options
+    return options.filter.relocalization and options.filter.other_postures and options.method == "hybrid"
+
+
 def _follow(
     setup: Setup, phase: Tracking | Lost, captured_ns: int, rays: Floats32, field: DistanceField, count: int
 ) -> tuple[Tracking | Lost, Outcome]:
@@ -191,7 +198,6 @@ def _follow(
         return check_elsewhere(setup, after, outcome, captured_ns, rays, field)
     if after.toes < REVERSED_TOES:
         return check_reversed_heading(setup, after, outcome, captured_ns, rays, field)
-    other_postures = setup.options.filter.other_postures and setup.options.method == "hybrid"
-    if other_postures and count % OTHER_POSTURES_PERIOD == 0:
+    if _tries_other_postures(setup) and count % OTHER_POSTURES_PERIOD == 0:
         return check_other_postures(setup, after, outcome, captured_ns, rays, field)
     return after, outcome

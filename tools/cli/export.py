@@ -84,7 +84,8 @@ def export(
     The poses in the take are never smoothed.
 
     --min-confidence 0.5 leaves blank what is rather wrong than right: the tracker states for each limb the probability that
-    it is within 150 mm (csv has it in columns of its own). A take of two-view has none.
+    it is within 150 mm (csv has it in columns of its own). Points of unknown
+    confidence stay. A take of two-view has none and is refused.
 
     --axes: y-up, as recorded, the person first faces Z. z-up: Blender, FreeMoCap; facing -Y. ros: Z up, facing X.
     opensim: Y up, facing X. unity: left-handed, Y up, facing Z. unreal: left-handed, Z up, facing X.

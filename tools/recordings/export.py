@@ -76,6 +76,8 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
         raise UserError(f"{output}: min confidence: {options.to} has no points to leave out: allowed in {allowed}")
     poses = read_poses(take, raw=options.raw)
     whole = poses.track()
+    if options.min_confidence and not whole.limbs:
+        raise UserError(f"{take}: min confidence: the take states none: allowed with takes of the tracker of this version")
     if options.smooth is not None:
         from zenocap.common.formats.smoothing import smoothed
 

@@ -47,7 +47,8 @@ def start_in_any_posture(
     height = 0.0 if column is None else column.top - max(column.low, -GROUND_TOLERANCE_M)
     if column is None or not MIN_STATURE_M <= height <= MAX_STATURE_M:
         return replace(phase, heights=()), no_result
-    heights = (*phase.heights, (captured_ns, height))
+    later = bool(phase.heights) and captured_ns > phase.heights[-1][0]  # a clock may have been set back
+    heights = (*(phase.heights if later else ()), (captured_ns, height))
     if captured_ns - heights[0][0] < START_AFTER_NS:
         return replace(phase, heights=heights), no_result
     person = average_person(setup, float(np.percentile([one for _, one in heights], START_STATURE_PERCENTILE)), column)

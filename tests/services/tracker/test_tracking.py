@@ -174,3 +174,17 @@ def test_a_restart_derives_the_stature_from_the_body(anatomy: Anatomy) -> None:
     state = resume(one, initial_state(one), average_body(anatomy, 1.62), pose, 0)
     assert isinstance(state.phase, Lost)
     assert state.phase.person.stature == pytest.approx(1.62)
+
+
+def test_confidence_is_stated_only_where_the_tracker_looks_for_what_it_rests_on(
+    started: tuple[TrackState, list[Outcome], list[str]],
+) -> None:
+    _, outcomes, _ = started
+    assert outcomes[-1].limb_features is not None
+    assert outcomes[-1].toes is not None
+    config = setup(CAMERAS)
+    printed = replace(config, options=replace(config.options, filter=PRESETS["paper"].filter))
+    _, outcomes, _ = run(printed, [None, *[t_pose_at(SEED)] * 5])
+    assert outcomes[-1].pose is not None
+    assert outcomes[-1].limb_features is None
+    assert outcomes[-1].toes is None

@@ -86,12 +86,12 @@ def test_python_gives_the_confidence(tracked: Path) -> None:
     assert poses.limbs["left_arm"][BAD] == 0.2
 
 
-def test_two_view_has_no_confidence_and_nothing_is_left_out(tmp_path: Path) -> None:
+def test_a_take_without_confidence_is_refused_where_it_is_asked_for(tmp_path: Path) -> None:
     take = write_take(tmp_path / "take.mcap", messages_of_track(moving(COUNT)))
     assert zenocap.open_take(take).poses().limbs == {}
-    export(take, tmp_path / "all.trc", ExportOptions("trc"))
-    export(take, tmp_path / "sure.trc", ExportOptions("trc", min_confidence=0.9))
-    np.testing.assert_array_equal(read_trc(tmp_path / "all.trc").points, read_trc(tmp_path / "sure.trc").points)
+    with pytest.raises(UserError, match="the take states none: allowed with takes of the tracker"):
+        export(take, tmp_path / "sure.trc", ExportOptions("trc", min_confidence=0.9))
+    assert not (tmp_path / "sure.trc").exists()
 
 
 def test_formats_without_points_refuse(tracked: Path, tmp_path: Path) -> None:

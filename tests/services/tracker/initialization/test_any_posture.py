@@ -130,3 +130,13 @@ def test_empty_room_never_starts() -> None:
     state, outcomes = run(config, [None] * (AFTER + 2), initial_state(config))
     assert all(outcome.pose is None for outcome in outcomes)
     assert describe(state) == "waiting for a person"
+
+
+def test_clock_that_is_set_back_starts_the_time_again() -> None:
+    config = setup(CAMERAS)
+    state = initial_state(config)
+    masks = rendered_masks(CAMERAS, SEED, STANDING)
+    hour_ns = 3_600_000_000_000
+    for captured_ns in (hour_ns, *(k * FRAME_NS for k in range(AFTER + 1))):
+        state, outcome = track(config, state, captured_ns, masks)
+    assert outcome.pose is not None

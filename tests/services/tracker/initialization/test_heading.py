@@ -92,7 +92,7 @@ def test_a_heading_that_the_feet_contradict_is_kept_where_the_opposite_one_has_f
     outcome = no_pose(SETUP, lost=False)
     after, _ = check_reversed_heading(SETUP, phase, outcome, 0, RAYS, no_distance_field())
     assert after.estimate is phase.estimate
-    assert REVERSED_TOES < after.toes < HEADING_TOES  # not tried again at once, and still said to be uncertain
+    assert REVERSED_TOES < after.toes < HEADING_TOES  # not tried again at once, and still reported as uncertain
 
 
 def test_health_says_that_front_or_back_is_not_certain() -> None:

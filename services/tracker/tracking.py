@@ -157,7 +157,8 @@ def advance_phase(
     """Next phase and the result of one frame set."""
     match phase:
         case AwaitingPerson():
-            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field)
+            height = max((height for _, height in phase.heights), default=0.0)
+            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field, height)
             if isinstance(awaiting, Tracking) or awaiting.scenes or not _starts_anywhere(setup, phase):
                 return awaiting, outcome
             return start_in_any_posture(setup, awaiting, captured_ns, rays, field)
@@ -165,7 +166,7 @@ def advance_phase(
             Tracking(person=Person(measuring=AwaitingPerson() as measuring))
             | Lost(person=Person(measuring=AwaitingPerson() as measuring))
         ):
-            measured, outcome = await_person(setup, measuring, captured_ns, rays, field)
+            measured, outcome = await_person(setup, measuring, captured_ns, rays, field, phase.person.stature)
             if isinstance(measured, Tracking):
                 return measured, outcome
             phase = replace(phase, person=replace(phase.person, measuring=measured))

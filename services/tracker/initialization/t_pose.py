@@ -50,6 +50,7 @@ from zenocap.services.tracker.parameters import (
     T_POSE_RETRY_FRAMES,
     T_POSE_STILL_COSINE,
     T_POSE_STILL_M,
+    T_POSE_UPRIGHT,
 )
 from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Setup, Tracking
 
@@ -205,9 +206,13 @@ def _without_clutter(anatomy: Anatomy, first: BodyFit, samples: Sequence[FitSamp
 
 
 def await_person(
-    setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField, height: float = 0.0
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
-    """Collect T_POSE_FRAMES frame sets of the T-pose, then fit the body and start tracking."""
+    """Collect T_POSE_FRAMES frame sets of the T-pose, then fit the body and start tracking.
+
+    height: of the person so far, metres, perhaps with the arms raised; 0 if unknown.  Who crouches or jumps with the arms
+    spread is not in the T-pose.
+    """
     no_result = no_pose(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), no_result
@@ -215,7 +220,9 @@ def await_person(
     t_pose = detect_t_pose(rays)
     if isinstance(t_pose, str):
         return replace(fresh, advice=t_pose), no_result
-    if phase.t_poses and not _is_still(phase.t_poses[-1], t_pose):
+    if t_pose.stature < T_POSE_UPRIGHT * height:
+        return replace(fresh, advice="no T-pose: stand upright"), no_result
+    if phase.t_poses and not _is_still(phase.t_poses, t_pose):
         phase = fresh
     scenes, fields, t_poses = (*phase.scenes, rays), (*phase.fields, field), (*phase.t_poses, t_pose)
     if len(scenes) < T_POSE_FRAMES:
@@ -246,7 +253,8 @@ def detail_at(setup: Setup, centre: Floats) -> float:
     return float(np.mean(found))
 
 
-def _is_still(before: TPose, now: TPose) -> bool:
-    """True when a T-pose has hardly moved or turned since the previous one."""
-    moved = float(np.linalg.norm(now.centre - before.centre))
-    return moved < T_POSE_STILL_M and abs(float(now.across @ before.across)) > T_POSE_STILL_COSINE
+def _is_still(before: Sequence[TPose], now: TPose) -> bool:
+    """True when a T-pose has hardly moved or turned since the last one, nor become lower or higher since the first."""
+    moved = float(np.linalg.norm(now.centre - before[-1].centre))
+    turned = abs(float(now.across @ before[-1].across)) <= T_POSE_STILL_COSINE
+    return max(moved, abs(now.stature - before[0].stature)) < T_POSE_STILL_M and not turned

@@ -1,16 +1,19 @@
 """T-pose: detection in clean and cluttered scenes, rejection of other poses, heading."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
-from tests.support.tracker_ring import rendered_masks, ring, scene, setup, simulated_person, t_pose_at
+from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, scene, setup, simulated_person, t_pose_at
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.filter.filter_step import residual_weights
 from zenocap.services.tracker.hull.contour_rays import FAR, NEAR
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
-from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
+from zenocap.services.tracker.initialization.t_pose import TPoseFit, await_person, fit_t_poses
 from zenocap.services.tracker.parameters import T_POSE_HOLD
+from zenocap.services.tracker.states import AwaitingPerson, Tracking
 from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
 from zenocap.simulation.ground_truth import truth
 
@@ -135,3 +138,30 @@ def test_t_pose_is_detected_at_the_edge_of_the_volume() -> None:
     found = detect_t_pose(rays_of(1, place(t_pose_at(1), Placement(1.2, -1.0, 0.4)), views=7))
     assert isinstance(found, TPose)
     assert np.linalg.norm(found.centre - [1.2, -1.0]) < 0.1
+
+
+def measured_from(scales: Sequence[float], height: float) -> tuple[AwaitingPerson | Tracking, str]:
+    """Phase and last advice after T-poses of a person who is as many times as tall in each frame set."""
+    cameras, phase, advice = ring(4), AwaitingPerson(), ""
+    config = setup(cameras)
+    rays, field = scene(cameras, list(rendered_masks(cameras, 1, t_pose_at(1, 0.3, -0.2, 0.3)).values()))
+    for k, scale in enumerate(scales):
+        scaled = rays.copy()
+        scaled[:3] *= scale
+        scaled[NEAR : FAR + 1] *= scale
+        after, _ = await_person(config, phase, k * FRAME_NS, scaled, field, height)
+        if isinstance(after, Tracking):
+            return after, advice
+        phase, advice = after, after.advice
+    return phase, advice
+
+
+def test_who_crouches_with_arms_spread_is_not_measured() -> None:
+    stature = simulated_person(1).height
+    phase, advice = measured_from([1.0, 0.96, 0.92, 0.88, 0.84], stature)
+    assert isinstance(phase, AwaitingPerson)
+    assert advice.startswith("measuring the body (")
+    phase, advice = measured_from([0.7] * 8, stature)
+    assert isinstance(phase, AwaitingPerson)
+    assert advice == "no T-pose: stand upright"
+    assert isinstance(measured_from([1.0] * 4, 1.27 * stature)[0], Tracking), "the height before was that of raised hands"

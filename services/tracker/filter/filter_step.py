@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.arrays import Floats, Floats32, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp
@@ -15,7 +16,7 @@ from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, mode
 from zenocap.services.tracker.filter.correspondence import Weights, support_fraction
 from zenocap.services.tracker.filter.exchange import PAIRS, try_exchanges
 from zenocap.services.tracker.filter.gauss_newton import refine
-from zenocap.services.tracker.filter.limb_search import search_limbs
+from zenocap.services.tracker.filter.limb_search import UsualSupport, search_limbs
 from zenocap.services.tracker.filter.particles import (
     NO_PRIOR,
     Cloud,
@@ -70,7 +71,7 @@ def start_tracking(
 ) -> tuple[Tracking, Outcome]:
     """Particles at a pose, from which tracking starts.  error: D of the pose, m^2."""
     n = setup.options.particles
-    cloud = uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
+    cloud = _cloud_at(pose, n)
     still = np.zeros(6 + len(pose.values))
     tracking = Tracking(person, cloud, pose, still, captured_ns, PRIOR_FRACTION, corrected_ns=captured_ns)
     return tracking, _outcome(setup, pose, cloud, error)
@@ -83,14 +84,95 @@ def filter_step(
     if rays.shape[1] < MIN_TRACKING_RAYS:
         return _empty_frame(setup, phase)
     options, person = setup.options, phase.person
-    periods = max(1.0, (captured_ns - phase.captured_ns) / setup.frame_ns)
-    # Paper (added): V-A does not predict by the velocity.
-    velocity = VELOCITY_DAMPING * phase.velocity * setup.frame_ns / 1e9 * periods
-    if not options.filter.velocity_prediction:
-        velocity = np.zeros(len(velocity))
     if not options.filter.cost_terms:
         field = no_distance_field()
-    prior = None if setup.prior is None or options.method != "hybrid" else _at_rate(setup.prior, setup.frame_ns)
+    periods = max(1.0, (captured_ns - phase.captured_ns) / setup.frame_ns)
+    velocity = _velocity(setup, phase, periods)
+    found = _find_particles(setup, phase, periods, velocity, rays, field, rng)
+    expected = _predict(person.model, phase.estimate, velocity)
+    prior_distance, costs = _costs(setup, phase, found, expected)
+    # Paper (open): sigma^2 of Eq. 29 has no value; 1 / LIKELIHOOD_INFORMATION.
+    cloud = found.cloud._replace(weights=likelihood_weights(costs, LIKELIHOOD_INFORMATION))
+    estimate = _estimate(setup, phase, cloud, rays, field, expected)
+    best = int(np.argmin(costs))
+    error, gains = float(found.errors[best]), phase.exchange_gains
+    corrected = False
+    if options.filter.exchange and options.method == "hybrid":
+        whole = RefinementScene(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD))
+        exchange = try_exchanges(setup.anatomy, whole, estimate, gains)
+        gains = exchange.gains
+        if exchange.pose is not None and gains.max() > EXCHANGE_GAIN:
+            estimate, gains, corrected = exchange.pose, np.zeros(len(PAIRS)), True
+            cloud = _cloud_at(estimate, len(costs))
+    support = support_fraction(person.model, rays, estimate)
+    misfits = support < LOST_SUPPORT_RATIO * person.expected_support or error > LOST_MISFIT_RATIO * RESIDUAL_LIMIT_M**2
+    misfits_in_row = phase.misfits_in_row + 1 if misfits else 0
+    # Paper (added): [Hybrid] does not detect a lost track.
+    if misfits_in_row >= LOST_FRAMES and options.filter.relocalization:
+        return Lost(person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
+    moved, jumped = _motion(setup, phase, estimate, captured_ns)
+    corrected_ns = captured_ns if corrected or jumped else phase.corrected_ns
+    body = None
+    settled = captured_ns - corrected_ns >= SHAPE_PAUSE_NS
+    if options.filter.shape_estimation and settled and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
+        person, body = _update_shape(setup, person, rays, estimate)
+    if not misfits_in_row:
+        person = replace(
+            person, expected_support=person.expected_support + SUPPORT_RATE * (support - person.expected_support)
+        )
+    from_prior = float(cloud.weights[found.kinds == 1].sum())
+    prior_fraction = phase.prior_fraction + PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
+    tracking = replace(
+        phase,
+        person=person,
+        cloud=cloud,
+        estimate=estimate,
+        velocity=moved,
+        captured_ns=captured_ns,
+        prior_fraction=float(np.clip(prior_fraction, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION)),
+        prior_distance=phase.prior_distance + SUPPORT_RATE * (float(prior_distance[best]) - phase.prior_distance),
+        misfits_in_row=misfits_in_row,
+        limb_support=found.limb_support,
+        exchange_gains=gains,
+        corrected_ns=corrected_ns,
+    )
+    return tracking, replace(_outcome(setup, estimate, cloud, error), body=body)
+
+
+class _Found(NamedTuple):
+    """Refined particles, not weighted yet.  errors: (n,) D, m^2.  kinds: (n,) of `Samples`."""
+
+    cloud: Cloud
+    errors: Floats
+    kinds: Ints
+    limb_support: Floats | None
+
+
+def _velocity(setup: Setup, phase: Tracking, periods: float) -> Floats:
+    """(6 + d,) predicted change of the pose since the last frame, `periods` frame periods ago."""
+    # Paper (added): V-A does not predict by the velocity.
+    if not setup.options.filter.velocity_prediction:
+        return np.zeros(len(phase.velocity))
+    velocity: Floats = VELOCITY_DAMPING * phase.velocity * setup.frame_ns / 1e9 * periods
+    return velocity
+
+
+def _prior(setup: Setup) -> Prior | None:
+    """The prior that the method uses, at the rig's frame rate."""
+    return None if setup.prior is None or setup.options.method != "hybrid" else _at_rate(setup.prior, setup.frame_ns)
+
+
+def _find_particles(
+    setup: Setup,
+    phase: Tracking,
+    periods: float,
+    velocity: Floats,
+    rays: Floats32,
+    field: DistanceField,
+    rng: np.random.Generator,
+) -> _Found:
+    """Propose particles, refine them on the scene, and search a limb that has lost its rays."""
+    options, person, prior = setup.options, phase.person, _prior(setup)
     compiled = NO_PRIOR if prior is None else prior.compiled
     subspace = 1 if prior is None else prior.dimensions
     share = options.filter.prior_share
@@ -107,79 +189,44 @@ def filter_step(
     scene = RefinementScene(person.model, thinned, field, residual_weights(setup, PARTICLE_HOLD, PARTICLE_RAY_STRIDE))
     refine_particles(scene, options.refinement, iterations, out, errors, options.filter)
     limb_support = phase.limb_support
-    search = options.filter.limb_search and options.method == "hybrid"  # the baselines have one way to find a pose
-    if search:
-        limb_support = search_limbs(
-            setup.anatomy, scene, iterations, limb_support, person.expected_support, phase.misfits_in_row > 0,
-            out, errors, rng,
-        )  # fmt: skip
+    if _searches_limbs(setup):
+        usual = UsualSupport(limb_support, person.expected_support, phase.misfits_in_row > 0)
+        limb_support = search_limbs(setup.anatomy, scene, iterations, usual, out, errors, rng)
     if prior is not None and iterations > 0:
         assign_regions(compiled, out)
-    expected = _predict(person.model, phase.estimate, velocity)
-    prior_distance = np.zeros(n)
+    return _Found(out, errors, draws.kinds, limb_support)
+
+
+def _searches_limbs(setup: Setup) -> bool:
+    """The baselines have one way to find a pose."""
+    return setup.options.filter.limb_search and setup.options.method == "hybrid"
+
+
+def _costs(setup: Setup, phase: Tracking, found: _Found, expected: RootedPose) -> tuple[Floats, Floats]:
+    """(n,) distances of the particles from the prior, radians, and their costs, m^2."""
+    prior, distances = _prior(setup), np.zeros(len(found.errors))
     if prior is not None:
-        prior_distances(compiled, out.values, prior_distance)
+        prior_distances(prior.compiled, found.cloud.values, distances)
+    if not setup.options.filter.cost_terms:
+        return distances, found.errors
+    # Paper (added): Eq. 29 has D alone; here also the distances from the prediction and from the prior.
     scale = max(phase.prior_distance, 0.0 if prior is None else prior.training.distances[1], MIN_PRIOR_DISTANCE)
-    costs = errors
-    if options.filter.cost_terms:
-        # Paper (added): Eq. 29 has D alone; here also the distances from the prediction and from the prior.
-        costs = errors + (_squared_mahalanobis(out, expected) + (prior_distance / scale) ** 2) / (
-            2.0 * LIKELIHOOD_INFORMATION
-        )
-    # Paper (open): sigma^2 of Eq. 29 has no value; 1 / LIKELIHOOD_INFORMATION.
-    cloud = out._replace(weights=likelihood_weights(costs, LIKELIHOOD_INFORMATION))
-    estimate = _estimate(setup, phase, cloud, rays, field, expected)
-    best = float(errors[np.argmin(costs)])
-    best_prior_distance = float(prior_distance[np.argmin(costs)])
-    exchange_gains, corrected_ns = phase.exchange_gains, phase.corrected_ns
-    if options.filter.exchange and options.method == "hybrid":
-        whole = RefinementScene(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD))
-        exchange = try_exchanges(setup.anatomy, whole, estimate, exchange_gains)
-        exchange_gains = exchange.gains
-        if exchange.pose is not None and exchange_gains.max() > EXCHANGE_GAIN:
-            estimate, exchange_gains, corrected_ns = exchange.pose, np.zeros(len(PAIRS)), captured_ns
-            cloud = uniform_cloud(
-                np.tile(estimate.position, (n, 1)), np.tile(estimate.rotation, (n, 1, 1)), np.tile(estimate.values, (n, 1))
-            )
-    support = support_fraction(person.model, rays, estimate)
-    misfits = support < LOST_SUPPORT_RATIO * person.expected_support or best > LOST_MISFIT_RATIO * RESIDUAL_LIMIT_M**2
-    misfits_in_row = phase.misfits_in_row + 1 if misfits else 0
-    # Paper (added): [Hybrid] does not detect a lost track.
-    if misfits_in_row >= LOST_FRAMES and options.filter.relocalization:
-        return Lost(person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
+    departures = _squared_mahalanobis(found.cloud, expected) + (distances / scale) ** 2
+    return distances, found.errors + departures / (2.0 * LIKELIHOOD_INFORMATION)
+
+
+def _cloud_at(pose: RootedPose, n: int) -> Cloud:
+    """n particles at a pose."""
+    return uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
+
+
+def _motion(setup: Setup, phase: Tracking, estimate: RootedPose, captured_ns: int) -> tuple[Floats, bool]:
+    """(6 + d,) velocity of the pose per second, and whether a part jumped: a corrected limb has not moved."""
     moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
-    if search:  # a corrected limb has not moved
-        fastest = np.concatenate([np.full(3, MAX_SPEED), np.full(3 + d, MAX_TURN_RATE)])
-        corrected_ns = captured_ns if (np.abs(moved) > fastest).any() else corrected_ns
-        moved = np.where(np.abs(moved) > fastest, 0.0, moved)
-    from_prior = float(cloud.weights[draws.kinds == 1].sum())
-    mean_prior_distance = phase.prior_distance + SUPPORT_RATE * (best_prior_distance - phase.prior_distance)
-    new_prior_fraction = phase.prior_fraction + PRIOR_FRACTION_RATE * (from_prior - phase.prior_fraction)
-    body = None
-    settled = captured_ns - corrected_ns >= SHAPE_PAUSE_NS
-    if options.filter.shape_estimation and settled and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
-        person, body = _update_shape(setup, person, rays, estimate)
-    if not misfits_in_row:
-        person = replace(
-            person, expected_support=person.expected_support + SUPPORT_RATE * (support - person.expected_support)
-        )
-    tracking = Tracking(
-        person,
-        cloud,
-        estimate,
-        moved,
-        captured_ns,
-        float(np.clip(new_prior_fraction, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION)),
-        mean_prior_distance,
-        misfits_in_row,
-        limb_support,
-        phase.toes,
-        exchange_gains,
-        phase.limb_features,
-        corrected_ns,
-        phase.ambiguity,
-    )
-    return tracking, replace(_outcome(setup, estimate, cloud, best), body=body)
+    if not _searches_limbs(setup):
+        return moved, False
+    too_fast = np.abs(moved) > np.concatenate([np.full(3, MAX_SPEED), np.full(len(moved) - 3, MAX_TURN_RATE)])
+    return np.where(too_fast, 0.0, moved), bool(too_fast.any())
 
 
 def _update_shape(setup: Setup, person: Person, rays: Floats32, pose: RootedPose) -> tuple[Person, Bdp | None]:

@@ -174,26 +174,42 @@ def place_limb(
     return float(least)
 
 
+class UsualSupport(NamedTuple):
+    """Usual support of a tracked person by contour rays.
+
+    limbs: (4,) share of all rays on each limb, None in the first frame.  body: share on the body.
+    misfits: whether the body misfitted the last scene; a limb alone is at fault only while the rest of the body fits.
+    """
+
+    limbs: Floats | None
+    body: float
+    misfits: bool
+
+
 def search_limbs(
-    anatomy: Anatomy, scene: RefinementScene, iterations: int, usual: Floats | None, expected_support: float, misfits: bool,
-    out: Cloud, errors: Floats, rng: np.random.Generator,
-) -> Floats:  # fmt: skip
+    anatomy: Anatomy,
+    scene: RefinementScene,
+    iterations: int,
+    usual: UsualSupport,
+    out: Cloud,
+    errors: Floats,
+    rng: np.random.Generator,
+) -> Floats:
     """Search one limb that lost its support; its best placement replaces the worst particle in `out` and `errors` (n,).
 
-    usual: (4,) usual support of the limbs, None in the first frame.  expected_support, misfits: of the body; a limb alone
-    is at fault only while the rest of the body fits.  Returns the usual support after this frame.
+    Returns the usual support (4,) of the limbs after this frame.
     """
     best = int(np.argmin(errors))
     pose = RootedPose(out.positions[best].copy(), out.rotations[best].copy(), out.values[best].copy())
     support = limb_support(anatomy, scene.model, scene.rays, pose)
-    if usual is None:
+    if usual.limbs is None:
         return support
-    rising, decayed = usual + SUPPORT_RATE * (support - usual), usual * (1.0 - LIMB_SUPPORT_DECAY)
-    after: Floats = np.where(support > usual, rising, decayed)
+    rising, decayed = usual.limbs + SUPPORT_RATE * (support - usual.limbs), usual.limbs * (1.0 - LIMB_SUPPORT_DECAY)
+    after: Floats = np.where(support > usual.limbs, rising, decayed)
     bare = np.flatnonzero(support < LIMB_SUPPORT_RATIO * after)
-    fits = support_fraction(scene.model, scene.rays, pose) >= LIMB_BODY_SUPPORT_RATIO * expected_support
+    fits = support_fraction(scene.model, scene.rays, pose) >= LIMB_BODY_SUPPORT_RATIO * usual.body
     worst = int(np.argmax(errors))
-    if not len(bare) or misfits or not fits or worst == best:
+    if not len(bare) or usual.misfits or not fits or worst == best:
         return after
     limb = limbs_of(anatomy)[int(rng.choice(bare))]
     chosen = rng.permutation(len(limb.placements))[:LIMB_TRIALS]

@@ -10,7 +10,7 @@ from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.filter.correspondence import Weights, misfit
-from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of, search_limbs
+from zenocap.services.tracker.filter.limb_search import UsualSupport, limb_support, limbs_of, search_limbs
 from zenocap.services.tracker.filter.particles import Cloud, RefinementScene
 from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.parameters import LIMB_MAX_SWING
@@ -45,7 +45,7 @@ def searched(true: RootedPose, tracked: RootedPose, *, misfits: bool = False, su
     scene = RefinementScene(MODEL, tangent_rays(MODEL, true, 500), no_distance_field(), WEIGHTS)
     poses = [RootedPose(before.positions[k], before.rotations[k], before.values[k]) for k in range(n)]
     errors = np.array([misfit(MODEL, scene.rays, scene.field, 0.15, pose) for pose in poses])
-    search_limbs(FOURTEEN_PARTS, scene, 4, USUAL, support, misfits, after, errors, np.random.default_rng(1))
+    search_limbs(FOURTEEN_PARTS, scene, 4, UsualSupport(USUAL, support, misfits), after, errors, np.random.default_rng(1))
     return before, after
 
 

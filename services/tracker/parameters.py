@@ -69,8 +69,8 @@ PERSON_RADIUS = 0.65  # statures from the middle; no part of the person is farth
 ARM_START = 0.18  # statures from the middle; only arms are farther,
 ARM_HEIGHT = (0.62, 0.95)  # statures above the ground,
 ARM_HALF_WIDTH = 0.09  # statures beside the line along both arms
-# Statures, fingertip to fingertip.  Simulated people in the T-pose, two cameras at 160 x 120: 0.62 to 1.04; crouching with the
-# arms spread: 1.14 and more.
+# Statures, fingertip to fingertip.  Simulated people in the T-pose, two cameras at 160 x 120: 0.62 to 1.04; crouching with
+# the arms spread: 1.14 and more.
 MIN_ARM_SPAN, MAX_ARM_SPAN = 0.65, 1.10
 ARM_SLOT, ARM_MAX_GAPS = 0.06, 2  # statures: length of the pieces of an arm; pieces in a row that may be empty
 ARM_DIRECTIONS = 36  # candidate directions of the arms, over half a turn

@@ -31,6 +31,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "bodies": ("--people", "1", "--jobs", "1"),
     "clips": ("walk2", "--jobs", "1"),
     "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),
+    "contended": ("--seconds", "3", "--size", "160x120"),
     "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
     "faults": ("--short",),
     "headings": ("--people", "1", "--every", "180", "--jobs", "1"),

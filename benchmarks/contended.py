@@ -31,7 +31,7 @@ from zenocap.tools.verify.result import Verification
 from zenocap.tools.verify.take_messages import messages_of
 
 START_S, END_S = 120.0, 60.0  # longest wait for the tracker, and for the end of the processes
-SETTLE_S = 5.0  # before the first window, and after the last one, so that the last health has all counts
+SETTLE_S = 3.0  # before the first window and after the last one
 TRACKING = re.compile(r"tracker: [\d.]+/s tracking")
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -32,11 +32,14 @@ class LiveTake:
     poses: dict[int, tuple[int, int]] = field(default_factory=dict)
     healths: dict[ServiceName, Health] = field(default_factory=dict)
 
-    @property
-    def tracker(self) -> Sequence[tuple[str, int]]:
-        """Inputs of the tracker: key and time."""
-        found = [trace for name, some in self.traces.items() if name[0] == "tracker" for trace in some]
-        return [(one.keys[index], time_ns) for one in found for index, time_ns in one.events]
+    def inputs(self, until_ns: int | None = None) -> Sequence[tuple[str, int]]:
+        """Inputs of the tracker: key and time.  until_ns: up to its first report at that time or later; default: all."""
+        found = []
+        for trace in (trace for name, some in self.traces.items() if name[0] == "tracker" for trace in some):
+            found += [(trace.keys[index], time_ns) for index, time_ns in trace.events]
+            if until_ns is not None and trace.captured_ns >= until_ns:
+                break
+        return found
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,7 @@ def content(messages: Iterable[Envelope], rig: str) -> LiveTake:
 
 
 def account(take: LiveTake) -> Account:
-    """Loss of a take whose last second was without drops: counts are those of the last healths."""
+    """Loss of a take.  Instants are those up to the tracker's last health, after which it reports its inputs at once."""
     restarts = gaps = 0
     for traces in take.traces.values():
         restarts += sum(trace.first == 0 for trace in traces) - 1
@@ -113,7 +116,7 @@ def account(take: LiveTake) -> Account:
             due = trace.first + len(trace.events)
     viewers = {viewer for viewer, _ in take.silhouettes}
     keys = {SILHOUETTE.at(take.rig, viewer=viewer): viewer for viewer in viewers}
-    received = {(keys[key], time_ns) for key, time_ns in take.tracker if key in keys}
+    received = {(keys[key], time_ns) for key, time_ns in take.inputs() if key in keys}
     unlogged = undelivered = 0
     for viewer in viewers:
         logged = {time_ns for one, time_ns in take.silhouettes if one == viewer}
@@ -130,13 +133,15 @@ def account(take: LiveTake) -> Account:
     counts: Counter[str] = Counter()
     for (service, _), health in take.healths.items():
         counts.update({f"{service}: {name}": health.counts.get(name, 0) for name in FORBIDDEN})
-    tracker = next((health.counts for (service, _), health in take.healths.items() if service == "tracker"), {})
+    tracker = next(health for (service, _), health in take.healths.items() if service == "tracker")
+    inputs = take.inputs(tracker.captured_ns)
+    instants = {take.silhouettes.get((keys[key], time_ns), time_ns) for key, time_ns in inputs if key in keys}
     return Account(
         restarts, gaps, unlogged, undelivered,
-        instants=len({take.silhouettes.get((viewer, time_ns), time_ns) for viewer, time_ns in received}),
-        tracked=sum(key == TICK for key, _ in take.tracker),
-        dropped=tracker.get("dropped_instants", 0),
-        alone=tracker.get("alone", 0),
+        instants=len(instants),
+        tracked=sum(key == TICK for key, _ in inputs),
+        dropped=tracker.counts.get("dropped_instants", 0),
+        alone=tracker.counts.get("alone", 0),
         forbidden={name: count for name, count in counts.items() if count},
     )  # fmt: skip
 

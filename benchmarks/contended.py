@@ -4,9 +4,9 @@
 
 `zenocap up` runs viewers of rendered films, tracker, integrator and log; --seconds alone, as long beside --busy processes
 that never wait, then some seconds alone.  seen: instants of which every viewer processed its frame.  latency: from the
-capture to the log of the pose.  Instants dropped at the tracker's queue, and those that viewers skip, are allowed; every
-other loss is listed, and the exit status is 1: messages, log entries, poses of processed instants, restarts.  The take is
-recomputed by `zenocap verify`.
+capture to the log of the pose.  Whole instants may be lost if they are counted: dropped at the tracker's queue, unpaired
+because their views came too far apart, or of one view only.  Every other loss is listed, and the exit status is 1: wrong
+counts, messages, log entries, poses of processed instants, restarts.  The take is recomputed by `zenocap verify`.
 """
 
 import argparse
@@ -24,11 +24,12 @@ from benchmarks.budgets import busy_processes
 from benchmarks.live_losses import Account, Window, account, content, window
 from benchmarks.sections import Row, Table, markdown
 from zenocap.common.recording.reader import Take
+from zenocap.services.tracker.shell import setup_of
 from zenocap.tools.load_test.plan import Plan
 from zenocap.tools.load_test.scene import film, rig_files
 from zenocap.tools.verify.recompute import verify
 from zenocap.tools.verify.result import Verification
-from zenocap.tools.verify.take_messages import messages_of
+from zenocap.tools.verify.take_messages import messages_of, setup_in
 
 START_S, END_S = 120.0, 60.0  # longest wait for the tracker, and for the end of the processes
 SETTLE_S = 3.0  # before the first window and after the last one
@@ -79,9 +80,11 @@ def measured(plan: Plan, seconds: float, busy: int, folder: Path) -> Round:
             process.terminate()
             status = process.wait(END_S)
     (path,) = recordings.glob("*.mcap")
-    take = content(messages_of(Take(path)), plan.rig_names[0])
+    file = Take(path)
+    take = content(messages_of(file), plan.rig_names[0])
+    setup = setup_of(setup_in(path, file), None)
     alone, contended = window(take, start_ns, middle_ns, plan.rate), window(take, middle_ns, end_ns, plan.rate)
-    result = Round(alone, contended, account(take), verify([path]), status)
+    result = Round(alone, contended, account(take, setup), verify([path]), status)
     path.unlink()
     return result
 
@@ -99,18 +102,18 @@ def tables(rounds: Sequence[Round], plan: Plan, seconds: float, busy: int) -> li
     for number, one in enumerate(rounds, 1):
         for name, each in (("alone", one.alone), (f"beside {busy} busy processes", one.contended)):
             windows.append((f"round {number}, {name}", each.due, each.seen, each.poses, *each.latency_ms))
-    accounts: list[Row] = [
-        (f"round {number}", one.account.instants, one.account.tracked, one.account.dropped, one.account.alone,
-         one.account.waiting, one.verified.equal.total(), one.verified.unchecked.total(),
-         "; ".join(one.problems) or "nothing")
-        for number, one in enumerate(rounds, 1)
-    ]  # fmt: skip
+    accounts: list[Row] = []
+    for number, one in enumerate(rounds, 1):
+        fates = one.account.fates
+        groups = (fates.tracked, fates.dropped, fates.unpaired, fates.single, fates.waiting)
+        checked = one.verified.equal.total(), one.verified.unchecked.total()
+        accounts.append((f"round {number}", *map(len, groups), *checked, "; ".join(one.problems) or "nothing"))
     title = f"{plan.title()}, live, {seconds:g} s each"
     return [
         Table(title, ("", "due", "seen", "poses", "p50 ms", "p99 ms", "worst ms"), tuple(windows)),
         Table(
             "Instants that reached the tracker, and everything else that was lost",
-            ("", "instants", "tracked", "dropped", "alone", "waiting", "recomputed", "after the last trace", "other loss"),
+            ("", "tracked", "dropped", "unpaired", "one view", "waiting", "recomputed", "not checked", "other loss"),
             tuple(accounts),
         ),
     ]

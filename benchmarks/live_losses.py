@@ -2,19 +2,21 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import Handled, Health, Silhouette, TrackerPose
 from zenocap.common.runtime.input_trace import FRAME, TICK
+from zenocap.common.synchronizer import FrameSet
 from zenocap.common.topics import SILHOUETTE
+from zenocap.services.tracker import step as tracker
+from zenocap.services.tracker.tracking import Setup
 
 # Counts of healths that must be 0: messages dropped or rejected by a queue, failed steps, log entries not written.
 FORBIDDEN = ("dropped_queue_full", "dropped_too_many_keys", "rejected_invalid", "step_errors", "unsendable", "failed",
              "damaged", "log_lost", "log_stopped")  # fmt: skip
-WAITING = 8  # instants that may wait in the tracker when it is stopped, see `synchronizer.KEPT_WAITING`
 
 ServiceName = tuple[str, str]  # service and id
 
@@ -23,7 +25,8 @@ ServiceName = tuple[str, str]  # service and id
 class LiveTake:
     """Content of a take.  rig: its name.  traces: by service, in order.  silhouettes: frame by viewer and capture time.
 
-    poses: by frame, (log time, capture time).  healths: the last of each service.
+    poses: by frame, (log time, capture time).  healths: the last of each service.  inputs: silhouettes and healths of the
+    viewers, by key and capture time.
     """
 
     rig: str
@@ -31,8 +34,9 @@ class LiveTake:
     silhouettes: dict[tuple[str, int], int] = field(default_factory=dict)
     poses: dict[int, tuple[int, int]] = field(default_factory=dict)
     healths: dict[ServiceName, Health] = field(default_factory=dict)
+    inputs: dict[tuple[str, int], Envelope] = field(default_factory=dict)
 
-    def inputs(self, until_ns: int | None = None) -> Sequence[tuple[str, int]]:
+    def handled(self, until_ns: int | None = None) -> Sequence[tuple[str, int]]:
         """Inputs of the tracker: key and time.  until_ns: up to its first report at that time or later; default: all."""
         found = []
         for trace in (trace for name, some in self.traces.items() if name[0] == "tracker" for trace in some):
@@ -43,38 +47,45 @@ class LiveTake:
 
 
 @dataclass(frozen=True)
-class Account:
-    """Loss of a take.  Only `dropped` and `alone` are allowed to be more than 0.
+class Fates:
+    """Frame numbers of the instants whose silhouettes reached the tracker, up to its last health.
 
-    restarts: of services.  trace_gaps: input traces missing in the log.  unlogged: frames of viewers whose silhouette is
-    not in the log.  undelivered: logged silhouettes that the tracker did not receive.  instants: received by the tracker,
-    of which tracked: processed, dropped: counted at its queue, alone: counted because of too few views, and waiting: the
-    others, in its queue at the end.  forbidden: counts of FORBIDDEN above 0, by service.
+    tracked: processed.  dropped: at its queue.  waiting: in the queue at the end.  single: of one view only.  unpaired:
+    the others, whose views came too far apart.  counts: of the tracker's losses, as it must have counted them.
     """
 
+    tracked: frozenset[int]
+    dropped: frozenset[int]
+    waiting: frozenset[int]
+    single: frozenset[int]
+    unpaired: frozenset[int]
+    counts: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class Account:
+    """Loss of a take.  fates: of the instants; what was dropped, single or unpaired is allowed if it was counted.
+
+    restarts: of services.  trace_gaps: input traces missing in the log.  unlogged: frames of viewers whose silhouette is
+    not in the log.  undelivered: logged silhouettes that the tracker did not receive.  without_pose: processed instants
+    after the first pose.  counts: of FORBIDDEN above 0 by service, and those of the tracker that differ from its inputs.
+    """
+
+    fates: Fates
     restarts: int
     trace_gaps: int
     unlogged: int
     undelivered: int
-    instants: int
-    tracked: int
-    dropped: int
-    alone: int
-    forbidden: Mapping[str, int]
-
-    @property
-    def waiting(self) -> int:
-        return self.instants - self.tracked - self.dropped - self.alone
+    without_pose: int
+    counts: Mapping[str, str]
 
     @property
     def problems(self) -> list[str]:
         """What was lost besides whole instants, in words."""
-        found = [f"{count} {name}" for name, count in self.forbidden.items()]
-        for name in ("restarts", "trace_gaps", "unlogged", "undelivered"):
+        found = [f"{name} {text}" for name, text in self.counts.items()]
+        for name in ("restarts", "trace_gaps", "unlogged", "undelivered", "without_pose"):
             if getattr(self, name):
                 found.append(f"{getattr(self, name)} {name.replace('_', ' ')}")
-        if not 0 <= self.waiting <= WAITING:
-            found.append(f"{self.waiting} instants neither tracked nor counted")
         return found
 
 
@@ -98,15 +109,52 @@ def content(messages: Iterable[Envelope], rig: str) -> LiveTake:
                 take.traces.setdefault((trace.service, trace.id), []).append(trace)
             case Silhouette(viewer=viewer, captured_ns=captured_ns, frame=frame):
                 take.silhouettes[viewer, captured_ns] = frame
+                take.inputs[received.key, captured_ns] = received
             case TrackerPose(frame=frame, captured_ns=captured_ns):
                 take.poses[frame] = received.received_ns, captured_ns
             case Health(service=service, id=id) as health:
                 take.healths[service, id] = health
+                if service == "viewer":
+                    take.inputs[received.key, health.captured_ns] = received
     return take
 
 
-def account(take: LiveTake) -> Account:
-    """Loss of a take.  Instants are those up to the tracker's last health, after which it reports its inputs at once."""
+def fates(take: LiveTake, setup: Setup) -> Fates:
+    """Fates of the instants: the tracker's own steps on its recorded inputs, without the tracking.
+
+    setup: of the tracker.
+    """
+    health = next(health for (service, _), health in take.healths.items() if service == "tracker")
+    state = tracker.initial_state(setup)
+    tracked: set[int] = set()
+    dropped: set[int] = set()
+    views: dict[int, set[str]] = {}
+    for key, time_ns in take.handled(health.captured_ns):
+        if key == TICK:
+            tracked |= {_frame(one) for one in state.ready[:1]}
+            state = replace(state, ready=state.ready[1:])
+        elif (received := take.inputs.get((key, time_ns))) is not None:
+            before = state.ready
+            state, _ = tracker.step(setup, state, received)
+            dropped |= {_frame(one) for one in before if not any(one is other for other in state.ready)}
+            if isinstance(received.message, Silhouette):
+                views.setdefault(received.message.frame, set()).add(received.message.viewer)
+    waiting = {_frame(one) for one in state.ready}
+    waiting |= {item.value.frame for items in state.pairs.waiting.values() for item in items}
+    rest = set(views) - tracked - dropped - waiting
+    single = {frame for frame in rest if len(views[frame]) == 1}
+    return Fates(
+        frozenset(tracked), frozenset(dropped), frozenset(waiting), frozenset(single), frozenset(rest - single),
+        tracker.counts(state),
+    )  # fmt: skip
+
+
+def _frame(frame_set: FrameSet[Silhouette]) -> int:
+    return max(silhouette.frame for silhouette in frame_set.items.values())
+
+
+def account(take: LiveTake, setup: Setup) -> Account:
+    """Loss of a take.  setup: of the tracker."""
     restarts = gaps = 0
     for traces in take.traces.values():
         restarts += sum(trace.first == 0 for trace in traces) - 1
@@ -116,7 +164,7 @@ def account(take: LiveTake) -> Account:
             due = trace.first + len(trace.events)
     viewers = {viewer for viewer, _ in take.silhouettes}
     keys = {SILHOUETTE.at(take.rig, viewer=viewer): viewer for viewer in viewers}
-    received = {(keys[key], time_ns) for key, time_ns in take.inputs() if key in keys}
+    received = {(keys[key], time_ns) for key, time_ns in take.handled() if key in keys}
     unlogged = undelivered = 0
     for viewer in viewers:
         logged = {time_ns for one, time_ns in take.silhouettes if one == viewer}
@@ -126,24 +174,24 @@ def account(take: LiveTake) -> Account:
             for index, time_ns in trace.events
             if trace.keys[index] == FRAME
         }
-        unlogged += len({time_ns for time_ns in frames - logged if time_ns > min(logged)})  # before: without a background
+        unlogged += sum(time_ns > min(logged) for time_ns in frames - logged)  # before: without a background
         arrived = {time_ns for one, time_ns in received if one == viewer}
         if arrived:  # the tracker starts after the viewers, and may stop before them
             undelivered += sum(min(arrived) <= time_ns <= max(arrived) for time_ns in logged - arrived)
-    counts: Counter[str] = Counter()
-    for (service, _), health in take.healths.items():
-        counts.update({f"{service}: {name}": health.counts.get(name, 0) for name in FORBIDDEN})
-    tracker = next(health for (service, _), health in take.healths.items() if service == "tracker")
-    inputs = take.inputs(tracker.captured_ns)
-    instants = {take.silhouettes.get((keys[key], time_ns), time_ns) for key, time_ns in inputs if key in keys}
-    return Account(
-        restarts, gaps, unlogged, undelivered,
-        instants=len(instants),
-        tracked=sum(key == TICK for key, _ in inputs),
-        dropped=tracker.counts.get("dropped_instants", 0),
-        alone=tracker.counts.get("alone", 0),
-        forbidden={name: count for name, count in counts.items() if count},
-    )  # fmt: skip
+    counts: dict[str, str] = {}
+    for (service, id), health in take.healths.items():
+        found = {name: health.counts.get(name, 0) for name in FORBIDDEN}
+        counts |= {f"{service} {id}: {name}": str(count) for name, count in found.items() if count}
+    every = fates(take, setup)
+    ((name, counted),) = ((name, one.counts) for name, one in take.healths.items() if name[0] == "tracker")
+    counts |= {
+        f"{name[0]} {name[1]}: {reason}": f"{counted.get(reason, 0)} instead of {count}"
+        for reason, count in every.counts.items()
+        if counted.get(reason, 0) != count
+    }
+    first = min(take.poses, default=0)
+    without_pose = sum(frame > first and frame not in take.poses for frame in every.tracked)
+    return Account(every, restarts, gaps, unlogged, undelivered, without_pose, counts)
 
 
 def window(take: LiveTake, start_ns: int, end_ns: int, fps: float) -> Window:

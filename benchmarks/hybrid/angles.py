@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.hybrid.accuracy import cases
 from benchmarks.hybrid.bench import Bench
-from benchmarks.hybrid.figures import Figure, figure
+from benchmarks.hybrid.figures import figure, with_worst
 from benchmarks.hybrid.runs import ANATOMY, Run, run_trajectories
 from benchmarks.sections import Cell, Row, Section, Table
 from zenocap.common.body.clinical_angles import clinical_angles, joint_rotations
@@ -99,12 +99,8 @@ def angle_cells(errors: Sequence[AngleErrors]) -> tuple[Cell, ...]:
     for name in ANGLES.values():
         both = [_of_sides(one, name) for one in errors]
         rms, unbiased = (figure([pair[k] for pair in both]) for k in (0, 1))
-        cells.append(f"{_degrees(rms)} / {_degrees(unbiased)}" if np.isfinite(rms.mean) else "–")
+        cells.append(f"{with_worst(rms)} / {with_worst(unbiased)}" if np.isfinite(rms.mean) else "–")
     return tuple(cells)
-
-
-def _degrees(value: Figure) -> str:
-    return f"{value.mean:.1f} ({value.worst:.1f})"
 
 
 def _of_sides(errors: AngleErrors, name: str) -> tuple[float, float]:

@@ -5,14 +5,18 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.live_losses import WAITING, account, content, window
+from benchmarks.live_losses import Account, account, content, window
+from tests.support.simulated_cameras import paper_cameras
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import Handled, Health, Message, Silhouette, TrackerPose
 from zenocap.common.runtime.input_trace import FRAME, TICK
 from zenocap.common.topics import SILHOUETTE, topic_of
+from zenocap.services.tracker.states import Options, Setup
 
 RIG, FPS, PERIOD_NS, COUNT = "rig", 50.0, 20_000_000, 40
 VIEWERS = ("1", "2")
+SETUP = Setup(FOURTEEN_PARTS, dict(zip(VIEWERS, paper_cameras(), strict=True)), PERIOD_NS, None, Options())
 
 
 def envelope(message: Message, received_ns: int) -> Envelope:
@@ -57,10 +61,10 @@ def messages(
 ) -> list[Envelope]:
     """Of two viewers and the tracker.  unlogged, undelivered: frames of viewer 2 that the log, the tracker lack.
 
-    untracked: frames without a tick.  counted: `dropped_instants`.
+    untracked: frames without a tick; the last of them waits for the next tick.  counted: `dropped_instants`.
     """
     found = [silhouette(viewer, k) for k in range(COUNT) for viewer in VIEWERS if viewer == "1" or k not in unlogged]
-    found += [pose(k) for k in range(COUNT) if k not in untracked]
+    found += [pose(k) for k in range(COUNT) if k not in untracked[:-1]]
     found += [handled("viewer", viewer, [(FRAME, k * PERIOD_NS) for k in range(COUNT)]) for viewer in VIEWERS]
     events = []
     for k in range(COUNT):
@@ -73,40 +77,53 @@ def messages(
     return [*found, health("tracker", "main", {"dropped_instants": counted}), health("integrator", "main", {"log_lost": 0})]
 
 
+def loss(received: Sequence[Envelope]) -> Account:
+    return account(content(received, RIG), SETUP)
+
+
 def test_a_complete_take_has_lost_nothing() -> None:
-    found = account(content(messages(), RIG))
-    assert (found.instants, found.tracked, found.dropped, found.waiting) == (COUNT, COUNT, 0, 0)
+    found = loss(messages())
+    assert found.fates.tracked == set(range(COUNT))
+    assert not found.fates.dropped | found.fates.waiting | found.fates.single | found.fates.unpaired
     assert found.problems == []
 
 
 def test_instants_that_are_counted_as_dropped_are_allowed() -> None:
-    found = account(content(messages(untracked=range(10, 30), counted=20), RIG))
-    assert (found.tracked, found.dropped, found.waiting) == (20, 20, 0)
+    found = loss(messages(untracked=range(10, 30), counted=19))
+    assert found.fates.dropped == set(range(10, 29))
+    assert found.fates.waiting == {COUNT - 1}
     assert found.problems == []
 
 
 def test_instants_that_are_not_counted_are_a_problem() -> None:
-    found = account(content(messages(untracked=range(10, 30), counted=19 - WAITING), RIG))
-    assert found.problems == [f"{WAITING + 1} instants neither tracked nor counted"]
+    found = loss(messages(untracked=range(10, 30), counted=18))
+    assert found.problems == ["tracker main: dropped_instants 18 instead of 19"]
+
+
+def test_a_processed_instant_without_a_pose_is_a_problem() -> None:
+    every = [one for one in messages() if one.message != pose(7).message]
+    assert loss(every).problems == ["1 without pose"]
 
 
 def test_a_message_that_the_log_or_the_tracker_lacks_is_a_problem() -> None:
-    assert account(content(messages(unlogged=(7,)), RIG)).problems == ["1 unlogged"]
-    assert account(content(messages(undelivered=(7, 9)), RIG)).problems == ["2 undelivered"]
+    assert "1 unlogged" in loss(messages(unlogged=(7,))).problems
+    found = loss(messages(undelivered=(7, 9)))
+    assert "2 undelivered" in found.problems
+    assert found.fates.single == {7, 9}
 
 
 @pytest.mark.parametrize("name", ["log_lost", "dropped_queue_full", "step_errors"])
 def test_counted_losses_of_messages_are_a_problem(name: str) -> None:
-    found = account(content([*messages(), health("integrator", "main", {name: 3, "dropped_superseded": 9})], RIG))
-    assert found.problems == [f"3 integrator: {name}"]
+    found = loss([*messages(), health("integrator", "main", {name: 3, "dropped_superseded": 9})])
+    assert found.problems == [f"integrator main: {name} 3"]
 
 
 def test_a_restart_and_a_missing_trace_are_problems() -> None:
     again = handled("tracker", "main", [], 3, 0)
-    assert account(content([*messages(), again], RIG)).problems == ["1 restarts"]
+    assert loss([*messages(), again]).problems == ["1 restarts"]
     complete = content(messages(), RIG)
     del complete.traces["tracker", "main"][1]
-    assert "1 trace gaps" in account(complete).problems
+    assert "1 trace gaps" in account(complete, SETUP).problems
 
 
 def test_latency_is_from_capture_to_log_inside_the_window() -> None:

@@ -42,7 +42,8 @@ from zenocap.services.tracker.tracking import initial_state, track
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.pose import interpolate, minimum_jerk, neutral
 from zenocap.simulation.motion.timeline import t_pose
-from zenocap.tools.recordings.both_ways import ForwardPose, Scene, fused_poses
+from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks
+from zenocap.tools.recordings.both_ways import fused_poses
 from zenocap.tools.recordings.evaluate import Selection, accuracy
 
 STANDING = "standing"
@@ -120,7 +121,7 @@ def tracks(clip: Film, case: Case) -> tuple[PoseTrack | None, PoseTrack | None]:
     if body is None or not forward:
         return None, None
 
-    def backwards() -> Iterator[Scene]:
+    def backwards() -> Iterator[SceneMasks]:
         last = max(k for k, one in enumerate(forward) if not one.lost)
         at = {instant.captured_ns: instant for instant in instants}
         for one in reversed(forward[: last + 1]):

@@ -1,9 +1,10 @@
 """Budgets of speed: offline frames/s by number of views; time of the tracker per frame set, alone and beside load.
 
-    python -m benchmarks.budgets [--clips DIR] [--views 7 4 2] [--jobs 1 2] [--busy 0 2] [--rounds 3] [--frames N]
+    python -m benchmarks.budgets [--clips DIR] [--views 7 4 2] [--jobs 1 2] [--busy 0 2 | --busy] [--rounds 3] [--frames N]
 
 Offline: `zenocap track` of videos of 640x480, both passes, from the first frame set to the complete take, and the first
-pass alone; every number of jobs must write the same take.  Real time: silhouettes in memory to pose, 30 frame sets a second, beside `busy` processes that never wait.
+pass alone; every number of jobs must write the same take.  Real time: silhouettes in memory to pose, 30 frame sets a
+second, beside `busy` processes that never wait; none for no such measurement.
 Each round is a process of its own; figures are medians over the rounds.  Without the shared clips nothing is measured.
 """
 
@@ -140,7 +141,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("build") / "budgets", help="folder of the silhouettes")
     parser.add_argument("--views", type=int, nargs="+", default=[7, 4, 2], choices=sorted(CLIPS))
     parser.add_argument("--jobs", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--busy", type=int, nargs="+", default=[0, 2])
+    parser.add_argument("--busy", type=int, nargs="*", default=[0, 2])
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--frames", type=int, help="frame sets of a clip; default: all")
     options = parser.parse_args()
@@ -170,8 +171,10 @@ def main() -> None:
             live.append((f"{views} views", busy, *times, aim))
     columns = ("views", "jobs", "frames/s", "first pass", "processor ms", "first pass ms", "aim frames/s")
     print(table("Offline: videos of 640x480 to a take", columns, rows))
-    columns = ("views", "busy", "wall ms", "p99 ms", "processor ms", "aim ms")
-    print(table("Real time: silhouettes to pose, 30 frame sets/s", columns, live))
+    if not live:
+        return
+    real_time_columns = ("views", "busy", "wall ms", "p99 ms", "processor ms", "aim ms")
+    print(table("Real time: silhouettes to pose, 30 frame sets/s", real_time_columns, live))
 
 
 def _median(runs: Sequence[object], name: str) -> float:

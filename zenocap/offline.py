@@ -1,5 +1,6 @@
 """Offline tracking: `track` turns the videos of a rig into a take."""
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from shutil import copyfile
@@ -12,6 +13,8 @@ from zenocap.take import Take, open_take
 from zenocap.tools.recordings.both_ways import has_second_pass, track_both_ways
 from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, of_height, with_tracker
 from zenocap.tools.recordings.track import track as write_take
+
+logger = logging.getLogger(__name__)
 
 Progress = Callable[[int], None]
 
@@ -100,9 +103,11 @@ def _tracked(
             progress(count)
 
     if has_second_pass(rig, both_ways):
-        track_both_ways(rig, output, on_frame_set, jobs=jobs)
+        result = track_both_ways(rig, output, on_frame_set, jobs=jobs)
     else:
-        write_take(rig, output, on_frame_set, jobs)
+        result = write_take(rig, output, on_frame_set, jobs)
+    for problem in result.problems:
+        logger.warning("%s: %s", output, problem)
     return open_take(output)
 
 

@@ -4,7 +4,6 @@ The take of the forward pass is complete before the second pass begins, and stay
 passes is complete and replaces it.  The silhouettes are read from the take, a chunk at a time; in memory are the poses.
 """
 
-import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -41,13 +40,11 @@ from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, sc
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.track import EPOCH_NS, Tracked, TrackedFrameSet, available_cores, track
 
-logger = logging.getLogger(__name__)
-
 BACKWARDS, CHOOSING, WRITING = "tracking backwards", "choosing the better poses", "writing the take"
 Watch = Callable[[str, int, int], None]  # called with the activity, the number of poses done, and of all
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class FusedPose:
     """Pose from both directions.  shares: (sections,) of the backward pass.  lost: in both directions."""
 
@@ -90,7 +87,6 @@ def track_both_ways(
         messages = add_both_ways(rig, take, watch, jobs)
     except (UserError, OSError) as error:
         text = f"second pass: {error}; the poses are those of the forward pass"
-        logger.warning("%s", text)
         return replace(result, problems=(*result.problems, text))
     return replace(result, messages=messages, both_ways=True)
 

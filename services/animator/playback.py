@@ -115,7 +115,7 @@ class Playback:
         self._broadcaster.clear("take")
         try:
             with ZenohBus.open(options, REPLAYED_RIG, self._clock) as bus:
-                for topic in self._topics if self._raw else topics_shown(path, self._topics):
+                for topic in topics_shown(path, self._topics, raw=self._raw):
                     bus.subscribe(topic)
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
@@ -157,8 +157,13 @@ class Playback:
         return None
 
 
-def topics_shown(take: Path, topics: tuple[Topic, ...]) -> tuple[Topic, ...]:
-    """The topics, with the poses from both directions in place of those of the forward pass if the take has them."""
+def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) -> tuple[Topic, ...]:
+    """The topics, with the poses from both directions in place of those of the forward pass if the take has them.
+
+    raw: the topics as they are.
+    """
+    if raw:
+        return topics
     try:
         with take.open("rb") as file:
             summary = make_reader(file).get_summary()

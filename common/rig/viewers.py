@@ -3,11 +3,9 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
-
 from zenocap.common.camera.calibration_files import camera_named
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.errors import UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.rig.file import RigFile, ViewerTable
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.sources import (
@@ -23,6 +21,7 @@ from zenocap.common.rig.sources import (
     parse_background,
     parse_source,
 )
+from zenocap.common.video.reader import VideoReader
 
 LONG_SIDE_PX = 640  # default of the working size's long side
 DEVICE_FPS, ACTOR_FPS, IMAGES_FPS = 30.0, 15.0, 30.0
@@ -140,10 +139,9 @@ def _own_fps(path: Path, key: str, source: Source, files: bool) -> float:
         case Rendered(fps=fps):
             return fps
         case VideoFile(path=file) if files or file.is_file():
-            capture = cv2.VideoCapture(str(file))
-            rate = float(capture.get(cv2.CAP_PROP_FPS)) if capture.isOpened() else 0.0
-            capture.release()
-            if not 0 < rate <= 1000:
-                raise UserError(f"{path}: {key}.source: {file} cannot be opened as a video or has no frame rate: give fps")
-            return rate
+            try:
+                with VideoReader(file) as reader:
+                    return reader.fps
+            except SourceError as error:
+                raise UserError(f"{path}: {key}.source: {error}") from error
     return DEVICE_FPS

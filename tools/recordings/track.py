@@ -12,7 +12,7 @@ from pathlib import Path
 
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.errors import UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import Message, TrackerBdp, TrackerPose, UniversalBap
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
@@ -24,7 +24,7 @@ from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
 from zenocap.common.topics import TOPICS, Topic
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback, SourceError
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.parameters import service_parameters
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads

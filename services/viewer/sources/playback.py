@@ -1,4 +1,4 @@
-"""Errors of frame sources, and playback settings."""
+"""Playback settings of a frame source."""
 
 import logging
 import time
@@ -6,30 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from zenocap.common.errors import UserError
 from zenocap.common.runtime.frame_stride import FrameStride
 
 Size = tuple[int, int]
-
-
-class SourceError(UserError):
-    """Failure of a source; the text names the source and the reason."""
-
-
-class OpenError(SourceError):
-    """The source does not exist, or is not a camera, video or picture."""
-
-
-class AccessDenied(SourceError):
-    """The source exists, but this user has no read permission."""
-
-
-class SizeMismatch(SourceError):
-    """The image size does not fit the calibration."""
-
-
-class EndedEarly(SourceError):
-    """The source ended or failed before its declared number of frames; the earlier frames are valid."""
 
 
 class Clock(Protocol):

@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image
-from zenocap.services.viewer.sources.playback import Size, SizeMismatch
+from zenocap.common.errors import SizeMismatch
+from zenocap.services.viewer.sources.playback import Size
 
 NEARLY = 0.02  # relative size difference up to which an image counts as letterboxed
 

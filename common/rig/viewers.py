@@ -92,6 +92,24 @@ def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
     ]
 
 
+def video_notes(viewers: tuple[Viewer, ...]) -> list[str]:
+    """Notes for the user on videos of another size than that of the calibration; of those that can be read."""
+    notes = []
+    for viewer in viewers:
+        if isinstance(viewer.source, VideoFile) and viewer.source.path.is_file():
+            try:
+                with VideoReader(viewer.source.path) as reader:
+                    size = reader.size
+            except SourceError:
+                continue  # said when it is tracked
+            if size != viewer.calibrated_size:
+                notes.append(
+                    f"viewer {viewer.id}: video of {size[0]} x {size[1]}, calibration for {viewer.calibrated_size[0]} x "
+                    f"{viewer.calibrated_size[1]}: scaled; wrong if the camera cuts its picture in one of them"
+                )
+    return notes
+
+
 def _working_size(path: Path, key: str, table: ViewerTable, camera: Camera) -> tuple[int, int]:
     width, height = camera.size
     if table.size is None:

@@ -52,7 +52,8 @@ class VideoSummary:
 class VideoReader:
     """One pass through a video file.
 
-    fps: frames/s, the mean that the file declares.  declared: number of frames, 0 when unknown.
+    fps: frames/s, the mean that the file declares.  declared: number of frames, 0 when unknown.  size: (width, height) of
+    the images, px.
     A damaged frame is left out and counted; the others keep their times.
     """
 
@@ -77,19 +78,20 @@ class VideoReader:
         self.fps, self._duration_ns = float(rate), self._declared_duration_ns()
         self.declared = self._stream.frames or round(self._duration_ns * self.fps / 1e9)
         self.codec, self.format = self._stream.codec_context.name, self._stream.codec_context.pix_fmt or ""
-        size = self._stream.codec_context.width, self._stream.codec_context.height
         if not 0 < self.fps <= MAX_FPS:
             self.close()
             raise OpenError(f"{path}: frame rate {self.fps}: allowed: above 0 to {MAX_FPS:g} a second; convert the video")
-        if min(size) < MIN_PX:
-            self.close()
-            raise OpenError(f"{path}: images of {size[0]} x {size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}")
         self._times = FrameTimes(self._stream.time_base or 1 / rate, round(1e9 / rate))
         self._frames = self._decoded()
+        self._waiting = self._first()
+        self.size = self._size()
+        if min(self.size) < MIN_PX:
+            self.close()
+            raise OpenError(f"{path}: images of {self.size[0]} x {self.size[1]} px: allowed: at least {MIN_PX} x {MIN_PX}")
 
     def next(self) -> VideoFrame | None:
         """The next frame, None after the last.  Raises EndedEarly where the file is cut or cannot be read further."""
-        decoded = next(self._frames, None)
+        decoded, self._waiting = self._waiting or next(self._frames, None), None
         if decoded is None:
             self._check_length()
             return None
@@ -118,6 +120,20 @@ class VideoReader:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
+
+    def _first(self) -> av.VideoFrame | None:
+        """The first frame, which tells the size after the turn; None without one."""
+        try:
+            return next(self._frames, None)
+        except EndedEarly as error:
+            self.close()
+            raise OpenError(f"{self.path}: not a video that can be decoded: {error}") from error
+
+    def _size(self) -> tuple[int, int]:
+        if self._waiting is None:
+            return self._stream.codec_context.width, self._stream.codec_context.height
+        width, height = self._waiting.width, self._waiting.height
+        return (height, width) if round(self._waiting.rotation) % 180 else (width, height)
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         packets = self._container.demux(self._stream)

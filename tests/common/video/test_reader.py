@@ -107,6 +107,8 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
     expected = capture.read()[1]
     assert expected.shape[:2] == ((64, 48) if degrees in (90, 270) else (48, 64))
     assert np.array_equal(read(path)[0][0].image(), expected)
+    with VideoReader(path) as reader:
+        assert reader.size == expected.shape[1::-1]
 
 
 def noisy(count: int) -> list[np.ndarray]:

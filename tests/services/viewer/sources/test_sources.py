@@ -186,6 +186,18 @@ def test_images_that_do_not_fit_the_calibration_are_refused_with_both_sizes(tmp_
         list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
 
 
+def test_images_of_the_calibrated_shape_are_scaled(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 2, size=(128, 96))
+    frames = list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+    assert [(frame.image.shape, level(frame)) for frame in frames] == [((24, 32, 3), 0), ((24, 32, 3), 1)]
+
+
+def test_turned_images_are_refused(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 2, size=(48, 64))
+    with pytest.raises(SizeMismatch, match="one of them is turned by 90 degrees"):
+        list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+
+
 @pytest.mark.parametrize(("real", "calibrated"), [((1080, 1920), (1088, 1920)), ((1088, 1920), (1080, 1920))])
 def test_a_letterboxed_image_shows_every_point_where_the_calibrated_one_does(real, calibrated):
     """real_beam4: 1088 columns were scaled to 1080, and the height by the same factor, about the centre."""

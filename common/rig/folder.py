@@ -4,16 +4,19 @@ videos/NAME.mp4        one per camera that takes part
 background/NAME.png    a picture of the empty scene; else
 clip.toml              empty_frames = the first frames of each video that are empty; up_axis; fps
 stretched/NAME.mp4     the T-pose, where the main video does not show it
+sync.toml              [offset_s] NAME = time in seconds at which the camera's video begins, as `zenocap sync` writes it
 """
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
-from zenocap.common.rig.file import LogTable, RigFile, ViewerTable, ZenohTable, read_toml
+from zenocap.common.rig.file import MAX_OFFSET_S, LogTable, RigFile, ViewerTable, ZenohTable, read_toml
 
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg")
+SYNC_FILE = "sync.toml"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 
@@ -27,6 +30,9 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
     up_axis, fps, empty = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
     cameras = list(read_calibration(calibration, str(up_axis)))
     videos, notes = _videos(folder, cameras)
+    offsets = read_offsets(folder / SYNC_FILE, cameras)
+    if offsets:
+        notes.append(f"{SYNC_FILE}: videos begin at {', '.join(f'{name} {time:+.3f} s' for name, time in offsets.items())}")
     viewers = []
     for name, video in videos.items():
         plate = _camera_file(folder / "background", name, video.stem, IMAGE_SUFFIXES)
@@ -42,6 +48,7 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
                 background=background,
                 fps=None if fps is None else float(str(fps)),
                 initial=initial,
+                offset_s=offsets.get(name, 0.0),
             )
         )
     content = RigFile(
@@ -54,6 +61,24 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
         log=LogTable(),
     )
     return content, tuple(notes)
+
+
+def read_offsets(path: Path, cameras: Sequence[str]) -> dict[str, float]:
+    """Time in seconds at which each camera's video begins; empty without the file.  Raises UserError."""
+    if not path.is_file():
+        return {}
+    content = read_toml(path)
+    offsets = content.get("offset_s")
+    if not isinstance(offsets, dict) or len(content) != 1:
+        raise UserError(f"{path}: allowed: one table [offset_s] with a number for each camera")
+    for name, value in offsets.items():
+        if name not in cameras:
+            raise UserError(f"{path}: offset_s.{name}: no such camera: allowed: {', '.join(cameras)}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MAX_OFFSET_S:
+            raise UserError(
+                f"{path}: offset_s.{name} = {value!r}: allowed: seconds from {-MAX_OFFSET_S:g} to {MAX_OFFSET_S:g}"
+            )
+    return {name: float(value) for name, value in offsets.items()}
 
 
 CLIP_KEYS: tuple[tuple[str, object, str], ...] = (

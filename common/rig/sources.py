@@ -36,10 +36,14 @@ class Stream:
 
 @dataclass(frozen=True)
 class VideoFile:
-    """initial: a separate video of the T-pose, shown before the main one; None when that shows it."""
+    """initial: a separate video of the T-pose, shown before the main one; None when that shows it.
+
+    offset_ns: time of the first frame from that of the file of the rig that began first.
+    """
 
     path: Path
     initial: Path | None = None
+    offset_ns: int = 0
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The viewers of a rig: each camera at its working size, its source and its background, with checks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -78,7 +79,18 @@ def rig_viewers(path: Path, base: Path, content: RigFile, cameras: dict[str, Cam
         fps = table.fps or _own_fps(path, key, source, files)
         working = camera.resized(size)
         viewers.append(Viewer(table.id, working, camera.size, source, background, fps, table.preview, table.silhouette))
-    return tuple(viewers)
+    return _from_the_first(viewers)
+
+
+def _from_the_first(viewers: Sequence[Viewer]) -> tuple[Viewer, ...]:
+    """The viewers with the offsets of their files counted from the file that begins first."""
+    first = min((viewer.source.offset_ns for viewer in viewers if isinstance(viewer.source, VideoFile)), default=0)
+    return tuple(
+        replace(viewer, source=replace(viewer.source, offset_ns=viewer.source.offset_ns - first))
+        if isinstance(viewer.source, VideoFile)
+        else viewer
+        for viewer in viewers
+    )
 
 
 def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
@@ -133,6 +145,10 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
         if not isinstance(source, VideoFile):
             raise UserError(f"{path}: {key}.initial = {table.initial!r}: allowed: only where the source is a video file")
         source = replace(source, initial=base / table.initial)
+    if table.offset_s:
+        if not isinstance(source, VideoFile):
+            raise UserError(f"{path}: {key}.offset_s = {table.offset_s}: allowed: only where the source is a video file")
+        source = replace(source, offset_ns=round(table.offset_s * 1e9))
     if not files:
         return source
     match source:

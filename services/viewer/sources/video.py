@@ -43,11 +43,12 @@ def video_frames(
     """Yield the frames of a file, at most `fps` per second, preceded by those of its T-pose video, if any.
 
     preroll: number of first frames that are never dropped, for the background model.  Raises SourceError.
-    The first frame of the file has number 0 and the time `epoch_ns`; the times of the T-pose video are earlier.
+    The first frame of the file has number 0 and the time `epoch_ns` plus the file's offset; the times of the T-pose video
+    are earlier than `epoch_ns`.
     """
     if source.initial is not None:
         yield from _initial(source.initial, fps, calibrated, working, playback)
-    first = first_ns = 0
+    first, first_ns = 0, source.offset_ns
     while True:
         fit = Fit(str(source.path), calibrated, working)
         count, duration_ns = yield from _pass(source.path, fps, fit, playback, first, first_ns, preroll)

@@ -1,0 +1,71 @@
+"""A folder with a calibration and videos: times at which the videos begin, and videos of another size."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.places import ROOT
+from tests.support.videos import grey_frames, write_frames
+from zenocap.common.errors import UserError
+from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.sources import VideoFile
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.source import open_source
+
+CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
+
+
+def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 480), fps: int = 30) -> Path:
+    for name in ("cam01", "cam02"):
+        write_frames(path / "videos" / f"{name}.mp4", grey_frames(4, size), fps=fps)
+    (path / "calibration.toml").write_text(CALIBRATION.read_text())
+    if sync is not None:
+        (path / "sync.toml").write_text(sync)
+    return path
+
+
+def offsets(rig: Rig) -> list[int]:
+    return [viewer.source.offset_ns for viewer in rig.viewers if isinstance(viewer.source, VideoFile)]
+
+
+def test_times_of_the_videos_are_counted_from_the_first_one(tmp_path: Path) -> None:
+    rig = load_rig(folder(tmp_path, "[offset_s]\ncam01 = -0.5\ncam02 = 0.25\n"))
+    assert offsets(rig) == [0, 750_000_000]
+    assert "sync.toml: videos begin at cam01 -0.500 s, cam02 +0.250 s" in rig.notes
+    frames = list(open_source(rig.viewers[1], Playback(10**9, ManualClock(0), live=False)))
+    assert [frame.captured_ns for frame in frames] == [1_750_000_000 + round(k * 1e9 / 30) for k in range(4)]
+    assert [frame.frame for frame in frames] == [0, 1, 2, 3]
+
+
+def test_rig_file_gives_the_same_offsets(tmp_path: Path) -> None:
+    folder(tmp_path)
+    viewers = "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "videos/cam0{k}.mp4"\noffset_s = {offset}\n'
+        for k, offset in ((1, 2.0), (2, 1.4))
+    )
+    (tmp_path / "rig.toml").write_text(f'name = "a"\ncalibration = "calibration.toml"\n{viewers}')
+    assert offsets(load_rig(tmp_path / "rig.toml")) == [600_000_000, 0]
+    (tmp_path / "rig.toml").write_text((tmp_path / "rig.toml").read_text().replace("videos/cam01.mp4", "actor:walk"))
+    with pytest.raises(UserError, match=r"viewer\[0\].offset_s = 2.0: allowed: only where the source is a video file"):
+        load_rig(tmp_path / "rig.toml")
+
+
+@pytest.mark.parametrize(
+    ("sync", "text"),
+    [
+        ("[offset_s]\ncam03 = 0.0\n", r"sync\.toml: offset_s\.cam03: no such camera: allowed: cam01, cam02"),
+        ("[offset_s]\ncam01 = true\n", r"sync\.toml: offset_s\.cam01 = True: allowed: seconds from -3600 to 3600"),
+        ("[offset_s]\ncam01 = nan\n", r"sync\.toml: offset_s\.cam01 = nan: allowed: seconds from -3600 to 3600"),
+        ("cam01 = 0.0\n", r"sync\.toml: allowed: one table \[offset_s\]"),
+        ("cam01 = \n", r"sync\.toml"),
+    ],
+)
+def test_wrong_file_of_offsets_is_refused(tmp_path: Path, sync: str, text: str) -> None:
+    with pytest.raises(UserError, match=text):
+        load_rig(folder(tmp_path, sync))
+
+
+def test_videos_of_another_size_are_noted(tmp_path: Path) -> None:
+    rig = load_rig(folder(tmp_path, size=(320, 240)))
+    assert "viewer cam01: video of 320 x 240, calibration for 640 x 480: scaled" in " ".join(rig.notes)

@@ -15,7 +15,7 @@ from zenocap.common.rig.folder import folder_rig
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
-from zenocap.common.rig.viewers import Viewer, rig_viewers, size_notes, video_notes
+from zenocap.common.rig.viewers import Viewer, at_common_rate, rig_viewers, size_notes, video_notes
 from zenocap.data import DEMO_RIGS
 
 __all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig"]
@@ -106,9 +106,10 @@ def load_rig(path: Path | str, method: str | None = None, variant: str | None = 
         except RecognizerError as error:
             raise UserError(f"{path}: recognizer.{error}") from error
     viewers, chosen = _viewers_in_use(path, method, viewers)
+    viewers, rates = at_common_rate(viewers)
     parts = [content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions)]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
-    all_notes = (*notes, *chosen, *size_notes(content, viewers), *(video_notes(viewers) if files else ()))
+    all_notes = (*notes, *chosen, *rates, *size_notes(content, viewers), *(video_notes(viewers) if files else ()))
     files_of_rig = tuple(file for file in (own_file, calibration) if file.is_file())
     return Rig(
         content.name,

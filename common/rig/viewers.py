@@ -13,6 +13,7 @@ from zenocap.common.rig.sources import (
     Actor,
     Background,
     BackgroundImage,
+    FirstFrames,
     Images,
     MedianFrames,
     Rendered,
@@ -26,6 +27,7 @@ from zenocap.common.video.reader import VideoReader
 
 LONG_SIDE_PX = 640  # default of the working size's long side
 DEVICE_FPS, ACTOR_FPS, IMAGES_FPS = 30.0, 15.0, 30.0
+SAME_RATE = 0.01  # largest relative difference of frame rates that are treated as equal, such as 29.97 and 30
 SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working size and calibration
 
 
@@ -91,6 +93,24 @@ def _from_the_first(viewers: Sequence[Viewer]) -> tuple[Viewer, ...]:
         else viewer
         for viewer in viewers
     )
+
+
+def at_rate(viewer: Viewer, fps: float) -> Viewer:
+    """The viewer at another frame rate; the empty scene at the beginning keeps its duration."""
+    background = viewer.background
+    if isinstance(background, FirstFrames) and fps < viewer.fps:  # the same duration in fewer frames
+        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
+    return replace(viewer, fps=fps, background=background)
+
+
+def at_common_rate(viewers: tuple[Viewer, ...]) -> tuple[tuple[Viewer, ...], list[str]]:
+    """The viewers of video files at the lowest of their frame rates where these differ, and a note for the user."""
+    rates = [viewer.fps for viewer in viewers if isinstance(viewer.source, VideoFile)]
+    if len(rates) != len(viewers) or max(rates) <= min(rates) * (1.0 + SAME_RATE):
+        return viewers, []
+    text = ", ".join(f"{viewer.id} {viewer.fps:.4g}" for viewer in viewers)
+    note = f"frames/s: {text}: of the faster ones, the frames nearest in time to {min(rates):.4g} a second are used"
+    return tuple(at_rate(viewer, min(rates)) for viewer in viewers), [note]
 
 
 def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:

@@ -18,8 +18,9 @@ from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.file import TRACKER_METHODS
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import Actor, FirstFrames, Images, Rendered, VideoFile
+from zenocap.common.rig.sources import Actor, Images, Rendered, VideoFile
 from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_overrides
+from zenocap.common.rig.viewers import at_rate
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
 from zenocap.common.topics import TOPICS, Topic
@@ -217,10 +218,7 @@ def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float 
         viewer = replace(viewer, camera=viewer.camera.resized(size))
     if fps is None:
         return viewer
-    background = viewer.background
-    if isinstance(background, FirstFrames) and fps < viewer.fps:  # the same duration in fewer frames
-        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
-    return replace(viewer, fps=fps, background=background)
+    return at_rate(viewer, fps)
 
 
 def _record(bus: LocalBus, recording: Recording) -> Sequence[Message]:

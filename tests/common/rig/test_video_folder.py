@@ -69,3 +69,14 @@ def test_wrong_file_of_offsets_is_refused(tmp_path: Path, sync: str, text: str) 
 def test_videos_of_another_size_are_noted(tmp_path: Path) -> None:
     rig = load_rig(folder(tmp_path, size=(320, 240)))
     assert "viewer cam01: video of 320 x 240, calibration for 640 x 480: scaled" in " ".join(rig.notes)
+
+
+def test_faster_videos_are_thinned_to_the_rate_of_the_slowest(tmp_path: Path) -> None:
+    folder(tmp_path)
+    write_frames(tmp_path / "videos" / "cam02.mp4", grey_frames(8, (640, 480)), fps=60)
+    rig = load_rig(tmp_path)
+    assert [viewer.fps for viewer in rig.viewers] == [30.0, 30.0]
+    note = "frames/s: cam01 30, cam02 60: of the faster ones, the frames nearest in time to 30 a second are used"
+    assert note in rig.notes
+    frames = list(open_source(rig.viewers[1], Playback(0, ManualClock(0), live=False)))
+    assert [frame.frame for frame in frames] == [0, 2, 4, 6]

@@ -32,6 +32,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "clips": ("walk2", "--jobs", "1"),
     "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),
     "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
+    "decoding": ("--sizes", "64x48", "--frames", "10", "--minutes", "0.5"),
     "faults": ("--short",),
     "headings": ("--people", "1", "--every", "180", "--jobs", "1"),
     "motion_capture": ("--views", "2", "--people", "1", "--motions", "07_01", "--jobs", "1"),

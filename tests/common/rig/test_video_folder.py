@@ -5,20 +5,21 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
-from tests.support.videos import grey_frames, write_frames
+from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, load_rig
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
+from zenocap.simulation.rendering.video_file import write_video
 
 CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
 
 
 def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 480), fps: int = 30) -> Path:
     for name in ("cam01", "cam02"):
-        write_frames(path / "videos" / f"{name}.mp4", grey_frames(4, size), fps=fps)
+        write_video(path / "videos" / f"{name}.mp4", grey_frames(4, size), fps=fps)
     (path / "calibration.toml").write_text(CALIBRATION.read_text())
     if sync is not None:
         (path / "sync.toml").write_text(sync)
@@ -73,7 +74,7 @@ def test_videos_of_another_size_are_noted(tmp_path: Path) -> None:
 
 def test_faster_videos_are_thinned_to_the_rate_of_the_slowest(tmp_path: Path) -> None:
     folder(tmp_path)
-    write_frames(tmp_path / "videos" / "cam02.mp4", grey_frames(8, (640, 480)), fps=60)
+    write_video(tmp_path / "videos" / "cam02.mp4", grey_frames(8, (640, 480)), fps=60)
     rig = load_rig(tmp_path)
     assert [viewer.fps for viewer in rig.viewers] == [30.0, 30.0]
     note = "frames/s: cam01 30, cam02 60: of the faster ones, the frames nearest in time to 30 a second are used"

@@ -7,9 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.support.videos import GREY_STEP, grey_frames, write_frames
+from tests.support.videos import GREY_STEP, grey_frames
 from zenocap.common.errors import EndedEarly, OpenError
 from zenocap.common.video.reader import VideoFrame, VideoReader, VideoSummary
+from zenocap.simulation.rendering.video_file import write_video
 
 
 def read(path: Path) -> tuple[list[VideoFrame], VideoSummary]:
@@ -42,7 +43,7 @@ FORMATS = [
 
 @pytest.mark.parametrize(("suffix", "codec", "pixels"), FORMATS, ids=["-".join(row) for row in FORMATS])
 def test_formats_are_decoded_with_their_times(tmp_path: Path, suffix: str, codec: str, pixels: str) -> None:
-    path = write_frames(tmp_path / f"a.{suffix}", grey_frames(20), fps=30, codec=codec, pixels=pixels)
+    path = write_video(tmp_path / f"a.{suffix}", grey_frames(20), fps=30, codec=codec, pixels=pixels)
     frames, summary = read(path)
     greys = [float(frame.image().mean()) / GREY_STEP for frame in frames]
     assert np.abs(np.subtract(greys, range(20))).max() < 1.7, "the range of grey values is stretched by some"
@@ -55,13 +56,13 @@ def test_formats_are_decoded_with_their_times(tmp_path: Path, suffix: str, codec
 
 
 def test_raw_video_of_48_columns_is_read(tmp_path: Path) -> None:
-    path = write_frames(tmp_path / "a.avi", grey_frames(5, (48, 48)), codec="rawvideo", pixels="bgr24")
+    path = write_video(tmp_path / "a.avi", grey_frames(5, (48, 48)), codec="rawvideo", pixels="bgr24")
     assert levels(read(path)[0]) == list(range(5))
 
 
 def test_images_are_those_of_opencv(tmp_path: Path) -> None:
     noise = [np.random.default_rng(k).integers(0, 255, (48, 64, 3), np.uint8) for k in range(5)]
-    path = write_frames(tmp_path / "a.mp4", [cv2.GaussianBlur(image, (9, 9), 0) for image in noise])
+    path = write_video(tmp_path / "a.mp4", [cv2.GaussianBlur(image, (9, 9), 0) for image in noise])
     capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     for frame in read(path)[0]:
         assert np.array_equal(frame.image(), capture.read()[1])
@@ -70,7 +71,7 @@ def test_images_are_those_of_opencv(tmp_path: Path) -> None:
 def test_variable_rate_keeps_the_times_of_the_container(tmp_path: Path) -> None:
     intervals = np.random.default_rng(1).uniform(0.02, 0.06, 60)
     times = np.concatenate([[0.0], np.cumsum(intervals)])
-    frames, summary = read(write_frames(tmp_path / "a.mp4", grey_frames(61), list(times)))
+    frames, summary = read(write_video(tmp_path / "a.mp4", grey_frames(61), list(times)))
     assert len(frames) == 61
     assert np.abs([frame.time_ns / 1e9 for frame in frames] - times).max() < 1e-4
     assert summary.timing.variable
@@ -79,7 +80,7 @@ def test_variable_rate_keeps_the_times_of_the_container(tmp_path: Path) -> None:
 
 def test_dropped_frames_are_a_gap(tmp_path: Path) -> None:
     times = [k / 30 for k in range(60) if not 20 <= k < 32]
-    frames, summary = read(write_frames(tmp_path / "a.mp4", grey_frames(48), times))
+    frames, summary = read(write_video(tmp_path / "a.mp4", grey_frames(48), times))
     assert frames[20].time_ns == pytest.approx(32e9 / 30, abs=1e5)
     (gap,) = summary.timing.gaps
     assert (gap.missing, round(gap.before_s, 3), round(gap.after_s, 3)) == (12, 0.633, 1.067)
@@ -87,7 +88,7 @@ def test_dropped_frames_are_a_gap(tmp_path: Path) -> None:
 
 
 def test_times_begin_with_the_first_frame(tmp_path: Path) -> None:
-    frames, _ = read(write_frames(tmp_path / "a.mkv", grey_frames(5), [3.0 + k / 10 for k in range(5)]))
+    frames, _ = read(write_video(tmp_path / "a.mkv", grey_frames(5), [3.0 + k / 10 for k in range(5)]))
     assert [round(frame.time_ns / 1e9, 3) for frame in frames] == [0.0, 0.1, 0.2, 0.3, 0.4]
 
 
@@ -96,7 +97,7 @@ def test_rotation_is_that_of_opencv(tmp_path: Path, degrees: int) -> None:
     """The matrix of the track header, as phones write it."""
     image = np.zeros((48, 64, 3), np.uint8)
     image[:24, :32] = 250
-    path = write_frames(tmp_path / "a.mp4", [image] * 5)
+    path = write_video(tmp_path / "a.mp4", [image] * 5)
     content = bytearray(path.read_bytes())
     c, s = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees]
     at = content.index(b"tkhd") + 4 + 4 + 20 + 16  # version, times and ids; layer, volume
@@ -120,7 +121,7 @@ def noisy(count: int) -> list[np.ndarray]:
 )
 def test_cut_file_is_an_error_after_its_frames(tmp_path: Path, suffix: str, codec: str) -> None:
     pixels = "yuvj420p" if codec == "mjpeg" else "yuv420p"
-    path = write_frames(tmp_path / f"a.{suffix}", noisy(60), codec=codec, pixels=pixels)
+    path = write_video(tmp_path / f"a.{suffix}", noisy(60), codec=codec, pixels=pixels)
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
     if suffix == "mpg":  # a stream without a declared length
@@ -131,7 +132,7 @@ def test_cut_file_is_an_error_after_its_frames(tmp_path: Path, suffix: str, code
 
 
 def test_damaged_frames_are_left_out_and_counted(tmp_path: Path) -> None:
-    path = write_frames(tmp_path / "a.avi", noisy(60), codec="mjpeg", pixels="yuvj420p")
+    path = write_video(tmp_path / "a.avi", noisy(60), codec="mjpeg", pixels="yuvj420p")
     whole, content = len(read(path)[0]), bytearray(path.read_bytes())
     middle = len(content) // 2
     content[middle : middle + 6000] = bytes(6000)
@@ -167,7 +168,7 @@ def test_sound_alone_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", ["mp4", "avi", "mkv"])
 def test_damaged_files_never_raise_anything_else(tmp_path: Path, suffix: str) -> None:
     codec, pixels = ("mjpeg", "yuvj420p") if suffix == "avi" else ("libx264", "yuv420p")
-    path = write_frames(tmp_path / f"a.{suffix}", noisy(10), codec=codec, pixels=pixels)
+    path = write_video(tmp_path / f"a.{suffix}", noisy(10), codec=codec, pixels=pixels)
     whole, rng = path.read_bytes(), np.random.default_rng(1)
     for _ in range(60):
         content = bytearray(whole)

@@ -7,7 +7,7 @@ import pytest
 from tests.support.places import ROOT
 from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
-from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
@@ -81,3 +81,24 @@ def test_faster_videos_are_thinned_to_the_rate_of_the_slowest(tmp_path: Path) ->
     assert note in rig.notes
     frames = list(open_source(rig.viewers[1], Playback(0, ManualClock(0), live=False)))
     assert [frame.frame for frame in frames] == [0, 2, 4, 6]
+
+
+def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) -> None:
+    folder(tmp_path / "a")
+    first, second = (tmp_path / "a" / "videos" / f"cam0{k}.mp4" for k in (1, 2))
+    rig = rig_of_videos([second, first], tmp_path / "a" / "calibration.toml")
+    assert [(viewer.id, viewer.source) for viewer in rig.viewers] == [
+        ("cam01", VideoFile(first)),
+        ("cam02", VideoFile(second)),
+    ]
+    assert "cam01: no background picture and no empty_frames: the median of its video is used" in rig.notes
+    renamed = [file.rename(tmp_path / name) for file, name in ((first, "left.mp4"), (second, "right.mp4"))]
+    rig = rig_of_videos(renamed, tmp_path / "a" / "calibration.toml", empty_frames=2)
+    assert "assigned in order: cam01 = left.mp4, cam02 = right.mp4" in rig.notes[0]
+    assert [len(list(open_source(one, Playback(0, ManualClock(0), live=False)))) for one in rig.viewers] == [4, 4]
+    with pytest.raises(UserError, match=r"none\.mp4: no such file"):
+        rig_of_videos([tmp_path / "none.mp4"], tmp_path / "a" / "calibration.toml")
+    with pytest.raises(
+        UserError, match=r"right\.mp4: belongs to no camera of .*calibration\.toml; there are: cam01, cam02"
+    ):
+        rig_of_videos(renamed[1:], tmp_path / "a" / "calibration.toml")

@@ -55,7 +55,9 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
     )
 
 
-def rig_of_files(videos: Sequence[Path], calibration: Path, up_axis: str, method: str) -> tuple[RigFile, tuple[str, ...]]:
+def rig_of_files(
+    videos: Sequence[Path], calibration: Path, up_axis: str, empty_frames: int, method: str
+) -> tuple[RigFile, tuple[str, ...]]:
     """Rig file content for videos and a calibration in any folders, and notes for the user.  Raises UserError."""
     for file in (calibration, *videos):
         if not file.is_file():

@@ -98,7 +98,5 @@ def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) 
     assert [len(list(open_source(one, Playback(0, ManualClock(0), live=False)))) for one in rig.viewers] == [4, 4]
     with pytest.raises(UserError, match=r"none\.mp4: no such file"):
         rig_of_videos([tmp_path / "none.mp4"], tmp_path / "a" / "calibration.toml")
-    with pytest.raises(
-        UserError, match=r"right\.mp4: belongs to no camera of .*calibration\.toml; there are: cam01, cam02"
-    ):
+    with pytest.raises(UserError, match=r"right\.mp4: belongs to no camera of .*; there are: cam01, cam02"):
         rig_of_videos(renamed[1:], tmp_path / "a" / "calibration.toml")

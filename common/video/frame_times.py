@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 GAP_PERIODS = 1.9  # median frame periods between two frames, from which frames are missing
-UNEVEN = 0.25  # of the median period, by which an interval differs from it in a video of variable rate
+UNEVEN = 0.25  # of the median period, by which an interval differs from a multiple of it in a video of variable rate
 UNEVEN_SHARE, UNEVEN_COUNT = 0.05, 3  # of the intervals, and how many at least, from which a rate is variable
 
 
@@ -78,8 +78,7 @@ def timing_of(times_ns: Sequence[int]) -> Timing:
         return Timing(len(times_ns), 0.0, 0.0, 0.0, 0.0, False, ())
     intervals = [(b - a) / 1e9 for a, b in pairwise(times_ns)]
     median = sorted(intervals)[len(intervals) // 2]
-    # With a variable rate an interval of two periods is not yet a gap: a phone in the dark halves its rate.
-    uneven = sum(abs(interval - median) > UNEVEN * median for interval in intervals)
+    uneven = sum(abs(interval - max(1, round(interval / median)) * median) > UNEVEN * median for interval in intervals)
     variable = uneven >= max(UNEVEN_COUNT, UNEVEN_SHARE * len(intervals))
     least = GAP_PERIODS * (2.0 if variable else 1.0) * median
     gaps = tuple(

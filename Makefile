@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 PYTEST := $(BIN)/python -m pytest
 PARALLEL := -n auto --dist loadgroup
 
-EVALUATIONS := budgets bodies postures clips matchings scorer stages hull latency logging damage kills replay_timing hybrid jitter recognition animator load
+EVALUATIONS := budgets bodies postures clips matchings scorer stages hull latency contended logging damage kills replay_timing hybrid jitter recognition animator load
 
 # With no target: the list of targets.
 .DEFAULT_GOAL := help

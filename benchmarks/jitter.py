@@ -10,7 +10,7 @@ body of the end of the take, as exports.
 """
 
 import argparse
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import ceil, nan
 from multiprocessing import Pool
@@ -23,14 +23,15 @@ from scipy.spatial.transform import Rotation
 from benchmarks.clips import SHARED
 from benchmarks.hybrid.accuracy import VIEWS
 from benchmarks.hybrid.bench import Places, clip_of
+from benchmarks.hybrid.both_ways import both_ways_path
 from benchmarks.hybrid.priors import KINDS
-from benchmarks.hybrid.runs import ANATOMY, NAMES, Case, Film, setup_of
+from benchmarks.hybrid.runs import ANATOMY, NAMES, Case, Film, setup_of, track_clip
 from benchmarks.motion_capture import FPS, MOTIONS, PRIOR, Shot
 from benchmarks.motion_capture import clip_of as captured_clip
 from benchmarks.simulated_clip import RINGS, SIZE, simulated_clip
 from benchmarks.table import Cell, table
 from benchmarks.takes import default_folder
-from zenocap.common.arrays import Floats, Ints, Mask
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.joint_rotations import joint_rotations
 from zenocap.common.body.one_euro import Filtered, OneEuro, filtered
@@ -38,11 +39,9 @@ from zenocap.common.formats.pose_track import Bound, PoseTrack
 from zenocap.common.formats.smoothing import DEFAULT_HZ, smoothed
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.prior.file import find_prior, read_prior
-from zenocap.services.tracker.tracking import initial_state, track
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.pose import interpolate, minimum_jerk, neutral
 from zenocap.simulation.motion.timeline import t_pose
-from zenocap.tools.recordings.both_ways import ForwardPose, Scene, fused_poses
 from zenocap.tools.recordings.evaluate import Selection, accuracy
 
 STANDING = "standing"
@@ -104,34 +103,14 @@ def figures(job: tuple[Shot | None, str, int, int]) -> tuple[Figures, ...]:
 def tracks(clip: Film, case: Case) -> tuple[PoseTrack | None, PoseTrack | None]:
     """Poses of the forward pass and of both ways, with the last body; None when the person was never tracked."""
     prior = read_prior(find_prior(case.prior)) if case.prior else None
-    setup = setup_of(clip, case, prior)
-    film = clip.of_views(case.views)
-    state, body = initial_state(setup), None
-    frames: list[int] = []
-    forward: list[ForwardPose] = []
-    instants = [instant for instant in film.instants if instant.captured_ns >= 0]
-    for instant in film.instants:
-        state, outcome = track(setup, state, instant.captured_ns, film.masks(instant, setup.cameras))
-        body = body if outcome.body is None else outcome.body
-        if instant.captured_ns >= 0 and (outcome.pose is not None or forward):
-            pose = forward[-1].pose if outcome.pose is None else outcome.pose
-            forward.append(ForwardPose(instant.captured_ns, pose, outcome.pose is None, outcome.views))
-            frames.append(instant.frame)
-    if body is None or not forward:
+    forward = track_clip(clip, case, prior)
+    if not forward.poses:
         return None, None
-
-    def backwards() -> Iterator[Scene]:
-        last = max(k for k, one in enumerate(forward) if not one.lost)
-        at = {instant.captured_ns: instant for instant in instants}
-        for one in reversed(forward[: last + 1]):
-            masks: Mapping[str, Mask] = film.masks(at[one.captured_ns], setup.cameras)
-            yield one, {viewer: masks[viewer] for viewer in setup.cameras if viewer in one.views}
-
-    both = fused_poses(setup, body, forward, backwards())
-    poses = [None if one.lost else one.pose for one in forward]
-    fused = [None if both[one.captured_ns].lost else both[one.captured_ns].pose for one in forward]
-    rate = clip.truth.rate
-    return _track(body, frames, poses, rate), _track(body, frames, fused, rate)
+    both = both_ways_path(clip, setup_of(clip, case, prior), forward)
+    body, _ = forward.poses[max(forward.poses)]
+    frames = [frame for frame in forward.wall_ms if frame >= min(forward.poses)]
+    poses = [[path.poses[frame][1] if frame in path.poses else None for frame in frames] for path in (forward, both)]
+    return _track(body, frames, poses[0], clip.truth.rate), _track(body, frames, poses[1], clip.truth.rate)
 
 
 def _track(body: Bdp, frames: Sequence[int], poses: Sequence[Pose | None], rate: float) -> PoseTrack:

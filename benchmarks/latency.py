@@ -1,9 +1,10 @@
-"""End-to-end latency over loopback with three processes: from the later capture to the universal BAP; lost frames.
+"""End-to-end latency over loopback: from the later capture to the pose; lost frames.
 
-    python -m benchmarks.latency [--seconds N] [--rates 15 30 60] [--size 160x120]
+    python -m benchmarks.latency [--method two-view hybrid] [--seconds N] [--rates 15 30 60] [--size 160x120]
 
-Two viewers play rendered videos at the frame rate of cameras; this process subscribes.  Frames count from
-the first universal BAP on; a frame without a universal BAP of both viewers is lost.
+Two viewers play rendered videos at the frame rate of cameras, beside the integrator and, with method hybrid, the tracker,
+one process each; this process subscribes.  Pose: the universal BAP, or that of the tracker.  Frames count from the first
+pose on; a frame without a pose of both viewers is lost.
 """
 
 import argparse
@@ -21,35 +22,38 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.messages import UniversalBap
+from zenocap.common.messages import TrackerPose, UniversalBap
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import UNIVERSAL_BAP
+from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
 EMPTY = 30  # frames of empty scene
+VIEWERS = 2
+METHODS = ("two-view", "hybrid")
 START_NS = 15_000_000_000  # until all processes have started and loaded their kernels (ns)
 
 
-def main(seconds: float, rates: list[float], size: tuple[int, int]) -> None:
+def main(methods: list[str], seconds: float, rates: list[float], size: tuple[int, int]) -> None:
     subprocess.run([sys.executable, "-m", "zenocap", "warmup"], check=True, stdout=subprocess.DEVNULL)
     rows = []
-    for fps in rates:
-        with tempfile.TemporaryDirectory() as folder:
-            rig, frames = film(Path(folder), seconds, fps, size)
-            rows.append([f"{fps:g}", *measured(rig, frames, seconds, fps)])
+    for method in methods:
+        for fps in rates:
+            with tempfile.TemporaryDirectory() as folder:
+                rig, frames = film(Path(folder), seconds, fps, size, method)
+                rows.append([method, f"{fps:g}", *measured(rig, frames, seconds, fps, method)])
     print(
         table(
-            "End to end over loopback, three processes",
-            ["frames/s", "poses", "p50 ms", "p99 ms", "worst ms", "lost", "of"],
+            f"End to end over loopback, a process for each service, {size[0]}x{size[1]}",
+            ["method", "frames/s", "poses", "p50 ms", "p99 ms", "worst ms", "lost", "of"],
             rows,
         )
     )
 
 
-def film(folder: Path, seconds: float, fps: float, size: tuple[int, int]) -> tuple[Path, int]:
+def film(folder: Path, seconds: float, fps: float, size: tuple[int, int], method: str) -> tuple[Path, int]:
     """Write a rig of two rendered videos to `folder`; return its file and the number of frames."""
     subject = person(0)
     script = demo_timeline(subject, 0)
@@ -69,37 +73,38 @@ def film(folder: Path, seconds: float, fps: float, size: tuple[int, int]) -> tup
         )
     write_calibration(folder / "calibration.toml", {name: cam for name, cam in zip(cameras, cameras.values(), strict=True)})
     rig = folder / "rig.toml"
-    rig.write_text(f'name = "latency"\ncalibration = "calibration.toml"\nmethod = "two-view"\n{viewers}', encoding="utf-8")
+    rig.write_text(f'name = "latency"\ncalibration = "calibration.toml"\nmethod = "{method}"\n{viewers}', encoding="utf-8")
     return rig, frames
 
 
-def measured(rig: Path, frames: int, seconds: float, fps: float) -> list[str]:
+def measured(rig: Path, frames: int, seconds: float, fps: float, method: str) -> list[str]:
     """Poses, p50, p99 and maximum latency (ms), lost frames, expected frames."""
     clock = RealClock()
-    places = peer_mesh(free_ports(4))
-    services = (["integrator"], ["viewer", "--id", "1"], ["viewer", "--id", "2"])
+    services = [["integrator"], ["viewer", "--id", "1"], ["viewer", "--id", "2"]]
+    services += [["tracker"]] if method == "hybrid" else []
+    places = peer_mesh(free_ports(len(services) + 1))
     epoch_ns = clock.now_ns() + START_NS
     processes = []
     for (name, *arguments), place in zip(services, places, strict=False):
         zenoh = ["--listen", place.listen, "--no-multicast-scouting"]
         for endpoint in place.connect:
             zenoh += ["--connect", endpoint]
-        epoch = ["--epoch-ns", str(epoch_ns)] if name == "viewer" else ["--no-log"]
-        command = [sys.executable, "-m", "zenocap", name, str(rig), *arguments, *epoch, *zenoh]
+        own = {"viewer": ["--epoch-ns", str(epoch_ns)], "integrator": ["--no-log"]}.get(name, [])
+        command = [sys.executable, "-m", "zenocap", name, str(rig), *arguments, *own, *zenoh]
         processes.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
-    own = ZenohOptions(listen=(places[3].listen,), connect=places[3].connect, multicast_scouting=False)
+    options = ZenohOptions(listen=(places[-1].listen,), connect=places[-1].connect, multicast_scouting=False)
     delays: dict[int, float] = {}
     first = None
     try:
-        with ZenohBus.open(own, "latency", clock) as bus:
-            bus.subscribe(UNIVERSAL_BAP, every=True)
+        with ZenohBus.open(options, "latency", clock) as bus:
+            bus.subscribe(TRACKER_POSE if method == "hybrid" else UNIVERSAL_BAP, every=True)
             while clock.now_ns() < epoch_ns + (seconds + 1) * 1e9:
                 event = bus.receive(0.1)
-                if isinstance(event, Envelope) and isinstance(event.message, UniversalBap):
+                if isinstance(event, Envelope) and isinstance(event.message, UniversalBap | TrackerPose):
                     message = event.message
                     if first is None:
                         first = message.frame  # the first pose waits for several frames, so its latency does not count
-                    elif not message.stale:
+                    elif of_both_viewers(message):
                         delays[message.frame] = (event.received_ns - message.captured_ns) / 1e6
     finally:
         for process in processes:
@@ -107,7 +112,7 @@ def measured(rig: Path, frames: int, seconds: float, fps: float) -> list[str]:
         for process in processes:
             process.wait(10)
     if first is None:
-        raise RuntimeError(f"no universal BAP at {fps:g} frames/s")
+        raise RuntimeError(f"no pose at {fps:g} frames/s")
     values = np.array(list(delays.values()))
     due = frames - 1 - first
     return [
@@ -116,11 +121,16 @@ def measured(rig: Path, frames: int, seconds: float, fps: float) -> list[str]:
     ]  # fmt: skip
 
 
+def of_both_viewers(pose: UniversalBap | TrackerPose) -> bool:
+    return len(pose.views) == VIEWERS if isinstance(pose, TrackerPose) else not pose.stale
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--method", nargs="+", choices=METHODS, default=METHODS)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--rates", type=float, nargs="+", default=[15.0, 30.0, 60.0])
     parser.add_argument("--size", default="160x120", metavar="WxH")
     options = parser.parse_args()
     width, height = (int(n) for n in options.size.split("x"))
-    main(options.seconds, options.rates, (width, height))
+    main(options.method, options.seconds, options.rates, (width, height))

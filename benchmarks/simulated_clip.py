@@ -11,17 +11,15 @@ import cv2
 import numpy as np
 
 from benchmarks.hybrid.silhouettes import Instant
-from benchmarks.takes import default_folder, simulation_digest
+from benchmarks.takes import Subject, camera_of, default_folder, simulation_digest, truth_of
 from tests.support.simulated_cameras import look, paper_cameras
 from zenocap.common.arrays import Bytes, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.simulation.body.person import Person, person
+from zenocap.simulation.body.person import person
 from zenocap.simulation.body.pose import PersonPose
 from zenocap.simulation.body.skeleton import Bones
-from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.timeline import motion_timeline
-from zenocap.simulation.rendering.camera import SimulatedCamera
 
 SIZE = (320, 240)
 RING, DISTANCE_M, HEIGHT_M = 8, 4.6, 1.6
@@ -66,12 +64,17 @@ def cameras_of(views: int) -> dict[str, Camera]:
 
 
 def simulated_clip(
-    name: str, subject: Person, poses: Sequence[PersonPose | Bones | None], motion_from: int, fps: float, views: int
+    name: str,
+    subject: Subject,
+    poses: Sequence[PersonPose | Bones | None],
+    motion_from: int,
+    fps: float,
+    views: int,
 ) -> SimulatedClip:
-    """Clip of consecutive poses; None: an empty scene, at the start only.  name: of the motion."""
+    """Clip of consecutive poses; None: an empty scene, at the start only.  name: of motion and body."""
     cameras = cameras_of(views)
     masks = {view: _masks(name, camera, subject, poses) for view, camera in cameras.items()}
-    truths = [None if pose is None else truth(subject, pose).joints for pose in poses]
+    truths = [None if pose is None else truth_of(subject, pose).joints for pose in poses]
     first = next(k for k, one in enumerate(truths) if one is not None)
     names = tuple(next(one for one in truths if one is not None))
     points = np.array([[one[joint] for joint in names] for one in truths if one is not None])
@@ -96,12 +99,12 @@ def cycle_clip(name: str, views: int = 7) -> SimulatedClip:
     return simulated_clip(motion, subject, poses, from_frame, CYCLE_FPS, views)
 
 
-def _masks(name: str, camera: Camera, subject: Person, poses: Sequence[PersonPose | Bones | None]) -> Bytes:
+def _masks(name: str, camera: Camera, subject: Subject, poses: Sequence[PersonPose | Bones | None]) -> Bytes:
     """(frames, rows, bytes) packed silhouettes of one camera, rendered once."""
     path = default_folder() / f"masks-{subject.seed}-{name}-{camera.name}-{simulation_digest()}.npz"
     if not path.is_file():
         path.parent.mkdir(parents=True, exist_ok=True)
-        film = SimulatedCamera(camera, subject, subject.seed)
+        film = camera_of(camera, subject, subject.seed)
         packed = np.stack([np.packbits(film.silhouette(pose) != 0, axis=1) for pose in poses])
         part = path.with_suffix(f".{time.time_ns()}.npz")
         np.savez(part, allow_pickle=False, masks=packed)

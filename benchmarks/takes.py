@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 import zenocap.simulation
-from benchmarks import captured
+from benchmarks import captured, soma
 from benchmarks.captured import captured_take
+from benchmarks.soma import SomaPerson
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.arrays import Bytes
 from zenocap.common.camera.pinhole import Camera
@@ -25,6 +26,7 @@ from zenocap.simulation.motion.timeline import posture_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 Size = tuple[int, int]
+Subject = Person | SomaPerson
 
 PEOPLE, TAKES = 12, 2
 SMALL, LARGE = (160, 120), (640, 480)
@@ -105,23 +107,39 @@ def film(take: Take | CapturedTake, folder: Path | None) -> Film:
         motion_from = int(np.ceil(script.motion_from_s * take.fps))
         room = 1000 * take.person + 10 * POSTURES.index(take.posture) + take.number
         name = f"{take.posture}-{take.number}"
-    cameras = dict(zip(VIEWERS, paper_cameras(take.size), strict=True))
     width, height = take.size
     path = folder and folder / f"{take.person}-{name}-{width}x{height}-{take.fps:g}-{simulation_digest()}.npz"
+    return filmed(subject, poses, motion_from, take.size, room, path)
+
+
+def filmed(
+    subject: Subject,
+    poses: Sequence[PersonPose | Bones | None],
+    motion_from: int,
+    size: Size,
+    room: int,
+    path: Path | None,
+) -> Film:
+    """Film of poses of a person, None for the empty scene; rendered once and kept in a file, not kept when that is None."""
+    cameras = dict(zip(VIEWERS, paper_cameras(size), strict=True))
     empty = sum(pose is None for pose in poses)
-    truths = tuple(None if pose is None else truth(subject, pose) for pose in poses)
+    truths = tuple(None if pose is None else truth_of(subject, pose) for pose in poses)
     return Film(cameras, _images(subject, poses, cameras, room, path), truths, empty, motion_from)
 
 
 def _images(
-    subject: Person, poses: Sequence[PersonPose | Bones | None], cameras: Mapping[str, Camera], room: int, path: Path | None
+    subject: Subject,
+    poses: Sequence[PersonPose | Bones | None],
+    cameras: Mapping[str, Camera],
+    room: int,
+    path: Path | None,
 ) -> dict[str, Bytes]:
     if path is not None and path.is_file():
         with np.load(path) as kept:
             return {viewer: kept[viewer] for viewer in cameras}
     images = {}
     for viewer, camera in cameras.items():
-        renderer = SimulatedCamera(camera, subject, room)
+        renderer = camera_of(camera, subject, room)
         images[viewer] = np.stack([renderer.render(pose, k) for k, pose in enumerate(poses)])
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -131,10 +149,22 @@ def _images(
     return images
 
 
+def camera_of(camera: Camera, subject: Subject, room: int) -> SimulatedCamera:
+    """Camera that renders a person of either family."""
+    if isinstance(subject, Person):
+        return SimulatedCamera(camera, subject, room)
+    return SimulatedCamera(camera, subject.person, room, subject)
+
+
+def truth_of(subject: Subject, pose: PersonPose | Bones) -> Truth:
+    """Ground truth of a person of either family."""
+    return truth(subject, pose) if isinstance(subject, Person) else subject.truth(pose)
+
+
 @cache
 def simulation_digest() -> str:
     """Digest of the source of the simulated people and of captured motion, part of the names of stored frames."""
     folder = Path(next(iter(zenocap.simulation.__path__)))
-    sources = (*sorted(folder.rglob("*.py")), Path(captured.__file__))
+    sources = (*sorted(folder.rglob("*.py")), Path(captured.__file__), Path(soma.__file__))
     content = b"".join(path.read_bytes() for path in sources)
     return hashlib.sha256(content).hexdigest()[:10]

@@ -126,6 +126,7 @@ def topic_of(message: type[m.Message]) -> Topic:
     raise ValueError(f"{message.__name__} has no topic; known: {', '.join(t.message.__name__ for t in TOPICS)}")
 
 
+@lru_cache(maxsize=4096)  # a take has few keys and many messages
 def topic_at(key: str) -> Topic | None:
     """The topic that `key` belongs to, if any."""
     return next((topic for topic in TOPICS if topic.names(key) is not None), None)

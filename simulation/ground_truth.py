@@ -67,16 +67,20 @@ def truth(person: Person, pose: PersonPose | Bones) -> Truth:
     """Ground truth of a person in a pose."""
     bones = pose_bones(person, pose)
     joints = _joints(person, bones)
-    torso = _torso(joints)
+    yaw, directions = heading_and_directions(joints)
+    return Truth(joints, yaw, directions, _ten_part_angles(bones, _torso(joints)))
+
+
+def heading_and_directions(joints: Mapping[str, Floats]) -> tuple[float, dict[str, Floats]]:
+    """`yaw` and `directions` of `Truth` for its joints."""
     directions = {}
     for side in SIDES:
-        chains = ((UPPER_ARM, FOREARM, "Shoulder", "Elbow", "Wrist"), (THIGH, SHANK, "Hip", "Knee", "Ankle"))
-        for (_, _, *names), (upper, lower) in zip(chains, (SEGMENTS[:2], SEGMENTS[2:]), strict=True):
+        for names, segments in ((("Shoulder", "Elbow", "Wrist"), SEGMENTS[:2]), (("Hip", "Knee", "Ankle"), SEGMENTS[2:])):
             ends = [joints[f"{'RL'[side]}{name}"] for name in names]
-            for segment, (start, end) in zip((upper, lower), pairwise(ends), strict=True):
+            for segment, (start, end) in zip(segments, pairwise(ends), strict=True):
                 directions[f"{SIDE_NAMES[side]}_{segment}"] = unit(end - start)
-    yaw = float(np.arctan2(torso[0, 2], torso[2, 2]))
-    return Truth(joints, yaw, directions, _ten_part_angles(bones, torso))
+    torso = _torso(joints)
+    return float(np.arctan2(torso[0, 2], torso[2, 2])), directions
 
 
 def landmarks(person: Person, pose: PersonPose | Bones) -> dict[str, Floats]:

@@ -1,5 +1,6 @@
 """Offline tracking: `track` turns the videos of a rig into a take."""
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from shutil import copyfile
@@ -9,9 +10,11 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, load_rig
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
-from zenocap.tools.recordings.both_ways import track_both_ways
+from zenocap.tools.recordings.both_ways import has_second_pass, track_both_ways
 from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, of_height, with_tracker
 from zenocap.tools.recordings.track import track as write_take
+
+logger = logging.getLogger(__name__)
 
 Progress = Callable[[int], None]
 
@@ -31,7 +34,7 @@ def track(
     height: float | None = None,
     prior: str | None = None,
     seed: int | None = None,
-    both_ways: bool = False,
+    both_ways: bool | None = None,
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Take:
@@ -51,7 +54,8 @@ def track(
     height: of the person, metres, where no T-pose is shown: the body then has average proportions.
     prior: motion prior of the hybrid tracker, a name or a file.
     seed: random seed of the hybrid tracker.
-    both_ways: track a second time, backwards, and use the better pose of each limb (hybrid tracker).
+    both_ways: track a second time, backwards, and use the better pose of each limb; default: with method hybrid and preset
+        default.  `open_take(path, raw=True)` has the poses of the first pass; `Take.both_ways` is False without a second.
     jobs: number of cores to use; the take does not depend on it; default: the available ones.
     progress: called after each frame set of the first pass with the number of frame sets so far.
 
@@ -85,7 +89,7 @@ def _tracked(
     overrides: TrackerOverrides,
     jobs: int | None,
     progress: Progress | None,
-    both_ways: bool,
+    both_ways: bool | None,
 ) -> Take:
     rig = with_tracker(at_working_size(rig, size, fps), overrides)
     if height is not None:
@@ -98,10 +102,12 @@ def _tracked(
         if progress is not None:
             progress(count)
 
-    if both_ways:
-        track_both_ways(rig, output, on_frame_set, jobs=jobs)
+    if has_second_pass(rig, both_ways):
+        result = track_both_ways(rig, output, on_frame_set, jobs=jobs)
     else:
-        write_take(rig, output, on_frame_set, jobs)
+        result = write_take(rig, output, on_frame_set, jobs)
+    for problem in result.problems:
+        logger.warning("%s: %s", output, problem)
     return open_take(output)
 
 

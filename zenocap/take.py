@@ -19,7 +19,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, limbs_of, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
-from zenocap.common.messages import TrackerPose, UniversalBap
+from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap
 from zenocap.common.recording.reader import Take as Recording
 from zenocap.tools.recordings.export import Exported, ExportOptions, Format, export
 
@@ -88,6 +88,11 @@ class Take:
         times_s = self._times_s
         frames = self._summary.frames
         return float(frames[-1] - frames[0]) / float(times_s[-1] - times_s[0]) if len(frames) > 1 else 0.0
+
+    @property
+    def both_ways(self) -> bool:
+        """Whether the poses are those of both passes of `track`, and not of the forward pass."""
+        return self._summary.kind is BothWaysPose
 
     @property
     def missing(self) -> str | None:

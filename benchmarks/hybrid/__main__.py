@@ -1,6 +1,7 @@
 """Evaluation of the tracker on the shared clips: tables and plots of every part in one folder.
 
     python -m benchmarks.hybrid [--clips DIR] [--out DIR] [--seeds 5] [--only PART,...] [--jobs 2]
+    python -m benchmarks.hybrid --only accuracy,angles [--clip NAME ...] [--priors shipped none] [--both-ways]
 
 Without --only the short parts; `--only all` takes an hour or two.  Results of the current code are kept in the folder and
 not computed again.
@@ -12,7 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.clips import SHARED
-from benchmarks.hybrid.accuracy import accuracy
+from benchmarks.hybrid.accuracy import PAIRS, SEVEN, accuracy
+from benchmarks.hybrid.accuracy import PRIORS as PRIOR_KINDS
+from benchmarks.hybrid.angles import angles
 from benchmarks.hybrid.baselines import baselines
 from benchmarks.hybrid.beam import beam
 from benchmarks.hybrid.bench import Bench, Places
@@ -31,6 +34,7 @@ from benchmarks.sections import Section, markdown, report, write
 
 PARTS: dict[str, Callable[[Bench], Section]] = {
     "accuracy": accuracy,
+    "angles": angles,
     "table-1": table_1,
     "table-2": table_2,
     "people": people,
@@ -45,7 +49,8 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "stages": stages,
     "repeat": repeat,
 }
-SHORT = ("accuracy", "beam", "repeat")
+ONLY = "of accuracy and angles"
+SHORT = ("accuracy", "angles", "beam", "repeat")
 
 
 def main() -> None:
@@ -56,6 +61,9 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="copy the pictures of the parts there")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--only", default=",".join(SHORT), metavar="PART,...", help=f"of {', '.join(PARTS)}, or all")
+    parser.add_argument("--clip", nargs="+", choices=(*SEVEN, *PAIRS), default=(), metavar="NAME", help=f"{ONLY} (all)")
+    parser.add_argument("--priors", nargs="+", choices=PRIOR_KINDS, default=PRIOR_KINDS[:1], help=f"{ONLY} (shipped)")
+    parser.add_argument("--both-ways", action="store_true", help="accuracy: also of `zenocap track --both-ways`")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     wanted = list(PARTS) if options.only == "all" else options.only.split(",")
@@ -65,7 +73,10 @@ def main() -> None:
     if not options.clips.is_dir():
         print(f"hybrid: skipped: {options.clips} missing (the shared test clips are expected beside the checkout)")
         return
-    bench = Bench(Places(options.clips, options.motions, options.out), options.jobs, options.seeds)
+    places = Places(options.clips, options.motions, options.out)
+    bench = Bench(
+        places, options.jobs, options.seeds, tuple(options.clip), tuple(options.priors), both_ways=options.both_ways
+    )
     for name in wanted:
         print(name, flush=True)
         section = PARTS[name](bench)

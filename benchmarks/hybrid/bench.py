@@ -12,14 +12,18 @@ from pathlib import Path
 import cv2
 import numba
 
+from benchmarks.hybrid.both_ways import run_both_ways
 from benchmarks.hybrid.priors import Priors
 from benchmarks.hybrid.runs import Case, Film, Run, run
 from benchmarks.hybrid.silhouettes import ROOT, Clip, load_clip
 from benchmarks.simulated_clip import cycle_clip
 from zenocap.services.tracker.prior.file import read_prior
 
-TRACKER_CODE = ("services/tracker", "common/body", "common/camera", "common/rig/tracker.py")
-CACHE_VERSION = 2  # version of cached runs: increased when the definition of a figure changes
+TRACKER_CODE = (
+    "services/tracker", "common/body", "common/camera", "common/rig/tracker.py", "tools/recordings/both_ways.py",
+    "tools/recordings/backward_scenes.py",
+)  # fmt: skip
+CACHE_VERSION = 3  # version of cached runs: increased when the definition of a figure changes
 
 
 @dataclass(frozen=True)
@@ -36,11 +40,18 @@ Task = tuple[Places, Case, Path]
 
 @dataclass(frozen=True)
 class Bench:
-    """jobs: number of processes.  seeds: of every figure."""
+    """jobs: number of processes.  seeds: of every figure.
+
+    names: shared clips of `accuracy` and `angles`, none for all.  priors_used: kinds of prior there, of `accuracy.PRIORS`.
+    both_ways: whether they are also tracked both ways.
+    """
 
     places: Places
     jobs: int
     seeds: int
+    names: tuple[str, ...] = ()
+    priors_used: tuple[str, ...] = ("shipped",)
+    both_ways: bool = False
 
     @property
     def priors(self) -> Priors:
@@ -73,8 +84,8 @@ class Bench:
             yield from map(_compute, tasks)
             return
         with get_context("spawn").Pool(self.jobs, _use_one_core) as pool:
-            clips = dict.fromkeys(case.clip for _, case, _ in tasks)
-            pool.starmap(_prepare_clip, [(self.places, clip) for clip in clips], chunksize=1)
+            films = dict.fromkeys((self.places, case.clip, case.size, case.t_pose) for _, case, _ in tasks)
+            pool.starmap(_prepare_film, films, chunksize=1)
             yield from pool.imap_unordered(_compute, tasks)
 
     def _cache_path(self, case: Case) -> Path:
@@ -86,13 +97,13 @@ class Bench:
 
 
 @lru_cache(maxsize=8)
-def clip_of(places: Places, name: str) -> Clip:
-    return load_clip(places.clips / name, places.out / "silhouettes")
+def clip_of(places: Places, name: str, size: tuple[int, int] | None = None, t_pose: bool = True) -> Clip:
+    return load_clip(places.clips / name, places.out / "silhouettes", size, t_pose=t_pose)
 
 
 @lru_cache(maxsize=8)
-def film_of(places: Places, name: str) -> Film:
-    return clip_of(places, name) if (places.clips / name).is_dir() else cycle_clip(name)
+def film_of(places: Places, name: str, size: tuple[int, int] | None = None, t_pose: bool = True) -> Film:
+    return clip_of(places, name, size, t_pose) if (places.clips / name).is_dir() else cycle_clip(name)
 
 
 def _use_one_core() -> None:
@@ -101,9 +112,9 @@ def _use_one_core() -> None:
     numba.set_num_threads(1)
 
 
-def _prepare_clip(places: Places, clip: str) -> None:
+def _prepare_film(places: Places, clip: str, size: tuple[int, int] | None, t_pose: bool) -> None:
     """Compute the silhouettes of a clip in one process before several read them."""
-    film_of(places, clip)
+    film_of(places, clip, size, t_pose)
     film_of.cache_clear()
     clip_of.cache_clear()
 
@@ -112,7 +123,8 @@ def _compute(task: Task) -> Case:
     places, case, path = task
     priors = Priors(places.clips, places.motions, places.out / "priors")
     prior = read_prior(priors.path(case.prior, case.anatomy), case.anatomy) if case.prior else None
-    result = run(film_of(places, case.clip), case, prior)
+    film = film_of(places, case.clip, case.size, case.t_pose)
+    result = run_both_ways(film, case, prior) if case.both_ways else run(film, case, prior)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
     part.write_text(json.dumps({"case": repr(case), "run": result.plain()}))
@@ -122,8 +134,8 @@ def _compute(task: Task) -> Case:
 
 def _read(path: Path) -> Run:
     plain = json.loads(path.read_text())["run"]
-    centres = tuple(map(tuple, plain["centres_mm"]))
-    return Run(**{**plain, "errors": tuple(plain["errors"]), "centres_mm": centres})
+    rows = {name: tuple(map(tuple, plain[name])) for name in ("centres_mm", "angles")}
+    return Run(**{**plain, "errors": tuple(plain["errors"]), **rows})
 
 
 def _seeded(case: Case, seed: int) -> Case:

@@ -159,14 +159,6 @@ def frame_rmse_mm(truth: Trajectories, first: int, run: Run) -> tuple[Ints, Floa
     return frames, result
 
 
-def with_worst(value: Figure, digits: int = 1) -> str:
-    """Mean over the seeds, and the worst seed in brackets unless all are equal; a dash without a value."""
-    if not np.isfinite(value.mean):
-        return "–"
-    mean, worst = f"{value.mean:.{digits}f}", f"{value.worst:.{digits}f}"
-    return mean if value.mean == value.worst else f"{mean} ({worst})"
-
-
 def of_regions(case: Case, clip: str, regions: int) -> Case:
     """The case with a prior of exactly that number of regions, trained on the simulated person."""
     return replace(case, prior=f"actor:{KINDS[clip]}@{regions}")

@@ -70,3 +70,27 @@ def summary(runs: Sequence[Run]) -> Summary:
         figure([run.cpu_ms for run in runs]).mean,
         figure([run.wall_ms for run in runs]).mean,
     )
+
+
+def with_worst(value: Figure, digits: int = 1) -> str:
+    """Mean over the seeds, and the worst seed in brackets unless all are equal; a dash without a value."""
+    if not math.isfinite(value.mean):
+        return "–"
+    mean, worst = f"{value.mean:.{digits}f}", f"{value.worst:.{digits}f}"
+    return mean if value.mean == value.worst else f"{mean} ({worst})"
+
+
+def frames_until(run: Run, seen: int, below_mm: float, in_row: int = 1) -> int | None:
+    """Number of frames from `seen` on until the error is below `below_mm`, 1 for `seen` itself; None for never.
+
+    in_row: number of consecutive frames below, of which the first counts.
+    """
+    below = np.array(run.errors[max(0, seen - run.first) :]) < below_mm
+    recovered = [k for k in range(len(below) - in_row + 1) if below[k : k + in_row].all()]
+    return recovered[0] + 1 if recovered else None
+
+
+def starts(runs: Sequence[Run]) -> str:
+    """Frame of the first pose: one number, or those of all seeds."""
+    frames = dict.fromkeys("never" if run.started < 0 else str(run.started) for run in runs)
+    return ", ".join(frames)

@@ -13,9 +13,8 @@ from benchmarks.hybrid.experiments import (
     case_of,
     errors_of,
     take_prior,
-    with_worst,
 )
-from benchmarks.hybrid.figures import figure
+from benchmarks.hybrid.figures import figure, with_worst
 from benchmarks.hybrid.runs import Case
 from benchmarks.sections import Cell, Row, Section, Table
 from benchmarks.simulated_clip import CYCLES, TEST_FRAMES, TRAINING_FRAMES

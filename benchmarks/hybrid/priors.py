@@ -28,6 +28,8 @@ KINDS = {
     "walk2": "walking",
     "bend2": "general",
     "kick2": "general",
+    "turned2": "general",
+    "jump2": "general",
 }
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from benchmarks.hybrid.accuracy import SEVEN, VIEWS
 from benchmarks.hybrid.bench import Bench
+from benchmarks.hybrid.figures import frames_until
 from benchmarks.hybrid.plots import Panel, Series, panels
 from benchmarks.hybrid.priors import KINDS
 from benchmarks.hybrid.runs import Case, Run
@@ -29,19 +30,19 @@ def recovery(bench: Bench) -> Section:
     for clip in SEVEN:
         for number in NUMBERS:
             by_frame = {frame: runs[selected[clip, number, frame]] for frame in gap_starts(bench, clip)}
-            waits = [frames_until(run, frame + EMPTY) for frame, seed_runs in by_frame.items() for run in seed_runs]
-            known = [wait for wait in waits if wait is not None]
-            never = len(waits) - len(known)
-            within = float(np.mean([wait is not None and wait <= 5 for wait in waits]) * 100)
+            waits = {frame: [_frames(run, frame) for run in seed_runs] for frame, seed_runs in by_frame.items()}
+            every = [wait for some in waits.values() for wait in some]
+            known = [wait for wait in every if wait is not None]
+            never = len(every) - len(known)
+            within = float(np.mean([wait is not None and wait <= 5 for wait in every]) * 100)
             rows.append(
-                (f"{clip}, {number} views", len(waits), float(np.median(known)) if known else float("nan"),
+                (f"{clip}, {number} views", len(every), float(np.median(known)) if known else float("nan"),
                  float(np.mean(known)) if known else float("nan"), max(known, default=0), within, never)
             )  # fmt: skip
             each += [
-                (f"{clip}, {number} views, from frame {frame}",
-                 *("never" if wait is None else wait for wait in (frames_until(run, frame + EMPTY) for run in seed_runs)))
-                for frame, seed_runs in by_frame.items()
-            ]  # fmt: skip
+                (f"{clip}, {number} views, from frame {frame}", *("never" if wait is None else wait for wait in some))
+                for frame, some in waits.items()
+            ]
     _draw(bench, selected, runs)
     return Section(
         "recovery",
@@ -70,10 +71,9 @@ def gap_starts(bench: Bench, clip: str) -> list[int]:
     return [round(frame) for frame in np.linspace(found.motion_from, last, GAPS + 2)[1:-1]]
 
 
-def frames_until(run: Run, seen: int) -> int | None:
-    """Number of frames from `seen` on until the error is below WELL_MM, 1 for `seen` itself; None for never."""
-    recovered = np.flatnonzero(np.array(run.errors[max(0, seen - run.first) :]) < RECOVERED_MM)
-    return int(recovered[0]) + 1 if len(recovered) else None
+def _frames(run: Run, frame: int) -> int | None:
+    """Number of frames until the person is tracked again after a gap that begins at `frame`."""
+    return frames_until(run, frame + EMPTY, RECOVERED_MM)
 
 
 def _draw(bench: Bench, selected: dict[tuple[str, str, int], Case], runs: dict[Case, list[Run]]) -> None:

@@ -4,7 +4,7 @@ import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Protocol, Self
 from unittest.mock import patch
 
@@ -23,7 +23,7 @@ from zenocap.services.tracker.filter import filter_step
 from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.states import Method, Options, Setup
-from zenocap.services.tracker.tracking import initial_state, track
+from zenocap.services.tracker.tracking import describe, initial_state, track
 from zenocap.tools.recordings.evaluate import Selection, accuracy
 
 ANATOMY = FOURTEEN_PARTS
@@ -54,7 +54,9 @@ class Case:
 
     share: fixed fraction of the proposals from the prior; None to adapt.  empty_from: first of `empty_frames` frames with
     all views empty.  skipped: frames of the motion not scored, because the prior was trained on them.
-    preset: gives anatomy and filter.
+    preset: gives anatomy and filter.  size: working size (width, height) px; None for the clip's own.  t_pose: whether the
+    separate video of the T-pose is shown, where a clip has one.  height: of the person, metres, instead of a measured body.
+    both_ways: scored are the poses of `zenocap track --both-ways`.
     """
 
     clip: str
@@ -71,6 +73,10 @@ class Case:
     empty_frames: int = 10
     skipped: int = 0
     preset: str = "default"
+    size: tuple[int, int] | None = None
+    t_pose: bool = True
+    height: float | None = None
+    both_ways: bool = False
 
     @property
     def anatomy(self) -> Anatomy:
@@ -85,6 +91,8 @@ class Run:
     losses: number of track losses in the scored part.  started: frame of the first pose; -1 for none.  wall_ms, cpu_ms:
     median of a scored frame.  load: of the machine.  errors: mean over the joints by scored frame, mm.  first: frame of
     errors[0].  centres_mm: joint centres by scored frame, (15 NAMES x, y, z) in a row; empty without a pose.
+    angles: joint angles by scored frame, radians, ordered by `Anatomy.angles`; empty without a pose.
+    before_mm: median error of the frames before the scored ones.  ended: state after the last frame, in words.
     """
 
     mean_mm: float
@@ -101,6 +109,9 @@ class Run:
     first: int
     errors: tuple[float, ...]
     centres_mm: tuple[tuple[float, ...], ...] = ()
+    angles: tuple[tuple[float, ...], ...] = ()
+    before_mm: float = float("nan")
+    ended: str = ""
 
     def plain(self) -> dict[str, object]:
         return asdict(self)
@@ -110,7 +121,7 @@ class Run:
 class TrackedPath:
     """poses: by frame, with the body of that frame.  lost: frames of track loss.
 
-    wall_ms, cpu_ms: by frame.  anatomy: of the poses.
+    wall_ms, cpu_ms: by frame.  anatomy: of the poses.  views: used ones, by frame.  ended: see `Run`.
     """
 
     poses: dict[int, tuple[Bdp, Pose]]
@@ -118,6 +129,8 @@ class TrackedPath:
     wall_ms: dict[int, float]
     cpu_ms: dict[int, float]
     anatomy: Anatomy = ANATOMY
+    views: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+    ended: str = ""
 
 
 def setup_of(clip: Film, case: Case, prior: Prior | None) -> Setup:
@@ -125,7 +138,7 @@ def setup_of(clip: Film, case: Case, prior: Prior | None) -> Setup:
         method=case.method, particles=case.particles, points=case.points, iterations=case.iterations, seed=case.seed,
         refinement=case.refinement, filter=PRESETS[case.preset].filter,
     )  # fmt: skip
-    return Setup(case.anatomy, clip.of_views(case.views).cameras, clip.frame_ns, prior, options)
+    return Setup(case.anatomy, clip.of_views(case.views).cameras, clip.frame_ns, prior, options, case.height)
 
 
 def track_clip(clip: Film, case: Case, prior: Prior | None) -> TrackedPath:
@@ -136,6 +149,7 @@ def track_clip(clip: Film, case: Case, prior: Prior | None) -> TrackedPath:
     lost: list[int] = []
     wall: dict[int, float] = {}
     cpu: dict[int, float] = {}
+    views: dict[int, tuple[str, ...]] = {}
     body: Bdp | None = None
     with fixed_prior_fraction(case.share):
         state, was_lost = initial_state(setup), False
@@ -150,12 +164,13 @@ def track_clip(clip: Film, case: Case, prior: Prior | None) -> TrackedPath:
             if instant.captured_ns < 0:
                 continue
             wall[instant.frame], cpu[instant.frame] = 1e3 * wall_s, 1e3 * cpu_s
+            views[instant.frame] = outcome.views
             if outcome.pose is not None and body is not None:
                 poses[instant.frame] = body, outcome.pose
             if outcome.lost and not was_lost:
                 lost.append(instant.frame)
             was_lost = outcome.lost
-    return TrackedPath(poses, tuple(lost), wall, cpu, case.anatomy)
+    return TrackedPath(poses, tuple(lost), wall, cpu, case.anatomy, views, describe(state))
 
 
 def run(clip: Film, case: Case, prior: Prior | None) -> Run:
@@ -173,15 +188,20 @@ def scored(path: TrackedPath, truth: Trajectories, first: int) -> Run:
     cpu = float(np.median([path.cpu_ms[frame] for frame in timed])) if timed else nan
     losses = sum(frame >= first for frame in path.lost)
     if not any(frame >= first for frame in path.poses):
-        return Run(nan, nan, nan, nan, 100.0, {}, max(1, losses), min(path.poses, default=-1), wall, cpu, load, first, ())
+        started = min(path.poses, default=-1)
+        return Run(
+            nan, nan, nan, nan, 100.0, {}, max(1, losses), started, wall, cpu, load, first, (), ended=path.ended
+        )  # fmt: skip
     track = trajectories(path, truth)
     found = accuracy(track, truth, Selection(first=Bound(first)))
     frames, errors = frame_errors(track, truth)
     kept = frames >= first
+    before = errors[~kept & np.isfinite(errors)]
     return Run(
         found.mpjpe_mm, found.rmse_mm, found.shape_mm, found.median_mm, found.lost_pct, found.per_joint_mm, losses,
         min(path.poses), wall, cpu, load, int(frames[kept][0]), tuple(round(float(e), 3) for e in errors[kept]),
-        _centres_mm(track, frames[kept]),
+        _centres_mm(track, frames[kept]), _angles(path, frames[kept]), float(np.median(before)) if len(before) else nan,
+        path.ended,
     )  # fmt: skip
 
 
@@ -197,6 +217,12 @@ def _centres_mm(track: Trajectories, frames: Ints) -> tuple[tuple[float, ...], .
     rows = {int(frame): k for k, frame in enumerate(track.frames)}
     values = np.round(1e3 * track.points, 1).reshape(len(track.points), -1)
     return tuple(tuple(map(float, values[rows[int(frame)]])) if int(frame) in rows else () for frame in frames)
+
+
+def _angles(path: TrackedPath, frames: Ints) -> tuple[tuple[float, ...], ...]:
+    """See Run."""
+    found = [path.poses.get(int(frame)) for frame in frames]
+    return tuple(() if one is None else tuple(np.round(one[1].angles, 4).tolist()) for one in found)
 
 
 def run_trajectories(run: Run, rate: float) -> Trajectories:

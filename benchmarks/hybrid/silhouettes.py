@@ -16,7 +16,8 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import read_trc
 from zenocap.common.messages import Silhouette
-from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.rig import Rig, Viewer, load_rig
+from zenocap.common.rig.sources import VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer import silhouette_step
@@ -24,7 +25,7 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
-from zenocap.tools.recordings.track import EPOCH_NS, frame_sets
+from zenocap.tools.recordings.track import EPOCH_NS, at_working_size, frame_sets
 
 VIEWER_CODE = ("common/vision", "common/camera", "services/viewer")
 TRUTHS = ("truth.trc", "reference.trc")  # of a rendered clip; of a real one, which is no ground truth
@@ -77,12 +78,15 @@ class Clip:
         return replace(self, rig=replace(self.rig, viewers=tuple(v for v in self.rig.viewers if v.id in views)))
 
 
-def load_clip(folder: Path, cache: Path) -> Clip:
-    """Clip of a folder; silhouettes are read from `kept` if computed by the same code from the same files.
+def load_clip(folder: Path, cache: Path, size: tuple[int, int] | None = None, *, t_pose: bool = True) -> Clip:
+    """Clip of a folder; silhouettes are read from `cache` if computed by the same code from the same files.
 
-    Raises UserError.
+    size: working size (width, height) px, default: the videos'.  t_pose: whether the separate video of the T-pose is shown,
+    where there is one.  Raises UserError.
     """
-    rig = load_rig(folder, "hybrid")
+    rig = at_working_size(load_rig(folder, "hybrid"), size, None)
+    if not t_pose:
+        rig = replace(rig, viewers=tuple(_without_t_pose(viewer) for viewer in rig.viewers))
     table = _table(folder)
     path = cache / f"{folder.name}-{_digest(rig)}.npz"
     if not path.is_file():
@@ -95,6 +99,11 @@ def load_clip(folder: Path, cache: Path) -> Clip:
     truth = read_trc(next(folder / name for name in TRUTHS if (folder / name).is_file()))
     frame_ns = round(1e9 / max(viewer.fps for viewer in rig.viewers))
     return Clip(folder.name, rig, frame_ns, found, truth, int(table.get("motion_from_frame", 0)), str(table["motion"]))
+
+
+def _without_t_pose(viewer: Viewer) -> Viewer:
+    source = viewer.source
+    return replace(viewer, source=replace(source, initial=None)) if isinstance(source, VideoFile) else viewer
 
 
 def _table(folder: Path) -> dict[str, str | int | float]:

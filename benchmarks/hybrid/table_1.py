@@ -14,8 +14,8 @@ from benchmarks.hybrid.experiments import (
     runs_of,
     shipped_prior,
     take_prior,
-    with_worst,
 )
+from benchmarks.hybrid.figures import with_worst
 from benchmarks.hybrid.runs import Case
 from benchmarks.sections import Row, Section, Table
 from zenocap.services.tracker.prior.file import read_prior

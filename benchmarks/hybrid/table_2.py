@@ -12,9 +12,8 @@ from benchmarks.hybrid.experiments import (
     first_test_frame,
     method_cases,
     runs_of,
-    with_worst,
 )
-from benchmarks.hybrid.figures import figure
+from benchmarks.hybrid.figures import figure, with_worst
 from benchmarks.hybrid.runs import Case, Run
 from benchmarks.sections import Cell, Row, Section, Table
 from zenocap.services.tracker.states import Method

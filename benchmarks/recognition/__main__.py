@@ -1,9 +1,10 @@
 """Accuracy of posture recognition: tables and confusion plots of every part in one folder.
 
-    python -m benchmarks.recognition [--seeds 3] [--only PART,...] [--motions DIR] [--out DIR] [--jobs 2]
+    python -m benchmarks.recognition [--seeds 3] [--only PART,...] [--size WxH] [--motions DIR] [--out DIR] [--jobs 2]
 
 Takes are rendered and tracked once for the current code and kept in the folder: those of 12 people need 6 minutes of one
-core for two-view, 17 for hybrid.
+core for two-view, 17 for hybrid.  `hybrid-two-view`: the tracker with the two cameras of two-view.  --size: of the images,
+for two-view, hybrid-two-view and hybrid; default: 160x120, and 240x180 for hybrid.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from benchmarks.sections import Section, markdown, report, write
 PARTS: dict[str, Callable[[Bench], Section]] = {
     "truth": partial(accuracy_of, method="truth"),
     "two-view": partial(accuracy_of, method="two-view"),
+    "hybrid-two-view": partial(accuracy_of, method="hybrid-two-view"),
     "hybrid": partial(accuracy_of, method="hybrid"),
     "paper": as_in_the_paper,
     "real": real,
@@ -31,7 +33,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "costs": costs,
     "settings": settings,
 }
-SHORT = ("truth", "two-view", "hybrid", "paper", "real", "stream", "costs")
+SHORT = ("truth", "two-view", "hybrid-two-view", "hybrid", "paper", "real", "stream", "costs")
 
 
 def main() -> None:
@@ -42,19 +44,25 @@ def main() -> None:
     parser.add_argument("--people", type=int, default=12, help="of a seed (default 12)")
     parser.add_argument("--only", default=",".join(SHORT), metavar="PART,...", help=f"of {', '.join(PARTS)}, or all")
     parser.add_argument("--jobs", type=int, default=2, help="processes that film (default 2)")
+    parser.add_argument("--size", metavar="WxH", help="of the images; default by method")
     options = parser.parse_args()
+    size = tuple(int(number) for number in options.size.split("x")) if options.size else None
+    if size is not None and len(size) != 2:
+        parser.error(f"--size {options.size}: allowed: WIDTHxHEIGHT, such as 640x480")
     wanted = list(PARTS) if options.only == "all" else options.only.split(",")
     unknown = sorted(set(wanted) - set(PARTS))
     if unknown:
         parser.error(f"--only {', '.join(unknown)}: allowed: {', '.join(PARTS)}")
-    bench = Bench(options.motions, options.out, options.seeds, options.people, options.jobs)
+    bench = Bench(options.motions, options.out, options.seeds, options.people, options.jobs, size)
     options.out.mkdir(parents=True, exist_ok=True)
+    sized: list[str] = []
     for name in wanted:
         print(name, flush=True)
         section = PARTS[name](bench)
         write(section, options.out)
+        sized += [section.name] if section.name not in PARTS else []
         print("\n".join((*section.notes, *map(markdown, section.tables))), flush=True)
-    print(report(options.out, list(PARTS), "Recognition of postures"))
+    print(report(options.out, [*PARTS, *sized], "Recognition of postures"))
 
 
 if __name__ == "__main__":

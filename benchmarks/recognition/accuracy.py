@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.errors import SUMMARY, summary
 from benchmarks.recognition.bench import Bench
+from benchmarks.recognition.take_errors import take_errors
 from benchmarks.sections import Row, Section, Table
 from zenocap.common.arrays import Ints
 from zenocap.services.recognizer.features import DEFAULT
@@ -12,11 +14,13 @@ from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, Out
 from zenocap.services.recognizer.training.examples import TrainingSettings
 from zenocap.simulation.motion.posture_style import POSTURES
 from zenocap.tools.cli.posture.report import draw_confusion
+from zenocap.tools.dataset.batch import take_path
 from zenocap.tools.dataset.generate import Method
 
 # Paper (replaced): [Two-view 5] has twelve people before two cameras; here simulated people.
 PAPER = (22, 21, 23, 21, 24, 20, 23, 24, 22, 22, 23, 24, 21, 22, 20)  # Table 2, of 24 for each posture
 AIMS: dict[Method, int] = {"two-view": 320, "hybrid": 350}  # of 360, by leave-subjects-out
+TRUE: Method = "truth"
 MOST_CONFUSIONS = 8
 
 
@@ -43,7 +47,7 @@ def accuracy_of(bench: Bench, method: Method) -> Section:
             results[protocol].append(Result(seed, outcome, len(bench.posture_takes(seed))))
     pictures = []
     for seed in range(bench.seeds):
-        name = f"confusion-{method}-{seed}.png"
+        name = f"confusion-{_name(bench, method)}-{seed}.png"
         draw_confusion(bench.out / name, [results[protocol][seed].outcome for protocol in PROTOCOLS])
         pictures.append(name)
     aim = f"; the aim: {AIMS[method]} of 360 by leave-subjects-out" if method in AIMS else ""
@@ -53,8 +57,25 @@ def accuracy_of(bench: Bench, method: Method) -> Section:
         f"The paper reports 332 of 360{aim}.",
         f"Settings: {TrainingSettings()}, chosen on people of seed 9, who are in no test.",
     )
-    tables = (_totals(results), _by_posture(results), _confusions(results))
-    return Section(method, f"Postures, {method}", notes, tables, tuple(pictures))
+    tables = [_totals(results), _by_posture(results), _confusions(results)]
+    if method != TRUE:
+        tables.insert(1, _errors(bench, method))
+    return Section(_name(bench, method), f"Postures, {_name(bench, method)}", notes, tuple(tables), tuple(pictures))
+
+
+def _name(bench: Bench, method: Method) -> str:
+    return method if bench.size is None else f"{method}-{bench.size[0]}x{bench.size[1]}"
+
+
+def _errors(bench: Bench, method: Method) -> Table:
+    rows: list[Row] = []
+    for seed in range(bench.seeds):
+        folder = bench.generated(method, seed)
+        found = [error for one in bench.posture_takes(seed) for error in take_errors(take_path(folder, method, one), one)]
+        rows.append((f"people {seed}", *summary(found)))
+    means = np.array([row[2:] for row in rows], dtype=np.float64).mean(axis=0)
+    rows.append(("mean", sum(int(row[1]) for row in rows), *map(float, means)))
+    return Table("Errors of the same takes, from the start of the posture on", ("people", *SUMMARY), tuple(rows))
 
 
 def _totals(results: dict[Protocol, list[Result]]) -> Table:

@@ -21,6 +21,7 @@ CODE: dict[Method, tuple[str, ...]] = {
     "truth": GENERATOR_CODE,
     "two-view": (*GENERATOR_CODE, *TRACKING_CODE, "services/integrator"),
     "two-view-paper": (*GENERATOR_CODE, *TRACKING_CODE, "services/integrator"),
+    "hybrid-two-view": (*GENERATOR_CODE, *TRACKING_CODE, "services/tracker"),
     "hybrid": (*GENERATOR_CODE, *TRACKING_CODE, "services/tracker"),
 }
 SETTINGS_SEED = 9  # persons 108 to 119: settings are chosen on them; they are in no test
@@ -31,7 +32,8 @@ STREAM_SEED = 10  # persons from 120 on: for the streams
 class Bench:
     """motions: folder of the shared motion capture.  out: folder of the report and of stored takes.
 
-    seeds: of people, from 0.  count: people per seed.  jobs: number of processes that generate takes.
+    seeds: of people, from 0.  count: people per seed.  jobs: number of processes that generate takes.  size: of the images
+    (width, height) px; None for the default of each method.
     """
 
     motions: Path
@@ -39,20 +41,21 @@ class Bench:
     seeds: int
     count: int
     jobs: int
+    size: tuple[int, int] | None = None
 
     def posture_takes(self, people_seed: int) -> list[PostureTake]:
         return posture_takes(people(people_seed, self.count))
 
     def folder(self, method: Method, people_seed: int) -> Path:
         """Of the takes."""
-        return self.out / "acted" / f"{method}-{people_seed}-{code_of(method)}"
+        size = "" if self.size is None else f"-{self.size[0]}x{self.size[1]}"
+        return self.out / "acted" / f"{method}{size}-{people_seed}-{code_of(method)}"
 
     def generated(self, method: Method, people_seed: int) -> Path:
         """The same folder, after generation of every take of the seed's people."""
         folder = self.folder(method, people_seed)
-        generate_takes(
-            folder, method, self.posture_takes(people_seed), self.jobs, Report(f"{method}, people {people_seed}")
-        )
+        report = Report(f"{method}, people {people_seed}")
+        generate_takes(folder, method, self.posture_takes(people_seed), self.jobs, report, self.size)
         return folder
 
     def examples(self, method: Method, people_seed: int, kind: Kind) -> list[Example]:

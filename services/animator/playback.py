@@ -48,7 +48,10 @@ PlayerCommand = pm.PlayTake | pm.ControlPlayer | StopPlayer
 
 
 class Playback:
-    """Player of the takes in a folder.  topics: the shown ones.  on_update: called with every state of the player."""
+    """Player of the takes in a folder.  topics: the shown ones.  on_update: called with every state of the player.
+
+    raw: show the poses of the forward pass also of takes that were tracked both ways.
+    """
 
     def __init__(
         self,
@@ -57,7 +60,10 @@ class Playback:
         clock: Clock,
         topics: tuple[Topic, ...],
         on_update: Callable[[pm.PlayerUpdate], None] = lambda update: None,
+        *,
+        raw: bool = False,
     ) -> None:
+        self._raw = raw
         self._folder, self._broadcaster, self._clock, self._topics = folder, broadcaster, clock, topics
         self._on_update = on_update
         self._commands: queue.SimpleQueue[PlayerCommand] = queue.SimpleQueue()
@@ -109,7 +115,7 @@ class Playback:
         self._broadcaster.clear("take")
         try:
             with ZenohBus.open(options, REPLAYED_RIG, self._clock) as bus:
-                for topic in topics_shown(path, self._topics):
+                for topic in topics_shown(path, self._topics, raw=self._raw):
                     bus.subscribe(topic)
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
@@ -151,8 +157,13 @@ class Playback:
         return None
 
 
-def topics_shown(take: Path, topics: tuple[Topic, ...]) -> tuple[Topic, ...]:
-    """The topics, with the poses from both directions in place of those of the forward pass if the take has them."""
+def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) -> tuple[Topic, ...]:
+    """The topics, with the poses from both directions in place of those of the forward pass if the take has them.
+
+    raw: the topics as they are.
+    """
+    if raw:
+        return topics
     try:
         with take.open("rb") as file:
             summary = make_reader(file).get_summary()

@@ -21,10 +21,10 @@ logger = logging.getLogger(__name__)
 
 
 class TakePage:
-    """Page that plays one take in a loop, from `open` to `close`."""
+    """Page that plays one take in a loop, from `open` to `close`.  raw: with the poses of the forward pass."""
 
-    def __init__(self, take: Path, table: PageTable) -> None:
-        self._take = take
+    def __init__(self, take: Path, table: PageTable, *, raw: bool = False) -> None:
+        self._take, self._raw = take, raw
         self._server = PageServer(table, self._receive, lambda: None)
         self._player = pm.PlayerUpdate(take.name)
         self._playback: Playback | None = None
@@ -44,7 +44,9 @@ class TakePage:
         self._server.start()
         hello = pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False)
         self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
-        self._playback = Playback(self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update)
+        self._playback = Playback(
+            self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update, raw=self._raw
+        )
         self._playback.send(pm.PlayTake(self._take.name))
 
     def close(self) -> None:
@@ -65,12 +67,17 @@ class TakePage:
                 raise ValueError("this page shows one take, without a rig: commands to a rig are not available")
 
 
-def show_take(take: Path, table: PageTable, stopped: Callable[[], bool], on_open: Callable[[str], None]) -> None:
-    """Show a take until `stopped`.  on_open: called with the address of the page.  Raises UserError."""
+def show_take(
+    take: Path, table: PageTable, stopped: Callable[[], bool], on_open: Callable[[str], None], *, raw: bool = False
+) -> None:
+    """Show a take until `stopped`.  on_open: called with the address of the page.  raw: see `TakePage`.
+
+    Raises UserError.
+    """
     if not take.is_file():
         raise UserError(f"{take}: no such file")
     next(Take(take).messages(), None)  # raises UserError for a file that is not a take
-    page = TakePage(take.resolve(), table)
+    page = TakePage(take.resolve(), table, raw=raw)
     page.open()
     try:
         on_open(page.address)

@@ -69,12 +69,13 @@ PERSON_RADIUS = 0.65  # statures from the middle; no part of the person is farth
 ARM_START = 0.18  # statures from the middle; only arms are farther,
 ARM_HEIGHT = (0.62, 0.95)  # statures above the ground,
 ARM_HALF_WIDTH = 0.09  # statures beside the line along both arms
-MIN_ARM_SPAN = 0.65  # statures, fingertip to fingertip
+# Statures, fingertip to fingertip.  Simulated people in the T-pose, two cameras at 160 x 120: 0.62 to 1.04; crouching with
+# the arms spread: 1.14 and more.
+MIN_ARM_SPAN, MAX_ARM_SPAN = 0.65, 1.10
 ARM_SLOT, ARM_MAX_GAPS = 0.06, 2  # statures: length of the pieces of an arm; pieces in a row that may be empty
 ARM_DIRECTIONS = 36  # candidate directions of the arms, over half a turn
 T_POSE_FRAMES = 4  # frame sets from which the body is measured
 T_POSE_STILL_M, T_POSE_STILL_COSINE = 0.05, 0.985  # m and cosine: greatest motion, change of height, and turn between them
-T_POSE_UPRIGHT = 0.75  # of the height before; raised hands are 1.27 statures above the ground at most
 T_POSE_DEVIATION = 0.25  # rad: standard deviation of joint coordinates about the T-pose
 T_POSE_MAX_DEG = 45.0  # greatest angle of a part of an arm or leg from its direction in the T-pose
 T_POSE_HEADINGS = 24  # of an average body, tried for the direction of the arms; an even number

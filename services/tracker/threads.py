@@ -5,12 +5,16 @@ numba's own threads, whose waiting would cost processor time, do no work.  Of nu
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
+from typing import TypeVar
 
 import numba
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 RANGES = 4  # of the items for each thread: more of them wait less for a thread without a core; chosen by hand
 
@@ -41,6 +45,18 @@ def in_threads(count: int, work: Callable[[int, int], None]) -> None:
     for other in others:
         if not other.cancel():
             other.result()
+
+
+def each_in_threads(items: Sequence[Item], work: Callable[[Item], Result]) -> list[Result]:
+    """Results of `work` on each of independent items, in their order; see `in_threads`."""
+    results: dict[int, Result] = {}
+
+    def work_on(first: int, end: int) -> None:
+        for k in range(first, end):
+            results[k] = work(items[k])
+
+    in_threads(len(items), work_on)
+    return [results[k] for k in range(len(items))]
 
 
 @cache

@@ -157,8 +157,7 @@ def advance_phase(
     """Next phase and the result of one frame set."""
     match phase:
         case AwaitingPerson():
-            height = max((height for _, height in phase.heights), default=0.0)
-            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field, height)
+            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field)
             if isinstance(awaiting, Tracking) or awaiting.scenes or not _starts_anywhere(setup, phase):
                 return awaiting, outcome
             return start_in_any_posture(setup, awaiting, captured_ns, rays, field)
@@ -166,7 +165,7 @@ def advance_phase(
             Tracking(person=Person(measuring=AwaitingPerson() as measuring))
             | Lost(person=Person(measuring=AwaitingPerson() as measuring))
         ):
-            measured, outcome = await_person(setup, measuring, captured_ns, rays, field, phase.person.stature)
+            measured, outcome = await_person(setup, measuring, captured_ns, rays, field)
             if isinstance(measured, Tracking):
                 return measured, outcome
             phase = replace(phase, person=replace(phase.person, measuring=measured))

@@ -10,8 +10,8 @@ from zenocap.common.arrays import Floats, Floats32, Image
 from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.body.person import Person
 from zenocap.simulation.body.pose import PersonPose
-from zenocap.simulation.body.skeleton import Bones, pose_bones
-from zenocap.simulation.body.surface import rest_surface, skin
+from zenocap.simulation.body.skeleton import Bones
+from zenocap.simulation.body.surface import PersonSurface, Surface
 from zenocap.simulation.rendering.rasterizer import (
     NEAR_M,
     apply_shadow,
@@ -42,12 +42,13 @@ class SimulatedCamera:
     """Renders one person in the room of a seed.
 
     camera: any pose and lens.  seed: of room, light and noise; cameras with equal seeds are in the same room.
+    surface: rendered instead of the person's own, with the poses of the person.
     """
 
-    def __init__(self, camera: Camera, person: Person, seed: int) -> None:
+    def __init__(self, camera: Camera, person: Person, seed: int, surface: Surface | None = None) -> None:
         self.camera = camera
         self.person = person
-        self._rest = rest_surface(person)
+        self._surface = PersonSurface(person) if surface is None else surface
         place = room(camera, seed)
         self._light = place.light
         self._view = view(place, camera)
@@ -66,7 +67,7 @@ class SimulatedCamera:
         """Image number `frame` with the person in `pose`, None for the empty room; (height, width, 3) BGR."""
         scene = self._view.bgr.copy()
         if pose is not None:
-            points, normals = skin(self._rest, self.person, pose_bones(self.person, pose))
+            points, normals = self._surface.posed(pose)
             self._cast_shadow(scene, points)
             layer, region = self._draw(points, self._lit(normals), self._samples)
             if region is not None:
@@ -81,7 +82,7 @@ class SimulatedCamera:
         """The person's exact mask (height, width): 255 where at least half of the pixel is covered, else 0."""
         mask = np.zeros(self.camera.size[::-1], dtype=np.uint8)
         if pose is not None:
-            points, normals = skin(self._rest, self.person, pose_bones(self.person, pose))
+            points, normals = self._surface.posed(pose)
             layer, region = self._draw(points, self._lit(normals), 4)
             if region is not None:
                 rows, cols = (
@@ -95,7 +96,7 @@ class SimulatedCamera:
         light = self._light
         direct = np.clip(normals @ light.towards, 0.0, None) ** 0.8
         ambient = light.ambient * (0.85 + 0.15 * normals[:, 1])
-        lit: Floats = np.minimum(self._rest.bgr * (ambient + light.direct * direct)[:, None], 250.0)
+        lit: Floats = np.minimum(self._surface.bgr * (ambient + light.direct * direct)[:, None], 250.0)
         return lit
 
     def _draw(self, points: Floats, bgr: Floats, samples: int) -> tuple[Floats32, Region | None]:
@@ -109,7 +110,7 @@ class SimulatedCamera:
         # A pixel extends half a pixel around its centre; samples are at the centres of its samples x samples cells.
         corner = np.array([region.left - 0.5, region.top - 0.5])
         fine = ((pixels - corner) * samples - 0.5).astype(np.float32)
-        fill_triangles(fine, depth.astype(np.float32), bgr.astype(np.float32), self._rest.triangles, nearness, colour)
+        fill_triangles(fine, depth.astype(np.float32), bgr.astype(np.float32), self._surface.triangles, nearness, colour)
         layer = np.empty((region.height, region.width, 4), dtype=np.float32)
         downsample(nearness, colour, samples, layer)
         return layer, region
@@ -133,7 +134,7 @@ class SimulatedCamera:
             coarse,
             depth.astype(np.float32),
             np.zeros_like(ground, dtype=np.float32),
-            self._rest.triangles,
+            self._surface.triangles,
             dark,
             colour,
         )

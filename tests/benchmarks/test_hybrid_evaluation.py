@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.hybrid.accuracy import cases, mediapipe
-from benchmarks.hybrid.figures import Summary, figure, summary
+from benchmarks.hybrid.figures import Summary, figure, frames_until, summary
 from benchmarks.hybrid.priors import WALKS, another_take
-from benchmarks.hybrid.recovery import frames_until
 from benchmarks.hybrid.runs import (
     ANATOMY,
     NAMES,
@@ -90,7 +89,12 @@ def test_section_is_written_and_the_report_contains_all_sections(tmp_path: Path)
     ],
 )
 def test_frames_until_the_error_is_small(errors: tuple[float, ...], seen: int, expected: int | None) -> None:
-    assert frames_until(replace(RUN, errors=errors, first=100), seen) == expected
+    assert frames_until(replace(RUN, errors=errors, first=100), seen, 50.0) == expected
+
+
+def test_frames_until_the_error_is_small_for_a_while() -> None:
+    run = replace(RUN, errors=(90.0, 20.0, 90.0, 20.0, 20.0, 20.0), first=100)
+    assert [frames_until(run, 100, 50.0, in_row) for in_row in (1, 2, 3, 4)] == [2, 4, 4, None]
 
 
 def test_prior_is_not_trained_on_the_motion_of_the_clip() -> None:
@@ -106,15 +110,24 @@ def test_mediapipe_figures_are_read_from_their_table(tmp_path: Path) -> None:
     path = tmp_path / "mediapipe.md"
     path.write_text(
         "# M\n| clip | mean | RMSE | shape | lost |\n|---|---|---|---|---|\n| real, against `r` | 99.2 | 142.1 | 1 | 2 |\n"
+        "| kick2 (new) | 26.8 | 30.6 | 20.6 | 17.8 |\n"
     )
-    assert mediapipe(path) == {"real": (99.2, 142.1, 1.0, 2.0)}
+    assert mediapipe(path) == {"real": (99.2, 142.1, 1.0, 2.0), "kick2": (26.8, 30.6, 20.6, 17.8)}
     assert mediapipe(tmp_path / "none.md") == {}
 
 
 def test_every_clip_is_tracked_with_and_without_a_prior() -> None:
     wanted = cases()
-    assert {key[:2] for key in wanted if wanted[key].prior} == {key[:2] for key in wanted if not wanted[key].prior}
-    assert {number for _, number, _ in wanted} == {"7", "4", "3", "2"}
+    with_prior = {replace(key, prior="") for key, case in wanted.items() if case.prior}
+    assert with_prior == {replace(key, prior="") for key, case in wanted.items() if not case.prior}
+    assert {key.views for key in wanted} == {"7", "4", "3", "2"}
+    assert {key.size for key in wanted if key.views == "2"} == {"640x480", "160x120"}
+
+
+def test_clips_and_kinds_of_prior_can_be_selected() -> None:
+    wanted = cases(("none",), ("jump2",))
+    assert {(key.clip, key.size) for key in wanted} == {("jump2", "640x480"), ("jump2", "160x120")}
+    assert not any(case.prior for case in wanted.values())
 
 
 def test_the_prior_fraction_is_fixed_inside_the_context_only() -> None:

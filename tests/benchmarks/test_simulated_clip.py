@@ -38,7 +38,7 @@ def test_empty_frames_are_left_out_and_views_agree_with_the_truth() -> None:
 
 def test_silhouettes_are_rendered_once(monkeypatch: pytest.MonkeyPatch) -> None:
     first = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
-    monkeypatch.setattr("benchmarks.simulated_clip.SimulatedCamera", None)
+    monkeypatch.setattr("benchmarks.takes.SimulatedCamera", None)
     again = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
     for view in first.cameras:
         assert np.array_equal(first.instants[0].masks[view], again.instants[0].masks[view])

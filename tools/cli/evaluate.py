@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, JsonOption, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.options import DONE, LOSS, JsonOption, RawOption, TakePath, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -48,6 +48,7 @@ def evaluate(
         Path | None,
         typer.Option(metavar="FILE", help="Draw the angles over time (PNG, JPG, PDF, SVG).", show_default=False),
     ] = None,
+    raw: RawOption = False,
     as_json: JsonOption = False,
     *,
     span: FrameRange,
@@ -61,7 +62,8 @@ def evaluate(
     Joint angles (degrees): mean absolute error, RMS, bias (mean of take minus truth), RMS without the bias, ranges of
     motion, correlation. Frames are paired by time, within half a frame interval. Definitions: docs/conventions.md.
 
-    --from and --until are frames of the truth.
+    --from and --until are frames of the truth. --raw applies to the take alone, not to a truth that is a take: `zenocap
+    evaluate walk.mcap --raw --truth walk.mcap` shows what the second pass changed.
 
     Example: `zenocap evaluate walk.mcap --truth clips/walk/truth.trc --from 99`
     """
@@ -87,7 +89,7 @@ def evaluate(
             from zenocap.tools.recordings.angle_plot import check_picture
 
             check_picture(plot)
-        poses = read_poses(checked_take(take))
+        poses = read_poses(checked_take(take), raw=raw)
         selection = Selection(first, last, every, offset)
         if use_angles:
             from zenocap.tools.recordings.evaluate_angles import angle_accuracy, angle_lines

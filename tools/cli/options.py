@@ -26,7 +26,7 @@ RigPath = Annotated[
 TakePath = Annotated[Path, typer.Argument(metavar="TAKE", help="Take (MCAP file).", show_default=False)]
 OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="File to write.", show_default=False)]
 RawOption = Annotated[
-    bool, typer.Option("--raw", help="Use the poses of the forward pass of a take that was tracked with --both-ways.")
+    bool, typer.Option("--raw", help="Use the poses of the forward pass, also of a take that was tracked both ways.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
 

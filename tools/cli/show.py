@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.options import one_line_errors
+from zenocap.tools.cli.options import RawOption, one_line_errors
 
 DEFAULT_PORT = 8080
 
@@ -25,6 +25,7 @@ def show(
             min=0, max=65535, help=f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one."
         ),
     ] = None,
+    raw: RawOption = False,
 ) -> None:
     """Play a take on a page at http://127.0.0.1:8080, in a loop, until Ctrl-C. Needs no rig.
 
@@ -48,6 +49,7 @@ def show(
                 PageTable(port=port),
                 stopped,
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
+                raw=raw,
             )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -108,13 +109,15 @@ def track(
         typer.Option(min=0, help="Random seed; equal seeds give identical output; default: 0.", rich_help_panel=TRACKER),
     ] = None,
     both_ways: Annotated[
-        bool,
+        bool | None,
         typer.Option(
-            "--both-ways",
-            help="Track a second time, backwards, and use the better pose of each limb; takes twice the time.",
+            "--both-ways/--no-both-ways",
+            help="Track a second time, backwards, and use the better pose of each limb; default: on with method hybrid and "
+            "preset default.",
+            show_default=False,
             rich_help_panel=TRACKER,
         ),
-    ] = False,
+    ] = None,
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
     ] = None,
@@ -131,8 +134,10 @@ def track(
     stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
     --height. An existing output is replaced. Exit status 3: done, but a video ended early or something was lost.
 
-    --both-ways corrects what the first pass noticed too late, such as exchanged limbs: exports, pictures and the page then
-    show the better poses; those of the first pass stay in the take (`--raw`).
+    The tracker's method hybrid has a second pass, backwards, which corrects what the first pass noticed too late, such as
+    exchanged limbs: exports, pictures and the page show the better poses; those of the first pass stay in the take (`--raw`
+    of other commands). It takes half as long again; --no-both-ways leaves it out. Ctrl-C during the second pass leaves the
+    take of the first pass.
 
     Example: `zenocap track clips/walk -o walk.mcap`, then `zenocap export walk.mcap -o walk.bvh`; or in one step:
     `zenocap track clips/walk -o walk.bvh`
@@ -153,16 +158,25 @@ def track(
             one = of_height(one, height)
         for note in one.notes:
             typer.echo(f"note: {note}", err=True)
+        from zenocap.tools.recordings.both_ways import has_second_pass
+
+        two_passes = has_second_pass(one, both_ways)
         expected = expected_frame_sets(one)
         drawing = None if overlay is None else _overlay(one, overlay, overlay_every, expected)
-        listeners = () if drawing is None else (drawing.add,)
+        work = Work(one, expected, drawing, two_passes, jobs)
         if to is None:
-            result = _tracked(one, output, expected, listeners, both_ways, jobs)
-            typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses, {result.messages} messages")
+            result = _tracked(work, output)
+            tracked = (
+                " tracked both ways" if result.both_ways else " of the forward pass" if two_passes and result.poses else ""
+            )
+            typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses{tracked}, {result.messages} messages")
+            if result.both_ways:
+                typer.echo("the poses of the forward pass are in it too: --raw of export, evaluate, render and show")
         else:
-            result = _exported(one, output, to, expected, listeners, both_ways, jobs)
+            result = _exported(work, output, to)
     if drawing is not None:
-        typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4")
+        shown = ", poses tracked both ways" if result.both_ways else ""
+        typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4{shown}")
     for problem in result.problems:
         typer.echo(f"lost: {problem}", err=True)
     if result.poses and not result.measured and height is None:
@@ -179,61 +193,88 @@ def track(
     raise typer.Exit(LOSS if result.problems or not result.poses else DONE)
 
 
-def _tracked(
-    rig: Rig,
-    take: Path,
-    expected: int | None,
-    listeners: tuple[Callable[[TrackedFrameSet], None], ...],
-    both_ways: bool,
-    jobs: int | None,
-) -> Tracked:
-    """Write the take, with progress on standard error."""
+@dataclass(frozen=True)
+class Work:
+    """What is tracked.  expected: number of frame sets, None if unknown.  jobs: number of cores."""
+
+    rig: Rig
+    expected: int | None
+    drawing: Overlay | None
+    two_passes: bool
+    jobs: int | None
+
+
+INTERRUPTED = {  # by the part of the work
+    "second": "interrupted in the second pass: {} is complete, with the poses of the forward pass",
+    "drawing": "interrupted while the pictures were drawn: {} is complete, with the poses of both passes",
+}
+
+
+def _tracked(work: Work, take: Path, *, kept: bool = True) -> Tracked:
+    """Write the take, and draw it, with progress on standard error.  kept: whether the take stays."""
     from zenocap.tools.recordings.both_ways import track_both_ways
     from zenocap.tools.recordings.track import track as run_track
 
-    count = 0
-    with progress("tracking (the first run compiles for some 20 s)", "frames", expected) as state:
+    count, part = 0, "forward"
+    try:
+        with progress("tracking (the first run compiles for some 20 s)", "frames", work.expected) as state:
 
-        def on_frame_set(frame_set: TrackedFrameSet) -> None:
-            nonlocal count
-            count += 1
-            state.activity = "tracking"
-            for listener in listeners:
-                listener(frame_set)
-            state.update(count, note=frame_set.state)
+            def on_frame_set(frame_set: TrackedFrameSet) -> None:
+                nonlocal count
+                count += 1
+                state.activity = "tracking"
+                if work.drawing is not None and not work.two_passes:
+                    work.drawing.add(frame_set)
+                state.update(count, note=frame_set.state)
 
-        def on_backward(done: int, total: int) -> None:
-            if done == 1:
-                state.restart("tracking backwards", total)
-            state.update(done)
+            def on_second_pass(activity: str, done: int, total: int) -> None:
+                nonlocal part
+                if state.activity != activity:
+                    part = "second"
+                    state.restart(activity, total)
+                state.update(done)
 
-        if both_ways:
-            return track_both_ways(rig, take, on_frame_set, on_backward, jobs)
-        return run_track(rig, take, on_frame_set, jobs)
+            if not work.two_passes:
+                return run_track(work.rig, take, on_frame_set, work.jobs)
+            result = track_both_ways(work.rig, take, on_frame_set, on_second_pass, work.jobs)
+            if work.drawing is not None:
+                part = "drawing"
+                state.restart("drawing", result.frame_sets)
+                _draw(work.rig, take, work.drawing, result, work.jobs, state.update)
+            return result
+    except KeyboardInterrupt:
+        if part in INTERRUPTED and kept:
+            typer.echo(INTERRUPTED[part].format(take), err=True)
+        raise
 
 
-def _exported(
-    rig: Rig,
-    output: Path,
-    to: Format,
-    expected: int | None,
-    listeners: tuple[Callable[[TrackedFrameSet], None], ...],
-    both_ways: bool,
-    jobs: int | None,
-) -> Tracked:
+def _draw(rig: Rig, take: Path, drawing: Overlay, result: Tracked, jobs: int | None, update: Callable[[int], None]) -> None:
+    """Draw the frame sets, which are read again: the poses of both passes are known at the end of the second one."""
+    from zenocap.common.formats.take_poses import summary_of
+    from zenocap.tools.recordings.redraw import frame_sets_again
+
+    if result.both_ways:
+        summary = summary_of(take)
+        drawing.use_body(summary.anatomy, summary.bdp)
+    for count, frame_set in enumerate(frame_sets_again(rig, take, jobs), 1):
+        drawing.add(frame_set)
+        update(count)
+
+
+def _exported(work: Work, output: Path, to: Format) -> Tracked:
     """Track into a temporary take and export it; nothing is exported without poses."""
     from zenocap.tools.recordings.export import ExportOptions, export
 
     with TemporaryDirectory(prefix="zenocap-") as folder:
         take = Path(folder) / f"{output.stem}.mcap"
-        result = _tracked(rig, take, expected, listeners, both_ways, jobs)
+        result = _tracked(work, take, kept=False)
         if not result.poses:
             typer.echo(f"{result.frame_sets} frames, 0 poses")
             return result
         written = export(take, output, ExportOptions(to))
     typer.echo(
-        f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}; "
-        "the take was temporary: give -o FILE.mcap to keep it"
+        f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}"
+        f"{', tracked both ways' if result.both_ways else ''}; the take was temporary: give -o FILE.mcap to keep it"
     )
     return result
 

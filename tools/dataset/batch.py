@@ -73,11 +73,17 @@ def posture_takes(
 
 
 def generate_takes(
-    folder: Path, method: Method, takes: Sequence[PostureTake], jobs: int, report: Report
+    folder: Path,
+    method: Method,
+    takes: Sequence[PostureTake],
+    jobs: int,
+    report: Report,
+    size: tuple[int, int] | None = None,
 ) -> list[GeneratedTake]:
     """Write the takes that do not exist yet, and the manifest of all; return the results of the new ones.
 
-    jobs: number of processes.  A take without poses is not in the manifest.  Raises OSError and UserError.
+    jobs: number of processes.  size: of the images (width, height) px, default by method.  A take without poses is not in
+    the manifest.  Raises OSError and UserError.
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = {one: take_path(folder, method, one) for one in takes}
@@ -85,11 +91,11 @@ def generate_takes(
     done = len(takes) - len(missing)
     report(done, len(takes), "")
     found = []
-    tasks = [(folder, method, one) for one in missing]
+    tasks = [(folder, method, size, one) for one in missing]
     if jobs == 1 or len(tasks) <= 1:
         for task in tasks:
             found.append(_generate(task))
-            report(done + len(found), len(takes), task[2].name)
+            report(done + len(found), len(takes), task[3].name)
     else:
         with get_context("spawn").Pool(min(jobs, len(tasks)), _use_one_thread) as pool:
             for one in pool.imap_unordered(_generate, tasks):
@@ -116,11 +122,11 @@ def write_takes_manifest(folder: Path, method: Method, takes: Sequence[PostureTa
     return folder / MANIFEST
 
 
-def _generate(task: tuple[Path, Method, PostureTake]) -> GeneratedTake:
-    folder, method, one = task
+def _generate(task: tuple[Path, Method, tuple[int, int] | None, PostureTake]) -> GeneratedTake:
+    folder, method, size, one = task
     path = take_path(folder, method, one)
     unfinished = path.with_suffix(f".{os.getpid()}.part")
-    tracked = generate_take(_rig(method), method, one.timeline(), one.room, unfinished)
+    tracked = generate_take(_rig(method, size), method, one.timeline(), one.room, unfinished)
     unfinished.replace(path if tracked.poses else _path_without_poses(path))  # only complete takes have their final name
     return GeneratedTake(one, tracked.poses, tracked.problems)
 
@@ -130,8 +136,8 @@ def _path_without_poses(path: Path) -> Path:
 
 
 @lru_cache
-def _rig(method: Method) -> Rig:
-    return dataset_rig(method)
+def _rig(method: Method, size: tuple[int, int] | None) -> Rig:
+    return dataset_rig(method, size)
 
 
 def _use_one_thread() -> None:

@@ -1,21 +1,20 @@
-"""`zenocap track --both-ways`: a second pass over a take's silhouettes, backwards, and the better poses of both passes.
+"""The second pass of `zenocap track`: over a take's silhouettes, backwards, and the better poses of both passes.
 
-The silhouettes are read from the take, a chunk at a time; in memory are the poses, about 4 kB a frame.
+The take of the forward pass is complete before the second pass begins, and stays until the take with the poses of both
+passes is complete and replaces it.  The silhouettes are read from the take, a chunk at a time; in memory are the poses.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from itertools import chain
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
-from mcap.reader import SeekingReader
 
 from zenocap.common import codec
 from zenocap.common import messages as m
-from zenocap.common.arrays import Floats, Mask
+from zenocap.common.arrays import Floats
+from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import angles_by_name, bdp_of
@@ -24,45 +23,47 @@ from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import recorded_rig
+from zenocap.common.recording.writer import RecordingError
 from zenocap.common.rig.file import TRACKER_METHODS
 from zenocap.common.rig.rig import Rig
-from zenocap.common.topics import BOTH_WAYS_POSE, SILHOUETTE
-from zenocap.common.vision.mask_codec import unpack
-from zenocap.services.tracker.body.body_model import model_of
-from zenocap.services.tracker.both_ways.backward import Backward, begin, scene_of, step_back, with_fixed_body
-from zenocap.services.tracker.both_ways.fusion import SECTIONS, TwoPoses, fused, two_poses
+from zenocap.common.topics import BOTH_WAYS_POSE, TOPICS, TRACKER_BDP, TRACKER_POSE, Topic, topic_at
+from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.both_ways.backward import Backward, Scene, begin, scene_of, step_back, with_fixed_body
+from zenocap.services.tracker.both_ways.fusion import CHOICES, SECTIONS, TwoPoses, fused, two_poses
 from zenocap.services.tracker.parameters import MIN_VIEWS
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.shell import anatomy_in, setup_of
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import rooted_pose
 from zenocap.tools.parameters import service_parameters
-from zenocap.tools.recordings.track import EPOCH_NS, Tracked, TrackedFrameSet, track
+from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, scenes_backwards
+from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
+from zenocap.tools.recordings.track import EPOCH_NS, Tracked, TrackedFrameSet, available_cores, track
 
-WAIT_FRAMES = 3  # frame periods by which silhouettes may be recorded out of the order of their capture; by hand
-Watch = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class ForwardPose:
-    """Pose of the forward pass.  views: the viewers that it used."""
-
-    captured_ns: int
-    pose: Pose
-    lost: bool
-    views: tuple[str, ...]
+BACKWARDS, CHOOSING, WRITING = "tracking backwards", "choosing the better poses", "writing the take"
+Watch = Callable[[str, int, int], None]  # called with the activity, the number of poses done, and of all
 
 
-Scene = tuple[ForwardPose, Mapping[str, Mask]]  # masks: by viewer, (height, width), not 0 on the person
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class FusedPose:
     """Pose from both directions.  shares: (sections,) of the backward pass.  lost: in both directions."""
 
     pose: Pose
     shares: Floats
     lost: bool = False
+
+
+def has_second_pass(rig: Rig, wanted: bool | None = None) -> bool:
+    """Whether a rig is tracked both ways.  wanted: by the user; None: with the method hybrid, unless as printed.
+
+    Raises UserError when a second pass is wanted of a rig without tracker.
+    """
+    if wanted and rig.tracker is None:
+        allowed = ", ".join(TRACKER_METHODS)
+        raise UserError(f"rig {rig.name}: method = {rig.method!r}: allowed with --both-ways: {allowed}")
+    # The paper's baselines, and the method as printed, have one pass.
+    default = rig.tracker is not None and rig.method == "hybrid" and rig.tracker.preset == "default"
+    return default if wanted is None else wanted
 
 
 def track_both_ways(
@@ -72,58 +73,83 @@ def track_both_ways(
     watch: Watch = lambda *_: None,
     jobs: int | None = None,
 ) -> Tracked:
-    """As `track`, and a `BothWaysPose` in the take for every pose.  watch: called with frames done and their number.
+    """As `track`, and a `BothWaysPose` in the take for every pose.  watch: called with the progress after the first pass.
 
-    While it runs, a folder beside the take holds the poses of the forward pass.  Raises UserError for a rig without
-    tracker, and as `track`.
+    When the second pass is interrupted or fails, the take is that of the forward pass; a failure is one of the problems.
+    Raises UserError for a rig without tracker, and as `track`.
     """
-    if rig.tracker is None:
-        allowed = ", ".join(TRACKER_METHODS)
-        raise UserError(f"rig {rig.name}: method = {rig.method!r}: allowed with --both-ways: {allowed}")
+    has_second_pass(rig, True)
+    jobs = available_cores() if jobs is None else jobs
+    result = track(rig, take, on_frame_set, jobs)
+    if not result.poses or not result.complete:
+        return result
+    try:
+        messages = add_both_ways(rig, take, watch, jobs)
+    except (UserError, OSError) as error:
+        text = f"second pass: {error}; the poses are those of the forward pass"
+        return replace(result, problems=(*result.problems, text))
+    return replace(result, messages=messages, both_ways=True)
+
+
+def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: int = 1) -> int:
+    """Replace a take of the forward pass by one with the poses of both passes; return its number of messages.
+
+    Raises UserError, OSError and RecordingError; the take is unchanged then.
+    """
     recorded = recorded_rig(rig)
-    prior = None if rig.tracker.prior is None else read_prior(rig.tracker.prior, anatomy_in(recorded))
+    prior_file = rig.tracker.prior if rig.tracker else None
+    prior = None if prior_file is None else read_prior(prior_file, anatomy_in(recorded))
     setup = setup_of(recorded, prior)
-    take.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".zenocap-", dir=take.parent) as folder:
-        forward = Path(folder) / "forward.mcap"
-        result = track(rig, forward, on_frame_set, jobs)
-        found = both_ways(forward, rig.name, setup, watch) if result.poses else {}
-        recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
+    found = both_ways(take, rig.name, setup, watch, jobs)
+    with atomic_file(take.resolve()) as unfinished:
+        recording = new_recording(rig, unfinished, EPOCH_NS, service_parameters(rig), overwrite=True)
         with closing(recording):
-            for received in _envelopes(forward):
+            written = 0
+            for received in _envelopes(take):
                 replaced = isinstance(received.message, m.TrackerPose) and bool(found)
                 recording.record(received, converted=not replaced)  # Foxglove channels have the better poses
                 if isinstance(received.message, m.TrackerPose) and found:
+                    written += 1
+                    watch(WRITING, written, len(found))
                     message = both_ways_message(setup, received.message, found[received.message.captured_ns])
                     key, data = BOTH_WAYS_POSE.at(rig.name), codec.encode(message)
                     recording.record(Envelope(key, BOTH_WAYS_POSE, message, received.received_ns, data))
-        written = recording.statistics
-    problems = result.problems
-    if written.failure:
-        problems = (*problems, f"{written.failure}; {written.lost} messages lost")
-    return replace(result, messages=written.messages, problems=problems)
+        if recording.failure:
+            raise RecordingError(recording.failure)
+    return recording.statistics.messages
 
 
-def both_ways(take: Path, rig: str, setup: Setup, watch: Watch = lambda *_: None) -> Mapping[int, FusedPose]:
+def both_ways(take: Path, rig: str, setup: Setup, watch: Watch = lambda *_: None, jobs: int = 1) -> Mapping[int, FusedPose]:
     """Poses from both directions by capture time, for every pose of the forward pass in a take.  rig: its name.
 
-    Empty when the person was never tracked.  Raises UserError for a file that cannot be read backwards.
+    jobs: number of cores to use, on which the poses do not depend.  Empty when the person was never tracked.  Raises
+    UserError for a file that cannot be read backwards.
     """
     forward, body = _forward_poses(take, setup)
     while_tracked = forward[: 1 + max((k for k, one in enumerate(forward) if not one.lost), default=-1)]
     if body is None or not while_tracked:
         return {}
-    return fused_poses(setup, body, forward, _scenes_backwards(take, rig, setup, while_tracked), watch)
+    return fused_poses(setup, body, forward, scenes_backwards(take, rig, setup, while_tracked), watch, jobs)
 
 
 def fused_poses(
-    setup: Setup, body: Bdp, forward: Sequence[ForwardPose], backwards: Iterable[Scene], watch: Watch = lambda *_: None
+    setup: Setup,
+    body: Bdp,
+    forward: Sequence[ForwardPose],
+    backwards: Iterable[SceneMasks],
+    watch: Watch = lambda *_: None,
+    jobs: int = 1,
 ) -> Mapping[int, FusedPose]:
     """Poses from both directions by capture time, one for each of the forward pass.
 
     forward: by capture time.  backwards: poses with the masks that they used, from the last tracked one to the first.
+    jobs: see `both_ways`.
     """
-    both = _two_poses(with_fixed_body(setup), body, backwards, lambda done: watch(done, len(forward)))
+    with limited_threads(jobs), Lookahead(jobs) as lookahead:
+        both = _two_poses(
+            with_fixed_body(setup), body, backwards, lambda done: watch(BACKWARDS, done, len(forward)), lookahead
+        )
+    watch(CHOOSING, 0, len(forward))
     result: dict[int, FusedPose] = {}
     stretch: list[TwoPoses] = []
     last = next(one.pose for one in forward if not one.lost)
@@ -133,6 +159,7 @@ def fused_poses(
             stretch.append(two)
             continue
         if stretch:
+            watch(CHOOSING, len(result), len(forward))
             for ended, (rooted, shares) in zip(stretch, fused(setup.anatomy, stretch, setup.frame_ns), strict=True):
                 last = rooted.pose(setup.anatomy)
                 result[ended.captured_ns] = FusedPose(last, shares)
@@ -162,10 +189,8 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
     poses: dict[int, ForwardPose] = {}
     views: dict[tuple[str, ...], tuple[str, ...]] = {}  # equal ones are stored once
     body: Bdp | None = None
-    for received in _envelopes(take):
+    for received in _envelopes(take, (TRACKER_POSE, TRACKER_BDP)):
         match received.message:
-            case m.BothWaysPose():
-                pass
             case m.TrackerPose() as one:
                 used = views.setdefault(tuple(one.views), tuple(one.views))
                 poses[one.captured_ns] = ForwardPose(one.captured_ns, pose_of(setup.anatomy, one), one.lost, used)
@@ -174,63 +199,51 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
     return [poses[captured_ns] for captured_ns in sorted(poses)], body
 
 
-def _two_poses(setup: Setup, body: Bdp, backwards: Iterable[Scene], watch: Callable[[int], None]) -> dict[int, TwoPoses]:
+def _two_poses(
+    setup: Setup, body: Bdp, backwards: Iterable[SceneMasks], watch: Callable[[int], None], lookahead: Lookahead
+) -> dict[int, TwoPoses]:
     """Poses of both directions by capture time; the backward pass begins with the first of `backwards`."""
     model = model_of(setup.anatomy, body)
-    state: Backward | None = None
+    scenes = lookahead.ahead(_scenes(setup, backwards))
     found: dict[int, TwoPoses] = {}
-    for count, (one, masks) in enumerate(backwards, 1):
-        watch(count)
-        if len(masks) < MIN_VIEWS:
-            continue
-        scene = scene_of(setup, masks)
-        ahead = None if one.lost else rooted_pose(setup, body, one.pose)
-        if state is None:
-            state, back = begin(setup, body, one.pose, one.captured_ns, scene), ahead
+    poses = lookahead.ahead(_backward_poses(setup, body, scenes))
+    for count, (captured_ns, ahead, back, scene) in enumerate(poses, 1):
+        if scene is not None:
+            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, scene)
         else:
-            state, back = step_back(setup, state, one.captured_ns, scene)
-        two = two_poses(setup.anatomy, model, one.captured_ns, ahead, back, scene)
+            two = None if ahead is None else TwoPoses(captured_ns, ahead, None, np.zeros(CHOICES))
         if two is not None:
-            found[one.captured_ns] = two
+            found[captured_ns] = two
+        watch(count)
     return found
 
 
-def _scenes_backwards(take: Path, rig: str, setup: Setup, forward: Sequence[ForwardPose]) -> Iterator[Scene]:
-    """Yield every pose, the last first, with the masks of the views that it used, by viewer."""
-    waiting: dict[tuple[str, int], m.Silhouette] = {}
-    at = len(forward) - 1
-    for silhouette in chain(_silhouettes_backwards(take, rig, setup), [None]):
-        while at >= 0 and (
-            silhouette is None or silhouette.captured_ns < forward[at].captured_ns - WAIT_FRAMES * setup.frame_ns
-        ):
-            pose = forward[at]
-            masks: dict[str, Mask] = {}
-            for (viewer, captured_ns), one in waiting.items():
-                if viewer in pose.views and abs(captured_ns - pose.captured_ns) <= setup.frame_ns // 2:
-                    masks[viewer] = unpack(one.size, one.region, one.data)
-            yield pose, {viewer: masks[viewer] for viewer in setup.cameras if viewer in masks}
-            waiting = {key: one for key, one in waiting.items() if key[1] < pose.captured_ns - setup.frame_ns // 2}
-            at -= 1
-        if silhouette is not None:
-            waiting[silhouette.viewer, silhouette.captured_ns] = silhouette
+def _scenes(setup: Setup, backwards: Iterable[SceneMasks]) -> Iterator[tuple[ForwardPose, Scene | None]]:
+    """Yield the poses with their scenes, None where too few views have a mask."""
+    for one, masks in backwards:
+        yield one, None if len(masks) < MIN_VIEWS else scene_of(setup, masks)
 
 
-def _silhouettes_backwards(take: Path, rig: str, setup: Setup) -> Iterator[m.Silhouette]:
-    """Silhouettes, the last first; a chunk of the file is in memory at a time."""
-    keys = [SILHOUETTE.at(rig, viewer=viewer) for viewer in setup.cameras]
-    with take.open("rb") as file:
-        reader = SeekingReader(file)
-        summary = reader.get_summary()
-        if summary is None or not summary.chunk_indexes:
-            raise UserError(f"{take}: no index: it cannot be read backwards; `zenocap recover` writes a copy with one")
-        for _, _, recorded in reader.iter_messages(topics=keys, reverse=True):
-            message = codec.decode(recorded.data, m.Silhouette)
-            assert isinstance(message, m.Silhouette)
-            yield message
+def _backward_poses(
+    setup: Setup, body: Bdp, scenes: Iterable[tuple[ForwardPose, Scene | None]]
+) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Scene | None]]:
+    """Yield capture time, forward and backward pose, None where there is none, and scene of each frame set."""
+    state: Backward | None = None
+    for one, scene in scenes:
+        ahead = None if one.lost else rooted_pose(setup, body, one.pose)
+        back: RootedPose | None = None
+        if scene is not None and state is None and not one.lost:
+            state, back = begin(setup, body, one.pose, one.captured_ns, scene), ahead
+        elif scene is not None and state is not None:
+            state, back = step_back(setup, state, one.captured_ns, scene)
+        yield one.captured_ns, ahead, back, scene
 
 
-def _envelopes(take: Path) -> Iterator[Envelope]:
+def _envelopes(take: Path, topics: Sequence[Topic] = TOPICS) -> Iterator[Envelope]:
+    """Messages of some topics; the others are not decoded."""
     for recorded in Take(take).messages():
+        if topic_at(recorded.topic) not in topics:
+            continue
         received = envelope(recorded)
         if received is not None:
             yield received

@@ -12,6 +12,7 @@ from zenocap.common.recording.reader import Recorded, Take, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
 from zenocap.common.topics import (
     ASSIGNMENT,
+    BOTH_WAYS_POSE,
     COMMAND,
     HEALTH,
     POSTURE,
@@ -173,7 +174,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        elif topic in (UNIVERSAL_BDP, ASSIGNMENT, TRACKER_POSE, POSTURE, COMMAND, HEALTH):
+        elif topic in (UNIVERSAL_BDP, ASSIGNMENT, TRACKER_POSE, BOTH_WAYS_POSE, POSTURE, COMMAND, HEALTH):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:

@@ -50,6 +50,11 @@ def lines_of(info: Info) -> Iterator[str]:
         yield ""
         body = [] if tracked.measured else ["body of average proportions"]
         yield from _wrapped("tracker", [f"{tracked.poses} poses", f"{tracked.lost} without a person", *by_views, *body])
+        if tracked.both_ways:
+            lost = f"{tracked.both_ways_lost} without a person"
+            yield _line("both ways", f"{tracked.both_ways} poses, {lost}: used unless --raw is given")
+        else:
+            yield _line("both ways", "no: tracked in one pass")
     if info.recognised:
         recognized = info.recognised
         by_label = [f"{label} {count}" for label, count in sorted(recognized.labels.items())]

@@ -6,7 +6,7 @@ processes, Ctrl-C ends one process, and items and errors arrive in the order of 
 
 from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from threading import Condition
 from types import TracebackType
@@ -46,7 +46,10 @@ class Lookahead:
         """Raises ValueError for jobs below 1."""
         if jobs < 1:
             raise ValueError(f"jobs: {jobs}; allowed 1 or more")
-        self._pool = None if jobs == 1 else ThreadPoolExecutor(jobs, thread_name_prefix="lookahead")
+        self._pool = None
+        if jobs > 1:  # numba has a number of threads for each thread
+            limit = (numba.get_num_threads(),)
+            self._pool = ThreadPoolExecutor(jobs, "lookahead", numba.set_num_threads, limit)
 
     def ahead(self, items: Iterator[T]) -> Iterator[T]:
         """The same items and errors, computed up to DEPTH items ahead, by one thread at a time."""
@@ -87,7 +90,14 @@ class _Ahead(Generic[T], Iterator[T]):
         """Have the next item computed if there is room for it; the lock is held."""
         if not self._running and not self._ended and len(self._ready) < DEPTH:
             self._running = True
-            self._pool.submit(self._advance)
+            self._pool.submit(self._advance).add_done_callback(self._end_if_cancelled)
+
+    def _end_if_cancelled(self, future: Future[None]) -> None:
+        """End when the pool is shut down, for an iterator that waits for this one in another thread of the pool."""
+        if future.cancelled():
+            with self._changed:
+                self._running, self._ended = False, True
+                self._changed.notify()
 
     def _advance(self) -> None:
         """Compute the next item, in a thread of the pool."""

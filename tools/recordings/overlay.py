@@ -46,6 +46,7 @@ class Overlay:
         """Raises UserError when the folder cannot be written."""
         self._rig, self._folder, self._every = rig, folder, every
         self._body: tuple[Anatomy, Bdp] | None = None
+        self._is_last_body = False
         self._film: cv2.VideoWriter | None = None
         self._last: dict[str, Image] = {}
         self._pictures = self._seen = 0
@@ -54,16 +55,21 @@ class Overlay:
         except OSError as error:
             raise UserError(f"--overlay {folder}: cannot be created: {error.strerror or error}") from error
 
+    def use_body(self, anatomy: Anatomy, bdp: Bdp) -> None:
+        """Draw this body from now on: poses from both directions are those of the last body of their take."""
+        self._body, self._is_last_body = (anatomy, bdp), True
+
     def add(self, frame_set: TrackedFrameSet) -> None:
-        """Draw one frame set."""
+        """Draw one frame set, with the pose from both directions where it has one."""
         posed: RootedPose | None = None
         masks: dict[str, Image] = {}
         for message in frame_set.messages:
             match message:
                 case m.UniversalBdp(body=body) | m.TrackerBdp(body=body):
-                    anatomy = anatomy_of(body)
-                    self._body = anatomy, bdp_of(anatomy, body)
-                case m.UniversalBap() | m.TrackerPose() as bap if self._body is not None:
+                    if not self._is_last_body:
+                        anatomy = anatomy_of(body)
+                        self._body = anatomy, bdp_of(anatomy, body)
+                case m.UniversalBap() | m.TrackerPose() as bap if self._body is not None:  # of both directions last
                     anatomy, bdp = self._body
                     posed = RootedPose(anatomy, bdp, pose_of(anatomy, bap), bap)
                 case m.Silhouette() as silhouette:

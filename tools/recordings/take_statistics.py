@@ -138,15 +138,22 @@ class Pairs:
 class Tracked:
     """Poses of the tracker.  lost: poses without a person.  views: number of poses by number of views.
 
+    both_ways, both_ways_lost: number of poses of both passes, and those without a person.
     measured: False when the last body has average proportions.
     """
 
     poses: int = 0
     lost: int = 0
     views: dict[int, int] = field(default_factory=dict)
+    both_ways: int = 0
+    both_ways_lost: int = 0
     measured: bool = True
 
     def add(self, pose: m.TrackerPose) -> None:
+        if isinstance(pose, m.BothWaysPose):
+            self.both_ways += 1
+            self.both_ways_lost += pose.lost
+            return
         self.poses += 1
         self.lost += pose.lost
         self.views[len(pose.views)] = self.views.get(len(pose.views), 0) + 1

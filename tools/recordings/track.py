@@ -52,6 +52,8 @@ class Tracked:
 
     frame_sets: number of frame sets.  poses: of the integrator or tracker.  problems: losses in words.
     states: of each service at the end, in words.  measured: False for a body of average proportions.
+    complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
+    passes.
     """
 
     frame_sets: int
@@ -60,6 +62,8 @@ class Tracked:
     problems: tuple[str, ...]
     states: dict[str, str]
     measured: bool = True
+    complete: bool = True
+    both_ways: bool = False
 
 
 def track(
@@ -74,8 +78,14 @@ def track(
         if not isinstance(viewer.source, VideoFile | Images | Actor | Rendered):
             raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     clock = ManualClock(EPOCH_NS)
-    frames = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
-    return track_frames(rig, frames, clock, take, on_frame_set, jobs=available_cores() if jobs is None else jobs)
+    return track_frames(
+        rig, opened(rig, clock), clock, take, on_frame_set, jobs=available_cores() if jobs is None else jobs
+    )
+
+
+def opened(rig: Rig, clock: ManualClock) -> dict[str, Iterator[Frame]]:
+    """Frames of the files of a rig by viewer, which begin at EPOCH_NS."""
+    return {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
 
 
 def track_frames(
@@ -112,7 +122,7 @@ def _track_frames(
     recorder = network.bus()
     for topic in logged:
         recorder.subscribe(topic, every=True)
-    groups = frame_sets(sources, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems)
+    groups = frame_sets(sources, tolerance_ns(rig), problems)
     first = next(groups, None)
     if first is None or problems:
         raise SourceError("; ".join(problems) or f"rig {rig.name}: its sources have no frames")
@@ -140,7 +150,14 @@ def _track_frames(
     problems += [f"{count} {kind}" for kind, count in offline.failures().items() if count]
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
-    return Tracked(count, poses, written.messages, tuple(problems), offline.states(), measured)
+    return Tracked(
+        count, poses, written.messages, tuple(problems), offline.states(), measured, complete=written.failure is None
+    )
+
+
+def tolerance_ns(rig: Rig) -> int:
+    """Largest difference of the capture times in a frame set: half a frame period, nanoseconds."""
+    return round(0.5e9 / max(viewer.fps for viewer in rig.viewers))
 
 
 def available_cores() -> int:

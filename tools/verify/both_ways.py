@@ -11,6 +11,7 @@ from zenocap.common.recording.setup_file import PRIOR_FILE, RecordedRig
 from zenocap.common.topics import BOTH_WAYS_POSE
 from zenocap.services.tracker import shell as tracker_shell
 from zenocap.tools.recordings.both_ways import both_ways, both_ways_message
+from zenocap.tools.recordings.track import available_cores
 from zenocap.tools.verify.result import Difference, Reason, Verification, difference
 from zenocap.tools.verify.take_messages import messages_of
 
@@ -27,7 +28,7 @@ def verify_both_ways(
     key = BOTH_WAYS_POSE.at(rig.name)
     try:
         setup = tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, path, attached.get(PRIOR_FILE)))
-        poses = both_ways(path, rig.name, setup)
+        poses = both_ways(path, rig.name, setup, jobs=available_cores())
     except (UserError, ValueError) as error:
         found.reasons.append(Reason(TRACKER, f"poses from both directions: {error}"))
         found.unchecked[key] += sum(isinstance(received.message, BothWaysPose) for received in messages_of(Take(path)))

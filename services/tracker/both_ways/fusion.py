@@ -5,7 +5,7 @@ that of the frame before.  The sequence of choices with the least sum is found b
 change happens where both directions agree, if they do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -35,7 +35,7 @@ CHOICES = 1 << len(SECTIONS)
 BACKWARD: Bools = (np.arange(CHOICES)[:, None] >> np.arange(len(SECTIONS))) % 2 == 1  # (choices, sections)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class TwoPoses:
     """Poses of one frame, None where a direction has none; not both.  misfits: (CHOICES,) m^2 of the composed poses."""
 
@@ -89,8 +89,10 @@ def blended(anatomy: Anatomy, forward: RootedPose, backward: RootedPose, shares:
     return RootedPose(position, np.ascontiguousarray(forward.rotation @ turn), values)
 
 
-def fused(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> list[tuple[RootedPose, Floats]]:
-    """Pose of each of successive frames, and the shares (sections,) of the backward pass in it.  frame_ns: frame period.
+def fused(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> Iterator[tuple[RootedPose, Floats]]:
+    """Yield the pose of each of successive frames, and the shares (sections,) of the backward pass in it.
+
+    frame_ns: frame period.
 
     The change from one direction to the other takes FUSION_BLEND_S while both are alike, and is at once otherwise.
     """
@@ -99,15 +101,13 @@ def fused(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) -> list[t
     window = np.bartlett(2 * half + 3)[1:-1]
     padded = np.pad(chosen, ((half, half), (0, 0)), mode="edge")
     gradual = np.round([np.convolve(column, window / window.sum(), "valid") for column in padded.T], 6).T
-    found = []
     for frame, hard, soft in zip(frames, chosen, gradual, strict=True):
         pose, shares = frame.backward if frame.forward is None else frame.forward, hard
         assert pose is not None, "a frame has one pose at least"
         if frame.forward is not None and frame.backward is not None:
             shares = np.where(_alike(anatomy, frame.forward, frame.backward), soft, hard)
             pose = blended(anatomy, frame.forward, frame.backward, shares)
-        found.append((pose, shares))
-    return found
+        yield pose, shares
 
 
 def _alike(anatomy: Anatomy, forward: RootedPose, backward: RootedPose) -> Bools:
@@ -130,7 +130,7 @@ def best_choices(anatomy: Anatomy, frames: Sequence[TwoPoses], frame_ns: int) ->
             side = BACKWARD[:, section].astype(np.int64)
             change += costs[side[:, None], side[None]]
         total = cost[:, None] + change
-        back.append(np.argmin(total, axis=0))
+        back.append(np.argmin(total, axis=0).astype(np.uint8))
         cost = total.min(axis=0) + _frame_cost(now)
     choices = np.empty(len(frames), dtype=np.int64)
     choices[-1] = np.argmin(cost)

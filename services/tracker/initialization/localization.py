@@ -20,6 +20,7 @@ from zenocap.services.tracker.parameters import (
     COLUMN_RADIUS_M,
     GROUND_TOLERANCE_M,
     INTERVAL_SCALE_M,
+    MAX_ARM_SPAN,
     MAX_STATURE_M,
     MIN_ARM_SPAN,
     MIN_COLUMN_RAYS,
@@ -92,12 +93,16 @@ def rays_in_column(rays: Floats32, column: Column, radius: float) -> Floats32:
 
 @dataclass(frozen=True)
 class TPose:
-    """T-pose in a scene.  centre: (2,) x, z.  across: (2,) unit, along the arms.  low, stature: metres."""
+    """T-pose in a scene.
+
+    centre: (2,) x, z.  across: (2,) unit, along the arms.  low, stature: metres.  span: fingertip to fingertip, statures.
+    """
 
     centre: Floats
     across: Floats
     low: float
     stature: float
+    span: float = 1.0
 
 
 def detect_t_pose(rays: Floats32) -> TPose | str:
@@ -120,20 +125,23 @@ def _arms(rays: Floats32, column: Column, stature: float) -> TPose | str:
     if np.count_nonzero(high & (np.linalg.norm(around, axis=1) > ARM_START)) < 10:
         return "no T-pose: hold both arms out sideways"
     around, weights = around[high], weights[high]
-    best: tuple[float, Floats, float] | None = None
+    best: tuple[float, Floats, float, float] | None = None
     for turn in np.pi * np.arange(ARM_DIRECTIONS) / ARM_DIRECTIONS:
         across = np.array([np.cos(turn), np.sin(turn)])
         beside = np.abs(around @ np.array([-across[1], across[0]])) < ARM_HALF_WIDTH
         along = around[beside] @ across
-        reach = min(_arm_reach(along), _arm_reach(-along))
+        reaches = _arm_reach(along), _arm_reach(-along)
+        reach = min(reaches)
         score = min(reach, 0.5) * float(weights[beside][np.abs(along) > ARM_START].sum())
         if best is None or score > best[0]:
-            best = score, across, reach
+            best = score, across, reach, _extent(along, reaches[0]) + _extent(-along, reaches[1])
     assert best is not None
-    _, across, reach = best
+    _, across, reach, span = best
     if reach < 0.5 * MIN_ARM_SPAN:
         return "no T-pose: hold both arms out sideways, at the height of the shoulders"
-    return TPose(column.centre, _arm_direction(around, weights, across), low, stature)
+    if span > MAX_ARM_SPAN:
+        return "no T-pose: stand upright with both arms out sideways"
+    return TPose(column.centre, _arm_direction(around, weights, across), low, stature, span)
 
 
 def _arm_reach(along: Floats) -> float:
@@ -146,6 +154,11 @@ def _arm_reach(along: Floats) -> float:
                 break
             end = slot
     return (end + 1) * ARM_SLOT
+
+
+def _extent(along: Floats, reach: float) -> float:
+    """Farthest point along a line within the reach of an arm."""
+    return float(along[along <= reach].max())
 
 
 def _arm_direction(around: Floats, weights: Floats, across: Floats) -> Floats:

@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from operator import itemgetter
 
 import numpy as np
 
@@ -44,6 +45,7 @@ from zenocap.services.tracker.parameters import (
     SEARCH_RESIDUAL_LIMIT_M,
 )
 from zenocap.services.tracker.states import Lost, Outcome, Person, Setup, Tracking
+from zenocap.services.tracker.threads import each_in_threads
 
 ALL_TURNS = tuple(360.0 * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS)  # degrees
 STRIDE = {"hip.x": (50, -15), "knee.x": (-50, -70), "shoulder.x": (-40, 35), "elbow.x": (80, 80)}  # degrees
@@ -111,14 +113,18 @@ def searched(
     """Poses that the best starts lead to.  effort: how many of them, and their passes of `rounds` iterations."""
     kept, passes = effort
     wide = weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M)
-    candidates = [refined(model, rays, field, start, wide, SEARCH_FIRST_ITERATIONS) for start in starts]
-    candidates.sort(key=lambda pose: error_of(model, rays, field, weights, pose))
-    ended = []
-    for pose in candidates[:kept]:
+
+    def first(start: RootedPose) -> tuple[float, RootedPose]:
+        pose = refined(model, rays, field, start, wide, SEARCH_FIRST_ITERATIONS)
+        return error_of(model, rays, field, weights, pose), pose
+
+    def further(pose: RootedPose) -> RootedPose:
         for _ in range(passes):
             pose = refined(model, rays, field, pose, weights, rounds)
-        ended.append(pose)
-    return ended
+        return pose
+
+    candidates = sorted(each_in_threads(starts, first), key=itemgetter(0))
+    return each_in_threads([pose for _, pose in candidates[:kept]], further)
 
 
 def _heading_penalty(pose: RootedPose, facing: Floats | None, opposite: float = HEADING_PENALTY) -> float:

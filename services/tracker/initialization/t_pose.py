@@ -50,7 +50,6 @@ from zenocap.services.tracker.parameters import (
     T_POSE_RETRY_FRAMES,
     T_POSE_STILL_COSINE,
     T_POSE_STILL_M,
-    T_POSE_UPRIGHT,
 )
 from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Setup, Tracking
 
@@ -206,13 +205,9 @@ def _without_clutter(anatomy: Anatomy, first: BodyFit, samples: Sequence[FitSamp
 
 
 def await_person(
-    setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField, height: float = 0.0
+    setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
-    """Collect T_POSE_FRAMES frame sets of the T-pose, then fit the body and start tracking.
-
-    height: of the person so far, metres, perhaps with the arms raised; 0 if unknown.  Who crouches or jumps with the arms
-    spread is not in the T-pose.
-    """
+    """Collect T_POSE_FRAMES frame sets of the T-pose, then fit the body and start tracking."""
     no_result = no_pose(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), no_result
@@ -220,8 +215,6 @@ def await_person(
     t_pose = detect_t_pose(rays)
     if isinstance(t_pose, str):
         return replace(fresh, advice=t_pose), no_result
-    if t_pose.stature < T_POSE_UPRIGHT * height:
-        return replace(fresh, advice="no T-pose: stand upright"), no_result
     if phase.t_poses and not _is_still(phase.t_poses, t_pose):
         phase = fresh
     scenes, fields, t_poses = (*phase.scenes, rays), (*phase.fields, field), (*phase.t_poses, t_pose)

@@ -23,14 +23,16 @@ def short_timeline(until_s: float = 10.0) -> MotionTimeline:
     return replace(whole, segments=(*before, replace(last, end_s=min(last.end_s, until_s))))
 
 
-@pytest.mark.parametrize(("method", "viewers"), [("two-view", 2), ("hybrid", 4)])
+@pytest.mark.parametrize(("method", "viewers"), [("two-view", 2), ("hybrid-two-view", 2), ("hybrid", 4)])
 def test_dataset_rig_has_the_image_size_and_rate_of_the_paper(method: Method, viewers: int) -> None:
     rig = dataset_rig(method)
     assert len(rig.viewers) == viewers
     assert SIZES["two-view"] == (160, 120)
     assert {viewer.camera.size for viewer in rig.viewers} == {SIZES[method]}
     assert {viewer.fps for viewer in rig.viewers} == {FPS}
-    assert rig.method == method
+    assert rig.method == ("two-view" if method == "two-view" else "hybrid")
+    assert {viewer.silhouette for viewer in rig.viewers} == {method != "two-view"}
+    assert {viewer.camera.size for viewer in dataset_rig(method, (640, 480)).viewers} == {(640, 480)}
 
 
 def test_ground_truth_takes_contain_the_true_angles(tmp_path: Path) -> None:

@@ -88,3 +88,38 @@ def test_thread_limits_are_restored() -> None:
     with limited_threads(1):
         assert (cv2.getNumThreads(), numba.get_num_threads()) == (1, 1)
     assert (cv2.getNumThreads(), numba.get_num_threads()) == before
+
+
+def test_threads_ahead_have_the_number_of_threads_of_their_context() -> None:
+    def numbers() -> Iterator[int]:
+        yield numba.get_num_threads()
+
+    with limited_threads(1), Lookahead(2) as lookahead:
+        assert list(lookahead.ahead(numbers())) == [1]
+
+
+def test_an_iterator_may_consume_another_one_of_the_same_threads() -> None:
+    with Lookahead(2) as lookahead:
+        inner = lookahead.ahead(numbers(100))
+        assert list(lookahead.ahead(2 * item for item in inner)) == [2 * item for item in range(100)]
+
+
+def test_an_iterator_whose_threads_are_gone_ends_for_its_consumer() -> None:
+    busy, ended = threading.Event(), threading.Event()
+
+    def blocked() -> Iterator[int]:
+        busy.wait(10)
+        yield 0
+
+    def consume(items: Iterator[int]) -> None:
+        list(items)
+        ended.set()
+
+    with Lookahead(2) as lookahead:
+        held = [lookahead.ahead(blocked()) for _ in range(2)]
+        consumer = threading.Thread(target=consume, args=(lookahead.ahead(numbers(3)),))
+        consumer.start()
+        threading.Timer(0.2, busy.set).start()
+    assert len(held) == 2
+    assert ended.wait(10)
+    consumer.join()

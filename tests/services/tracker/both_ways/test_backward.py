@@ -7,7 +7,8 @@ from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, t_
 from zenocap.common.body.definition import Pose
 from zenocap.services.tracker.both_ways.backward import begin, scene_of, step_back, with_fixed_body
 from zenocap.services.tracker.tracking import initial_state, track
-from zenocap.tools.recordings.both_ways import ForwardPose, fused_poses
+from zenocap.tools.recordings.backward_scenes import ForwardPose
+from zenocap.tools.recordings.both_ways import fused_poses
 
 pytestmark = pytest.mark.slow
 SEED, COUNT = 3, 24

@@ -112,7 +112,7 @@ def test_a_limb_that_fits_better_backwards_is_taken_from_there_and_nothing_else(
         bad = 10 <= k < 20
         misfits = np.where(BACKWARD[:, arm] | (not bad), 1e-4, 2e-3) + 1e-5 * BACKWARD.sum(axis=1)
         sequence.append(TwoPoses(k * FRAME_NS, wrong if bad else rest, rest, misfits))
-    found = fused(FOURTEEN_PARTS, sequence, FRAME_NS)
+    found = list(fused(FOURTEEN_PARTS, sequence, FRAME_NS))
     for k, (one, shares) in enumerate(found):
         np.testing.assert_allclose(one.values, 0.0, atol=1e-12)
         assert shares[arm] == (1.0 if 10 <= k < 20 else shares[arm])

@@ -14,8 +14,8 @@ from pathlib import Path
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.file import MAX_OFFSET_S, LogTable, RigFile, ViewerTable, ZenohTable, read_toml
+from zenocap.common.rig.sources import VIDEO_SUFFIXES
 
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg")
 SYNC_FILE = "sync.toml"
 MEDIAN = "median"  # background
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")

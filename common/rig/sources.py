@@ -11,6 +11,7 @@ SOURCES = (
     "rendered:FILE.npy[?fps=N]"
 )
 BACKGROUNDS = "first:N, median, image:FILE, mog2"
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 STREAMS = ("rtsp", "rtsps", "http", "https")
 MAX_DEVICE = 99
 MAX_SEED = 2**31 - 1

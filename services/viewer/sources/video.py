@@ -102,6 +102,7 @@ def _pass(
                     playback.wait_until(captured_ns)
                 taken_frames += 1
                 yield Frame(first + frame.index, captured_ns, fit(frame.image()))
+        playback.finished(reader.summary())
         return reader.read, reader.end_ns
 
 

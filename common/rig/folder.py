@@ -59,7 +59,7 @@ def rig_of_files(
     videos: Sequence[Path], calibration: Path, up_axis: str, empty_frames: int, method: str
 ) -> tuple[RigFile, tuple[str, ...]]:
     """Rig file content for videos and a calibration in any folders, and notes for the user.  Raises UserError."""
-    for file in (calibration, *videos):
+    for file in (*videos, calibration):
         if not file.is_file():
             raise UserError(f"{file}: no such file")
     if up_axis not in ("y", "z"):

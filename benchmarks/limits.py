@@ -38,9 +38,7 @@ from zenocap.simulation.rendering.camera import SimulatedCamera
 EMPTY, STRETCHED, LOWERING, HELD, MOVING = 15, 20, 10, 30, 9  # frames
 LIMBS = (("RElbow", "RWrist"), ("LElbow", "LWrist"), ("RKnee", "RAnkle"), ("LKnee", "LAnkle"))
 WRONG_MM, REVERSED_DEG = 150.0, 90.0
-NO_SEARCH = msgspec.structs.replace(
-    DEFAULT_FILTER, limb_search=False, exchange=False, other_postures=False, relocalization=False
-)
+NO_SEARCH = msgspec.structs.replace(DEFAULT_FILTER, limb_search=False, other_postures=False, relocalization=False)
 
 
 def arms(subject: Person, *angles: tuple[float, float, float, float]) -> PersonPose:

@@ -54,7 +54,6 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     velocity_prediction: whether proposals start from the last motion continued, else from the last pose.
     shape_estimation: whether the body's sizes are improved during tracking.
     limb_search: whether a limb without rays is searched elsewhere; by method hybrid only.
-    exchange: whether arms, and legs, are tried exchanged; by method hybrid only.
     other_postures: whether common postures near the tracked one are tried again and again; by method hybrid only.
     start: posture in which a track starts: any, with an average body until the T-pose is seen; or the T-pose.
     """
@@ -68,7 +67,6 @@ class FilterOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     velocity_prediction: bool = True
     shape_estimation: bool = True
     limb_search: bool = True
-    exchange: bool = True
     other_postures: bool = True
     start: Start = "any-posture"
 
@@ -103,7 +101,6 @@ PRESETS = {
             velocity_prediction=False,
             shape_estimation=False,
             limb_search=False,
-            exchange=False,
             other_postures=False,
             start="t-pose",
         ),
@@ -136,7 +133,6 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     velocity_prediction: bool | None = None
     shape_estimation: bool | None = None
     limb_search: bool | None = None
-    exchange: bool | None = None
     other_postures: bool | None = None
     start: str | None = None
 

@@ -135,7 +135,7 @@ PARTICLE_HOLD = (0.10, 0.20, 0.40)  # m, rad, rad: standard deviations of a refi
 ESTIMATE_HOLD = (0.05, 0.10, 0.20)  # m, rad, rad: the same of the estimate about the predicted pose
 ESTIMATE_ITERATIONS = 2
 PREDICTION_DEVIATION = (0.10, 0.30)  # m, rad: of particles about the predicted pose
-VELOCITY_DAMPING = 0.8  # fraction of the velocity that is kept from one frame to the next
+VELOCITY_DAMPING = 0.2  # fraction of the velocity that is kept; chosen by benchmarks.variants and motion_capture
 DYNAMIC_NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: standard deviations of dynamic proposals per frame
 PRIOR_FRACTION, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION = 0.5, 0.2, 0.8  # of the proposals; the first at the start
 PRIOR_FRACTION_RATE = 0.05  # per frame, towards the weight of the particles proposed by the prior
@@ -159,10 +159,6 @@ LIMB_SUPPORT_RATIO = 0.5  # of a limb's usual support, below which it is searche
 LIMB_BODY_SUPPORT_RATIO = 0.75  # of the expected support of the body, below which no single limb is at fault
 LIMB_MISFIT_RATIO = 0.9  # of the best particle's misfit, below which the searched limb becomes a particle
 LIMB_SUPPORT_DECAY = 0.002  # per frame, of a limb's usual support
-EXCHANGE_ITERATIONS = 4
-EXCHANGE_MIN_ANGLE = 0.6  # rad: limbs whose coordinates differ less are alike
-EXCHANGE_RATE = 0.25  # per frame, of the running mean of an exchange's gain
-EXCHANGE_GAIN = 0.06  # ln of the ratio of misfits, above which the exchanged pose replaces the tracked one
 MAX_SPEED, MAX_TURN_RATE = 12.0, 25.0  # m/s and rad/s; a faster change of the estimate was no motion
 
 # Confidence, see `filter/confidence.py`.  Coefficients fitted by `python -m benchmarks.confidence` to simulated people.

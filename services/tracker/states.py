@@ -103,7 +103,6 @@ class Tracking:
     prior, radians.  misfits_in_row: consecutive frames in which the body misfits the scene.
     limb_support: (4,) share of the rays that is usually on each limb; None before the first frame.
     toes: running mean of the statures by which the feet reach forward of the shanks.
-    exchange_gains: (2,) see `zenocap.services.tracker.filter.exchange`.
     limb_features: (4, features) running means, see `zenocap.services.tracker.filter.confidence`; None at the start.
     ambiguity: (4,) of the limbs, metres, see there.
     corrected_ns: capture time of the last correction by a jump, see `filter_step.start_tracking`.
@@ -119,7 +118,6 @@ class Tracking:
     misfits_in_row: int = 0
     limb_support: Floats | None = None
     toes: float = TOES_START
-    exchange_gains: Floats = field(default_factory=lambda: np.zeros(2))
     limb_features: Floats | None = None
     corrected_ns: int = 0
     ambiguity: Floats = field(default_factory=lambda: np.zeros(4))

@@ -14,7 +14,6 @@ from zenocap.common.body.definition import Bdp
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of, pose_difference
 from zenocap.services.tracker.filter.correspondence import Weights, support_fraction
-from zenocap.services.tracker.filter.exchange import PAIRS, try_exchanges
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.limb_search import UsualSupport, search_limbs
 from zenocap.services.tracker.filter.particles import (
@@ -34,7 +33,6 @@ from zenocap.services.tracker.parameters import (
     DYNAMIC_NOISE,
     ESTIMATE_HOLD,
     ESTIMATE_ITERATIONS,
-    EXCHANGE_GAIN,
     INDEPENDENT_RAYS,
     LIKELIHOOD_INFORMATION,
     LOST_EMPTY_FRAMES,
@@ -71,7 +69,7 @@ def start_tracking(
 ) -> tuple[Tracking, Outcome]:
     """Particles at a pose, from which tracking starts.  error: D of the pose, m^2."""
     n = setup.options.particles
-    cloud = _cloud_at(pose, n)
+    cloud = uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
     still = np.zeros(6 + len(pose.values))
     tracking = Tracking(person, cloud, pose, still, captured_ns, PRIOR_FRACTION, corrected_ns=captured_ns)
     return tracking, _outcome(setup, pose, cloud, error)
@@ -95,15 +93,7 @@ def filter_step(
     cloud = found.cloud._replace(weights=likelihood_weights(costs, LIKELIHOOD_INFORMATION))
     estimate = _estimate(setup, phase, cloud, rays, field, expected)
     best = int(np.argmin(costs))
-    error, gains = float(found.errors[best]), phase.exchange_gains
-    corrected = False
-    if options.filter.exchange and options.method == "hybrid":
-        whole = RefinementScene(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD))
-        exchange = try_exchanges(setup.anatomy, whole, estimate, gains)
-        gains = exchange.gains
-        if exchange.pose is not None and gains.max() > EXCHANGE_GAIN:
-            estimate, gains, corrected = exchange.pose, np.zeros(len(PAIRS)), True
-            cloud = _cloud_at(estimate, len(costs))
+    error = float(found.errors[best])
     support = support_fraction(person.model, rays, estimate)
     misfits = support < LOST_SUPPORT_RATIO * person.expected_support or error > LOST_MISFIT_RATIO * RESIDUAL_LIMIT_M**2
     misfits_in_row = phase.misfits_in_row + 1 if misfits else 0
@@ -111,7 +101,7 @@ def filter_step(
     if misfits_in_row >= LOST_FRAMES and options.filter.relocalization:
         return Lost(person, phase.estimate, seen_ns=phase.captured_ns), no_pose(setup, lost=True)
     moved, jumped = _motion(setup, phase, estimate, captured_ns)
-    corrected_ns = captured_ns if corrected or jumped else phase.corrected_ns
+    corrected_ns = captured_ns if jumped else phase.corrected_ns
     body = None
     settled = captured_ns - corrected_ns >= SHAPE_PAUSE_NS
     if options.filter.shape_estimation and settled and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
@@ -133,7 +123,6 @@ def filter_step(
         prior_distance=phase.prior_distance + SUPPORT_RATE * (float(prior_distance[best]) - phase.prior_distance),
         misfits_in_row=misfits_in_row,
         limb_support=found.limb_support,
-        exchange_gains=gains,
         corrected_ns=corrected_ns,
     )
     return tracking, replace(_outcome(setup, estimate, cloud, error), body=body)
@@ -213,11 +202,6 @@ def _costs(setup: Setup, phase: Tracking, found: _Found, expected: RootedPose) -
     scale = max(phase.prior_distance, 0.0 if prior is None else prior.training.distances[1], MIN_PRIOR_DISTANCE)
     departures = _squared_mahalanobis(found.cloud, expected) + (distances / scale) ** 2
     return distances, found.errors + departures / (2.0 * LIKELIHOOD_INFORMATION)
-
-
-def _cloud_at(pose: RootedPose, n: int) -> Cloud:
-    """n particles at a pose."""
-    return uniform_cloud(np.tile(pose.position, (n, 1)), np.tile(pose.rotation, (n, 1, 1)), np.tile(pose.values, (n, 1)))
 
 
 def _motion(setup: Setup, phase: Tracking, estimate: RootedPose, captured_ns: int) -> tuple[Floats, bool]:

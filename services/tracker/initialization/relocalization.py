@@ -187,7 +187,6 @@ def check_other_postures(
     after, replaced = start_tracking(setup, person, ended[best], captured_ns, float(errors[best]))
     corrected = replace(
         phase, cloud=after.cloud, estimate=after.estimate, velocity=after.velocity, corrected_ns=captured_ns,
-        exchange_gains=after.exchange_gains,
     )  # fmt: skip
     return corrected, replace(replaced, body=outcome.body)
 

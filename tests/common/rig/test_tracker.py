@@ -145,7 +145,7 @@ def test_preset_paper_sets_the_printed_options(tmp_path: Path, shipped: Path) ->
     )
     printed = FilterOptions(
         distance="modulated", association="closest", force_law="linear", cost_terms=False, prior_share=1.0,
-        relocalization=False, velocity_prediction=False, shape_estimation=False, limb_search=False, exchange=False,
+        relocalization=False, velocity_prediction=False, shape_estimation=False, limb_search=False,
         other_postures=False, start="t-pose",
     )  # fmt: skip
     assert spec.filter == printed

@@ -9,12 +9,9 @@ from tests.support.tracker_scenes import moved, positions_of, tangent_rays, upri
 from tests.support.tracker_stand_in import FRAME_NS, cameras
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.common.body.coordinates import coordinates_of
-from zenocap.common.rig.tracker import FilterOptions
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.filter.exchange import exchanged
 from zenocap.services.tracker.filter.filter_step import filter_step, start_tracking
 from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.initialization.online_shape import initial_shape
@@ -50,13 +47,6 @@ def steps(setup: Setup, start: RootedPose, scenes: list[Floats32], seed: int = 0
     return results
 
 
-def arm_forward() -> RootedPose:
-    """Standing, the right arm raised forward, the left one hanging."""
-    pose = upright(FOURTEEN_PARTS, 1, spread=0.0)
-    pose.values[coordinates_of(FOURTEEN_PARTS).names.index("right_shoulder.1")] -= 1.4
-    return pose
-
-
 def tracked(result: tuple[Tracking | Lost, Outcome]) -> Tracking:
     assert isinstance(result[0], Tracking)
     return result[0]
@@ -80,28 +70,10 @@ def test_particles_without_refinement_are_worse(seed: int) -> None:
     assert error_mm(refined) < 0.5 * error_mm(sampled)
 
 
-@pytest.mark.parametrize("wanted", [True, False], ids=["exchange", "without"])
-def test_the_step_exchanges_arms_after_a_gain(wanted: bool) -> None:
-    """And starts a new cloud and new gains from the exchanged pose."""
-    true = arm_forward()
-    start = exchanged(FOURTEEN_PARTS, true, 0)
-    phase, _ = start_tracking(setup_with(), PERSON, start, 0, 0.0)
-    phase = replace(phase, exchange_gains=np.array([1.0, 0.0]))
-    setup = setup_with(filter=FilterOptions(exchange=wanted, limb_search=False))
-    rays, rng = tangent_rays(MODEL, true, 400), np.random.default_rng(1)
-    found = tracked(filter_step(setup, phase, FRAME_NS, rays, no_distance_field(), rng))
-    assert (error_mm(found.estimate, true) < 0.3 * error_mm(start, true)) == wanted
-    assert (found.exchange_gains[0] == 0.0) == wanted
-    assert bool(np.ptp(found.cloud.values, axis=0).max() == 0.0) == wanted
-
-
-def test_baselines_neither_exchange_nor_search() -> None:
-    true = arm_forward()
-    start = exchanged(FOURTEEN_PARTS, true, 0)
+def test_baselines_do_not_search_limbs() -> None:
     image_force = setup_with(method="image-force", particles=1)
-    found = tracked(steps(image_force, start, [tangent_rays(MODEL, true, 400)] * 3)[-1])
+    found = tracked(steps(image_force, TRUE, [tangent_rays(MODEL, TRUE, 400)] * 3)[-1])
     assert found.limb_support is None
-    assert not found.exchange_gains.any()
 
 
 @pytest.mark.slow

@@ -65,6 +65,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "starts": ("--people", "1", "--posture", "squat", "--jobs", "1"),
     "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
     "stages": ("--takes", "1"),
+    "video_trials": ("--trial", "a third shorter", "--jobs", "1"),
 }
 
 

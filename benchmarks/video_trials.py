@@ -31,7 +31,8 @@ from zenocap.simulation.rendering.video_file import write_video
 
 CHANGED, OTHER = "cam02", "cam01"
 LATE_S = 0.5  # by which the second camera starts
-SAID = ("note:", "left out:", "lost:", "error:")
+EMPTY_FRAMES = 14  # empty also in the video that begins late, and at half the frame rate
+SAID = ("note:", "left out:", "lost:", "error:", "no pose")
 
 
 @dataclass(frozen=True)
@@ -136,10 +137,10 @@ def tried(clip: Path, name: str) -> list[Cell]:
     with TemporaryDirectory(prefix="zenocap-") as place:
         folder = Path(place) / clip.name
         (folder / "videos").mkdir(parents=True)
-        for file in ("calibration.toml", "clip.toml", f"videos/{OTHER}.mp4"):
+        for file in ("calibration.toml", f"videos/{OTHER}.mp4"):
             shutil.copy(clip / file, folder / file)
-        text = (folder / "clip.toml").read_text()  # its frame rate is that of the unchanged video
-        (folder / "clip.toml").write_text("\n".join(line for line in text.splitlines() if not line.startswith("fps")))
+        up = tomllib.loads((clip / "clip.toml").read_text())["up_axis"]
+        (folder / "clip.toml").write_text(f'up_axis = "{up}"\nempty_frames = {EMPTY_FRAMES}\n')
         TRIALS[name](folder, read_film(clip / "videos" / f"{CHANGED}.mp4"))
         take = Path(place) / "take.mcap"
         done = _zenocap("track", str(folder), "-o", str(take), "--jobs", "1")

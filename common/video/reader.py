@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import islice, pairwise
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -20,6 +21,8 @@ from zenocap.common.video.frame_times import FrameTimes, Timing, timing_of
 MISCOUNTED = 0.01  # share by which the frame count of a container may be wrong
 MAX_FPS = 1000.0
 MIN_PX = 16  # least width and height of images
+PROBED_FRAMES = 240  # whose intervals are compared with the mean rate
+MISSING_RATIO = Fraction(105, 100)  # of the median rate to the mean one, from which frames are missing
 THREADS = 4  # of one decoder at most; views are decoded beside each other
 # By the turn, counterclockwise in degrees, that a file asks for.
 QUARTER_TURNS = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
@@ -40,6 +43,22 @@ class VideoFrame:
         return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
 
 
+def _nominal_rate(path: Path, mean: Fraction) -> Fraction:
+    """The mean rate, or that of the median interval of the first frames where it is much higher: frames are missing."""
+    try:
+        with av.open(str(path), metadata_errors="replace") as container:
+            packets = container.demux(container.streams.video[0])
+            stamps = sorted(one.pts for one in islice(packets, PROBED_FRAMES) if one.pts is not None)
+            base = container.streams.video[0].time_base or Fraction(0)
+    except FFmpegError:
+        return mean
+    intervals = sorted(b - a for a, b in pairwise(stamps) if b > a)
+    if not intervals or not base:
+        return mean
+    median = 1 / (intervals[len(intervals) // 2] * base)
+    return median if median > mean * MISSING_RATIO else mean
+
+
 @dataclass(frozen=True)
 class VideoSummary:
     """What was read of a file.  damaged: frames that could not be decoded.  estimated: frames without an own time."""
@@ -52,8 +71,8 @@ class VideoSummary:
 class VideoReader:
     """One pass through a video file.
 
-    fps: frames/s, the mean that the file declares.  declared: number of frames, 0 when unknown.  size: (width, height) of
-    the images, px.
+    fps: frames/s, the mean that the file declares, or where frames are missing that of its intervals.
+    declared: number of frames, 0 when unknown.  size: (width, height) of the images, px.
     A damaged frame is left out and counted; the others keep their times.
     """
 
@@ -74,7 +93,7 @@ class VideoReader:
         self._stream = self._container.streams.video[0]
         self._stream.thread_type = "AUTO"
         self._stream.codec_context.thread_count = min(THREADS, os.cpu_count() or 1)
-        rate = self._stream.average_rate or self._stream.guessed_rate or Fraction(0)
+        rate = _nominal_rate(path, self._stream.average_rate or self._stream.guessed_rate or Fraction(0))
         self.fps, self._duration_ns = float(rate), self._declared_duration_ns()
         self.declared = self._stream.frames or round(self._duration_ns * self.fps / 1e9)
         self.codec, self.format = self._stream.codec_context.name, self._stream.codec_context.pix_fmt or ""

@@ -13,7 +13,7 @@ CLOCK = 90_000  # ticks a second of given frame times
 OPTIONS = {
     "libx264": {"crf": "10", "preset": "ultrafast"},
     "libx265": {"crf": "10", "preset": "ultrafast", "x265-params": "log-level=none"},
-    "libvpx-vp9": {"deadline": "realtime", "cpu-used": "8"},
+    "libvpx-vp9": {"crf": "15", "b": "0", "deadline": "realtime", "cpu-used": "8"},
 }
 
 

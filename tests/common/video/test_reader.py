@@ -85,6 +85,8 @@ def test_dropped_frames_are_a_gap(tmp_path: Path) -> None:
     (gap,) = summary.timing.gaps
     assert (gap.missing, round(gap.before_s, 3), round(gap.after_s, 3)) == (12, 0.633, 1.067)
     assert not summary.timing.variable
+    with VideoReader(tmp_path / "a.mp4") as reader:
+        assert reader.fps == pytest.approx(30.0, rel=0.001), "the mean of 48 frames is 24 a second"
 
 
 def test_times_begin_with_the_first_frame(tmp_path: Path) -> None:

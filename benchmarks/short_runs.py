@@ -33,6 +33,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),
     "contended": ("--seconds", "3", "--size", "160x120"),
     "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
+    "decoding": ("--sizes", "64x48", "--frames", "10", "--minutes", "0.5"),
     "faults": ("--short",),
     "headings": ("--people", "1", "--every", "180", "--jobs", "1"),
     "motion_capture": ("--views", "2", "--people", "1", "--motions", "07_01", "--jobs", "1"),
@@ -64,6 +65,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "starts": ("--people", "1", "--posture", "squat", "--jobs", "1"),
     "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
     "stages": ("--takes", "1"),
+    "video_trials": ("--trial", "a third shorter", "--jobs", "1"),
 }
 
 

@@ -7,3 +7,23 @@ class UserError(Exception):
     The command line prints it as one line and exits with status 1; any other exception is a bug.  Subclasses exist only
     where code handles them differently.
     """
+
+
+class SourceError(UserError):
+    """Failure of a source of frames; the text names the source and the reason."""
+
+
+class OpenError(SourceError):
+    """The source does not exist, or is not a camera, video or picture."""
+
+
+class AccessDenied(SourceError):
+    """The source exists, but this user has no read permission."""
+
+
+class SizeMismatch(SourceError):
+    """The image size does not fit the calibration."""
+
+
+class EndedEarly(SourceError):
+    """The source ended or failed before its declared number of frames; the earlier frames are valid."""

@@ -8,6 +8,7 @@ T = TypeVar("T")
 
 GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for; times the largest frame stride
 LONG_NS, OUTDATED = 2_000_000_000, 30  # so many items in a row that are so late mean that the newest time was wrong
+FARTHEST = 1.5  # half frame periods between items of a frame set, where no other item of these viewers is nearer
 KEPT_WAITING = 8  # items of one viewer that may wait
 
 
@@ -62,8 +63,9 @@ class FrameSet(Generic[T]):
 def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tuple[Synchronizer[T], list[FrameSet[T]]]:
     """Add one item; return the new synchronizer and every frame set that the item completes, oldest first.
 
-    A frame set is complete when each viewer, except absent ones (GONE_AFTER), has an item within half a frame period.  A
-    viewer's next item ends the wait for the others at its last one.  Duplicate, late and unknown items are counted and
+    A frame set is complete when each viewer, except absent ones (GONE_AFTER), has an item within half a frame period, or
+    somewhat more where no other item is nearer: the period of a camera may vary.  A viewer's next item ends the wait for
+    the others at its last one.  Duplicate, late and unknown items are counted and
     dropped.  Frame sets are strictly in the order of time.  OUTDATED items in a row that are LONG_NS behind mean that an
     earlier time was wrong (a clock, or an invalid message): the time is reset.  The waiting items of one viewer are
     dropped by the same rule.
@@ -116,8 +118,19 @@ def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
     heads = {viewer: queue[0] for viewer, queue in pairs.waiting.items() if queue}
     if not heads:
         return None
-    start_ns = min(item.captured_ns for item in heads.values())
-    chosen = {viewer: item for viewer, item in heads.items() if item.captured_ns - start_ns <= pairs.paired_within_ns}
+    first = min(heads, key=lambda viewer: heads[viewer].captured_ns)
+    start_ns, later = heads[first].captured_ns, pairs.waiting[first][1:2]
+    chosen = {}
+    for viewer, item in heads.items():
+        after_ns = item.captured_ns - start_ns
+        if after_ns > FARTHEST * pairs.paired_within_ns:
+            continue
+        if after_ns > pairs.paired_within_ns and not follows(pairs.given, first, viewer):
+            if not later and len(pairs.waiting[viewer]) < 2:  # the first viewer's next item may be nearer
+                return None
+            if later and abs(later[0].captured_ns - item.captured_ns) < after_ns:
+                continue
+        chosen[viewer] = item
     absent = [viewer for viewer in pairs.viewers if viewer not in chosen]
     # A missing viewer is waited for, unless it is absent, has passed this time, or a present one has its next item.
     overtaken = any(len(pairs.waiting[viewer]) > 1 for viewer in chosen)
@@ -130,6 +143,11 @@ def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
     given = {**pairs.given, **{viewer: item.captured_ns for viewer, item in chosen.items()}}
     pairs = replace(pairs, waiting=waiting, missed=missed, last_ns=max(pairs.last_ns, start_ns), given=given)
     return pairs, FrameSet(start_ns, {viewer: item.value for viewer, item in chosen.items()})
+
+
+def follows(given: Mapping[str, int], first: str, second: str) -> bool:
+    """True when the last items of these viewers came in this order: pairs at half a period do not change it."""
+    return first in given and given[first] < given.get(second, -1)
 
 
 def _count(pairs: Synchronizer[T], name: str) -> Synchronizer[T]:

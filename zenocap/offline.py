@@ -1,13 +1,11 @@
 """Offline tracking: `track` turns the videos of a rig into a take."""
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from shutil import copyfile
-from tempfile import TemporaryDirectory
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
 from zenocap.tools.recordings.both_ways import has_second_pass, track_both_ways
@@ -71,13 +69,9 @@ def track(
         return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
     if calibration is None:
         raise UserError("calibration is missing: a list of videos needs the file of their cameras")
-    with TemporaryDirectory(prefix="zenocap-") as name:
-        folder = Path(name) / Path(output).stem
-        _lay_out(
-            folder, [Path(video) for video in source], Path(calibration), {"empty_frames": empty_frames, "up_axis": up_axis}
-        )
-        rig = load_rig(folder, method, variant=variant)
-        return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
+    videos = [Path(video) for video in source]
+    rig = rig_of_videos(videos, Path(calibration), up_axis, empty_frames or 0, method, variant)
+    return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
 
 
 def _tracked(
@@ -106,22 +100,6 @@ def _tracked(
         result = track_both_ways(rig, output, on_frame_set, jobs=jobs)
     else:
         result = write_take(rig, output, on_frame_set, jobs)
-    for problem in result.problems:
+    for problem in (*result.left_out, *result.problems):
         logger.warning("%s: %s", output, problem)
     return open_take(output)
-
-
-def _lay_out(folder: Path, videos: Sequence[Path], calibration: Path, clip: Mapping[str, int | str | None]) -> None:
-    """Make `folder` a clip in the Pose2Sim layout, with links to the videos.  Raises UserError for missing files."""
-    for path in (*videos, calibration):
-        if not path.is_file():
-            raise UserError(f"{path}: no such file")
-    (folder / "videos").mkdir(parents=True)
-    copyfile(calibration, folder / "calibration.toml")
-    for video in videos:
-        link = folder / "videos" / video.name
-        if link.is_symlink():
-            raise UserError(f"{video}: another video has this name: allowed: one name per camera")
-        link.symlink_to(video.resolve())
-    values = {key: f'"{value}"' if isinstance(value, str) else value for key, value in clip.items() if value is not None}
-    (folder / "clip.toml").write_text("".join(f"{key} = {value}\n" for key, value in values.items()))

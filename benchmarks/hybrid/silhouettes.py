@@ -25,7 +25,8 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
-from zenocap.tools.recordings.track import EPOCH_NS, at_working_size, frame_sets
+from zenocap.tools.recordings.inputs import Inputs
+from zenocap.tools.recordings.track import EPOCH_NS, at_working_size, tolerance_ns
 
 VIEWER_CODE = ("common/vision", "common/camera", "services/viewer")
 TRUTHS = ("truth.trc", "reference.trc")  # of a rendered clip; of a real one, which is no ground truth
@@ -117,8 +118,8 @@ def _silhouettes(rig: Rig) -> Iterator[Instant]:
     services = {viewer.id: silhouette_service(viewer) for viewer in rig.viewers}
     states: dict[str, silhouette_step.State] = {id: service.state for id, service in services.items()}
     sources = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
-    problems: list[str] = []
-    for frames in frame_sets(sources, round(0.5e9 / max(viewer.fps for viewer in rig.viewers)), problems):
+    inputs = Inputs()
+    for frames in inputs.frame_sets(sources, tolerance_ns(rig)):
         masks: dict[str, Bytes] = {}
         for id, frame in frames.items():
             states[id], messages = silhouette_step.step(services[id].setup, states[id], frame)
@@ -128,8 +129,8 @@ def _silhouettes(rig: Rig) -> Iterator[Instant]:
         if masks:
             latest: Frame = max(frames.values(), key=lambda frame: frame.frame)
             yield Instant(latest.frame, min(f.captured_ns for f in frames.values()) - EPOCH_NS, masks)
-    if problems:
-        raise ValueError(f"rig {rig.name}: {'; '.join(problems)}")
+    if inputs.problems:
+        raise ValueError(f"rig {rig.name}: {'; '.join(inputs.problems)}")
 
 
 def _arrays(found: Iterable[Instant]) -> dict[str, Ints | Bytes]:

@@ -1,4 +1,4 @@
-"""Calibration files of anipose and Pose2Sim: TOML with one table per camera and `[metadata]`.
+"""Calibration files of anipose and Pose2Sim: TOML with one table per camera and `[metadata]`.  Those of caliscope, too.
 
 [cam_01]
 name = "cam01"
@@ -20,6 +20,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
+from zenocap.common.camera.caliscope import caliscope_tables, is_caliscope
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
@@ -34,6 +35,8 @@ def read_anipose(path: Path, up_axis: str = "y") -> dict[str, Camera]:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not TOML: {error}") from error
+    if is_caliscope(tables):
+        tables = caliscope_tables(path, tables)
     cameras: dict[str, Camera] = {}
     for key, table in tables.items():
         if key == "metadata" or not isinstance(table, dict):

@@ -23,10 +23,15 @@ NAME_ALLOWED = "1 to 64 letters, digits, _ . and -"
 
 Side = Annotated[int, Meta(ge=16, le=16384)]
 Rate = Annotated[float, Meta(gt=0, le=1000)]
+MAX_OFFSET_S = 3600.0
+Offset = Annotated[float, Meta(ge=-MAX_OFFSET_S, le=MAX_OFFSET_S)]
 
 
 class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
-    """One `[[viewer]]`.  initial: a separate video of the T-pose, shown before a file's own."""
+    """One `[[viewer]]`.  initial: a separate video of the T-pose, shown before a file's own.
+
+    offset_s: time at which a video file begins, seconds; only differences between the viewers count.
+    """
 
     id: str
     camera: str
@@ -35,6 +40,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     size: tuple[Side, Side] | None = None
     fps: Rate | None = None
     initial: str | None = None
+    offset_s: Offset = 0.0
     preview: bool = False
     silhouette: bool = True
 

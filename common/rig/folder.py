@@ -4,16 +4,20 @@ videos/NAME.mp4        one per camera that takes part
 background/NAME.png    a picture of the empty scene; else
 clip.toml              empty_frames = the first frames of each video that are empty; up_axis; fps
 stretched/NAME.mp4     the T-pose, where the main video does not show it
+sync.toml              [offset_s] NAME = time in seconds at which the camera's video begins, as `zenocap sync` writes it
 """
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
-from zenocap.common.rig.file import LogTable, RigFile, ViewerTable, ZenohTable, read_toml
+from zenocap.common.rig.file import MAX_OFFSET_S, LogTable, RigFile, ViewerTable, ZenohTable, read_toml
+from zenocap.common.rig.sources import VIDEO_SUFFIXES
 
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg")
+SYNC_FILE = "sync.toml"
+MEDIAN = "median"  # background
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 
@@ -26,14 +30,14 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
     clip = read_toml(clip_path) if clip_path.is_file() else {}
     up_axis, fps, empty = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
     cameras = list(read_calibration(calibration, str(up_axis)))
-    videos, notes = _videos(folder, cameras)
+    videos, notes = _videos(folder, calibration, cameras)
+    offsets = read_offsets(folder / SYNC_FILE, cameras)
+    if offsets:
+        notes.append(f"{SYNC_FILE}: videos begin at {', '.join(f'{name} {time:+.3f} s' for name, time in offsets.items())}")
     viewers = []
     for name, video in videos.items():
         plate = _camera_file(folder / "background", name, video.stem, IMAGE_SUFFIXES)
-        background = f"image:{plate}" if plate else f"first:{empty}" if empty else "median"
-        if background == "median":
-            notes.append(f"{name}: no background picture and no empty_frames: the median of its video is used")
-        initial = _camera_file(folder / "stretched", name, video.stem, VIDEO_SUFFIXES)
+        background = f"image:{plate}" if plate else f"first:{empty}" if empty else MEDIAN
         viewers.append(
             ViewerTable(
                 id=plain_name(name),
@@ -41,19 +45,72 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
                 source=str(video.relative_to(folder)),
                 background=background,
                 fps=None if fps is None else float(str(fps)),
-                initial=initial,
+                initial=_camera_file(folder / "stretched", name, video.stem, VIDEO_SUFFIXES),
+                offset_s=offsets.get(name, 0.0),
             )
         )
-    content = RigFile(
-        name=plain_name(folder.resolve().name),
-        calibration=calibration.name,
+    return _rig_file(folder.resolve().name, calibration.name, viewers, str(up_axis), method), (
+        *notes,
+        *_median_notes(viewers),
+    )
+
+
+def rig_of_files(
+    videos: Sequence[Path], calibration: Path, up_axis: str, empty_frames: int, method: str
+) -> tuple[RigFile, tuple[str, ...]]:
+    """Rig file content for videos and a calibration in any folders, and notes for the user.  Raises UserError."""
+    for file in (*videos, calibration):
+        if not file.is_file():
+            raise UserError(f"{file}: no such file")
+    if up_axis not in ("y", "z"):
+        raise UserError(f"up axis {up_axis!r}: allowed: y or z")
+    paired, notes = _paired(calibration, list(read_calibration(calibration, up_axis)), videos)
+    background = f"first:{empty_frames}" if empty_frames else MEDIAN
+    viewers = [
+        ViewerTable(id=plain_name(name), camera=name, source=str(video.resolve()), background=background)
+        for name, video in paired.items()
+    ]
+    name = videos[0].resolve().parent.name
+    content = _rig_file(name, str(calibration.resolve()), viewers, up_axis, method)
+    return content, (*notes, *_median_notes(viewers))
+
+
+def _rig_file(name: str, calibration: str, viewers: Sequence[ViewerTable], up_axis: str, method: str) -> RigFile:
+    return RigFile(
+        name=plain_name(name),
+        calibration=calibration,
         viewer=tuple(viewers),
-        up_axis=str(up_axis),
+        up_axis=up_axis,
         method=method,
         zenoh=ZenohTable(),
         log=LogTable(),
     )
-    return content, tuple(notes)
+
+
+def _median_notes(viewers: Sequence[ViewerTable]) -> list[str]:
+    return [
+        f"{viewer.camera}: no background picture and no empty_frames: the median of its video is used"
+        for viewer in viewers
+        if viewer.background == MEDIAN
+    ]
+
+
+def read_offsets(path: Path, cameras: Sequence[str]) -> dict[str, float]:
+    """Time in seconds at which each camera's video begins; empty without the file.  Raises UserError."""
+    if not path.is_file():
+        return {}
+    content = read_toml(path)
+    offsets = content.get("offset_s")
+    if not isinstance(offsets, dict) or len(content) != 1:
+        raise UserError(f"{path}: allowed: one table [offset_s] with a number for each camera")
+    for name, value in offsets.items():
+        if name not in cameras:
+            raise UserError(f"{path}: offset_s.{name}: no such camera: allowed: {', '.join(cameras)}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MAX_OFFSET_S:
+            raise UserError(
+                f"{path}: offset_s.{name} = {value!r}: allowed: seconds from {-MAX_OFFSET_S:g} to {MAX_OFFSET_S:g}"
+            )
+    return {name: float(value) for name, value in offsets.items()}
 
 
 CLIP_KEYS: tuple[tuple[str, object, str], ...] = (
@@ -82,25 +139,28 @@ def plain_name(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.\-]", "-", text)[:64] or "rig"
 
 
-def _videos(folder: Path, cameras: list[str]) -> tuple[dict[str, Path], list[str]]:
+def _videos(folder: Path, calibration: Path, cameras: list[str]) -> tuple[dict[str, Path], list[str]]:
     """Video by camera: matched by name, or by order when no name matches, as in Pose2Sim."""
     found = sorted(p for p in (folder / "videos").glob("*") if p.suffix.lower() in VIDEO_SUFFIXES)
     if not found:
         raise UserError(f"{folder}: videos/ has no video: allowed: NAME{' NAME'.join(VIDEO_SUFFIXES)}, NAME of a camera")
+    return _paired(calibration, cameras, found)
+
+
+def _paired(calibration: Path, cameras: Sequence[str], videos: Sequence[Path]) -> tuple[dict[str, Path], list[str]]:
+    """Video by camera, and notes.  Raises UserError."""
     by_stem: dict[str, Path] = {}
-    for path in found:
+    for path in videos:
         if path.stem in by_stem:
-            raise UserError(f"{path}: {by_stem[path.stem].name} exists too: allowed: one video per camera")
+            raise UserError(f"{path}: {by_stem[path.stem]} exists too: allowed: one video per camera")
         by_stem[path.stem] = path
     paired = {name: by_stem[name] for name in cameras if name in by_stem}
-    if not paired and len(found) == len(cameras):
-        pairs = dict(zip(cameras, found, strict=True))
+    if not paired and len(videos) == len(cameras):
+        pairs = dict(zip(cameras, videos, strict=True))
         pairing = ", ".join(f"{name} = {path.name}" for name, path in pairs.items())
         return pairs, [f"no video is named after a camera: assigned in order: {pairing}"]
-    if unmatched := [path.name for path in found if path.stem not in paired]:
-        raise UserError(
-            f"{folder}: videos/{unmatched[0]} belongs to no camera of calibration.toml; there are: {', '.join(cameras)}"
-        )
+    if unmatched := [path for path in videos if path.stem not in paired]:
+        raise UserError(f"{unmatched[0]}: belongs to no camera of {calibration}; there are: {', '.join(cameras)}")
     notes = [f"{name}: no video: this camera is not used" for name in cameras if name not in paired]
     return paired, notes
 

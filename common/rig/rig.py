@@ -1,6 +1,7 @@
 """A rig: an installation of cameras, from one TOML file or from a folder in the Pose2Sim layout."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,14 +12,14 @@ from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pai
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
 from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, read_toml, rig_file
-from zenocap.common.rig.folder import folder_rig
+from zenocap.common.rig.folder import folder_rig, rig_of_files
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
-from zenocap.common.rig.viewers import Viewer, rig_viewers, size_notes
+from zenocap.common.rig.viewers import Viewer, at_common_rate, rig_viewers, size_notes, video_notes
 from zenocap.data import DEMO_RIGS
 
-__all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig"]
+__all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig", "rig_of_videos"]
 
 
 @dataclass(frozen=True)
@@ -69,20 +70,50 @@ def load_rig(path: Path | str, method: str | None = None, variant: str | None = 
     pictures are then no error.  Raises UserError, whose text contains file, key, value and allowed values.
     """
     path = Path(path)
-    if method is not None and method not in METHODS:
-        raise UserError(f"method = {method!r}: allowed: {', '.join(METHODS)}")
-    notes: tuple[str, ...] = ()
     if path.is_dir():
-        base = path
         content, notes = folder_rig(path, method or AUTO)
-        content_bytes = repr(content).encode()
-        own_file = path / "clip.toml"
+        read = _Read(path, path, content, repr(content).encode(), path / "clip.toml", notes)
     elif path.exists():
-        base, content_bytes = path.parent, path.read_bytes()
-        content = rig_file(path, read_toml(path))
-        own_file = path
+        read = _Read(path, path.parent, rig_file(path, read_toml(path)), path.read_bytes(), path, ())
     else:
         raise UserError(f"{path}: no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/")
+    return _rig(read, method, variant, files)
+
+
+def rig_of_videos(
+    videos: Sequence[Path],
+    calibration: Path,
+    up_axis: str = "y",
+    empty_frames: int = 0,
+    method: str | None = None,
+    variant: str | None = None,
+) -> Rig:
+    """The rig of video files and a calibration, in any folders.  Raises UserError.
+
+    A video belongs to the camera of its name; videos without such names to the cameras in their order.
+    empty_frames: number of first frames of each video that show the empty scene; 0: the median of its frames is used.
+    """
+    content, notes = rig_of_files(videos, calibration, up_axis, empty_frames, method or AUTO)
+    return _rig(_Read(calibration, Path(), content, repr(content).encode(), calibration, notes), method, variant, True)
+
+
+@dataclass(frozen=True)
+class _Read:
+    """What is known of a rig before its calibration is read.  path: for errors.  file: its own, where it exists."""
+
+    path: Path
+    base: Path
+    content: RigFile
+    content_bytes: bytes
+    file: Path
+    notes: tuple[str, ...]
+
+
+def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> Rig:
+    """The rig.  method, variant, files: see `load_rig`."""
+    if method is not None and method not in METHODS:
+        raise UserError(f"method = {method!r}: allowed: {', '.join(METHODS)}")
+    path, base, content = read.path, read.base, read.content
     has_variant = content.variant != VARIANTS[0] or bool(content.additions) or bool(content.without)
     own_method = _resolved(content.method, has_variant)
     method = _resolved(method or content.method, variant is not None or has_variant)
@@ -106,10 +137,11 @@ def load_rig(path: Path | str, method: str | None = None, variant: str | None = 
         except RecognizerError as error:
             raise UserError(f"{path}: recognizer.{error}") from error
     viewers, chosen = _viewers_in_use(path, method, viewers)
-    parts = [content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions)]
+    viewers, rates = at_common_rate(viewers)
+    parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions)]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
-    all_notes = (*notes, *chosen, *size_notes(content, viewers))
-    files_of_rig = tuple(file for file in (own_file, calibration) if file.is_file())
+    all_notes = (*read.notes, *chosen, *rates, *size_notes(content, viewers), *(video_notes(viewers) if files else ()))
+    files_of_rig = tuple(file for file in dict.fromkeys((read.file, calibration)) if file.is_file())
     return Rig(
         content.name,
         method,

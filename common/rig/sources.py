@@ -11,6 +11,7 @@ SOURCES = (
     "rendered:FILE.npy[?fps=N]"
 )
 BACKGROUNDS = "first:N, median, image:FILE, mog2"
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 STREAMS = ("rtsp", "rtsps", "http", "https")
 MAX_DEVICE = 99
 MAX_SEED = 2**31 - 1
@@ -36,10 +37,14 @@ class Stream:
 
 @dataclass(frozen=True)
 class VideoFile:
-    """initial: a separate video of the T-pose, shown before the main one; None when that shows it."""
+    """initial: a separate video of the T-pose, shown before the main one; None when that shows it.
+
+    offset_ns: time of the first frame from that of the file of the rig that began first.
+    """
 
     path: Path
     initial: Path | None = None
+    offset_ns: int = 0
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,19 @@
 """The viewers of a rig: each camera at its working size, its source and its background, with checks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
-
 from zenocap.common.camera.calibration_files import camera_named
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.errors import UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.rig.file import RigFile, ViewerTable
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.sources import (
     Actor,
     Background,
     BackgroundImage,
+    FirstFrames,
     Images,
     MedianFrames,
     Rendered,
@@ -23,9 +23,11 @@ from zenocap.common.rig.sources import (
     parse_background,
     parse_source,
 )
+from zenocap.common.video.reader import VideoReader
 
 LONG_SIDE_PX = 640  # default of the working size's long side
 DEVICE_FPS, ACTOR_FPS, IMAGES_FPS = 30.0, 15.0, 30.0
+SAME_RATE = 0.01  # largest relative difference of frame rates that are treated as equal, such as 29.97 and 30
 SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working size and calibration
 
 
@@ -79,7 +81,36 @@ def rig_viewers(path: Path, base: Path, content: RigFile, cameras: dict[str, Cam
         fps = table.fps or _own_fps(path, key, source, files)
         working = camera.resized(size)
         viewers.append(Viewer(table.id, working, camera.size, source, background, fps, table.preview, table.silhouette))
-    return tuple(viewers)
+    return _from_the_first(viewers)
+
+
+def _from_the_first(viewers: Sequence[Viewer]) -> tuple[Viewer, ...]:
+    """The viewers with the offsets of their files counted from the file that begins first."""
+    first = min((viewer.source.offset_ns for viewer in viewers if isinstance(viewer.source, VideoFile)), default=0)
+    return tuple(
+        replace(viewer, source=replace(viewer.source, offset_ns=viewer.source.offset_ns - first))
+        if isinstance(viewer.source, VideoFile)
+        else viewer
+        for viewer in viewers
+    )
+
+
+def at_rate(viewer: Viewer, fps: float) -> Viewer:
+    """The viewer at another frame rate; the empty scene at the beginning keeps its duration."""
+    background = viewer.background
+    if isinstance(background, FirstFrames) and fps < viewer.fps:  # the same duration in fewer frames
+        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
+    return replace(viewer, fps=fps, background=background)
+
+
+def at_common_rate(viewers: tuple[Viewer, ...]) -> tuple[tuple[Viewer, ...], list[str]]:
+    """The viewers of video files at the lowest of their frame rates where these differ, and a note for the user."""
+    rates = [viewer.fps for viewer in viewers if isinstance(viewer.source, VideoFile)]
+    if len(rates) != len(viewers) or max(rates) <= min(rates) * (1.0 + SAME_RATE):
+        return viewers, []
+    text = ", ".join(f"{viewer.id} {viewer.fps:.4g}" for viewer in viewers)
+    note = f"frames/s: {text}: of the faster ones, the frames nearest in time to {min(rates):.4g} a second are used"
+    return tuple(at_rate(viewer, min(rates)) for viewer in viewers), [note]
 
 
 def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
@@ -91,6 +122,24 @@ def size_notes(content: RigFile, viewers: tuple[Viewer, ...]) -> list[str]:
         for viewer in viewers
         if viewer.id not in chosen and viewer.camera.size != viewer.calibrated_size
     ]
+
+
+def video_notes(viewers: tuple[Viewer, ...]) -> list[str]:
+    """Notes for the user on videos of another size than that of the calibration; of those that can be read."""
+    notes = []
+    for viewer in viewers:
+        if isinstance(viewer.source, VideoFile) and viewer.source.path.is_file():
+            try:
+                with VideoReader(viewer.source.path) as reader:
+                    size = reader.size
+            except SourceError:
+                continue  # said when it is tracked
+            if size != viewer.calibrated_size:
+                notes.append(
+                    f"viewer {viewer.id}: video of {size[0]} x {size[1]}, calibration for {viewer.calibrated_size[0]} x "
+                    f"{viewer.calibrated_size[1]}: scaled; wrong if the camera cuts its picture in one of them"
+                )
+    return notes
 
 
 def _working_size(path: Path, key: str, table: ViewerTable, camera: Camera) -> tuple[int, int]:
@@ -116,6 +165,10 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
         if not isinstance(source, VideoFile):
             raise UserError(f"{path}: {key}.initial = {table.initial!r}: allowed: only where the source is a video file")
         source = replace(source, initial=base / table.initial)
+    if table.offset_s:
+        if not isinstance(source, VideoFile):
+            raise UserError(f"{path}: {key}.offset_s = {table.offset_s}: allowed: only where the source is a video file")
+        source = replace(source, offset_ns=round(table.offset_s * 1e9))
     if not files:
         return source
     match source:
@@ -140,10 +193,9 @@ def _own_fps(path: Path, key: str, source: Source, files: bool) -> float:
         case Rendered(fps=fps):
             return fps
         case VideoFile(path=file) if files or file.is_file():
-            capture = cv2.VideoCapture(str(file))
-            rate = float(capture.get(cv2.CAP_PROP_FPS)) if capture.isOpened() else 0.0
-            capture.release()
-            if not 0 < rate <= 1000:
-                raise UserError(f"{path}: {key}.source: {file} cannot be opened as a video or has no frame rate: give fps")
-            return rate
+            try:
+                with VideoReader(file) as reader:
+                    return reader.fps
+            except SourceError as error:
+                raise UserError(f"{path}: {key}.source: {error}") from error
     return DEVICE_FPS

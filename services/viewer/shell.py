@@ -13,6 +13,7 @@ from zenocap.common.arrays import Image
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import OpenError
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import BackgroundImage, Device, Stream
@@ -28,7 +29,7 @@ from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.jit_warmup import load_compiled
-from zenocap.services.viewer.sources.playback import OpenError, Playback
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.video import median_picture

@@ -1,5 +1,6 @@
 """Frame sets by capture time, with jitter, losses, late frames and wrong clocks."""
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -46,6 +47,31 @@ def test_frames_half_a_period_apart_are_paired_and_further_ones_are_not() -> Non
     assert shape(play([("1", FRAME_NS), ("2", FRAME_NS + half)])[1]) == [("1", "2")]
     apart = play([("1", FRAME_NS), ("2", FRAME_NS + half + 1)])[1]
     assert ("1", "2") not in shape(apart)
+
+
+@given(phase=st.floats(0.0, 1.0), seed=st.integers(0, 1000))
+def test_frames_of_varying_periods_are_paired_at_any_phase(phase: float, seed: int) -> None:
+    """Two cameras whose frames come up to 8 % of a period early or late: at most those at both ends are alone."""
+    jitter = np.random.default_rng(seed).uniform(-0.08, 0.08, (2, 40))
+    times = [("1", round((k + jitter[0, k]) * FRAME_NS)) for k in range(1, 40)]
+    times += [("2", round((k + phase + jitter[1, k]) * FRAME_NS)) for k in range(1, 40)]
+    _, instants = play(sorted(times, key=lambda event: event[1]))
+    alone = [k for k, names in enumerate(shape(instants)) if len(names) == 1]
+    assert len(alone) <= 2
+    assert len(instants) >= 37
+
+
+def test_a_frame_is_paired_with_the_nearest_one() -> None:
+    _, instants = play([("1", FRAME_NS), ("2", int(1.6 * FRAME_NS)), ("1", 2 * FRAME_NS), ("2", int(2.6 * FRAME_NS))])
+    assert [dict(instant.items) for instant in instants] == [
+        {"1": ("1", FRAME_NS)},
+        {"1": ("1", 2 * FRAME_NS), "2": ("2", int(1.6 * FRAME_NS))},
+    ]
+
+
+def test_a_viewer_that_stopped_is_not_waited_for_to_find_the_nearest() -> None:
+    events = [("1", FRAME_NS)] + [("2", int((k + 0.6) * FRAME_NS)) for k in range(1, 4)]
+    assert shape(play(events)[1]) == [("1", "2"), ("2",)]
 
 
 def test_a_missing_frame_is_waited_for_until_the_next_one() -> None:

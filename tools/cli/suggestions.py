@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from zenocap.common.errors import UserError
+from zenocap.common.rig.sources import VIDEO_SUFFIXES
 
 CUTOFF = 0.75  # similarity of a misspelt command, 0 to 1; "cameras" and "certs" have 0.67
 # Words that users try, and the commands that do it.
@@ -36,7 +37,6 @@ OTHER_WORDS = {
     ("certificate", "certificates", "tls", "security", "keys"): ("certs",),
     ("compile", "jit"): ("warmup",),
 }  # fmt: skip
-VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 
 
 class WrongArgument(UserError):
@@ -59,7 +59,7 @@ def unknown_command(word: str, commands: Sequence[str]) -> str:
         return f"{word} is a rig file, not a command: zenocap up {word}"
     if suffix == ".mcap":
         return f"{word} is a take, not a command: zenocap show {word}, or zenocap info {word}"
-    if suffix in VIDEOS:
+    if suffix in VIDEO_SUFFIXES:
         return f"{word} is a video, not a command: see zenocap track --help"
     found = [name for words, names in OTHER_WORDS.items() if word.lower() in words for name in names if name in commands]
     found = found or get_close_matches(word.lower(), commands, cutoff=CUTOFF)
@@ -75,10 +75,10 @@ def check_rig_path(path: Path) -> None:
             f"{path} is a take; a rig is needed: a TOML file, or a folder with calibration.toml and videos/. "
             f"To see the take: zenocap show {path}; to publish its messages again: zenocap replay {path}"
         )
-    if path.suffix.lower() in VIDEOS and (path.is_file() or not path.exists()):
+    if path.suffix.lower() in VIDEO_SUFFIXES and (path.is_file() or not path.exists()):
         raise WrongArgument(
-            f"{path} is a single video; needed: synchronised videos of two or more calibrated cameras, as "
-            "FOLDER/videos/NAME.mp4 beside FOLDER/calibration.toml, then: zenocap track FOLDER -o take.mcap"
+            f"{path} is a single video; needed: videos of two or more calibrated cameras: zenocap track VIDEO VIDEO ... "
+            "--calibration FILE, or FOLDER/videos/NAME.mp4 beside FOLDER/calibration.toml: zenocap track FOLDER"
         )
     if path.is_dir():
         if not (path / "calibration.toml").is_file():
@@ -105,7 +105,7 @@ def check_take_path(path: Path) -> None:
             f"{path} is a rig file; a take (.mcap) is needed. `zenocap up {path}` records one, "
             f"`zenocap track {path} -o take.mcap` makes one of its videos"
         )
-    if path.suffix.lower() in VIDEOS:
+    if path.suffix.lower() in VIDEO_SUFFIXES:
         raise WrongArgument(f"{path} is a video; a take (.mcap) is needed: zenocap track FOLDER -o take.mcap makes one")
     if path.is_dir():
         if (path / "calibration.toml").is_file():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import DONE, LOSS, Method, RigPath, Variant, one_line_errors, rig_at
+from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.tools.cli.options import DONE, LOSS, Method, Variant, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.cli.suggestions import WrongArgument
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
@@ -23,22 +25,49 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
 Preset = Literal["default", "paper"]
 Refinement = Literal["gauss-newton", "force", "force-printed"]
 PICTURES = 20  # of an overlay, about
+VIDEOS = "Videos of no rig"
 TRACKER = "Tracker (methods hybrid, image-force and particle-filter)"
 EXPORTED: dict[str, Format] = {".trc": "trc", ".bvh": "bvh", ".c3d": "c3d", ".csv": "csv"}
 
 
 def track(
-    rig: RigPath,
+    source: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RIG|VIDEO...",
+            help="Rig file (TOML), or folder with calibration.toml and videos/; or the videos of two or more cameras, with "
+            "--calibration.",
+            show_default=False,
+        ),
+    ],
     output: Annotated[
-        Path,
+        Path | None,
         typer.Option(
             "-o",
             "--output",
             metavar="FILE",
-            help="Output file: a take (.mcap), or an export (.bvh, .trc, .c3d, .csv) without keeping the take.",
+            help="Output file: a take (.mcap), or an export (.bvh, .trc, .c3d, .csv) without keeping the take; default: "
+            "NAME.mcap, in this folder.",
             show_default=False,
         ),
-    ],
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Calibration of the cameras of VIDEO...", rich_help_panel=VIDEOS),
+    ] = None,
+    up_axis: Annotated[
+        Literal["y", "z"] | None,
+        typer.Option(help="Vertical axis of that calibration; default: y.", rich_help_panel=VIDEOS),
+    ] = None,
+    empty_frames: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=10_000,
+            help="First frames of each video without a person; default: the median of the video is the background.",
+            rich_help_panel=VIDEOS,
+        ),
+    ] = None,
     method: Annotated[
         Method | None,
         typer.Option(
@@ -132,27 +161,32 @@ def track(
 
     The same steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
     stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
-    --height. An existing output is replaced. Exit status 3: done, but a video ended early or something was lost.
+    --height. An existing output is replaced. Frames are paired by the times in their
+    files. Exit status 3: done, but a video ended early, or something was lost or left out.
 
     The tracker's method hybrid has a second pass, backwards, which corrects what the first pass noticed too late, such as
     exchanged limbs: exports, pictures and the page show the better poses; those of the first pass stay in the take (`--raw`
     of other commands). It takes half as long again; --no-both-ways leaves it out. Ctrl-C during the second pass leaves the
     take of the first pass.
 
-    Example: `zenocap track clips/walk -o walk.mcap`, then `zenocap export walk.mcap -o walk.bvh`; or in one step:
+    Examples: `zenocap track cam01.mp4 cam02.mp4 --calibration calibration.toml`
+
+    `zenocap track clips/walk -o walk.mcap`, then `zenocap export walk.mcap -o walk.bvh`; or in one step:
     `zenocap track clips/walk -o walk.bvh`
 
     With three or more cameras: `zenocap track clips/walk --method hybrid --prior walking -o walk.mcap`
     """
     working_size = None if size is None else parsed_size(size)
-    to = EXPORTED.get(output.suffix.lower())
     with one_line_errors():
         from zenocap.common.rig.tracker import TrackerOverrides
         from zenocap.common.runtime import logs
         from zenocap.tools.recordings.track import at_working_size, of_height, with_tracker
 
         logs.configure("track")
-        one = at_working_size(rig_at(rig, files=True, method=method, variant=variant), working_size, fps)
+        loaded = _rig(source, Videos(calibration, up_axis, empty_frames), method, variant)
+        one = at_working_size(loaded, working_size, fps)
+        output = Path(f"{one.name}.mcap") if output is None else output
+        to = EXPORTED.get(output.suffix.lower())
         one = with_tracker(one, TrackerOverrides(prior, particles, points, iterations, refinement, seed, preset))
         if height is not None:
             one = of_height(one, height)
@@ -177,6 +211,10 @@ def track(
     if drawing is not None:
         shown = ", poses tracked both ways" if result.both_ways else ""
         typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4{shown}")
+    for note in result.notes:
+        typer.echo(f"note: {note}", err=True)
+    for frames in result.left_out:
+        typer.echo(f"left out: {frames}", err=True)
     for problem in result.problems:
         typer.echo(f"lost: {problem}", err=True)
     if result.poses and not result.measured and height is None:
@@ -190,7 +228,47 @@ def track(
         typer.echo("  for videos without it, give --height.  State at the end:", err=True)
         for service, state in result.states.items():
             typer.echo(f"  {service}: {state}", err=True)
-    raise typer.Exit(LOSS if result.problems or not result.poses else DONE)
+    raise typer.Exit(LOSS if result.problems or result.left_out or not result.poses else DONE)
+
+
+@dataclass(frozen=True)
+class Videos:
+    """Options of videos that are given one by one."""
+
+    calibration: Path | None
+    up_axis: str | None
+    empty_frames: int | None
+
+
+def _rig(source: Sequence[Path], videos: Videos, method: str | None, variant: str | None) -> Rig:
+    """The rig of a rig file or folder, or of videos with a calibration.  Raises UserError, WrongArgument."""
+    if videos.calibration is not None:
+        from zenocap.common.rig.rig import rig_of_videos
+
+        files = [file for path in source for file in videos_in(path)]
+        if len(files) < 2:
+            raise WrongArgument(f"{' '.join(map(str, source))}: {len(files)} videos; needed: of two or more cameras")
+        axis, empty = videos.up_axis or "y", videos.empty_frames or 0
+        return rig_of_videos(files, videos.calibration, axis, empty, method, variant)
+    if len(source) == 1 and source[0].suffix.lower() not in VIDEO_SUFFIXES:
+        if videos != Videos(None, None, None):
+            raise WrongArgument("--up-axis and --empty-frames: allowed with --calibration; a rig or a folder has its own")
+        return rig_at(source[0], files=True, method=method, variant=variant)
+    names = " ".join(map(str, source))
+    if all(path.suffix.lower() in VIDEO_SUFFIXES for path in source):
+        raise WrongArgument(
+            f"{names}: videos need --calibration FILE, the file of their cameras (Pose2Sim, anipose, caliscope, OpenCV or "
+            "Qualisys); `zenocap calibrate --help` shows how to make one"
+        )
+    raise WrongArgument(f"{names}: allowed: one rig file or folder, or videos with --calibration FILE")
+
+
+def videos_in(path: Path) -> list[Path]:
+    """The videos of a folder, or of videos/ in it, by name; a file is itself."""
+    if not path.is_dir():
+        return [path]
+    folder = path / "videos" if (path / "videos").is_dir() else path
+    return sorted(file for file in folder.iterdir() if file.suffix.lower() in VIDEO_SUFFIXES)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,8 @@ ROOT = Path(zenocap.__file__).resolve().parent
 
 def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
     """Read one image of a viewer's source.  runs: its viewer runs and has opened it.  local: see `SourceState`."""
-    from zenocap.services.viewer.sources.playback import AccessDenied, OpenError, Playback, SizeMismatch, SourceError
+    from zenocap.common.errors import AccessDenied, OpenError, SizeMismatch, SourceError
+    from zenocap.services.viewer.sources.playback import Playback
     from zenocap.services.viewer.sources.source import open_source
 
     if runs:

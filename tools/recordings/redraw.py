@@ -8,8 +8,9 @@ from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import CAMERA
+from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
-from zenocap.tools.recordings.track import EPOCH_NS, TrackedFrameSet, available_cores, frame_sets, opened, tolerance_ns
+from zenocap.tools.recordings.track import EPOCH_NS, TrackedFrameSet, available_cores, opened, tolerance_ns
 
 
 def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[TrackedFrameSet]:
@@ -18,12 +19,12 @@ def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[
     jobs: number of cores to use; default: the available ones.  Raises UserError for a take that cannot be read.
     """
     jobs = available_cores() if jobs is None else jobs
-    clock = ManualClock(EPOCH_NS)
+    clock, inputs = ManualClock(EPOCH_NS), Inputs()
     with limited_threads(jobs), Lookahead(jobs) as lookahead:
-        sources = {id: lookahead.ahead(frames) for id, frames in opened(rig, clock).items()}
+        sources = {id: lookahead.ahead(frames) for id, frames in opened(rig, clock, inputs).items()}
         received = (found for recorded in Take(take).messages() if (found := envelope(recorded)) is not None)
         following = next(received, None)
-        for frames in frame_sets(sources, tolerance_ns(rig), []):
+        for frames in inputs.frame_sets(sources, tolerance_ns(rig)):
             now_ns = max(frame.captured_ns for frame in frames.values())
             clock.set(now_ns)
             messages: list[Message] = []

@@ -8,25 +8,28 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.errors import UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import Message, TrackerBdp, TrackerPose, UniversalBap
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.file import TRACKER_METHODS
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import Actor, FirstFrames, Images, Rendered, VideoFile
+from zenocap.common.rig.sources import Actor, Images, Rendered, VideoFile
 from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_overrides
+from zenocap.common.rig.viewers import at_rate
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
 from zenocap.common.topics import TOPICS, Topic
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback, SourceError
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.parameters import service_parameters
+from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.offline import Offline
 
@@ -52,7 +55,7 @@ class Tracked:
     frame_sets: number of frame sets.  poses: of the integrator or tracker.  problems: losses in words.
     states: of each service at the end, in words.  measured: False for a body of average proportions.
     complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
-    passes.
+    passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
     """
 
     frame_sets: int
@@ -63,6 +66,8 @@ class Tracked:
     measured: bool = True
     complete: bool = True
     both_ways: bool = False
+    notes: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 def track(
@@ -76,15 +81,20 @@ def track(
     for viewer in rig.viewers:
         if not isinstance(viewer.source, VideoFile | Images | Actor | Rendered):
             raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
-    clock = ManualClock(EPOCH_NS)
-    return track_frames(
-        rig, opened(rig, clock), clock, take, on_frame_set, jobs=available_cores() if jobs is None else jobs
-    )
+    clock, inputs = ManualClock(EPOCH_NS), Inputs()
+    jobs = available_cores() if jobs is None else jobs
+    result = track_frames(rig, opened(rig, clock, inputs), clock, take, on_frame_set, jobs=jobs, inputs=inputs)
+    return replace(result, notes=tuple(inputs.notes()), left_out=tuple(inputs.left_out()))
 
 
-def opened(rig: Rig, clock: ManualClock) -> dict[str, Iterator[Frame]]:
-    """Frames of the files of a rig by viewer, which begin at EPOCH_NS."""
-    return {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
+def opened(rig: Rig, clock: ManualClock, inputs: Inputs) -> dict[str, Iterator[Frame]]:
+    """Frames of the files of a rig by viewer, which begin at EPOCH_NS.  inputs: gets what the videos are."""
+    return {
+        viewer.id: open_source(
+            viewer, Playback(EPOCH_NS, clock, live=False, finished=partial(inputs.videos.__setitem__, viewer.id))
+        )
+        for viewer in rig.viewers
+    }
 
 
 def track_frames(
@@ -95,14 +105,15 @@ def track_frames(
     on_frame_set: Callable[[TrackedFrameSet], None] = lambda _: None,
     logged: Sequence[Topic] = TOPICS,
     jobs: int = 1,
+    inputs: Inputs | None = None,
 ) -> Tracked:
     """Write the take of the frames of a rig's viewers, which begin at EPOCH_NS.  clock: is set to their time.
 
-    logged: topics of the take.  jobs: as of `track`.  Raises SourceError before the first frame, RecordingError and
-    ValueError.
+    logged: topics of the take.  jobs: as of `track`.  inputs: counts the frames.  Raises SourceError before the first
+    frame, RecordingError and ValueError.
     """
     with limited_threads(jobs), Lookahead(jobs) as lookahead:
-        return _track_frames(rig, frames, clock, take, on_frame_set, logged, lookahead)
+        return _track_frames(rig, frames, clock, take, on_frame_set, logged, lookahead, inputs or Inputs())
 
 
 def _track_frames(
@@ -113,18 +124,18 @@ def _track_frames(
     on_frame_set: Callable[[TrackedFrameSet], None],
     logged: Sequence[Topic],
     lookahead: Lookahead,
+    inputs: Inputs,
 ) -> Tracked:
     network = LocalNetwork(rig.name, clock)
     offline = Offline(rig, network)
     sources = {id: lookahead.ahead(offline.read(id, source)) for id, source in frames.items()}
-    problems: list[str] = []
     recorder = network.bus()
     for topic in logged:
         recorder.subscribe(topic, every=True)
-    groups = frame_sets(sources, tolerance_ns(rig), problems)
+    groups = inputs.frame_sets(sources, tolerance_ns(rig))
     first = next(groups, None)
-    if first is None or problems:
-        raise SourceError("; ".join(problems) or f"rig {rig.name}: its sources have no frames")
+    if first is None or inputs.problems:
+        raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
     recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
     count, poses, measured = 0, 0, True
     report_ns = EPOCH_NS + HEALTH_NS
@@ -146,7 +157,7 @@ def _track_frames(
         offline.report_handled()
         _record(recorder, recording)
     written = recording.statistics
-    problems += [f"{count} {kind}" for kind, count in offline.failures().items() if count]
+    problems = inputs.problems + [f"{count} {kind}" for kind, count in offline.failures().items() if count]
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(
@@ -162,32 +173,6 @@ def tolerance_ns(rig: Rig) -> int:
 def available_cores() -> int:
     """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def frame_sets(sources: dict[str, Iterator[Frame]], tolerance_ns: int, problems: list[str]) -> Iterator[dict[str, Frame]]:
-    """Yield the frames of all viewers grouped by capture time; a failing source adds a line to `problems`.
-
-    Frames within `tolerance_ns` of the earliest one form a group.  Ends with the longest source.
-    """
-    waiting: dict[str, Frame] = {}
-    ended: set[str] = set()
-    while True:
-        for id, source in sources.items():
-            if id not in waiting and id not in ended:
-                try:
-                    waiting[id] = next(source)
-                except StopIteration:
-                    ended.add(id)
-                except SourceError as error:
-                    ended.add(id)
-                    problems.append(str(error))
-        if not waiting:
-            return
-        start_ns = min(frame.captured_ns for frame in waiting.values())
-        group = {id: frame for id, frame in waiting.items() if frame.captured_ns - start_ns <= tolerance_ns}
-        yield {id: group[id] for id in sources if id in group}
-        for id in group:
-            del waiting[id]
 
 
 def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -> Rig:
@@ -234,10 +219,7 @@ def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float 
         viewer = replace(viewer, camera=viewer.camera.resized(size))
     if fps is None:
         return viewer
-    background = viewer.background
-    if isinstance(background, FirstFrames) and fps < viewer.fps:  # the same duration in fewer frames
-        background = FirstFrames(max(1, int(background.count * fps / viewer.fps)))
-    return replace(viewer, fps=fps, background=background)
+    return at_rate(viewer, fps)
 
 
 def _record(bus: LocalBus, recording: Recording) -> Sequence[Message]:

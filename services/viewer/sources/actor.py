@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import OpenError
 from zenocap.common.rig.sources import Actor
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import OpenError, Playback
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import MotionTimeline, demo_timeline, motion_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera

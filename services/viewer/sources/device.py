@@ -10,9 +10,10 @@ from urllib.parse import urlsplit
 import cv2
 import numpy as np
 
+from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Device, Stream
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import AccessDenied, OpenError, Playback, Size
+from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time

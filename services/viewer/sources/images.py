@@ -7,9 +7,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.rig.sources import Images
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import AccessDenied, EndedEarly, OpenError, Playback, Size
+from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit
 
 

@@ -1,4 +1,4 @@
-"""Errors of frame sources, and playback settings."""
+"""Playback settings of a frame source."""
 
 import logging
 import time
@@ -6,30 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from zenocap.common.errors import UserError
 from zenocap.common.runtime.frame_stride import FrameStride
+from zenocap.common.video.reader import VideoSummary
 
 Size = tuple[int, int]
-
-
-class SourceError(UserError):
-    """Failure of a source; the text names the source and the reason."""
-
-
-class OpenError(SourceError):
-    """The source does not exist, or is not a camera, video or picture."""
-
-
-class AccessDenied(SourceError):
-    """The source exists, but this user has no read permission."""
-
-
-class SizeMismatch(SourceError):
-    """The image size does not fit the calibration."""
-
-
-class EndedEarly(SourceError):
-    """The source ended or failed before its declared number of frames; the earlier frames are valid."""
 
 
 class Clock(Protocol):
@@ -45,7 +25,7 @@ class Playback:
     epoch_ns: capture time of frame 0 of a file or of the simulated person, equal in all viewers and some seconds in the
     future, so that every viewer is ready by then.  live: in real time, late frames are dropped; otherwise every frame
     without delay.  loop: a file is repeated, with rising frame numbers and times.  report: receives the state of a camera.
-    stride: which frames of a live source are processed; None for all.
+    stride: which frames of a live source are processed; None for all.  finished: receives what a video was, at its end.
     """
 
     epoch_ns: int
@@ -55,6 +35,7 @@ class Playback:
     sleep: Callable[[float], None] = time.sleep
     report: Callable[[str], None] = logging.getLogger(__name__).warning
     stride: FrameStride | None = None
+    finished: Callable[[VideoSummary], None] = lambda _: None
 
     def time_of(self, index: int, fps: float) -> int:
         """Capture time of frame `index`, nanoseconds; frames before the first have negative numbers."""

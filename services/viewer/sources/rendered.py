@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Bytes
+from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Rendered
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import AccessDenied, OpenError, Playback, Size
+from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit
 
 

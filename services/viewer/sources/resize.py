@@ -6,9 +6,11 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image
-from zenocap.services.viewer.sources.playback import Size, SizeMismatch
+from zenocap.common.errors import SizeMismatch
+from zenocap.services.viewer.sources.playback import Size
 
 NEARLY = 0.02  # relative size difference up to which an image counts as letterboxed
+SAME_SHAPE = 0.01  # relative difference of width : height up to which an image is the calibrated one, scaled
 
 
 @dataclass(frozen=True)
@@ -21,23 +23,25 @@ class Fit:
 
     def check(self, width: int, height: int) -> None:
         """Raise SizeMismatch when images of this size do not fit the calibrated size."""
-        ratios = width / self.calibrated[0], height / self.calibrated[1]
-        if max(abs(ratio - 1.0) for ratio in ratios) >= NEARLY:
+        across, down = width / self.calibrated[0], height / self.calibrated[1]
+        if max(abs(across - 1.0), abs(down - 1.0)) >= NEARLY and abs(across / down - 1.0) > SAME_SHAPE:
+            turned = abs(width / self.calibrated[1] - 1.0) < NEARLY > abs(height / self.calibrated[0] - 1.0)
+            advice = "one of them is turned by 90 degrees" if turned else "calibrate with images of that shape"
             raise SizeMismatch(
                 f"{self.name}: images of {width} x {height} px, but the calibration is for "
-                f"{self.calibrated[0]} x {self.calibrated[1]} px: allowed: that size, or less than "
-                f"{NEARLY:.0%} off; calibrate at the size of the images, or set the camera to the calibrated size"
+                f"{self.calibrated[0]} x {self.calibrated[1]} px: allowed: the same shape, width : height within "
+                f"{SAME_SHAPE:.0%}; {advice}"
             )
 
     def __call__(self, image: Image) -> Image:
         """Return the image at the working size, (height, width, 3).  Raises SizeMismatch.
 
-        A small difference from the calibrated size is treated as uniform scaling about the centre followed by padding or
-        cropping, as video converters do; it is reverted.
+        An image of another size and the same shape is scaled.  A small difference from the calibrated size is treated as
+        uniform scaling about the centre followed by padding or cropping, as video converters do; it is reverted.
         """
         height, width = image.shape[:2]
         self.check(width, height)
-        if (width, height) != self.calibrated:
+        if (width, height) != self.calibrated and abs(width / self.calibrated[0] - 1.0) < NEARLY:
             image = _unletterboxed(image, self.calibrated)
         if image.shape[1::-1] == self.working:
             return image

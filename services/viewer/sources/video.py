@@ -1,70 +1,40 @@
 """Video files as a source: every frame without delay, or in real time."""
 
-import os
 from collections.abc import Generator, Iterator
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image
+from zenocap.common.errors import SourceError
 from zenocap.common.rig.sources import VideoFile
+from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import AccessDenied, EndedEarly, OpenError, Playback, Size
+from zenocap.services.viewer.sources.playback import Playback, Size
 from zenocap.services.viewer.sources.resize import Fit
 
-MISCOUNTED = 0.01  # share by which the frame count of a container may be wrong
 LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped
 
 
-class _Reader:
-    """One pass through a file.  Raises OpenError, AccessDenied, SizeMismatch, EndedEarly."""
+class Thinning:
+    """Choice of frames at a lower rate: of every period of 1 / fps s, the frame nearest to its beginning.
 
-    def __init__(self, path: Path, fit: Fit) -> None:
-        self._path, self._fit, self._read = path, fit, 0
-        if not path.is_file():
-            raise OpenError(f"{path}: no such video file")
-        if not os.access(path, os.R_OK):
-            raise AccessDenied(f"{path}: no permission to read this video file")
-        self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
-        if not self._capture.isOpened():
-            raise OpenError(f"{path}: not a video that can be decoded: the file is damaged or its codec is unknown")
-        self.declared = max(0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)))
-        self.fps = float(self._capture.get(cv2.CAP_PROP_FPS))
-        if not 0 < self.fps <= 1000:
-            self.close()
-            raise OpenError(f"{path}: frame rate {self.fps}: allowed: above 0 to 1000 a second; convert the video")
+    own_fps: rate of the frames; at most `fps`: all are chosen.
+    """
 
-    def next(self, decode: bool) -> tuple[bool, Image | None]:
-        """Return whether there is another frame, and, with `decode`, its image at the working size."""
-        if not self._capture.grab():
-            self._check_length()
-            return False, None
-        self._read += 1
-        if not decode:
-            return True, None
-        decoded, image = self._capture.retrieve()
-        if not decoded:
-            raise EndedEarly(f"{self._path}: frame {self._read - 1} of {self.declared} cannot be decoded")
-        return True, self._fit(np.asarray(image, dtype=np.uint8))
+    def __init__(self, fps: float, own_fps: float) -> None:
+        self._period_ns = None if fps >= own_fps * (1.0 - 1e-6) else 1e9 / fps
+        self._half_ns = 0.5e9 / own_fps
+        self._next = 0
 
-    def _check_length(self) -> None:
-        missing = self.declared - self._read
-        if self._read == 0 or missing > max(1.0, MISCOUNTED * self.declared):
-            problem = "the file is empty or damaged" if self._read == 0 else "the file is cut or damaged"
-            raise EndedEarly(f"{self._path}: {self._read} frames read, {self.declared} declared: {problem}")
-
-    @property
-    def read(self) -> int:
-        return self._read
-
-    def close(self) -> None:
-        self._capture.release()
-
-
-def taken(index: int, fps: float, own_fps: float) -> bool:
-    """True for the first frame of each period of 1/fps s; `index`: frame of a file with rate `own_fps`."""
-    return index == 0 or int(index * fps / own_fps + 1e-6) > int((index - 1) * fps / own_fps + 1e-6)
+    def takes(self, time_ns: int) -> bool:
+        """Whether to take the frame at this time from the beginning; times increase."""
+        if self._period_ns is None:
+            return True
+        if time_ns + self._half_ns < self._next * self._period_ns:
+            return False
+        self._next = int((time_ns + self._half_ns) / self._period_ns) + 1
+        return True
 
 
 def video_frames(
@@ -73,82 +43,81 @@ def video_frames(
     """Yield the frames of a file, at most `fps` per second, preceded by those of its T-pose video, if any.
 
     preroll: number of first frames that are never dropped, for the background model.  Raises SourceError.
-    The first frame of the file has number 0 and the time `epoch_ns`; the times of the T-pose video are earlier.
+    The first frame of the file has number 0 and the time `epoch_ns` plus the file's offset; the times of the T-pose video
+    are earlier than `epoch_ns`.
     """
     if source.initial is not None:
         yield from _initial(source.initial, fps, calibrated, working, playback)
-    first = 0
+    first, first_ns = 0, source.offset_ns
     while True:
-        count = yield from _pass(source.path, fps, Fit(str(source.path), calibrated, working), playback, first, preroll)
+        fit = Fit(str(source.path), calibrated, working)
+        count, duration_ns = yield from _pass(source.path, fps, fit, playback, first, first_ns, preroll)
         if not playback.loop:
             return
-        first += count
+        first, first_ns = first + count, first_ns + duration_ns
 
 
 def median_picture(path: Path, fit: Fit, count: int = 41) -> Image:
     """Median of `count` frames spread over a file, at the working size.  Raises SourceError."""
-    reader = _Reader(path, fit)
-    try:
+    with VideoReader(path) as reader:
         every = max(1, reader.declared // count)
         pictures = []
-        while True:
-            has_frame, image = reader.next(reader.read % every == every // 2)
-            if image is not None:
-                pictures.append(image)
-            if not has_frame:
-                return np.asarray(np.median(np.stack(pictures), axis=0), dtype=np.uint8)
-    finally:
-        reader.close()
+        while (frame := reader.next()) is not None:
+            if frame.index % every == every // 2:
+                pictures.append(fit(frame.image()))
+        return np.asarray(np.median(np.stack(pictures), axis=0), dtype=np.uint8)
 
 
 def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
-    reader = _Reader(path, Fit(str(path), calibrated, working))
-    try:
-        index = 0
-        while True:
-            has_frame, image = reader.next(taken(index, fps, reader.fps))
-            if not has_frame:
-                return
-            if image is not None:
-                captured_ns = playback.time_of(index - reader.declared, reader.fps)
+    """The frames of a T-pose video, which ends one period before the file begins."""
+    fit = Fit(str(path), calibrated, working)
+    length_ns = duration_ns(path)
+    with VideoReader(path) as reader:
+        thinning = Thinning(fps, reader.fps)
+        while (frame := reader.next()) is not None:
+            if thinning.takes(frame.time_ns):
+                captured_ns = playback.epoch_ns + frame.time_ns - length_ns
                 if playback.live:
                     playback.wait_until(captured_ns)
-                yield Frame(index, captured_ns, image, initial=True)
-            index += 1
-    finally:
-        reader.close()
+                yield Frame(frame.index, captured_ns, fit(frame.image()), initial=True)
 
 
-def _pass(path: Path, fps: float, fit: Fit, playback: Playback, first: int, preroll: int) -> Generator[Frame, None, int]:
-    """Yield the frames of one pass, numbered from `first`; returns the number of frames of the file."""
-    reader = _Reader(path, fit)
-    try:
-        taken_frames = 0
-        while True:
-            index = first + reader.read
-            captured_ns = playback.time_of(index, reader.fps)
-            decode = taken(reader.read, fps, reader.fps)
-            if decode and playback.live and taken_frames >= preroll:
+def _pass(
+    path: Path, fps: float, fit: Fit, playback: Playback, first: int, first_ns: int, preroll: int
+) -> Generator[Frame, None, tuple[int, int]]:
+    """Yield the frames of one pass, numbered from `first` and with times from `first_ns`; returns number and duration."""
+    with VideoReader(path) as reader:
+        thinning, taken_frames = Thinning(fps, reader.fps), 0
+        while (frame := reader.next()) is not None:
+            captured_ns = playback.epoch_ns + first_ns + frame.time_ns
+            wanted = thinning.takes(frame.time_ns)
+            if wanted and playback.live and taken_frames >= preroll:
                 late = playback.clock.now_ns() - captured_ns > LATE_FRAMES * 1e9 / min(fps, reader.fps)
                 wanted = playback.wants(captured_ns)
                 if late and wanted and taken_frames:
                     playback.count_late()
-                decode = wanted and not late
-            has_frame, image = reader.next(decode)
-            if not has_frame:
-                return reader.read
-            if image is not None:
+                wanted = wanted and not late
+            if wanted:
                 if playback.live:
                     playback.wait_until(captured_ns)
                 taken_frames += 1
-                yield Frame(index, captured_ns, image)
-    finally:
-        reader.close()
+                yield Frame(first + frame.index, captured_ns, fit(frame.image()))
+        playback.finished(reader.summary())
+        return reader.read, reader.end_ns
+
+
+def duration_ns(path: Path) -> int:
+    """Duration of a file from the times of all its frames.  Raises SourceError."""
+    with VideoReader(path) as reader:
+        while reader.next() is not None:
+            pass
+        return reader.end_ns
 
 
 def declared_frames(path: Path, fps: float) -> int:
     """Number of frames that a file declares, at most `fps` per second; 0 when unknown."""
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
-    count, own_fps = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
-    capture.release()
-    return max(0, int(count * min(1.0, fps / own_fps))) if own_fps > 0 else 0
+    try:
+        with VideoReader(path) as reader:
+            return int(reader.declared * min(1.0, fps / reader.fps))
+    except SourceError:
+        return 0

@@ -299,3 +299,38 @@ def test_the_two_calibrations_of_the_real_clip_agree():
         np.testing.assert_allclose(qualisys[name].translation, camera.translation, atol=1e-9)
         np.testing.assert_allclose(qualisys[name].distortions, camera.distortions, atol=1e-12)
         assert 1 < camera.centre[1] < 3  # a tripod's height
+
+
+CALISCOPE = """
+CreationDate = 2023-03-31T09:56:43
+
+[cameras.0]
+cam_id = 0
+size = [1280, 720]
+rotation_count = 0
+ignore = false
+matrix = [[900.0, 0.0, 640.0], [0.0, 900.0, 360.0], [0.0, 0.0, 1.0]]
+distortions = [-0.3, 0.04, -0.004, 0.004, 0.06]
+translation = [0.1, -0.2, 0.6]
+rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+
+[cameras.3]
+cam_id = 3
+size = [1280, 720]
+ignore = true
+"""
+
+
+def test_caliscope_file_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "camera_array.toml"
+    path.write_text(CALISCOPE)
+    (camera,) = read_calibration(path, "z").values()
+    assert (camera.name, camera.size) == ("cam_0", (1280, 720))
+    # At -R^T t = (-0.1, -0.6, -0.2) in the file's Z-up world.
+    assert camera.centre == pytest.approx([-0.6, -0.2, -0.1])
+    path.write_text(CALISCOPE.replace("rotation_count = 0", "rotation_count = 1"))
+    with pytest.raises(UserError, match=r"cameras\.0\.rotation_count = 1: allowed: 0"):
+        read_calibration(path, "z")
+    path.write_text(CALISCOPE.replace("[[1.0, 0.0, 0.0], [0.0, 0.0", "[[1.1, 0.0, 0.0], [0.0, 0.0"))
+    with pytest.raises(UserError, match=r"cam_0\.rotation"):
+        read_calibration(path, "z")

@@ -12,7 +12,7 @@ from tests.support.tracker_stand_in import POSE, cameras, stand_in
 from zenocap.common import messages as m
 from zenocap.common.arrays import Image
 from zenocap.common.body.kinematics import joint_centres
-from zenocap.common.errors import UserError
+from zenocap.common.errors import SourceError, UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import PRIOR_FILE, SETUP_FILE
@@ -22,7 +22,6 @@ from zenocap.common.rig.sources import Actor, VideoFile
 from zenocap.common.rig.tracker import TrackerOverrides, TrackerSpec
 from zenocap.common.runtime.service import TooManyFailures
 from zenocap.services.viewer import segmentation
-from zenocap.services.viewer.sources.playback import SourceError
 from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.track import TrackedFrameSet, track, with_tracker
 from zenocap.tools.verify.recompute import verify

@@ -52,7 +52,9 @@ def folder(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [
-        (("track", "film.mp4", "-o", "a.mcap"), 2, ("single video", "calibration.toml", "zenocap track FOLDER")),
+        (("track", "film.mp4", "-o", "a.mcap"), 2, ("videos need --calibration FILE", "zenocap calibrate")),
+        (("track", "film.mp4", "walk.mcap"), 2, ("one rig file or folder, or videos with --calibration FILE",)),
+        (("track", "empty", "--up-axis", "z"), 2, ("--up-axis and --empty-frames: allowed with --calibration",)),
         (("up", "walk.mcap"), 2, ("is a take", "a rig is needed", "zenocap show")),
         (("viewer", "walk.mcap", "--id", "1"), 2, ("is a take", "a rig is needed")),
         (("up", "empty"), 1, ("no calibration.toml in this folder", "zenocap calibrate")),

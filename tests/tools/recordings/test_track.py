@@ -9,7 +9,7 @@ import pytest
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.errors import UserError
+from zenocap.common.errors import EndedEarly, SourceError, UserError
 from zenocap.common.formats.csv import write_csv
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take, envelope
@@ -18,9 +18,9 @@ from zenocap.common.rig.sources import Actor, Device, FirstFrames
 from zenocap.services.animator.render.floor import darken_floor, draw_floor
 from zenocap.services.animator.render.rasterizer import develop, fill, light_body
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import EndedEarly, SourceError
+from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.overlay import Overlay
-from zenocap.tools.recordings.track import EPOCH_NS, TrackedFrameSet, at_working_size, frame_sets, track
+from zenocap.tools.recordings.track import EPOCH_NS, TrackedFrameSet, at_working_size, track
 from zenocap.tools.warmup import parts as warmup
 
 pytestmark = pytest.mark.slow
@@ -36,11 +36,9 @@ def frames(*times: int, breaks: bool = False) -> Iterator[Frame]:
 
 
 def frame_sets_of(tolerance_ns: int, **sources: Iterator[Frame]) -> tuple[list[dict[str, int]], list[str]]:
-    problems: list[str] = []
-    found = [
-        {id: frame.captured_ns for id, frame in group.items()} for group in frame_sets(sources, tolerance_ns, problems)
-    ]
-    return found, problems
+    inputs = Inputs()
+    found = [{id: frame.captured_ns for id, frame in group.items()} for group in inputs.frame_sets(sources, tolerance_ns)]
+    return found, inputs.problems
 
 
 def test_frames_within_the_tolerance_form_one_frame_set() -> None:

@@ -74,7 +74,7 @@ def take_name(manifest: Path, source: Path, method: str) -> str:
 
 
 def _take(manifest: Path, source: Path, folder: Path, method: Method | None) -> Path:
-    from zenocap.services.viewer.sources.playback import SourceError
+    from zenocap.common.errors import SourceError
     from zenocap.tools.recordings.track import track
 
     rig = rig_at(source, files=True, method=method)

@@ -6,11 +6,12 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from zenocap.common.errors import OpenError
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.sources import Actor
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.actor import actor_frames, performance
-from zenocap.services.viewer.sources.playback import OpenError, Playback
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
 
 S = 1_000_000_000

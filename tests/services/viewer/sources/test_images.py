@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from zenocap.common.errors import OpenError, SizeMismatch
 from zenocap.common.rig.sources import Rendered, SpecError, parse_source
-from zenocap.services.viewer.sources.playback import OpenError, Playback, SizeMismatch
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames, there_and_back
 
 S = 1_000_000_000

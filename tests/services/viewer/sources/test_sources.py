@@ -14,16 +14,18 @@ from hypothesis import strategies as st
 
 from tests.common.runtime.test_frame_stride import forced
 from tests.support.places import CLIPS, ROOT
+from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
+from zenocap.common.video import reader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources import device, video
+from zenocap.services.viewer.sources import device
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.images import image_frames
-from zenocap.services.viewer.sources.playback import AccessDenied, EndedEarly, OpenError, Playback, SizeMismatch
+from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.source import open_source
-from zenocap.services.viewer.sources.video import taken, video_frames
+from zenocap.services.viewer.sources.video import Thinning, video_frames
 
 SIZE, WORKING = (64, 48), (32, 24)
 S = 1_000_000_000
@@ -84,14 +86,23 @@ def test_a_lower_rate_takes_the_first_frame_of_each_period_and_keeps_its_number(
 
 
 @given(fps=st.floats(0.5, 60), own=st.floats(1, 120), count=st.integers(2, 400))
-def test_taken_frames_are_never_more_than_the_rate_allows(fps, own, count):
-    kept = [k for k in range(count) if taken(k, fps, own)]
+def test_thinned_frames_are_never_more_than_the_rate_allows(fps, own, count):
+    thinning = Thinning(fps, own)
+    kept = [k for k in range(count) if thinning.takes(round(k * 1e9 / own))]
     assert kept[0] == 0
     if fps >= own:
         assert kept == list(range(count))
     else:
         assert abs(len(kept) - count * fps / own) <= 1
-        assert all(abs((b - a) - own / fps) <= 1 for a, b in pairwise(kept))
+        assert all(abs((b - a) - own / fps) <= 1.001 for a, b in pairwise(kept))
+        assert all(abs(k / own - round(k * fps / own) / fps) <= 0.51 / own for k in kept), (
+            "nearest to multiples of the period"
+        )
+
+
+def test_thinning_follows_the_times_of_a_variable_rate():
+    thinning, times = Thinning(10.0, 30.0), [0.0, 0.03, 0.06, 0.12, 0.19, 0.21, 0.5, 0.52, 0.6, 0.63, 0.7]
+    assert [time for time in times if thinning.takes(round(time * S))] == [0.0, 0.12, 0.19, 0.5, 0.6, 0.7]
 
 
 def test_the_initial_posture_comes_first_and_does_not_shift_the_files_numbers(tmp_path):
@@ -152,60 +163,9 @@ def test_missing_forbidden_and_invalid_video_files_are_refused(tmp_path, monkeyp
     source.path.write_bytes(b"no video")
     with pytest.raises(OpenError, match=r"a\.mp4: not a video that can be decoded: the file is damaged"):
         next(video_frames(source, 10.0, SIZE, WORKING, offline()))
-    monkeypatch.setattr(video.os, "access", lambda path, mode: False)
+    monkeypatch.setattr(reader.os, "access", lambda path, mode: False)
     with pytest.raises(AccessDenied, match=r"a\.mp4: no permission to read this video file"):
         next(video_frames(source, 10.0, SIZE, WORKING, offline()))
-
-
-class FakeVideo:
-    """Stand-in of cv2.VideoCapture for a file that declares more frames than it has."""
-
-    def __init__(self, declared: int, actual: int, fps: float = 10.0, broken: int = -1) -> None:
-        self.declared, self.left, self.fps, self.broken, self.number = declared, actual, fps, broken, -1
-
-    def __call__(self, *_: object) -> "FakeVideo":
-        return self
-
-    def isOpened(self) -> bool:
-        return True
-
-    def get(self, key: int) -> float:
-        return {cv2.CAP_PROP_FRAME_COUNT: float(self.declared), cv2.CAP_PROP_FPS: self.fps}[key]
-
-    def grab(self) -> bool:
-        self.left, self.number = self.left - 1, self.number + 1
-        return self.left >= 0
-
-    def retrieve(self) -> tuple[bool, np.ndarray | None]:
-        broken = self.number == self.broken
-        return not broken, None if broken else np.zeros((48, 64, 3), np.uint8)
-
-    def release(self) -> None:
-        self.left = 0
-
-
-@pytest.mark.parametrize(
-    ("fake", "error", "text"),
-    [
-        (FakeVideo(0, 0), EndedEarly, "a.mp4: 0 frames read, 0 declared: the file is empty or damaged"),
-        (FakeVideo(100, 0), EndedEarly, "a.mp4: 0 frames read, 100 declared: the file is empty or damaged"),
-        (FakeVideo(100, 50), EndedEarly, "a.mp4: 50 frames read, 100 declared: the file is cut or damaged"),
-        (FakeVideo(100, 100, broken=7), EndedEarly, "a.mp4: frame 7 of 100 cannot be decoded"),
-        (FakeVideo(100, 100, fps=0.0), OpenError, "a.mp4: frame rate 0.0: allowed: above 0 to 1000 a second"),
-    ],
-)
-def test_error_of_a_damaged_file_has_the_number_of_frames_read(tmp_path, monkeypatch, fake, error, text):
-    (tmp_path / "a.mp4").touch()
-    monkeypatch.setattr(video.cv2, "VideoCapture", fake)
-    with pytest.raises(error, match=text):
-        list(video_frames(VideoFile(tmp_path / "a.mp4"), 10.0, SIZE, WORKING, offline()))
-
-
-@pytest.mark.parametrize("actual", [99, 100, 101])
-def test_the_declared_number_of_frames_may_be_wrong_by_one_percent(tmp_path, monkeypatch, actual):
-    (tmp_path / "a.mp4").touch()
-    monkeypatch.setattr(video.cv2, "VideoCapture", FakeVideo(100, actual))
-    assert len(list(video_frames(VideoFile(tmp_path / "a.mp4"), 10.0, SIZE, WORKING, offline()))) == actual
 
 
 def test_a_truncated_file_raises_an_error(tmp_path):
@@ -223,6 +183,18 @@ def test_a_truncated_file_raises_an_error(tmp_path):
 def test_images_that_do_not_fit_the_calibration_are_refused_with_both_sizes(tmp_path):
     path = write_video(tmp_path / "a.mp4", 2, size=(64, 64))
     with pytest.raises(SizeMismatch, match=r"a\.mp4: images of 64 x 64 px, but the calibration is for 64 x 48 px"):
+        list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+
+
+def test_images_of_the_calibrated_shape_are_scaled(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 2, size=(128, 96))
+    frames = list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
+    assert [(frame.image.shape, level(frame)) for frame in frames] == [((24, 32, 3), 0), ((24, 32, 3), 1)]
+
+
+def test_turned_images_are_refused(tmp_path):
+    path = write_video(tmp_path / "a.mp4", 2, size=(48, 64))
+    with pytest.raises(SizeMismatch, match="one of them is turned by 90 degrees"):
         list(video_frames(VideoFile(path), 10.0, SIZE, WORKING, offline()))
 
 

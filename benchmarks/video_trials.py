@@ -1,0 +1,179 @@
+"""Videos as strangers have them: one clip with its second camera's video changed in one way, tracked and scored.
+
+    python -m benchmarks.video_trials [--clip walk2] [--trial NAME ...] [--jobs 2]
+
+Every trial writes the folder of the clip with the changed video, runs `zenocap track` on it in a process of its own, and
+scores the take against the clip's truth by time (`zenocap evaluate`).  mean: over frames with a pose.  lost: joints without
+an estimate, of frames that no video shows too, or more than 250 mm off.  The lines are those of `zenocap track`.
+"""
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.pool import ThreadPool
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import numpy as np
+
+from benchmarks.clips import SHARED
+from benchmarks.table import Cell, table
+from zenocap.common.arrays import Image
+from zenocap.common.video.reader import VideoReader
+from zenocap.simulation.rendering.video_file import write_video
+
+CHANGED, OTHER = "cam02", "cam01"
+LATE_S = 0.5  # by which the second camera starts
+EMPTY_FRAMES = 14  # empty also in the video that begins late, and at half the frame rate
+SAID = ("note:", "left out:", "lost:", "error:", "no pose")
+
+
+@dataclass(frozen=True)
+class Film:
+    """Frames of a video, times in seconds, frames/s."""
+
+    images: list[Image]
+    times: list[float]
+    fps: int
+
+
+Change = Callable[[Path, Film], None]  # writes the changed video into a folder
+
+
+def _write(path: Path, film: Film, kept: list[int] | None = None, **options: str) -> None:
+    kept = list(range(len(film.images))) if kept is None else kept
+    write_video(path, [film.images[k] for k in kept], [film.times[k] for k in kept], fps=film.fps, **options)
+
+
+def _video(folder: Path, suffix: str = "mp4") -> Path:
+    return folder / "videos" / f"{CHANGED}.{suffix}"
+
+
+def unchanged(folder: Path, film: Film) -> None:
+    _write(_video(folder), film)
+
+
+def shorter(folder: Path, film: Film) -> None:
+    _write(_video(folder), film, list(range(len(film.images) * 2 // 3)))
+
+
+def half_rate(folder: Path, film: Film) -> None:
+    kept = list(range(0, len(film.images), 2))
+    write_video(_video(folder), [film.images[k] for k in kept], [film.times[k] for k in kept], fps=film.fps // 2)
+
+
+def variable(folder: Path, film: Film) -> None:
+    """Three of ten frames left out at random, after the empty scene."""
+    rng = np.random.default_rng(1)
+    _write(_video(folder), film, [k for k in range(len(film.images)) if k < film.fps or rng.random() > 0.3])
+
+
+def gap(folder: Path, film: Film) -> None:
+    """Half a second without frames in the middle of the motion."""
+    middle = len(film.images) * 3 // 4
+    _write(_video(folder), film, [k for k in range(len(film.images)) if not middle <= k < middle + film.fps // 2])
+
+
+def late(folder: Path, film: Film, *, said: bool) -> None:
+    """The video begins LATE_S later; said: sync.toml says so."""
+    first = round(LATE_S * film.fps)
+    _write(_video(folder), film, list(range(first, len(film.images))))
+    if said:
+        (folder / "sync.toml").write_text(f"[offset_s]\n{OTHER} = 0.0\n{CHANGED} = {first / film.fps}\n")
+
+
+def half_size(folder: Path, film: Film) -> None:
+    size = film.images[0].shape[1] // 2, film.images[0].shape[0] // 2
+    halves = [np.asarray(cv2.resize(one, size, interpolation=cv2.INTER_AREA), dtype=np.uint8) for one in film.images]
+    write_video(_video(folder), halves, film.times, fps=film.fps)
+
+
+def converted(folder: Path, film: Film, *, suffix: str, codec: str, pixels: str) -> None:
+    _write(_video(folder, suffix), film, codec=codec, pixels=pixels)
+
+
+def cut(folder: Path, film: Film) -> None:
+    """A file that ends in the middle of a frame."""
+    path = _video(folder, "mkv")
+    _write(path, film)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 2 // 3])
+
+
+TRIALS: Mapping[str, Change] = {
+    "unchanged": unchanged,
+    "a third shorter": shorter,
+    "half the frame rate": half_rate,
+    "variable frame rate": variable,
+    "gap of half a second": gap,
+    "starts 0.5 s late, sync.toml": partial(late, said=True),
+    "starts 0.5 s late, not said": partial(late, said=False),
+    "half the size": half_size,
+    "HEVC, 10 bit": partial(converted, suffix="mp4", codec="libx265", pixels="yuv420p10le"),
+    "VP9": partial(converted, suffix="webm", codec="libvpx-vp9", pixels="yuv420p"),
+    "grey": partial(converted, suffix="mkv", codec="ffv1", pixels="gray"),
+    "cut file": cut,
+}
+
+
+def read_film(path: Path) -> Film:
+    with VideoReader(path) as reader:
+        images, times = [], []
+        while (frame := reader.next()) is not None:
+            images.append(frame.image())
+            times.append(frame.time_ns / 1e9)
+        return Film(images, times, round(reader.fps))
+
+
+def tried(clip: Path, name: str) -> list[Cell]:
+    """One row of the table."""
+    motion_from = tomllib.loads((clip / "clip.toml").read_text())["motion_from_frame"]
+    with TemporaryDirectory(prefix="zenocap-") as place:
+        folder = Path(place) / clip.name
+        (folder / "videos").mkdir(parents=True)
+        for file in ("calibration.toml", f"videos/{OTHER}.mp4"):
+            shutil.copy(clip / file, folder / file)
+        up = tomllib.loads((clip / "clip.toml").read_text())["up_axis"]
+        (folder / "clip.toml").write_text(f'up_axis = "{up}"\nempty_frames = {EMPTY_FRAMES}\n')
+        TRIALS[name](folder, read_film(clip / "videos" / f"{CHANGED}.mp4"))
+        take = Path(place) / "take.mcap"
+        done = _zenocap("track", str(folder), "-o", str(take), "--jobs", "1")
+        said = [line for line in done.stderr.splitlines() if line.startswith(SAID)]
+        figures: list[Cell] = ["–", "–"]
+        if take.is_file():
+            scored = _zenocap(
+                "evaluate", str(take), "--truth", str(clip / "truth.trc"), "--from", str(motion_from), "--json"
+            )
+            if scored.returncode == 0:
+                found = json.loads(scored.stdout)
+                figures = [round(found["mpjpe_mm"]), f"{found['lost_pct']:.1f}"]
+    return [name, done.returncode, *figures, "; ".join(said)]
+
+
+def _zenocap(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "zenocap", *arguments], capture_output=True, text=True, check=False)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--clip", default="walk2")
+    parser.add_argument("--trial", nargs="+", choices=TRIALS, default=list(TRIALS), metavar="NAME")
+    parser.add_argument("--jobs", type=int, default=2)
+    options = parser.parse_args()
+    clip = SHARED / "clips" / options.clip
+    if not clip.is_dir():
+        print(f"video_trials: skipped: {clip} missing (the shared test data are expected beside the checkout)")
+        return
+    with ThreadPool(options.jobs) as pool:
+        rows = pool.map(partial(tried, clip), options.trial)
+    print(table(f"Videos of {options.clip} changed in one way", ("video", "status", "mean mm", "lost %", "lines"), rows))
+
+
+if __name__ == "__main__":
+    main()

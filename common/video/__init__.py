@@ -1,0 +1,1 @@
+"""Video files: decoding, and the time of every frame."""

@@ -1,0 +1,102 @@
+"""A folder with a calibration and videos: times at which the videos begin, and videos of another size."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.places import ROOT
+from tests.support.videos import grey_frames
+from zenocap.common.errors import UserError
+from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
+from zenocap.common.rig.sources import VideoFile
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.source import open_source
+from zenocap.simulation.rendering.video_file import write_video
+
+CALIBRATION = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"  # cam01 and cam02, 640 x 480
+
+
+def folder(path: Path, sync: str | None = None, size: tuple[int, int] = (640, 480), fps: int = 30) -> Path:
+    for name in ("cam01", "cam02"):
+        write_video(path / "videos" / f"{name}.mp4", grey_frames(4, size), fps=fps)
+    (path / "calibration.toml").write_text(CALIBRATION.read_text())
+    if sync is not None:
+        (path / "sync.toml").write_text(sync)
+    return path
+
+
+def offsets(rig: Rig) -> list[int]:
+    return [viewer.source.offset_ns for viewer in rig.viewers if isinstance(viewer.source, VideoFile)]
+
+
+def test_times_of_the_videos_are_counted_from_the_first_one(tmp_path: Path) -> None:
+    rig = load_rig(folder(tmp_path, "[offset_s]\ncam01 = -0.5\ncam02 = 0.25\n"))
+    assert offsets(rig) == [0, 750_000_000]
+    assert "sync.toml: videos begin at cam01 -0.500 s, cam02 +0.250 s" in rig.notes
+    frames = list(open_source(rig.viewers[1], Playback(10**9, ManualClock(0), live=False)))
+    assert [frame.captured_ns for frame in frames] == [1_750_000_000 + round(k * 1e9 / 30) for k in range(4)]
+    assert [frame.frame for frame in frames] == [0, 1, 2, 3]
+
+
+def test_rig_file_gives_the_same_offsets(tmp_path: Path) -> None:
+    folder(tmp_path)
+    viewers = "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "videos/cam0{k}.mp4"\noffset_s = {offset}\n'
+        for k, offset in ((1, 2.0), (2, 1.4))
+    )
+    (tmp_path / "rig.toml").write_text(f'name = "a"\ncalibration = "calibration.toml"\n{viewers}')
+    assert offsets(load_rig(tmp_path / "rig.toml")) == [600_000_000, 0]
+    (tmp_path / "rig.toml").write_text((tmp_path / "rig.toml").read_text().replace("videos/cam01.mp4", "actor:walk"))
+    with pytest.raises(UserError, match=r"viewer\[0\].offset_s = 2.0: allowed: only where the source is a video file"):
+        load_rig(tmp_path / "rig.toml")
+
+
+@pytest.mark.parametrize(
+    ("sync", "text"),
+    [
+        ("[offset_s]\ncam03 = 0.0\n", r"sync\.toml: offset_s\.cam03: no such camera: allowed: cam01, cam02"),
+        ("[offset_s]\ncam01 = true\n", r"sync\.toml: offset_s\.cam01 = True: allowed: seconds from -3600 to 3600"),
+        ("[offset_s]\ncam01 = nan\n", r"sync\.toml: offset_s\.cam01 = nan: allowed: seconds from -3600 to 3600"),
+        ("cam01 = 0.0\n", r"sync\.toml: allowed: one table \[offset_s\]"),
+        ("cam01 = \n", r"sync\.toml"),
+    ],
+)
+def test_wrong_file_of_offsets_is_refused(tmp_path: Path, sync: str, text: str) -> None:
+    with pytest.raises(UserError, match=text):
+        load_rig(folder(tmp_path, sync))
+
+
+def test_videos_of_another_size_are_noted(tmp_path: Path) -> None:
+    rig = load_rig(folder(tmp_path, size=(320, 240)))
+    assert "viewer cam01: video of 320 x 240, calibration for 640 x 480: scaled" in " ".join(rig.notes)
+
+
+def test_faster_videos_are_thinned_to_the_rate_of_the_slowest(tmp_path: Path) -> None:
+    folder(tmp_path)
+    write_video(tmp_path / "videos" / "cam02.mp4", grey_frames(8, (640, 480)), fps=60)
+    rig = load_rig(tmp_path)
+    assert [viewer.fps for viewer in rig.viewers] == [30.0, 30.0]
+    note = "frames/s: cam01 30, cam02 60: of the faster ones, the frames nearest in time to 30 a second are used"
+    assert note in rig.notes
+    frames = list(open_source(rig.viewers[1], Playback(0, ManualClock(0), live=False)))
+    assert [frame.frame for frame in frames] == [0, 2, 4, 6]
+
+
+def test_videos_of_any_folders_are_a_rig_with_their_calibration(tmp_path: Path) -> None:
+    folder(tmp_path / "a")
+    first, second = (tmp_path / "a" / "videos" / f"cam0{k}.mp4" for k in (1, 2))
+    rig = rig_of_videos([second, first], tmp_path / "a" / "calibration.toml")
+    assert [(viewer.id, viewer.source) for viewer in rig.viewers] == [
+        ("cam01", VideoFile(first)),
+        ("cam02", VideoFile(second)),
+    ]
+    assert "cam01: no background picture and no empty_frames: the median of its video is used" in rig.notes
+    renamed = [file.rename(tmp_path / name) for file, name in ((first, "left.mp4"), (second, "right.mp4"))]
+    rig = rig_of_videos(renamed, tmp_path / "a" / "calibration.toml", empty_frames=2)
+    assert "assigned in order: cam01 = left.mp4, cam02 = right.mp4" in rig.notes[0]
+    assert [len(list(open_source(one, Playback(0, ManualClock(0), live=False)))) for one in rig.viewers] == [4, 4]
+    with pytest.raises(UserError, match=r"none\.mp4: no such file"):
+        rig_of_videos([tmp_path / "none.mp4"], tmp_path / "a" / "calibration.toml")
+    with pytest.raises(UserError, match=r"right\.mp4: belongs to no camera of .*; there are: cam01, cam02"):
+        rig_of_videos(renamed[1:], tmp_path / "a" / "calibration.toml")

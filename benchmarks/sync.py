@@ -205,7 +205,7 @@ def file_rows(quick: bool) -> Iterator[list[Cell]]:
         for by in ("sound", "silhouettes"):
             with TemporaryDirectory() as place:
                 folder = Path(place) / name
-                truth = shifted_copy(SHARED / "clips" / name, folder, 0.63)
+                truth = shifted_copy(SHARED / "clips" / name, folder, 0.65)
                 found, _ = synchronize(load_rig(folder, "hybrid"), Options(by="sound" if by == "sound" else "silhouettes"))
             score = Score([])
             score.add({id: one.offset for id, one in found.items()}, truth)

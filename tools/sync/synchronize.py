@@ -27,6 +27,8 @@ from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, outline_of, 
 Method = Literal["auto", "sound", "silhouettes"]
 SOUND, SILHOUETTES = "sound", "silhouettes"
 NO_PERSON = "no person in view"
+TOGETHER = "the videos began together within the errors of the offsets: 0 is taken"
+TOGETHER_ERRORS, TOGETHER_FRAMES = 2.0, 0.5  # largest offsets of videos that began together; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def synchronize(
         found, notes = _by_sound(sounds, options)
         if options.by == SOUND or all(id in found and found[id].is_certain for id in viewers):
             silent = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "no sound")
-            return _from_first(viewers, {id: found.get(id, CameraOffset(SOUND, silent)) for id in viewers}), notes
+            return _together(viewers, {id: found.get(id, CameraOffset(SOUND, silent)) for id in viewers}, notes), notes
     known = {id: one.offset.offset_s for id, one in found.items() if one.is_certain}
     outlines = outlines_of(viewers, options.seconds, on_frame)
     cameras = {id: viewer.camera for id, viewer in viewers.items()}
@@ -75,7 +77,7 @@ def synchronize(
         if id not in known:
             offset = replace(offset, reason=NO_PERSON) if len(outlines[id]) < 3 else offset
             found[id] = CameraOffset(SILHOUETTES, offset)
-    return _from_first(viewers, found), notes
+    return _together(viewers, found, notes), notes
 
 
 def _by_sound(sounds: Mapping[str, Floats | None], options: Options) -> tuple[dict[str, CameraOffset], list[str]]:
@@ -142,6 +144,23 @@ def _from_first(names: Mapping[str, object], found: Mapping[str, CameraOffset]) 
     return {
         id: replace(found[id], offset=replace(found[id].offset, offset_s=found[id].offset.offset_s - first)) for id in names
     }
+
+
+def _together(
+    viewers: Mapping[str, Viewer], found: Mapping[str, CameraOffset], notes: list[str]
+) -> dict[str, CameraOffset]:
+    """The offsets from the first camera on; all 0, with a note, where none differs from 0 by more than its error.
+
+    Videos that do not belong together begin within half a frame period of each other only by rare chance.
+    """
+    offsets = _from_first(viewers, found)
+    for id, one in offsets.items():
+        largest_s = min(TOGETHER_ERRORS * one.offset.error_s, TOGETHER_FRAMES / viewers[id].fps)
+        if not one.is_certain or abs(one.offset.offset_s) > largest_s:
+            return offsets
+    if any(one.offset.offset_s for one in offsets.values()):
+        notes.append(TOGETHER)
+    return {id: replace(one, offset=replace(one.offset, offset_s=0.0)) for id, one in offsets.items()}
 
 
 def sync_text(offsets: Mapping[str, float], comment: str) -> str:

@@ -19,6 +19,7 @@ from zenocap.tools.sync.pairs import Curve, Lag, Limits
 
 # Chosen on simulated people (`benchmarks.simulated_clip`) unless another source is given.
 NOISE_PX = 1.0  # of a tangent in each view
+PAIR_PX = 2**0.5 * NOISE_PX  # of a difference of two views
 BIAS_NOISES = 1.5  # standard deviation of the constant difference of a pair's angles, in `noise` of the pair
 SMOOTHING_S = 0.03  # standard deviation of the kernel over time
 STEP_S = 1 / 120  # of the resampled angles; a quarter of a frame period at 30 frames/s
@@ -222,13 +223,13 @@ class SilhouettePair:
         return np.stack([one + np.column_stack([prior, np.zeros(3)]) for one in blocks.values()])
 
     def _residual(self, lag_s: float) -> float:
-        """Median distance of the angles, in `noise`."""
+        """Median distance of the angles, px."""
         found = []
         for one, other in zip(self.one, self.other, strict=True):
             a, b = _overlap(one, other, round(lag_s / STEP_S))
             difference = (a - b)[np.isfinite(a - b)]
             if len(difference):
-                found.append(float(np.median(np.abs(difference - np.median(difference)))) / self.noise)
+                found.append(float(np.median(np.abs(difference - np.median(difference)))) / self.noise * PAIR_PX)
         return float(np.mean(found)) if found else float("nan")
 
 

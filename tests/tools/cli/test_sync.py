@@ -103,6 +103,14 @@ def test_what_is_not_certain_is_not_written(
     assert not (folder / "sync.toml").exists()
 
 
+def test_videos_that_began_together_have_the_offset_0(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "one", CAMERAS, {"cam01": 1.0, "cam02": 1.0})
+    status, output = run(folder)
+    assert status == 0, output
+    assert "began together" in output
+    assert offsets(folder) == {"cam01": 0, "cam02": 0}
+
+
 def test_wrong_input_is_an_error_of_one_line(tmp_path: Path) -> None:
     assert run(tmp_path)[0] == 1
     folder = write_folder(tmp_path / "one", CAMERAS, STARTS, seconds=0.2)

@@ -64,6 +64,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "scorer": ("--searches", "20"),
     "starts": ("--people", "1", "--posture", "squat", "--jobs", "1"),
     "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
+    "sync": ("--quick",),
     "stages": ("--takes", "1"),
     "video_trials": ("--trial", "a third shorter", "--jobs", "1"),
 }

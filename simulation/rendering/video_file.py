@@ -1,13 +1,17 @@
-"""Video files of any container, codec, pixel format and frame times."""
+"""Video files of any container, codec, pixel format and frame times, with or without sound."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 import av
+import numpy as np
+from av.audio.stream import AudioStream
+from av.container import OutputContainer
 from av.video.stream import VideoStream
 
-from zenocap.common.arrays import Image
+from zenocap.common.arrays import Floats, Image
 
 CLOCK = 90_000  # ticks a second of given frame times
 OPTIONS = {
@@ -15,6 +19,16 @@ OPTIONS = {
     "libx265": {"crf": "10", "preset": "ultrafast", "x265-params": "log-level=none"},
     "libvpx-vp9": {"crf": "15", "b": "0", "deadline": "realtime", "cpu-used": "8"},
 }
+SOUND_BLOCK = 1024  # samples of a frame of sound
+
+
+@dataclass(frozen=True)
+class Sound:
+    """samples: (n,) from -1 to 1, mono.  rate: samples/s.  start_s: of the first one, in the time of the pictures."""
+
+    samples: Floats
+    rate: int = 16_000
+    start_s: float = 0.0
 
 
 def write_video(
@@ -25,11 +39,13 @@ def write_video(
     fps: int = 30,
     codec: str = "libx264",
     pixels: str = "yuv420p",
+    sound: Sound | None = None,
 ) -> Path:
     """Write images (height, width, 3), blue, green, red, of one size; at increasing times, else at a constant rate."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(path), "w") as container:
         stream: VideoStream | None = None
+        heard = None if sound is None else container.add_stream("aac", rate=sound.rate, layout="mono")
         for k, image in enumerate(images):
             if stream is None:
                 added = container.add_stream(codec, rate=fps, options=OPTIONS.get(codec, {}))
@@ -45,4 +61,17 @@ def write_video(
             container.mux(stream.encode(frame))
         if stream is not None:
             container.mux(stream.encode(None))
+        if sound is not None:
+            assert isinstance(heard, AudioStream)
+            _write_sound(container, heard, sound)
     return path
+
+
+def _write_sound(container: OutputContainer, stream: AudioStream, sound: Sound) -> None:
+    samples = sound.samples.astype(np.float32)
+    for first in range(0, len(samples), SOUND_BLOCK):
+        frame = av.AudioFrame.from_ndarray(samples[None, first : first + SOUND_BLOCK], format="fltp", layout="mono")
+        frame.sample_rate, frame.time_base = sound.rate, Fraction(1, sound.rate)
+        frame.pts = first + round(sound.start_s * sound.rate)
+        container.mux(stream.encode(frame))
+    container.mux(stream.encode(None))

@@ -39,6 +39,7 @@ LIVE = {
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, or enough examples.
 MAY_FAIL = {"doctor", "health", "posture evaluate", "posture train"}
+UNCERTAIN = {"sync"}  # two views of 160 x 120 px at 15 frames/s may show too little
 STAND_INS = {
     "192.168.1.10": "127.0.0.1", "/etc/zenocap/rig.toml": "machines.toml", "RIG": "studio.toml", "SERVICE": "integrator",
     "NAME": "integrator",
@@ -149,4 +150,5 @@ def test_a_documented_command_runs(line: str, folder: Path) -> None:
     status, output = zenocap(arguments_of(line), folder, RUN_S if live else None)
     assert "Traceback" not in output, output
     allowed = {DONE, FAILED, LOSS, -signal.SIGTERM} if live else {DONE, FAILED} if name in (MAY_FAIL | LIVE) else {DONE}
+    allowed |= {LOSS} if name in UNCERTAIN else set()
     assert status in allowed, output

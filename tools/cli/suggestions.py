@@ -30,6 +30,7 @@ OTHER_WORDS = {
     ("benchmark", "bench", "stress", "capacity"): ("load",),
     ("accuracy", "angles", "compare", "error", "errors", "score", "mpjpe"): ("evaluate",),
     ("repair", "fix", "restore"): ("recover",),
+    ("synchronize", "synchronise", "align", "offset", "offsets", "clap"): ("sync",),
     ("recompute", "reproduce", "validate"): ("verify",),
     ("train", "learn", "model"): ("prior", "posture"),
     ("gesture", "gestures", "action", "actions", "classify"): ("recognizer", "posture"),

@@ -1,0 +1,127 @@
+"""`zenocap sync` on folders and rig files: what it prints and writes, and its exit status."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.support.moving_balls import FPS, ring, write_folder
+from zenocap.common.rig.rig import demo_rig_file, load_rig
+from zenocap.simulation.rendering.video_file import Sound
+from zenocap.tools.cli.main import app
+from zenocap.tools.cli.sync import camera_names
+
+pytestmark = pytest.mark.slow
+CAMERAS = ring((0, 90))
+STARTS = {"cam01": 1.0, "cam02": 1.7}
+RATE = 16_000
+EXACT_S = 0.15 / FPS  # from silhouettes of 5 s
+SOURCE = np.random.default_rng(0).standard_normal(RATE * 12) * 0.1
+
+
+def sounds(starts_s: dict[str, float]) -> dict[str, Sound]:
+    return {name: Sound(SOURCE[round(start * RATE) :][: 5 * RATE], RATE) for name, start in starts_s.items()}
+
+
+def run(*arguments: object) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["sync", *map(str, arguments)])
+    return result.exit_code, result.output
+
+
+def offsets(folder: Path) -> dict[str, float]:
+    return tomllib.loads((folder / "sync.toml").read_text())["offset_s"]
+
+
+def test_silhouettes_without_sound_write_sync_toml_that_load_rig_reads(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "one", CAMERAS, STARTS)
+    status, output = run(folder)
+    assert status == 0, output
+    assert "no video has sound" in output
+    assert offsets(folder)["cam01"] == 0
+    assert abs(offsets(folder)["cam02"] - 0.7) < EXACT_S
+    assert "from silhouettes" in (folder / "sync.toml").read_text().splitlines()[0]
+    assert any("sync.toml" in note for note in load_rig(folder).notes)
+    assert run(folder)[0] == 0  # an existing file does not matter
+    assert abs(offsets(folder)["cam02"] - 0.7) < EXACT_S
+
+
+def test_sound_is_preferred_and_a_dry_run_writes_nothing(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "one", CAMERAS, STARTS, sounds(STARTS))
+    status, output = run(folder, "--dry-run")
+    assert status == 0, output
+    assert "cam02: +0.7000 s, +21.00 frames" in output
+    assert "by sound" in output
+    assert not (folder / "sync.toml").exists()
+    status, output = run(folder, "--by", "silhouettes", "--dry-run")
+    assert status == 0
+    assert "by silhouettes" in output
+
+
+def test_a_camera_without_sound_is_found_from_silhouettes(tmp_path: Path) -> None:
+    cameras, starts = ring((0, 90, 45)), STARTS | {"cam03": 1.3}
+    folder = write_folder(tmp_path / "one", cameras, starts, sounds(STARTS))
+    status, output = run(folder)
+    assert status == 0, output
+    assert "cam03: no sound" in output
+    assert abs(offsets(folder)["cam02"] - 0.7) < 0.002
+    assert abs(offsets(folder)["cam03"] - 0.3) < EXACT_S
+    assert "from sound and silhouettes" in (folder / "sync.toml").read_text()
+    status, output = run(folder, "--by", "sound")
+    assert status == 3
+    assert "cam03: not certain, by sound: no sound" in output
+
+
+def test_rig_file_gets_lines_to_copy(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "one", CAMERAS, STARTS, sounds(STARTS))
+    viewers = "".join(f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "videos/cam0{k}.mp4"\n' for k in (1, 2))
+    rig = folder / "rig.toml"
+    rig.write_text(f'name = "one"\ncalibration = "calibration.toml"\n{viewers}')
+    status, output = run(rig)
+    assert status == 0, output
+    assert "offset_s = 0.7000  # viewer 2" in output
+    assert not (folder / "sync.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("starts", "options", "reason"),
+    [
+        ({"cam01": 0.0, "cam02": 1.7}, {}, "larger than --max-offset"),
+        (STARTS, {"still": True}, "the videos have too little in common"),
+        (STARTS, {"without_person": ("cam02",)}, "cam02: not certain, by silhouettes: no person in view"),
+    ],
+)
+def test_what_is_not_certain_is_not_written(
+    tmp_path: Path, starts: dict[str, float], options: dict[str, object], reason: str
+) -> None:
+    folder = write_folder(tmp_path / "one", CAMERAS, starts, **options)
+    status, output = run(folder, "--max-offset", 1)
+    assert status == 3, output
+    assert reason in output
+    assert "a clap" in output
+    assert not (folder / "sync.toml").exists()
+
+
+def test_videos_that_began_together_have_the_offset_0(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "one", CAMERAS, {"cam01": 1.0, "cam02": 1.0})
+    status, output = run(folder)
+    assert status == 0, output
+    assert "began together" in output
+    assert offsets(folder) == {"cam01": 0, "cam02": 0}
+
+
+def test_wrong_input_is_an_error_of_one_line(tmp_path: Path) -> None:
+    assert run(tmp_path)[0] == 1
+    folder = write_folder(tmp_path / "one", CAMERAS, STARTS, seconds=0.2)
+    (folder / "videos" / "cam02.mp4").write_bytes(b"no video")
+    status, output = run(folder)
+    assert (status, output.count("\n")) == (1, 1)
+    assert "allowed for sync: video files" in run(demo_rig_file())[1]
+
+
+def test_names_of_cameras_with_spaces_are_kept(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "one", CAMERAS, STARTS, seconds=0.2)
+    text = (folder / "calibration.toml").read_text()
+    (folder / "calibration.toml").write_text(text.replace('"cam01"', '"cam 1"'))
+    assert camera_names(folder) == {"cam-1": "cam 1", "cam02": "cam02"}

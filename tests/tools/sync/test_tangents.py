@@ -1,0 +1,85 @@
+"""Lags from tangent planes of silhouettes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.moving_balls import FPS, mask_of, ring
+from zenocap.common.camera.pinhole import Camera
+from zenocap.tools.sync.pairs import offsets_of, reach_s
+from zenocap.tools.sync.tangents import (
+    SILHOUETTE_LIMITS,
+    Outline,
+    baseline_of,
+    outline_of,
+    silhouette_pairs,
+    tangents,
+)
+
+LIMITS = replace(SILHOUETTE_LIMITS, max_lag_s=3.0)
+
+
+def film(camera: Camera, start_s: float, count: int = 180, fps: float = FPS, *, still: bool = False) -> list[Outline]:
+    every = (outline_of(camera, mask_of(camera, start_s + k / fps, still=still), k / fps) for k in range(count))
+    return [one for one in every if one is not None]
+
+
+def test_tangent_planes_of_both_views_are_equal_at_equal_times() -> None:
+    one, two = ring((0, 90)).values()
+    one, two = one.resized((1280, 960)), two.resized((1280, 960))
+    baseline = baseline_of(one, two, np.array([0.0, 1.0, 0.0]))
+    assert baseline is not None
+    (_, a, noise), (_, b, _) = (tangents(film(camera, 0.0, 20), baseline, 1 / 1200) for camera in (one, two))
+    assert np.abs(a - b).max() < 3 * noise
+    assert np.abs(a[0] - b[-1]).max() > 10 * noise
+
+
+def test_a_tangent_at_the_border_of_the_image_is_left_out() -> None:
+    one, two = ring((0, 90)).values()
+    mask = mask_of(one, 0.0)
+    rows = np.flatnonzero(mask.any(axis=1))
+    mask[rows[0] :, :] = np.roll(mask, -rows[0], axis=0)[: len(mask) - rows[0]]
+    cut = np.roll(mask_of(one, 0.0), -rows[0], axis=0)  # the head is at the upper border
+    baseline = baseline_of(one, two, np.array([0.0, 1.0, 0.0]))
+    outline = outline_of(one, cut, 0.0)
+    assert baseline is not None
+    assert outline is not None
+    _, angles, _ = tangents([outline], baseline, 0.01)
+    assert np.isnan(angles).sum() == 1
+
+
+def test_cameras_on_a_line_with_the_person_have_no_baseline() -> None:
+    one, two = ring((0, 180)).values()
+    assert baseline_of(one, two, np.array([0.0, 1.0, 0.0])) is None
+    assert baseline_of(one, one, np.array([0.0, 1.0, 0.0])) is None
+
+
+@pytest.mark.parametrize("shift_s", [0.0, 0.5 / FPS, 0.71, -1.234])
+def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float) -> None:
+    cameras = ring((0, 90, 40))
+    starts = {"cam01": 2.0, "cam02": 2.0 + shift_s, "cam03": 2.3}
+    outlines = {name: film(camera, starts[name]) for name, camera in cameras.items()}
+    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(3.0)), LIMITS, {})
+    for name, offset in found.items():
+        assert not offset.reason
+        assert abs(offset.offset_s - starts[name] + 2.0) < 0.1 / FPS
+
+
+def test_different_frame_rates_are_compared() -> None:
+    cameras = ring((0, 90))
+    outlines = {"cam01": film(cameras["cam01"], 0.0), "cam02": film(cameras["cam02"], 0.4, 300, 50.0)}
+    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(3.0)), LIMITS, {})
+    assert not found["cam02"].reason
+    assert abs(found["cam02"].offset_s - 0.4) < 0.15 / FPS
+
+
+def test_a_still_body_and_an_offset_beyond_the_range_are_not_certain() -> None:
+    cameras = ring((0, 90))
+    outlines = {name: film(camera, 0.0, still=True) for name, camera in cameras.items()}
+    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(3.0)), LIMITS, {})
+    assert found["cam02"].reason
+    outlines = {name: film(camera, start) for (name, camera), start in zip(cameras.items(), (0.0, 1.5), strict=True)}
+    narrow = replace(LIMITS, max_lag_s=1.0)
+    found = offsets_of(list(cameras), silhouette_pairs(cameras, outlines, reach_s(1.0)), narrow, {})
+    assert "--max-offset" in found["cam02"].reason

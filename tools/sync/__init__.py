@@ -1,0 +1,1 @@
+"""Times at which the videos of a rig begin, found from their sound or from the silhouettes of the person."""

@@ -47,9 +47,10 @@ class Film:
 Change = Callable[[Path, Film], None]  # writes the changed video into a folder
 
 
-def _write(path: Path, film: Film, kept: list[int] | None = None, **options: str) -> None:
+def _write(path: Path, film: Film, kept: list[int] | None = None, codec: str = "libx264", pixels: str = "yuv420p") -> None:
     kept = list(range(len(film.images))) if kept is None else kept
-    write_video(path, [film.images[k] for k in kept], [film.times[k] for k in kept], fps=film.fps, **options)
+    images, times = [film.images[k] for k in kept], [film.times[k] for k in kept]
+    write_video(path, images, times, fps=film.fps, codec=codec, pixels=pixels)
 
 
 def _video(folder: Path, suffix: str = "mp4") -> Path:

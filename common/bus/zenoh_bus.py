@@ -37,6 +37,15 @@ class _Publisher(Protocol):
     def undeclare(self) -> None: ...
 
 
+def in_order(on_sample: Callable[[zenoh.Sample], None]) -> "zenoh.handlers.Callback[zenoh.Sample]":
+    """Handler of a subscriber that keeps the order in which a session sent messages of different topics.
+
+    Zenoh's default calls each subscriber on a thread of its own: under load an answer overtook its question.  This one
+    calls on the thread that receives from the network, so `on_sample` may only enqueue.
+    """
+    return zenoh.handlers.Callback(on_sample, indirect=False)
+
+
 class ZenohBus:
     """See `zenocap.common.bus.protocol.Bus`.  To be used in a `with` statement: an open session keeps the process alive."""
 
@@ -153,9 +162,9 @@ class ZenohBus:
             self._recovery.serve()
         self._tally.expect(expression)
         if topic.queueing is Queueing.LATCHED:
-            self._declared.append(latched_subscriber(self._session, expression, queue))
+            self._declared.append(latched_subscriber(self._session, expression, in_order(queue)))
         else:
-            self._declared.append(self._session.declare_subscriber(expression, queue))
+            self._declared.append(self._session.declare_subscriber(expression, in_order(queue)))
 
     def watch_alive(self) -> None:
         def queue(sample: zenoh.Sample) -> None:

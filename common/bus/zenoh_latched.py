@@ -1,6 +1,5 @@
 """LATCHED topics over Zenoh: an advanced publisher with a cache of one, queried by late joiners and after reconnection."""
 
-from collections.abc import Callable
 
 import zenoh
 import zenoh.ext
@@ -24,7 +23,7 @@ def latched_publisher(session: zenoh.Session, key: str) -> zenoh.ext.AdvancedPub
 
 
 def latched_subscriber(
-    session: zenoh.Session, expression: str, on_sample: Callable[[zenoh.Sample], None]
+    session: zenoh.Session, expression: str, on_sample: "zenoh.handlers.Callback[zenoh.Sample]"
 ) -> zenoh.ext.AdvancedSubscriber[None]:
     """Subscriber that also receives the last value.  on_sample: called with each sample, on a thread of Zenoh's."""
     return zenoh.ext.declare_advanced_subscriber(

@@ -38,7 +38,11 @@ def tracker_service(rig: Rig) -> Service[Setup, State, Never]:
     recorded = recorded_rig(rig)
     anatomy = anatomy_in(recorded)
     prior = None if rig.tracker is None or rig.tracker.prior is None else read_prior(rig.tracker.prior, anatomy)
-    setup = setup_of(recorded, prior)
+    return service_of(setup_of(recorded, prior))
+
+
+def service_of(setup: Setup) -> Service[Setup, State, Never]:
+    """Service of a tracker."""
     topics = (
         Subscription(SILHOUETTE, every=True),
         Subscription(CAMERA),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -218,6 +219,8 @@ def track(
             typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses{tracked}, {result.messages} messages")
             if result.both_ways:
                 typer.echo("the poses of the forward pass are in it too: --raw of export, evaluate, render and show")
+            if result.poses:
+                typer.echo(next_commands(output))
         else:
             result = _exported(work, output, to)
     if drawing is not None:
@@ -369,6 +372,12 @@ def _exported(work: Work, output: Path, to: Format) -> Tracked:
         f"{', tracked both ways' if result.both_ways else ''}; the take was temporary: give -o FILE.mcap to keep it"
     )
     return result
+
+
+def next_commands(take: Path) -> str:
+    """What is usually done next with a take, as commands to copy."""
+    name = shlex.quote(str(take))
+    return f"next: zenocap show {name}\n      zenocap export {name} -o {shlex.quote(str(take.with_suffix('.bvh')))}"
 
 
 def parsed_size(text: str) -> tuple[int, int]:

@@ -3,7 +3,7 @@
     python -m benchmarks.decoding [--sizes 640x480 1920x1080] [--frames 120] [--minutes 60]
 
 The videos show a moving textured shape and are written for the measurement.  Both readers give images of blue, green and
-red; processor time is that of all threads.  The long video has 60 frames/s in 64x48.
+red; processor time is that of all threads.  The long video has 30 frames/s in 64x48.
 """
 
 import argparse
@@ -33,7 +33,7 @@ FORMATS = (
     ("mkv", "ffv1", "gray"),
     ("avi", "rawvideo", "bgr24"),
 )
-LONG_FPS, LONG_SIZE = 60, (64, 48)
+LONG_FPS, LONG_SIZE = 30, (64, 48)
 WARM_FRAMES = 1000  # before the memory of the long video is measured
 
 
@@ -73,16 +73,16 @@ def timed(read: Callable[[Path], int], path: Path) -> tuple[int, float, float]:
     return best
 
 
-def memory(path: Path, minutes: float) -> tuple[int, float, float]:
-    """Frames read, and largest memory of the process after WARM_FRAMES and at the end, MB."""
-    write_video(path, pictures(LONG_SIZE, round(minutes * 60 * LONG_FPS)), fps=LONG_FPS, codec="mpeg4")
+def memory(path: Path) -> list[tuple[int, float]]:
+    """Frames read, and largest memory of the process so far, MB: after WARM_FRAMES, and each tenth of the video."""
+    found = []
     with VideoReader(path) as reader:
-        warm = 0.0
+        tenth = max(1, reader.declared // 10)
         while (frame := reader.next()) is not None:
             frame.image()
-            if reader.read == WARM_FRAMES:
-                warm = _peak_mb()
-        return reader.read, warm, _peak_mb()
+            if reader.read == WARM_FRAMES or reader.read % tenth == 0:
+                found.append((reader.read, _peak_mb()))
+        return [*found, (reader.read, _peak_mb())]
 
 
 def _peak_mb() -> float:
@@ -119,9 +119,12 @@ def main() -> None:
         ]
         print(table("Decoding, a frame", head, rows))
         if options.minutes:
+            path = Path(folder) / "long.mp4"
+            frames = round(options.minutes * 60 * LONG_FPS)
+            write_video(path, pictures(LONG_SIZE, frames), fps=LONG_FPS, codec="mpeg4")
             with get_context("spawn").Pool(1) as pool:  # a process of its own, as the peak is that of a whole process
-                count, warm, end = pool.apply(memory, (Path(folder) / "long.mp4", options.minutes))
-            print(f"{count} frames: peak memory {warm:.0f} MB after {WARM_FRAMES}, {end:.0f} MB at the end")
+                peaks = pool.apply(memory, (path,))
+            print(table(f"Memory over {options.minutes:g} minutes", ["frames", "peak MB"], peaks))
 
 
 if __name__ == "__main__":

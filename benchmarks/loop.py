@@ -112,13 +112,16 @@ def tracker_film(
     prior: Prior | None = None,
     observe: Callable[[int, Outcome], None] = lambda _, __: None,
     filter: FilterOptions = DEFAULT_FILTER,
+    front: str | None = None,
+    heading: float | None = None,
 ) -> dict[int, Estimate]:
     """Estimates of the tracker by frame, for a film whose first `film.empty` frames are the background.
 
     observe: gets every tracked frame and its outcome.  filter: its options; the others are the defaults.
+    front, heading: the user's decision, of `Options`.
     """
     frame_ns = round(1e9 / fps)
-    setup = Setup(FOURTEEN_PARTS, film.cameras, frame_ns, prior, Options(filter=filter))
+    setup = Setup(FOURTEEN_PARTS, film.cameras, frame_ns, prior, Options(filter=filter, front=front, heading=heading))
     viewers = {id: viewer.viewer_setup(id, camera, FirstFrames(film.empty), True) for id, camera in film.cameras.items()}
     segmenting = {id: silhouette_step.initial_state(one) for id, one in viewers.items()}
     state, body = initial_state(setup), None

@@ -93,7 +93,7 @@ def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
 
 
 def test_every_page_is_linked_from_the_readme() -> None:
-    linked = {(ROOT / link).resolve() for link in re.findall(r"\]\(([\w/]+\.md)\)", TEXTS[PAGES[0]])}
+    linked = {(ROOT / link).resolve() for link in re.findall(r"\]\(([\w/-]+\.md)\)", TEXTS[PAGES[0]])}
     assert linked == set(PAGES[1:])
 
 

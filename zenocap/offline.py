@@ -9,7 +9,7 @@ from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
 from zenocap.tools.recordings.both_ways import has_second_pass, track_both_ways
-from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, of_height, with_tracker
+from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, decoded_by_hardware, of_height, with_tracker
 from zenocap.tools.recordings.track import track as write_take
 
 logger = logging.getLogger(__name__)
@@ -33,6 +33,10 @@ def track(
     prior: str | None = None,
     seed: int | None = None,
     both_ways: bool | None = None,
+    cameras: Sequence[str] | None = None,
+    front: str | None = None,
+    heading: float | None = None,
+    hardware_decoding: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Take:
@@ -54,23 +58,31 @@ def track(
     seed: random seed of the hybrid tracker.
     both_ways: track a second time, backwards, and use the better pose of each limb; default: with method hybrid and preset
         default.  `open_take(path, raw=True)` has the poses of the first pass; `Take.both_ways` is False without a second.
+    cameras: names of cameras or ids of viewers, two or more; the others are not used; default: all.
+    front: camera that the person faces at the start; heading: direction of the front then, degrees, 0 along +Z of the
+        world, 90 along +X; at most one of them; default: the rig's own, else as the feet show.
+    hardware_decoding: decode videos by the graphics card where FFmpeg can; pixels may differ slightly.
     jobs: number of cores to use; the take does not depend on it; default: the available ones.
     progress: called after each frame set of the first pass with the number of frame sets so far.
 
     Raises UserError: a missing video, a calibration of other cameras, or a person whose body could not be measured.
     """
-    overrides = TrackerOverrides(prior=prior, seed=seed, preset=preset)
+    overrides = TrackerOverrides(prior=prior, seed=seed, preset=preset, front=front, heading=heading)
     if isinstance(source, Rig | Path | str):
         if calibration is not None or empty_frames is not None:
             raise UserError("calibration and empty_frames: allowed with a list of videos; a rig or a folder has its own")
         if isinstance(source, Rig) and (method is not None or variant is not None):
             raise UserError("method and variant: allowed with files or a folder; a rig has been loaded with its own")
-        rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant)
+        if isinstance(source, Rig) and cameras is not None:
+            raise UserError("cameras: allowed with files or a folder; for a rig: Rig.load(path, cameras=...)")
+        rig = source if isinstance(source, Rig) else load_rig(source, method, variant=variant, cameras=cameras)
+        rig = decoded_by_hardware(rig) if hardware_decoding else rig
         return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
     if calibration is None:
         raise UserError("calibration is missing: a list of videos needs the file of their cameras")
     videos = [Path(video) for video in source]
-    rig = rig_of_videos(videos, Path(calibration), up_axis, empty_frames or 0, method, variant)
+    rig = rig_of_videos(videos, Path(calibration), up_axis, empty_frames or 0, method, variant, cameras)
+    rig = decoded_by_hardware(rig) if hardware_decoding else rig
     return _tracked(rig, Path(output), size, fps, height, overrides, jobs, progress, both_ways)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 import numpy as np
-from msgspec import Meta
+from msgspec import UNSET, Meta, UnsetType
 
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
@@ -16,7 +16,7 @@ from zenocap.common.messages import Name, Number, Size
 from zenocap.common.rig.recognizer import Source, Strictness
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.sources import learning_frames
-from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions, Iterations, Particles, Points, Seed
+from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions, Heading, Iterations, Particles, Points, Seed
 from zenocap.common.rig.two_view import IMPROVED, Additions
 
 SETUP_FILE = "setup.json"  # names of attachments
@@ -52,8 +52,18 @@ class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         return Camera(self.camera, self.size, matrix, np.array(self.distortions), rotation, np.array(self.translation))
 
 
+class RecordedTurn(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """As `zenocap.services.tracker.states.Turn`."""
+
+    captured_ns: int
+    front: tuple[Number, Number, Number]
+
+
 class RecordedTracker(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """As in `zenocap.common.rig.tracker`.  prior_sha256: of the prior's file, None without one."""
+    """As in `zenocap.common.rig.tracker`.  prior_sha256: of the prior's file, None without one.
+
+    front: viewer.  heading: degrees.  turns: of `zenocap mirror`.  They are left out of the file where they are not set.
+    """
 
     prior_sha256: Digest | None
     particles: Particles
@@ -63,6 +73,9 @@ class RecordedTracker(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     anatomy: Name
     refinement: Name
     filter: FilterOptions = DEFAULT_FILTER
+    front: Name | UnsetType = UNSET
+    heading: Heading | UnsetType = UNSET
+    turns: Annotated[list[RecordedTurn], Meta(max_length=1000)] | UnsetType = UNSET
 
 
 class RecordedRecognizer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -159,6 +172,8 @@ def _tracker(rig: Rig) -> RecordedTracker | None:
         anatomy=rig.tracker.anatomy,
         refinement=rig.tracker.refinement,
         filter=rig.tracker.filter,
+        front=UNSET if rig.tracker.front is None else rig.tracker.front,
+        heading=UNSET if rig.tracker.heading is None else rig.tracker.heading,
     )
 
 

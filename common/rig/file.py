@@ -31,6 +31,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     """One `[[viewer]]`.  initial: a separate video of the T-pose, shown before a file's own.
 
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
+    hardware_decoding: whether a video file is decoded by hardware where that is possible.
     """
 
     id: str
@@ -41,6 +42,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     fps: Rate | None = None
     initial: str | None = None
     offset_s: Offset = 0.0
+    hardware_decoding: bool = False
     preview: bool = False
     silhouette: bool = True
 

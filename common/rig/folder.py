@@ -21,17 +21,17 @@ MEDIAN = "median"  # background
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 
-def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
-    """Rig file content equivalent to the folder, and notes for the user.  Raises UserError."""
+def folder_rig(folder: Path, method: str, cameras: Sequence[str] | None = None) -> tuple[RigFile, tuple[str, ...]]:
+    """Rig file content equivalent to the folder, and notes for the user.  cameras: see `chosen`.  Raises UserError."""
     calibration = folder / "calibration.toml"
     if not calibration.is_file():
         raise UserError(f"{folder}: calibration.toml is missing: allowed: a rig file or a folder with it and videos/")
     clip_path = folder / "clip.toml"
     clip = read_toml(clip_path) if clip_path.is_file() else {}
     up_axis, fps, empty = (_clip_value(clip_path, clip, *row) for row in CLIP_KEYS)
-    cameras = list(read_calibration(calibration, str(up_axis)))
-    videos, notes = _videos(folder, calibration, cameras)
-    offsets = read_offsets(folder / SYNC_FILE, cameras)
+    calibrated = list(read_calibration(calibration, str(up_axis)))
+    videos, notes = _videos(folder, calibration, calibrated)
+    offsets = read_offsets(folder / SYNC_FILE, calibrated)
     if offsets:
         notes.append(f"{SYNC_FILE}: videos begin at {', '.join(f'{name} {time:+.3f} s' for name, time in offsets.items())}")
     viewers = []
@@ -49,6 +49,7 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
                 offset_s=offsets.get(name, 0.0),
             )
         )
+    viewers = chosen(folder, viewers, cameras)
     return _rig_file(folder.resolve().name, calibration.name, viewers, str(up_axis), method), (
         *notes,
         *_median_notes(viewers),
@@ -56,9 +57,17 @@ def folder_rig(folder: Path, method: str) -> tuple[RigFile, tuple[str, ...]]:
 
 
 def rig_of_files(
-    videos: Sequence[Path], calibration: Path, up_axis: str, empty_frames: int, method: str
+    videos: Sequence[Path],
+    calibration: Path,
+    up_axis: str,
+    empty_frames: int,
+    method: str,
+    cameras: Sequence[str] | None = None,
 ) -> tuple[RigFile, tuple[str, ...]]:
-    """Rig file content for videos and a calibration in any folders, and notes for the user.  Raises UserError."""
+    """Rig file content for videos and a calibration in any folders, and notes for the user.  cameras: see `chosen`.
+
+    Raises UserError.
+    """
     for file in (*videos, calibration):
         if not file.is_file():
             raise UserError(f"{file}: no such file")
@@ -70,9 +79,28 @@ def rig_of_files(
         ViewerTable(id=plain_name(name), camera=name, source=str(video.resolve()), background=background)
         for name, video in paired.items()
     ]
+    viewers = chosen(calibration, viewers, cameras)
     name = videos[0].resolve().parent.name
     content = _rig_file(name, str(calibration.resolve()), viewers, up_axis, method)
     return content, (*notes, *_median_notes(viewers))
+
+
+def chosen(path: Path, viewers: Sequence[ViewerTable], cameras: Sequence[str] | None) -> list[ViewerTable]:
+    """The viewers of these cameras, or of these ids, in the order of the rig; all without `cameras`.
+
+    path: of the rig, for errors.  Raises UserError, which lists the existing names.
+    """
+    if cameras is None:
+        return list(viewers)
+    names = [one.camera if one.camera == one.id else f"{one.id} ({one.camera})" for one in viewers]
+    for name in cameras:
+        if not any(name in (one.id, one.camera) for one in viewers):
+            raise UserError(f"{path}: cameras: {name!r}: no such camera: allowed: {', '.join(names)}")
+    found = [one for one in viewers if one.id in cameras or one.camera in cameras]
+    if len(found) < 2:
+        given = ", ".join(cameras) or "none"
+        raise UserError(f"{path}: cameras: {given}: {len(found)} camera(s): allowed: two or more of {', '.join(names)}")
+    return found
 
 
 def _rig_file(name: str, calibration: str, viewers: Sequence[ViewerTable], up_axis: str, method: str) -> RigFile:

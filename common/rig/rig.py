@@ -12,9 +12,9 @@ from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pai
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
 from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, read_toml, rig_file
-from zenocap.common.rig.folder import folder_rig, rig_of_files
+from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
-from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec
+from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
 from zenocap.common.rig.viewers import Viewer, at_common_rate, rig_viewers, size_notes, video_notes
 from zenocap.data import DEMO_RIGS
@@ -51,9 +51,15 @@ class Rig:
     additions: Additions = IMPROVED
 
     @classmethod
-    def load(cls, path: Path | str, method: str | None = None, variant: str | None = None) -> "Rig":
+    def load(
+        cls,
+        path: Path | str,
+        method: str | None = None,
+        variant: str | None = None,
+        cameras: Sequence[str] | None = None,
+    ) -> "Rig":
         """Read a rig file, or a folder with `calibration.toml` and `videos/`.  See `load_rig`."""
-        return load_rig(path, method, variant)
+        return load_rig(path, method, variant, cameras=cameras)
 
     def viewer(self, id: str) -> Viewer:
         """The viewer of that id.  Raises UserError, which lists the existing ids."""
@@ -63,18 +69,28 @@ class Rig:
         raise UserError(f"rig {self.name}: no viewer {id!r}; there are: {', '.join(v.id for v in self.viewers)}")
 
 
-def load_rig(path: Path | str, method: str | None = None, variant: str | None = None, *, files: bool = True) -> Rig:
+def load_rig(
+    path: Path | str,
+    method: str | None = None,
+    variant: str | None = None,
+    *,
+    files: bool = True,
+    cameras: Sequence[str] | None = None,
+) -> Rig:
     """The rig of a TOML file or of a folder in the Pose2Sim layout.
 
     method, variant: replace the rig's own.  files: False when the sources may be on other machines; missing videos and
-    pictures are then no error.  Raises UserError, whose text contains file, key, value and allowed values.
+    pictures are then no error.  cameras: names of cameras or ids of viewers, the others are not used; None: all.
+    Raises UserError, whose text contains file, key, value and allowed values.
     """
     path = Path(path)
     if path.is_dir():
-        content, notes = folder_rig(path, method or AUTO)
+        content, notes = folder_rig(path, method or AUTO, cameras)
         read = _Read(path, path, content, repr(content).encode(), path / "clip.toml", notes)
     elif path.exists():
-        read = _Read(path, path.parent, rig_file(path, read_toml(path)), path.read_bytes(), path, ())
+        content = rig_file(path, read_toml(path))
+        used = None if cameras is None else tuple(one.id for one in chosen(path, content.viewer, cameras))
+        read = _Read(path, path.parent, content, path.read_bytes(), path, (), used)
     else:
         raise UserError(f"{path}: no such rig: allowed: a TOML file, or a folder with calibration.toml and videos/")
     return _rig(read, method, variant, files)
@@ -87,19 +103,23 @@ def rig_of_videos(
     empty_frames: int = 0,
     method: str | None = None,
     variant: str | None = None,
+    cameras: Sequence[str] | None = None,
 ) -> Rig:
-    """The rig of video files and a calibration, in any folders.  Raises UserError.
+    """The rig of video files and a calibration, in any folders.  cameras: see `load_rig`.  Raises UserError.
 
     A video belongs to the camera of its name; videos without such names to the cameras in their order.
     empty_frames: number of first frames of each video that show the empty scene; 0: the median of its frames is used.
     """
-    content, notes = rig_of_files(videos, calibration, up_axis, empty_frames, method or AUTO)
+    content, notes = rig_of_files(videos, calibration, up_axis, empty_frames, method or AUTO, cameras)
     return _rig(_Read(calibration, Path(), content, repr(content).encode(), calibration, notes), method, variant, True)
 
 
 @dataclass(frozen=True)
 class _Read:
-    """What is known of a rig before its calibration is read.  path: for errors.  file: its own, where it exists."""
+    """What is known of a rig before its calibration is read.  path: for errors.  file: its own, where it exists.
+
+    used: ids of the viewers that take part; None: all.
+    """
 
     path: Path
     base: Path
@@ -107,6 +127,7 @@ class _Read:
     content_bytes: bytes
     file: Path
     notes: tuple[str, ...]
+    used: tuple[str, ...] | None = None
 
 
 def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> Rig:
@@ -123,7 +144,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         raise UserError(f"{path}: calibration = {content.calibration!r}: no file {calibration}")
     additions = _additions(path, content, method, variant)
     cameras = read_calibration(calibration, content.up_axis)
-    viewers = rig_viewers(path, base, content, cameras, files)
+    viewers = rig_viewers(path, base, content, cameras, files, read.used)
     tracker = None
     if method in TRACKER_METHODS:
         try:
@@ -136,11 +157,17 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
             recognizer = recognizer_spec(content.recognizer, method, tracker is not None, base, files=files)
         except RecognizerError as error:
             raise UserError(f"{path}: recognizer.{error}") from error
-    viewers, chosen = _viewers_in_use(path, method, viewers)
+    viewers, pair = _viewers_in_use(path, method, viewers)
+    if tracker is not None:
+        try:
+            tracker = with_front_of(tracker, {viewer.id: viewer.camera.name for viewer in viewers})
+        except TrackerError as error:
+            raise UserError(f"{path}: tracker.{error}") from error
     viewers, rates = at_common_rate(viewers)
-    parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions)]
+    used = [id.encode() for id in read.used or ()]
+    parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions), *used]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
-    all_notes = (*read.notes, *chosen, *rates, *size_notes(content, viewers), *(video_notes(viewers) if files else ()))
+    all_notes = (*read.notes, *pair, *rates, *size_notes(content, viewers), *(video_notes(viewers) if files else ()))
     files_of_rig = tuple(file for file in dict.fromkeys((read.file, calibration)) if file.is_file())
     return Rig(
         content.name,

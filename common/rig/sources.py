@@ -40,11 +40,13 @@ class VideoFile:
     """initial: a separate video of the T-pose, shown before the main one; None when that shows it.
 
     offset_ns: time of the first frame from that of the file of the rig that began first.
+    hardware: whether it is decoded by hardware where that is possible.
     """
 
     path: Path
     initial: Path | None = None
     offset_ns: int = 0
+    hardware: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,10 @@ class MedianFrames:
 
 @dataclass(frozen=True)
 class BackgroundImage:
+    """A picture, or the median of a video.  hardware: see `VideoFile`."""
+
     path: Path
+    hardware: bool = False
 
 
 @dataclass(frozen=True)

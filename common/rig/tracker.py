@@ -33,6 +33,7 @@ Distance = Literal["contact", "modulated"]
 Association = Literal["modulated", "closest"]
 ForceLaw = Literal["quadratic", "linear"]
 Start = Literal["any-posture", "t-pose"]
+Heading = Annotated[float, Meta(ge=-360, le=360)]
 PriorShare = Annotated[float, Meta(ge=0, le=1)] | Literal["adaptive"]
 CHOICES = {
     "distance": get_args(Distance),
@@ -113,7 +114,8 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
 
     preset: of `PRESETS`, gives the defaults of what is None here.  particles: default by method.
     points: of the visual hull, per frame.  refinement: default by preset and method.
-    iterations: of the refinement; default by refinement.  The others: see `FilterOptions`.
+    iterations: of the refinement; default by refinement.  front: camera or viewer that the person faces at the start, or
+    heading: direction of the front then, degrees; None: as the feet show.  The others: see `FilterOptions`.
     """
 
     preset: str = "default"
@@ -135,6 +137,8 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
     limb_search: bool | None = None
     other_postures: bool | None = None
     start: str | None = None
+    front: str | None = None
+    heading: Heading | None = None
 
     def filter(self, defaults: FilterOptions) -> FilterOptions:
         """Options of the filter; defaults: where this table has none.  Raises TrackerError."""
@@ -151,7 +155,8 @@ class TrackerTable(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class TrackerSpec:
-    """Tracker settings with all defaults resolved.  prior: file, None for no prior."""
+    """Tracker settings with all defaults resolved.  prior: file, None for no prior.  front: id of a viewer, or heading, in
+    degrees; at most one of them, see `TrackerTable`."""
 
     prior: Path | None
     particles: int
@@ -162,12 +167,15 @@ class TrackerSpec:
     refinement: str
     preset: str = "default"
     filter: FilterOptions = DEFAULT_FILTER
+    front: str | None = None
+    heading: float | None = None
 
 
 @dataclass(frozen=True)
 class TrackerOverrides:
     """Command line values that replace those of a rig's tracker table; None keeps a value.  prior: relative to the current
-    folder.  preset: another one than the rig's replaces all options that presets have."""
+    folder.  preset: another one than the rig's replaces all options that presets have.  front replaces heading, and
+    heading front."""
 
     prior: str | None = None
     particles: int | None = None
@@ -176,6 +184,8 @@ class TrackerOverrides:
     refinement: str | None = None
     seed: int | None = None
     preset: str | None = None
+    front: str | None = None
+    heading: float | None = None
 
 
 class TrackerError(UserError):
@@ -199,9 +209,20 @@ def tracker_spec(table: TrackerTable, method: str, own: bool, base: Path, *, fil
     particles = table.particles if own and table.particles is not None else PARTICLES[method]
     options = table.filter(preset.filter)
     spec = TrackerSpec(
-        prior, particles, table.points, iterations, table.seed, anatomy, refinement, table.preset, options
+        prior, particles, table.points, iterations, table.seed, anatomy, refinement, table.preset, options, table.front,
+        table.heading,
     )  # fmt: skip
     return _checked(spec, method)
+
+
+def with_front_of(spec: TrackerSpec, viewers: Mapping[str, str]) -> TrackerSpec:
+    """`spec` with the id of the viewer that `front` names.  viewers: cameras by id of viewer.  Raises TrackerError."""
+    if spec.front is None or spec.front in viewers:
+        return spec
+    for id, camera in viewers.items():
+        if spec.front == camera:
+            return replace(spec, front=id)
+    raise TrackerError(f"front = {spec.front!r}: no such camera: allowed: {', '.join(viewers.values())}")
 
 
 def find_prior(text: str, base: Path, *, must_exist: bool = True) -> Path:
@@ -226,6 +247,8 @@ def with_overrides(spec: TrackerSpec, method: str, overrides: TrackerOverrides) 
         spec = replace(spec, iterations=ITERATIONS[_known(overrides.refinement)])
     prior = None if overrides.prior is None else find_prior(overrides.prior, Path())
     given = {name: value for name, value in vars(overrides).items() if value is not None and name != "prior"}
+    if overrides.front is not None or overrides.heading is not None:
+        given = {"front": None, "heading": None} | given
     return _checked(replace(spec, prior=prior or spec.prior, **given), method)
 
 
@@ -263,4 +286,8 @@ def _checked(spec: TrackerSpec, method: str) -> TrackerSpec:
         raise TrackerError(f"particles = {spec.particles}: allowed: 1 for method 'image-force', which has no others")
     if method == "hybrid" and spec.prior is None and spec.filter.prior_share not in (0, "adaptive"):
         raise TrackerError(f"prior_share = {spec.filter.prior_share}: allowed without a prior: 0, 'adaptive'")
+    if spec.front is not None and spec.heading is not None:
+        raise TrackerError(f"heading = {spec.heading:g}: allowed: only without front, which is {spec.front!r}")
+    if spec.heading is not None and not -360.0 <= spec.heading <= 360.0:
+        raise TrackerError(f"heading = {spec.heading:g}: allowed: degrees from -360 to 360")
     return spec

@@ -53,17 +53,29 @@ class Viewer:
     def background_in_use(self) -> Background:
         """Background to use: the median of a whole video, because a person may stand still in its first frames."""
         match self.background, self.source:
-            case MedianFrames(), VideoFile(path=path):
-                return BackgroundImage(path)
+            case MedianFrames(), VideoFile(path=path, hardware=hardware):
+                return BackgroundImage(path, hardware)
             case background, _:
                 return background
 
 
-def rig_viewers(path: Path, base: Path, content: RigFile, cameras: dict[str, Camera], files: bool) -> tuple[Viewer, ...]:
-    """Viewers of a rig file.  path: of the rig, for errors.  base, files: see `load_rig`.  Raises UserError."""
+def rig_viewers(
+    path: Path,
+    base: Path,
+    content: RigFile,
+    cameras: dict[str, Camera],
+    files: bool,
+    used: Sequence[str] | None = None,
+) -> tuple[Viewer, ...]:
+    """Viewers of a rig file.  path: of the rig, for errors.  base, files: see `load_rig`.  used: their ids; None: all.
+
+    Raises UserError.
+    """
     viewers: list[Viewer] = []
     users: dict[str, str] = {}
     for number, table in enumerate(content.viewer):
+        if used is not None and table.id not in used:
+            continue
         key = f"viewer[{number}]"
         camera = camera_named(cameras, table.camera, f"{path}: {key}.camera")
         if table.camera in users:
@@ -169,6 +181,10 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
         if not isinstance(source, VideoFile):
             raise UserError(f"{path}: {key}.offset_s = {table.offset_s}: allowed: only where the source is a video file")
         source = replace(source, offset_ns=round(table.offset_s * 1e9))
+    if table.hardware_decoding:
+        if not isinstance(source, VideoFile):
+            raise UserError(f"{path}: {key}.hardware_decoding = true: allowed: only where the source is a video file")
+        source = replace(source, hardware=True)
     if not files:
         return source
     match source:

@@ -12,6 +12,8 @@ from typing import Self
 import av
 import cv2
 import numpy as np
+from av.codec.hwaccel import HWAccel
+from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
 
 from zenocap.common.arrays import Image
@@ -43,10 +45,36 @@ class VideoFrame:
         return np.asarray(image if turn is None else cv2.rotate(image, turn), dtype=np.uint8)
 
 
+def _open(path: Path, device: HWAccel | None = None) -> InputContainer:
+    return av.open(str(path), metadata_errors="replace", hwaccel=device)
+
+
+def opened(path: Path) -> tuple[InputContainer, str]:
+    """The file with a hardware decoder; else with that in software, and the reason in words.  Raises as `av.open`."""
+    container = _open(path)
+    if not container.streams.video:
+        return container, ""
+    codec = container.streams.video[0].codec_context.codec
+    kinds = [config.device_type.name for config in codec.hardware_configs or () if config.is_supported]
+    reasons = []
+    for kind in kinds:
+        try:
+            by_hardware = _open(path, HWAccel(kind, allow_software_fallback=True))
+        except (FFmpegError, NotImplementedError, ValueError, RuntimeError) as error:
+            reasons.append(f"{kind}: {getattr(error, 'strerror', None) or error}")
+            continue
+        if by_hardware.streams.video[0].codec_context.is_hwaccel:
+            container.close()
+            return by_hardware, ""
+        by_hardware.close()
+        reasons.append(f"{kind}: not for this video")
+    return container, "; ".join(reasons) or f"this FFmpeg has no hardware decoder for {codec.name}"
+
+
 def _nominal_rate(path: Path, mean: Fraction) -> Fraction:
     """The mean rate, or that of the median interval of the first frames where it is much higher: frames are missing."""
     try:
-        with av.open(str(path), metadata_errors="replace") as container:
+        with _open(path) as container:
             packets = container.demux(container.streams.video[0])
             stamps = sorted(one.pts for one in islice(packets, PROBED_FRAMES) if one.pts is not None)
             base = container.streams.video[0].time_base or Fraction(0)
@@ -61,11 +89,15 @@ def _nominal_rate(path: Path, mean: Fraction) -> Fraction:
 
 @dataclass(frozen=True)
 class VideoSummary:
-    """What was read of a file.  damaged: frames that could not be decoded.  estimated: frames without an own time."""
+    """What was read of a file.  damaged: frames that could not be decoded.  estimated: frames without an own time.
+
+    software: why it was decoded in software although hardware was asked for, in words; empty otherwise.
+    """
 
     timing: Timing
     damaged: int
     estimated: int
+    software: str = ""
 
 
 class VideoReader:
@@ -76,15 +108,15 @@ class VideoReader:
     A damaged frame is left out and counted; the others keep their times.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Raises OpenError, AccessDenied."""
+    def __init__(self, path: Path, hardware: bool = False) -> None:
+        """hardware: whether to decode by hardware where that is possible.  Raises OpenError, AccessDenied."""
         self.path, self.damaged = path, 0
         if not path.is_file():
             raise OpenError(f"{path}: no such video file")
         if not os.access(path, os.R_OK):
             raise AccessDenied(f"{path}: no permission to read this video file")
         try:
-            self._container = av.open(str(path), metadata_errors="replace")
+            self._container, self._software = opened(path) if hardware else (_open(path), "")
         except (FFmpegError, ValueError) as error:
             raise OpenError(f"{path}: not a video that can be decoded: the file is damaged or no video") from error
         if not self._container.streams.video:
@@ -129,7 +161,7 @@ class VideoReader:
 
     def summary(self) -> VideoSummary:
         """What has been read so far."""
-        return VideoSummary(timing_of(self._times.times_ns), self.damaged, self._times.estimated)
+        return VideoSummary(timing_of(self._times.times_ns), self.damaged, self._times.estimated, self._software)
 
     def close(self) -> None:
         self._container.close()

@@ -38,7 +38,11 @@ SOURCES: dict[Source, Topic] = {"integrator": UNIVERSAL_BAP, "tracker": TRACKER_
 
 def recognizer_service(rig: Rig, model: PostureModel) -> Service[Setup, State, Never]:
     """Recognizer service of a rig.  Raises ValueError for a rig without one."""
-    setup = setup_of(recorded_rig(rig), model)
+    return service_of(setup_of(recorded_rig(rig), model))
+
+
+def service_of(setup: Setup) -> Service[Setup, State, Never]:
+    """Service of a recognizer."""
     topics = (Subscription(SOURCES[setup.source]),)
     return Service("recognizer", ID, setup, initial_state(setup), step, topics, describe, counts, phase_of, result=Posture)
 

@@ -194,6 +194,7 @@ HEADING_TOES = 0.020  # statures by which the feet reach forward of the ankles, 
 REVERSED_TOES = 0.016  # statures by which they must reach forward; with less the opposite heading is tried
 REVERSED_MISFIT_RATIO = 1.2  # of the tracked pose's misfit, below which the opposite heading then replaces it
 HEADING_PENALTY = 0.3  # relative increase of the misfit of a pose with the opposite heading
+DECIDED_NS = 5_000_000_000  # after the user's decision on front and back, in which the feet are not asked; by hand
 HEADING_MEMORY_NS = 2_000_000_000  # after track loss, for which the last heading is preferred
 
 # Both directions, offline.  Tuned with 24 and 12 takes of simulated people with motion capture in two and four views

@@ -2,9 +2,12 @@
 
 import hashlib
 import logging
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Never, get_args
+
+from msgspec import UNSET
 
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -22,7 +25,7 @@ from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.prior.file import parse_prior, read_prior
 from zenocap.services.tracker.prior.model import Prior
-from zenocap.services.tracker.states import Method, Options, Setup, State
+from zenocap.services.tracker.states import Method, Options, Setup, State, Turn
 from zenocap.services.tracker.step import awaiting_person, counts, describe, initial_state, pending, phase_of, step
 
 logger = logging.getLogger(__name__)
@@ -35,7 +38,11 @@ def tracker_service(rig: Rig) -> Service[Setup, State, Never]:
     recorded = recorded_rig(rig)
     anatomy = anatomy_in(recorded)
     prior = None if rig.tracker is None or rig.tracker.prior is None else read_prior(rig.tracker.prior, anatomy)
-    setup = setup_of(recorded, prior)
+    return service_of(setup_of(recorded, prior))
+
+
+def service_of(setup: Setup) -> Service[Setup, State, Never]:
+    """Service of a tracker."""
     topics = (
         Subscription(SILHOUETTE, every=True),
         Subscription(CAMERA),
@@ -70,7 +77,12 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> Setup:
         seed=rig.tracker.seed,
         refinement=_refinement(rig.tracker.refinement),
         filter=rig.tracker.filter,
+        front=rig.tracker.front or None,
+        heading=None if rig.tracker.heading is UNSET else math.radians(rig.tracker.heading),
+        turns=tuple(Turn(one.captured_ns, one.front) for one in rig.tracker.turns or ()),
     )
+    if options.front is not None and options.front not in {viewer.id for viewer in rig.viewers}:
+        raise ValueError(f"tracker.front = {options.front!r}: allowed: {', '.join(viewer.id for viewer in rig.viewers)}")
     return Setup(anatomy_in(rig), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height)
 
 

@@ -27,10 +27,20 @@ Method = Literal["hybrid", "image-force", "particle-filter"]
 
 
 @dataclass(frozen=True)
+class Turn:
+    """The user's decision that at a capture time the person faces along `front` (3,), a unit vector in the world, rather
+    than away from it."""
+
+    captured_ns: int
+    front: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Options:
     """Options.  points: contour rays per frame set.  iterations: of the refinement.  seed: of all random numbers.
 
-    filter: where the default differs from the paper.
+    filter: where the default differs from the paper.  front: viewer whose camera the person faces at the start, or
+    heading: direction of the front then, radians about +Y from +Z; None: as the feet show.  turns: later decisions.
     """
 
     method: Method = "hybrid"
@@ -40,6 +50,9 @@ class Options:
     seed: int = 0
     refinement: Refinement = "gauss-newton"
     filter: FilterOptions = DEFAULT_FILTER
+    front: str | None = None
+    heading: float | None = None
+    turns: tuple[Turn, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,6 +119,7 @@ class Tracking:
     limb_features: (4, features) running means, see `zenocap.services.tracker.filter.confidence`; None at the start.
     ambiguity: (4,) of the limbs, metres, see there.
     corrected_ns: capture time of the last correction by a jump, see `filter_step.start_tracking`.
+    decided_ns: capture time at which the user has decided on front and back; None: the feet have.
     """
 
     person: Person
@@ -121,6 +135,7 @@ class Tracking:
     limb_features: Floats | None = None
     corrected_ns: int = 0
     ambiguity: Floats = field(default_factory=lambda: np.zeros(4))
+    decided_ns: int | None = None
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,14 @@ from zenocap.services.tracker.filter.filter_step import filter_step
 from zenocap.services.tracker.hull.contour_rays import contour_rays, exclude_views, extract_outlines, scene_from
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
 from zenocap.services.tracker.initialization.any_posture import start_in_any_posture
+from zenocap.services.tracker.initialization.decisions import (
+    by_decision,
+    decided_front,
+    faces,
+    least_toes,
+    start_as_decided,
+    turned_as_decided,
+)
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, with_toes
 from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.initialization.relocalization import check_elsewhere, check_other_postures, search
@@ -27,7 +36,6 @@ from zenocap.services.tracker.parameters import (
     INITIAL_SUPPORT,
     OTHER_POSTURES_PERIOD,
     RELOCALIZE_AFTER,
-    REVERSED_TOES,
 )
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Options, Outcome, Person, Setup, Tracking, TrackState
 from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untrusted
@@ -94,6 +102,7 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     rays, field = contour_rays(scene), distance_field(silhouettes)
     phase, outcome = advance_phase(setup, state.phase, captured_ns, rays, field, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
+        phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, rays, field)
         if _tries_other_postures(setup):  # else nothing tells how ambiguous a limb is
             phase = _with_limb_features(setup, phase, rays, field)
         toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
@@ -137,7 +146,7 @@ def describe(state: TrackState) -> str:
         case AwaitingPerson(advice=advice):
             return advice
         case Tracking(misfits_in_row=0, toes=toes, person=person):
-            certain = person.heading_known and toes >= HEADING_TOES
+            certain = person.heading_known and (toes >= HEADING_TOES or state.phase.decided_ns is not None)
             body = "" if person.measuring is None else " with average proportions: hold the T-pose to measure the body"
             return f"tracking{body}" if certain else f"tracking{body}, front or back is not certain"
         case Tracking():
@@ -157,21 +166,31 @@ def advance_phase(
     """Next phase and the result of one frame set."""
     match phase:
         case AwaitingPerson():
-            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field)
-            if isinstance(awaiting, Tracking) or awaiting.scenes or not _starts_anywhere(setup, phase):
+            decided = partial(decided_front, setup)
+            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field, decided)
+            if isinstance(awaiting, Tracking):
+                return _if_decided(setup, awaiting, captured_ns), outcome
+            if awaiting.scenes or not _starts_anywhere(setup, phase):
                 return awaiting, outcome
             return start_in_any_posture(setup, awaiting, captured_ns, rays, field)
         case (
             Tracking(person=Person(measuring=AwaitingPerson() as measuring))
             | Lost(person=Person(measuring=AwaitingPerson() as measuring))
         ):
-            measured, outcome = await_person(setup, measuring, captured_ns, rays, field)
+            decided_ns = phase.decided_ns if isinstance(phase, Tracking) else None
+            # The decision was about the start; since then the person may have turned, and the track with him or her.
+            tracked = phase.estimate.rotation[:, 2] if isinstance(phase, Tracking) and decided_ns is not None else None
+            measured, outcome = await_person(setup, measuring, captured_ns, rays, field, lambda _: tracked)
             if isinstance(measured, Tracking):
-                return measured, outcome
+                return replace(measured, decided_ns=decided_ns), outcome
             phase = replace(phase, person=replace(phase.person, measuring=measured))
             return _follow(setup, phase, captured_ns, rays, field, count)
         case Tracking() | Lost():
             return _follow(setup, phase, captured_ns, rays, field, count)
+
+
+def _if_decided(setup: Setup, phase: Tracking, captured_ns: int) -> Tracking:
+    return by_decision(phase, captured_ns) if decided_front(setup, phase.estimate.position) is not None else phase
 
 
 def _starts_anywhere(setup: Setup, phase: AwaitingPerson) -> bool:
@@ -188,15 +207,21 @@ def _follow(
 ) -> tuple[Tracking | Lost, Outcome]:
     """Track a person with known sizes, or search for one."""
     if isinstance(phase, Lost):
-        return search(setup, phase, captured_ns, rays, field)
+        found, outcome = search(setup, phase, captured_ns, rays, field)
+        if phase.last is None and isinstance(found, Tracking):
+            return start_as_decided(setup, found, outcome, captured_ns, rays, field)
+        return found, outcome
     rng = np.random.default_rng([setup.options.seed, count])
     after, outcome = filter_step(setup, phase, captured_ns, rays, field, rng)
     if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:
         return after, outcome
     after = with_toes(setup.anatomy, after, rays)
     if after.misfits_in_row in RELOCALIZE_AFTER:
-        return check_elsewhere(setup, after, outcome, captured_ns, rays, field)
-    if after.toes < REVERSED_TOES:
+        elsewhere, outcome = check_elsewhere(setup, after, outcome, captured_ns, rays, field)
+        if faces(elsewhere.estimate, after.estimate.rotation[:, 2]):
+            elsewhere = replace(elsewhere, decided_ns=after.decided_ns)
+        return elsewhere, outcome
+    if after.toes < least_toes(after, captured_ns):
         return check_reversed_heading(setup, after, outcome, captured_ns, rays, field)
     if _tries_other_postures(setup) and count % OTHER_POSTURES_PERIOD == 0:
         return check_other_postures(setup, after, outcome, captured_ns, rays, field)

@@ -77,8 +77,9 @@ def _setup(viewer: Viewer, additions: Additions = IMPROVED) -> Setup:
     match viewer.background, background:
         case BackgroundImage(path=path), _:
             plate = _picture(viewer, path)
-        case _, BackgroundImage(path=path):
-            plate = median_picture(path, Fit(str(path), viewer.calibrated_size, viewer.camera.size))
+        case _, BackgroundImage(path=path, hardware=hardware):
+            fit = Fit(str(path), viewer.calibrated_size, viewer.camera.size)
+            plate = median_picture(path, fit, hardware=hardware)
         case _:
             pass
     return viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate, additions=additions)

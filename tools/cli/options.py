@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -31,12 +31,22 @@ RawOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
 
 
-def rig_at(path: Path, *, files: bool, method: str | None = None, variant: str | None = None) -> Rig:
-    """Load a rig.  files: whether its videos must be on this machine.  Raises UserError, WrongArgument for a take."""
+def rig_at(
+    path: Path,
+    *,
+    files: bool,
+    method: str | None = None,
+    variant: str | None = None,
+    cameras: Sequence[str] | None = None,
+) -> Rig:
+    """Load a rig.  files: whether its videos must be on this machine.  cameras: see `load_rig`.
+
+    Raises UserError, WrongArgument for a take.
+    """
     check_rig_path(path)
     from zenocap.common.rig.rig import load_rig
 
-    return load_rig(path, method, variant, files=files)
+    return load_rig(path, method, variant, files=files, cameras=cameras)
 
 
 def checked_take(path: Path) -> Path:

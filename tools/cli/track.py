@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.tools.cli.decisions import Decisions
 from zenocap.tools.cli.options import DONE, LOSS, Method, Variant, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.cli.suggestions import WrongArgument
@@ -150,6 +152,14 @@ def track(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
     ] = None,
+    hardware_decoding: Annotated[
+        bool,
+        typer.Option(
+            "--hardware-decoding",
+            help="Decode videos by the graphics card where FFmpeg can; pixels may differ slightly from those in software.",
+        ),
+    ] = False,
+    decisions: Decisions = Decisions(),  # noqa: B008 - a frozen value
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for pictures and a video of the model over the images.")
     ] = None,
@@ -180,14 +190,17 @@ def track(
     with one_line_errors():
         from zenocap.common.rig.tracker import TrackerOverrides
         from zenocap.common.runtime import logs
-        from zenocap.tools.recordings.track import at_working_size, of_height, with_tracker
+        from zenocap.tools.recordings.track import at_working_size, decoded_by_hardware, of_height, with_tracker
 
         logs.configure("track")
-        loaded = _rig(source, Videos(calibration, up_axis, empty_frames), method, variant)
+        loaded = _rig(source, Videos(calibration, up_axis, empty_frames), method, variant, decisions.names())
+        loaded = decoded_by_hardware(loaded) if hardware_decoding else loaded
         one = at_working_size(loaded, working_size, fps)
         output = Path(f"{one.name}.mcap") if output is None else output
         to = EXPORTED.get(output.suffix.lower())
-        one = with_tracker(one, TrackerOverrides(prior, particles, points, iterations, refinement, seed, preset))
+        front, heading = decisions.front, decisions.heading
+        overrides = TrackerOverrides(prior, particles, points, iterations, refinement, seed, preset, front, heading)
+        one = with_tracker(one, overrides)
         if height is not None:
             one = of_height(one, height)
         for note in one.notes:
@@ -206,6 +219,8 @@ def track(
             typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses{tracked}, {result.messages} messages")
             if result.both_ways:
                 typer.echo("the poses of the forward pass are in it too: --raw of export, evaluate, render and show")
+            if result.poses:
+                typer.echo(next_commands(output))
         else:
             result = _exported(work, output, to)
     if drawing is not None:
@@ -240,7 +255,9 @@ class Videos:
     empty_frames: int | None
 
 
-def _rig(source: Sequence[Path], videos: Videos, method: str | None, variant: str | None) -> Rig:
+def _rig(
+    source: Sequence[Path], videos: Videos, method: str | None, variant: str | None, cameras: Sequence[str] | None
+) -> Rig:
     """The rig of a rig file or folder, or of videos with a calibration.  Raises UserError, WrongArgument."""
     if videos.calibration is not None:
         from zenocap.common.rig.rig import rig_of_videos
@@ -249,11 +266,11 @@ def _rig(source: Sequence[Path], videos: Videos, method: str | None, variant: st
         if len(files) < 2:
             raise WrongArgument(f"{' '.join(map(str, source))}: {len(files)} videos; needed: of two or more cameras")
         axis, empty = videos.up_axis or "y", videos.empty_frames or 0
-        return rig_of_videos(files, videos.calibration, axis, empty, method, variant)
+        return rig_of_videos(files, videos.calibration, axis, empty, method, variant, cameras)
     if len(source) == 1 and source[0].suffix.lower() not in VIDEO_SUFFIXES:
         if videos != Videos(None, None, None):
             raise WrongArgument("--up-axis and --empty-frames: allowed with --calibration; a rig or a folder has its own")
-        return rig_at(source[0], files=True, method=method, variant=variant)
+        return rig_at(source[0], files=True, method=method, variant=variant, cameras=cameras)
     names = " ".join(map(str, source))
     if all(path.suffix.lower() in VIDEO_SUFFIXES for path in source):
         raise WrongArgument(
@@ -355,6 +372,12 @@ def _exported(work: Work, output: Path, to: Format) -> Tracked:
         f"{', tracked both ways' if result.both_ways else ''}; the take was temporary: give -o FILE.mcap to keep it"
     )
     return result
+
+
+def next_commands(take: Path) -> str:
+    """What is usually done next with a take, as commands to copy."""
+    name = shlex.quote(str(take))
+    return f"next: zenocap show {name}\n      zenocap export {name} -o {shlex.quote(str(take.with_suffix('.bvh')))}"
 
 
 def parsed_size(text: str) -> tuple[int, int]:

@@ -23,19 +23,20 @@ from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import recorded_rig
-from zenocap.common.recording.writer import RecordingError
+from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.file import TRACKER_METHODS
 from zenocap.common.rig.rig import Rig
 from zenocap.common.topics import BOTH_WAYS_POSE, TOPICS, TRACKER_BDP, TRACKER_POSE, Topic, topic_at
-from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.both_ways.backward import Backward, Scene, begin, scene_of, step_back, with_fixed_body
-from zenocap.services.tracker.both_ways.fusion import CHOICES, SECTIONS, TwoPoses, fused, two_poses
-from zenocap.services.tracker.parameters import MIN_VIEWS
+from zenocap.services.tracker.both_ways.backward import (
+    Decided,
+    with_fixed_body,
+)
+from zenocap.services.tracker.both_ways.fusion import SECTIONS, TwoPoses, fused
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.shell import anatomy_in, setup_of
 from zenocap.services.tracker.states import Setup
-from zenocap.services.tracker.tracking import rooted_pose
 from zenocap.tools.parameters import service_parameters
+from zenocap.tools.recordings.backward_poses import two_poses_of
 from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, scenes_backwards
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.track import EPOCH_NS, Tracked, TrackedFrameSet, available_cores, track
@@ -100,9 +101,25 @@ def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: in
     prior_file = rig.tracker.prior if rig.tracker else None
     prior = None if prior_file is None else read_prior(prior_file, anatomy_in(recorded))
     setup = setup_of(recorded, prior)
-    found = both_ways(take, rig.name, setup, watch, jobs)
+
+    def open_take(path: Path) -> Recording:
+        return new_recording(rig, path, EPOCH_NS, service_parameters(rig), overwrite=True)
+
+    return with_both_ways(take, rig.name, setup, open_take, watch, jobs)
+
+
+def with_both_ways(
+    take: Path,
+    rig: str,
+    setup: Setup,
+    open_take: Callable[[Path], Recording],
+    watch: Watch = lambda *_: None,
+    jobs: int = 1,
+) -> int:
+    """As `add_both_ways`.  rig: its name.  open_take: opens a take with the files of `take`."""
+    found = both_ways(take, rig, setup, watch, jobs)
     with atomic_file(take.resolve()) as unfinished:
-        recording = new_recording(rig, unfinished, EPOCH_NS, service_parameters(rig), overwrite=True)
+        recording = open_take(unfinished)
         with closing(recording):
             written = 0
             for received in _envelopes(take):
@@ -112,7 +129,7 @@ def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: in
                     written += 1
                     watch(WRITING, written, len(found))
                     message = both_ways_message(setup, received.message, found[received.message.captured_ns])
-                    key, data = BOTH_WAYS_POSE.at(rig.name), codec.encode(message)
+                    key, data = BOTH_WAYS_POSE.at(rig), codec.encode(message)
                     recording.record(Envelope(key, BOTH_WAYS_POSE, message, received.received_ns, data))
         if recording.failure:
             raise RecordingError(recording.failure)
@@ -145,9 +162,10 @@ def fused_poses(
     forward: by capture time.  backwards: poses with the masks that they used, from the last tracked one to the first.
     jobs: see `both_ways`.
     """
+    decided = Decided.of(setup, next(one.captured_ns for one in forward if not one.lost))
     with limited_threads(jobs), Lookahead(jobs) as lookahead:
-        both = _two_poses(
-            with_fixed_body(setup), body, backwards, lambda done: watch(BACKWARDS, done, len(forward)), lookahead
+        both = two_poses_of(
+            with_fixed_body(setup), body, backwards, lambda done: watch(BACKWARDS, done, len(forward)), lookahead, decided
         )
     watch(CHOOSING, 0, len(forward))
     result: dict[int, FusedPose] = {}
@@ -197,46 +215,6 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
             case m.TrackerBdp(body=found):
                 body = bdp_of(setup.anatomy, found)
     return [poses[captured_ns] for captured_ns in sorted(poses)], body
-
-
-def _two_poses(
-    setup: Setup, body: Bdp, backwards: Iterable[SceneMasks], watch: Callable[[int], None], lookahead: Lookahead
-) -> dict[int, TwoPoses]:
-    """Poses of both directions by capture time; the backward pass begins with the first of `backwards`."""
-    model = model_of(setup.anatomy, body)
-    scenes = lookahead.ahead(_scenes(setup, backwards))
-    found: dict[int, TwoPoses] = {}
-    poses = lookahead.ahead(_backward_poses(setup, body, scenes))
-    for count, (captured_ns, ahead, back, scene) in enumerate(poses, 1):
-        if scene is not None:
-            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, scene)
-        else:
-            two = None if ahead is None else TwoPoses(captured_ns, ahead, None, np.zeros(CHOICES))
-        if two is not None:
-            found[captured_ns] = two
-        watch(count)
-    return found
-
-
-def _scenes(setup: Setup, backwards: Iterable[SceneMasks]) -> Iterator[tuple[ForwardPose, Scene | None]]:
-    """Yield the poses with their scenes, None where too few views have a mask."""
-    for one, masks in backwards:
-        yield one, None if len(masks) < MIN_VIEWS else scene_of(setup, masks)
-
-
-def _backward_poses(
-    setup: Setup, body: Bdp, scenes: Iterable[tuple[ForwardPose, Scene | None]]
-) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Scene | None]]:
-    """Yield capture time, forward and backward pose, None where there is none, and scene of each frame set."""
-    state: Backward | None = None
-    for one, scene in scenes:
-        ahead = None if one.lost else rooted_pose(setup, body, one.pose)
-        back: RootedPose | None = None
-        if scene is not None and state is None and not one.lost:
-            state, back = begin(setup, body, one.pose, one.captured_ns, scene), ahead
-        elif scene is not None and state is not None:
-            state, back = step_back(setup, state, one.captured_ns, scene)
-        yield one.captured_ns, ahead, back, scene
 
 
 def _envelopes(take: Path, topics: Sequence[Topic] = TOPICS) -> Iterator[Envelope]:

@@ -62,6 +62,8 @@ class Inputs:
         found = []
         for id, video in self.videos.items():
             timing = video.timing
+            if video.software:
+                found.append(f"{id}: decoded in software, not by hardware: {video.software}")
             if timing.variable:
                 interval = f"{1000 * timing.shortest_s:.0f} to {1000 * timing.longest_s:.0f} ms"
                 found.append(f"{id}: variable frame rate, {interval} between frames: each has the time that the file gives")

@@ -20,7 +20,7 @@ from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.file import TRACKER_METHODS
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import Actor, Images, Rendered, VideoFile
-from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_overrides
+from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_front_of, with_overrides
 from zenocap.common.rig.viewers import at_rate
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
@@ -194,9 +194,19 @@ def with_tracker(rig: Rig, overrides: TrackerOverrides) -> Rig:
         return rig
     try:
         spec = with_overrides(rig.tracker, rig.method, overrides)
+        spec = with_front_of(spec, {viewer.id: viewer.camera.name for viewer in rig.viewers})
     except TrackerError as error:
         raise UserError(f"--{error}") from error
     return replace(rig, tracker=spec)
+
+
+def decoded_by_hardware(rig: Rig) -> Rig:
+    """The rig with its video files decoded by hardware where that is possible."""
+    viewers = tuple(
+        replace(viewer, source=replace(viewer.source, hardware=True)) if isinstance(viewer.source, VideoFile) else viewer
+        for viewer in rig.viewers
+    )
+    return replace(rig, viewers=viewers)
 
 
 def of_height(rig: Rig, height: float) -> Rig:

@@ -3,7 +3,7 @@
 What comes after an error tells what it was: a limb that the forward pass lost is tracked backwards from where it was found.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -16,7 +16,7 @@ from zenocap.services.tracker.filter.filter_step import residual_weights, start_
 from zenocap.services.tracker.hull.contour_rays import contour_rays, extract_outlines, scene_from
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
 from zenocap.services.tracker.initialization.relocalization import error_of
-from zenocap.services.tracker.parameters import PARTICLE_HOLD
+from zenocap.services.tracker.parameters import DECIDED_NS, PARTICLE_HOLD
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Setup, Tracking
 from zenocap.services.tracker.tracking import advance_phase, known_person, rooted_pose
 
@@ -38,6 +38,39 @@ class Backward:
     phase: Tracking | Lost
     start_ns: int
     count: int = 0
+
+
+class Decided:
+    """Where the user's decisions on front and back bind the backward pass; asked from the end of the take to its beginning.
+
+    They bind it for DECIDED_NS from the start on; from the first of `Options.turns` to the end, where the user has seen the
+    poses; and at the last pose before that turn.
+    """
+
+    def __init__(self, turns: Sequence[int], start_ns: int | None) -> None:
+        """turns: capture times.  start_ns: of the first pose, None without a decision about the start."""
+        self._turns, self._start_ns = sorted(turns), start_ns
+
+    @staticmethod
+    def of(setup: Setup, start_ns: int) -> "Decided":
+        """Decisions in a set-up.  start_ns: capture time of the first pose."""
+        options = setup.options
+        at_start = options.front is not None or options.heading is not None
+        return Decided([one.captured_ns for one in options.turns], start_ns if at_start else None)
+
+    def passed(self, captured_ns: int) -> bool:
+        """Whether at this time the forward pass tells front from back; later times must have been asked before."""
+        if self._turns and captured_ns >= self._turns[0]:
+            return True
+        if self._turns:  # the last pose before the first turn
+            self._turns = []
+            return True
+        return self._start_ns is not None and captured_ns - self._start_ns < DECIDED_NS
+
+
+def are_opposite(one: RootedPose, other: RootedPose) -> bool:
+    """Whether two poses face away from each other."""
+    return float(one.rotation[:, 2] @ other.rotation[:, 2]) < 0.0
 
 
 def scene_of(setup: Setup, masks: Mapping[str, Mask]) -> Scene:

@@ -16,6 +16,7 @@ from zenocap.services.tracker.body.sizes import COUNT
 from zenocap.services.tracker.filter.correspondence import support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.decisions import Decided, by_decision, decided_front, faces, opposite_pose
 from zenocap.services.tracker.initialization.heading import foot_reach, reversed_pose
 from zenocap.services.tracker.initialization.localization import Column, find_column
 from zenocap.services.tracker.initialization.online_shape import initial_shape
@@ -56,12 +57,17 @@ def start_in_any_posture(
     recent = tuple(one for one in heights if captured_ns - one[0] <= START_AFTER_NS - START_RETRY_NS)
     if pose is None:
         return replace(phase, heights=recent), no_result
-    pose = _facing_where_feet_point(setup, person, pose, rays, field)
+    front = decided_front(setup, pose.position)
+    if front is None:
+        pose = _facing_where_feet_point(setup, person, pose, rays, field)
+    elif not faces(pose, front):
+        pose = opposite_pose(Decided(setup, person, rays, field), pose)
     support = support_fraction(person.model, rays, pose)
     error = error_of(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD), pose)
     if support < START_SUPPORT or error > START_MISFIT_M2:  # furniture
         return replace(phase, heights=recent), no_result
     tracking, outcome = start_tracking(setup, replace(person, expected_support=support), pose, captured_ns, error)
+    tracking = tracking if front is None else by_decision(tracking, captured_ns)
     return tracking, replace(outcome, body=person.body)
 
 

@@ -2,7 +2,7 @@
 
 # Paper (open): [Hybrid] does not say how the track starts and the body is measured.
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,14 +89,16 @@ def fit_t_poses(
     t_poses: Sequence[TPose],
     weights: Weights,
     detail: float = 1.0,
+    front: Floats | None = None,
 ) -> TPoseFit | str:
     """Body from rays (11, n) and distance fields of several scenes of the T-pose, or a text with the reason of failure.
 
-    weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.
+    weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.  front: (3,) along which the person
+    faces rather than away from it, where that is known.
 
     An average body in every heading shows the direction of the arms: of two views, each has the arms in two places of the
     visual hull, and only perspective tells them apart.  Both headings perpendicular to the arms are then fitted, and the
-    feet show which one is the front.
+    feet show which one is the front where it is not known.
     """
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
     stature = float(np.median([one.stature for one in t_poses]))
@@ -104,14 +106,15 @@ def fit_t_poses(
     found = []
     for starts in _starts(anatomy, near_rays, fields, t_poses, stature, weights):
         found.append(_fit(anatomy, near_rays, fields, t_poses, starts, weights, detail))
-    best = max(found, key=lambda one: one.toes)
+    best = max(found, key=lambda one: one.toes if front is None else float(one.poses[-1].rotation[:, 2] @ front))
     gap, most = best.measured.gap, max(MAX_GAP_M, FIT_RESIDUAL_SCALE_M / np.sqrt(detail))  # a pixel's size
     if not gap <= most:
         return f"no body fits: gaps of {gap * 1000:.0f} mm (at most {most * 1000:.0f}); stand still in every view"
     away = max(_limb_deviation(anatomy, best.measured.body, pose, held) for pose in best.poses)
     if away > T_POSE_MAX_ANGLE:
         return f"hold both arms straight out, legs straight; a limb is {np.degrees(away):.0f} degrees off"
-    return TPoseFit(best.measured, best.poses, best.toes > HEADING_TOES * stature, best.reliability)
+    known = front is not None or best.toes > HEADING_TOES * stature
+    return TPoseFit(best.measured, best.poses, known, best.reliability)
 
 
 def _starts(
@@ -205,9 +208,17 @@ def _without_clutter(anatomy: Anatomy, first: BodyFit, samples: Sequence[FitSamp
 
 
 def await_person(
-    setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup,
+    phase: AwaitingPerson,
+    captured_ns: int,
+    rays: Floats32,
+    field: DistanceField,
+    front: Callable[[Floats], Floats | None] = lambda place: None,
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
-    """Collect T_POSE_FRAMES frame sets of the T-pose, then fit the body and start tracking."""
+    """Collect T_POSE_FRAMES frame sets of the T-pose, then fit the body and start tracking.
+
+    front: along which a person at a place (3,) faces, None where that is not known; see `fit_t_poses`.
+    """
     no_result = no_pose(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), no_result
@@ -222,7 +233,9 @@ def await_person(
         advice = f"measuring the body ({len(scenes)} of {T_POSE_FRAMES})"
         return replace(fresh, advice=advice, scenes=scenes, fields=fields, t_poses=t_poses), no_result
     detail = detail_at(setup, t_pose.centre)
-    found = fit_t_poses(setup.anatomy, scenes, fields, t_poses, residual_weights(setup, T_POSE_HOLD), detail)
+    facing = front(np.array([t_pose.centre[0], 0.0, t_pose.centre[1]]))
+    weights = residual_weights(setup, T_POSE_HOLD)
+    found = fit_t_poses(setup.anatomy, scenes, fields, t_poses, weights, detail, facing)
     if isinstance(found, str):
         return replace(fresh, advice=found, rest=T_POSE_RETRY_FRAMES), no_result
     measured = found.measured

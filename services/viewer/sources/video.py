@@ -47,19 +47,22 @@ def video_frames(
     are earlier than `epoch_ns`.
     """
     if source.initial is not None:
-        yield from _initial(source.initial, fps, calibrated, working, playback)
+        yield from _initial(source.initial, source.hardware, fps, calibrated, working, playback)
     first, first_ns = 0, source.offset_ns
     while True:
         fit = Fit(str(source.path), calibrated, working)
-        count, duration_ns = yield from _pass(source.path, fps, fit, playback, first, first_ns, preroll)
+        count, duration_ns = yield from _pass(source, fps, fit, playback, first, first_ns, preroll)
         if not playback.loop:
             return
         first, first_ns = first + count, first_ns + duration_ns
 
 
-def median_picture(path: Path, fit: Fit, count: int = 41) -> Image:
-    """Median of `count` frames spread over a file, at the working size.  Raises SourceError."""
-    with VideoReader(path) as reader:
+def median_picture(path: Path, fit: Fit, count: int = 41, *, hardware: bool = False) -> Image:
+    """Median of `count` frames spread over a file, at the working size.  hardware: see `VideoReader`.
+
+    Raises SourceError.
+    """
+    with VideoReader(path, hardware) as reader:
         every = max(1, reader.declared // count)
         pictures = []
         while (frame := reader.next()) is not None:
@@ -68,11 +71,13 @@ def median_picture(path: Path, fit: Fit, count: int = 41) -> Image:
         return np.asarray(np.median(np.stack(pictures), axis=0), dtype=np.uint8)
 
 
-def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
+def _initial(
+    path: Path, hardware: bool, fps: float, calibrated: Size, working: Size, playback: Playback
+) -> Iterator[Frame]:
     """The frames of a T-pose video, which ends one period before the file begins."""
     fit = Fit(str(path), calibrated, working)
     length_ns = duration_ns(path)
-    with VideoReader(path) as reader:
+    with VideoReader(path, hardware) as reader:
         thinning = Thinning(fps, reader.fps)
         while (frame := reader.next()) is not None:
             if thinning.takes(frame.time_ns):
@@ -83,10 +88,10 @@ def _initial(path: Path, fps: float, calibrated: Size, working: Size, playback: 
 
 
 def _pass(
-    path: Path, fps: float, fit: Fit, playback: Playback, first: int, first_ns: int, preroll: int
+    source: VideoFile, fps: float, fit: Fit, playback: Playback, first: int, first_ns: int, preroll: int
 ) -> Generator[Frame, None, tuple[int, int]]:
     """Yield the frames of one pass, numbered from `first` and with times from `first_ns`; returns number and duration."""
-    with VideoReader(path) as reader:
+    with VideoReader(source.path, source.hardware) as reader:
         thinning, taken_frames = Thinning(fps, reader.fps), 0
         while (frame := reader.next()) is not None:
             captured_ns = playback.epoch_ns + first_ns + frame.time_ns

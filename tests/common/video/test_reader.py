@@ -182,3 +182,24 @@ def test_damaged_files_never_raise_anything_else(tmp_path: Path, suffix: str) ->
         except (OpenError, EndedEarly):
             continue
         assert all(frame.image().ndim == 3 for frame in frames)
+
+
+def test_without_hardware_the_frames_are_those_of_software_and_the_reason_is_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_video(tmp_path / "a.mp4", grey_frames(5), codec="libx264")
+
+    def refuse(kind: str, **_: object) -> None:
+        raise RuntimeError("no such device")
+
+    monkeypatch.setattr("zenocap.common.video.reader.HWAccel", refuse)
+    with VideoReader(path) as plain, VideoReader(path, hardware=True) as asked:
+        for _ in range(5):
+            first, second = plain.next(), asked.next()
+            assert first is not None
+            assert second is not None
+            assert first.time_ns == second.time_ns
+            np.testing.assert_array_equal(first.image(), second.image())
+        assert plain.summary().software == ""
+        reason = asked.summary().software
+        assert "no such device" in reason or reason == "this FFmpeg has no hardware decoder for h264"

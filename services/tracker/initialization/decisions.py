@@ -1,0 +1,117 @@
+"""Front and back as the user decides: at the start of the track, and at instants of a take that is tracked again.
+
+Two views show a person from the front and from behind with almost the same silhouettes.  Where the feet do not tell, a
+person who has seen the videos does.
+"""
+
+# Paper (added): [Hybrid V] does not ask the user.
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.definition import Bdp
+from zenocap.common.body.inverse_kinematics import poses_from_centres
+from zenocap.common.body.kinematics import joint_centres, part_frames
+from zenocap.services.tracker.body.body_model import RootedPose
+from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
+from zenocap.services.tracker.hull.silhouette_distance import DistanceField
+from zenocap.services.tracker.initialization.heading import reversed_pose
+from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
+from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES, SEARCH_ITERATIONS
+from zenocap.services.tracker.states import Outcome, Person, Setup, Tracking
+
+OPPOSITE = {"R": "L", "L": "R"}
+
+
+@dataclass(frozen=True)
+class Decided:
+    """A scene in which a pose is turned round.  rays: (11, n)."""
+
+    setup: Setup
+    person: Person
+    rays: Floats32
+    field: DistanceField
+
+
+def decided_front(setup: Setup, place: Floats) -> Floats | None:
+    """(3,) horizontal unit vector along which a person at `place` (3,) faces at the start; None without a decision."""
+    options = setup.options
+    if options.heading is not None:
+        return np.array([np.sin(options.heading), 0.0, np.cos(options.heading)])
+    if options.front is None:
+        return None
+    towards = (setup.cameras[options.front].centre - place) * [1.0, 0.0, 1.0]
+    unit: Floats = towards / max(float(np.linalg.norm(towards)), 1e-9)
+    return unit
+
+
+def faces(pose: RootedPose, front: Floats) -> bool:
+    """Whether a pose faces along `front` (3,), rather than away from it."""
+    return float(pose.rotation[:, 2] @ front) >= 0.0
+
+
+def opposite_pose(at: Decided, pose: RootedPose) -> RootedPose:
+    """The pose with front and back, and left and right, exchanged, so that the body fills the same space."""
+    weights = residual_weights(at.setup, PARTICLE_HOLD)
+    postures = (*search_postures(at.setup.anatomy), pose, exchanged_limbs(at.setup.anatomy, at.person.body, pose))
+    return reversed_pose(at.person.model, at.rays, at.field, pose, postures, weights, SEARCH_ITERATIONS)
+
+
+def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose:
+    """The pose whose left joint centres are where the right ones were, as far as the limits of the joints allow."""
+    centres = joint_centres(anatomy, body, pose.pose(anatomy))
+    names = [OPPOSITE.get(one.name[0], one.name[0]) + one.name[1:] for one in anatomy.markers]
+    other = {name: at[None] for name, at in zip(names, centres, strict=True)}
+    (found,) = poses_from_centres(anatomy, other, body)
+    rotation = np.ascontiguousarray(part_frames(anatomy, body, found)[0, :, :3])
+    return RootedPose(found.position, rotation, coordinates_of(anatomy).of_pose(found))
+
+
+def start_as_decided(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[Tracking, Outcome]:
+    """The first pose of a track facing as the user decides: itself, or the opposite one."""
+    front = decided_front(setup, phase.estimate.position)
+    if front is None:
+        return phase, outcome
+    if not faces(phase.estimate, front):
+        phase, outcome = _turned(Decided(setup, phase.person, rays, field), phase, outcome, captured_ns)
+    return by_decision(phase, captured_ns), outcome
+
+
+def by_decision(phase: Tracking, captured_ns: int) -> Tracking:
+    """The track with a heading that the user has decided at this time."""
+    return replace(phase, person=replace(phase.person, heading_known=True), decided_ns=captured_ns)
+
+
+def turned_as_decided(
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+) -> tuple[Tracking, Outcome]:
+    """The track turned round where a take is tracked again with the opposite heading from this frame set on."""
+    for turn in setup.options.turns:
+        if turn.captured_ns == captured_ns and not faces(phase.estimate, np.array(turn.front)):
+            phase, outcome = _turned(Decided(setup, phase.person, rays, field), phase, outcome, captured_ns)
+    return phase, outcome
+
+
+def least_toes(phase: Tracking, captured_ns: int) -> float:
+    """Statures by which the feet must reach forward; with less the opposite heading is tried.
+
+    For DECIDED_NS after the user's decision nothing turns the track round, and then only feet that clearly point
+    backwards: the decision is about the start, and the track may have turned since.
+    """
+    if phase.decided_ns is None:
+        return REVERSED_TOES
+    return -np.inf if captured_ns - phase.decided_ns < DECIDED_NS else -HEADING_TOES
+
+
+def _turned(at: Decided, phase: Tracking, outcome: Outcome, captured_ns: int) -> tuple[Tracking, Outcome]:
+    pose = opposite_pose(at, phase.estimate)
+    weights = residual_weights(at.setup, PARTICLE_HOLD)
+    error = error_of(at.person.model, at.rays, at.field, weights, pose)
+    after, turned = start_tracking(at.setup, replace(at.person, heading_known=True), pose, captured_ns, error)
+    return after, replace(turned, body=outcome.body)

@@ -1,0 +1,149 @@
+"""The user's decision on front and back: at the start in the T-pose and in any posture, and against the feet."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.services.tracker.initialization.test_heading import (
+    BODY,
+    MODEL,
+    RAYS,
+    SETUP,
+    STANDING,
+    reversed_of,
+    standing,
+    tracking,
+)
+from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
+from tests.support.tracker_scenes import frames_of
+from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
+from zenocap.common.body.coordinates import coordinates_of
+from zenocap.common.body.kinematics import joint_centres
+from zenocap.services.tracker.body.average_body import average_body
+from zenocap.services.tracker.body.body_model import RootedPose
+from zenocap.services.tracker.filter.filter_step import no_pose
+from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
+from zenocap.services.tracker.initialization.decisions import (
+    Decided,
+    by_decision,
+    decided_front,
+    exchanged_limbs,
+    faces,
+    least_toes,
+    opposite_pose,
+    start_as_decided,
+    turned_as_decided,
+)
+from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, REVERSED_TOES, START_AFTER_NS, T_POSE_FRAMES
+from zenocap.services.tracker.states import Options, Setup, Tracking, TrackState, Turn
+from zenocap.services.tracker.tracking import describe, initial_state, track
+from zenocap.simulation.body.pose import PersonPose, Placement, neutral, place
+
+SEED, YAW = 3, 0.5
+
+
+def with_options(config: Setup, **changes: object) -> Setup:
+    return replace(config, options=replace(config.options, **changes))
+
+
+def run(config: Setup, poses: list[PersonPose]) -> TrackState:
+    state = initial_state(config)
+    for k, pose in enumerate(poses):
+        state, _ = track(config, state, k * FRAME_NS, rendered_masks(config.cameras, SEED, pose))
+    return state
+
+
+def test_front_is_towards_the_camera_or_along_the_heading() -> None:
+    config = setup(ring(4))
+    assert decided_front(config, np.zeros(3)) is None
+    front = decided_front(with_options(config, front="2"), np.array([0.5, 0.9, 0.2]))
+    assert front is not None
+    towards = config.cameras["2"].centre - [0.5, 0.0, 0.2]
+    np.testing.assert_allclose(front, [*(towards * [1, 0, 1] / np.hypot(towards[0], towards[2]))])
+    for degrees, along in ((0.0, [0, 0, 1]), (90.0, [1, 0, 0]), (-90.0, [-1, 0, 0]), (180.0, [0, 0, -1])):
+        np.testing.assert_allclose(
+            decided_front(with_options(config, heading=np.radians(degrees)), np.zeros(3)), along, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize("turned", [0.0, 180.0])
+def test_t_pose_starts_with_the_decided_one_of_both_headings(turned: float) -> None:
+    """Also against the feet: the pictures show them in the other direction for 180 degrees."""
+    config = with_options(setup(ring(4)), heading=YAW + np.radians(turned + 60.0))
+    state = run(config, [t_pose_at(SEED, yaw=YAW)] * (T_POSE_FRAMES + 25))
+    assert isinstance(state.phase, Tracking)
+    along = np.array([np.sin(YAW), 0.0, np.cos(YAW)]) * np.cos(np.radians(turned))
+    assert state.phase.estimate.rotation[:, 2] @ along > 0.9
+    assert state.phase.decided_ns is not None
+    assert describe(state) == "tracking"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turned", [0.0, 180.0])
+@pytest.mark.parametrize("height", [None, simulated_person(SEED).height])
+def test_any_posture_starts_with_the_decided_one_of_both_headings(turned: float, height: float | None) -> None:
+    config = with_options(setup(ring(4), height), heading=YAW + np.radians(turned))
+    person = place(neutral(simulated_person(SEED)), Placement(0.3, -0.2, YAW))
+    state = run(config, [person] * (START_AFTER_NS // FRAME_NS + 6))
+    assert isinstance(state.phase, Tracking)
+    along = np.array([np.sin(YAW), 0.0, np.cos(YAW)]) * np.cos(np.radians(turned))
+    assert state.phase.estimate.rotation[:, 2] @ along > 0.8
+    assert state.phase.decided_ns is not None
+
+
+def test_the_feet_do_not_overrule_the_decision_at_the_start_and_only_clearly_later() -> None:
+    phase = replace(tracking(STANDING), toes=-0.03)
+    assert least_toes(phase, 0) == REVERSED_TOES
+    decided = by_decision(phase, 10)
+    assert decided.person.heading_known
+    assert phase.toes > least_toes(decided, 10 + DECIDED_NS - 1)
+    assert least_toes(decided, 10 + DECIDED_NS) == -HEADING_TOES
+
+
+@pytest.mark.parametrize("anatomy", [FOURTEEN_PARTS, TEN_PARTS], ids=lambda anatomy: anatomy.name)
+def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
+    body = average_body(anatomy, 1.75)
+    values = standing(anatomy).values
+    names = coordinates_of(anatomy).names
+    values[names.index("right_elbow.x")] += 0.8
+    pose = RootedPose(STANDING.position, STANDING.rotation, values)
+    other = exchanged_limbs(anatomy, body, pose)
+    assert other.rotation[:, 2] @ pose.rotation[:, 2] < -0.95
+    at = {one.name: k for k, one in enumerate(anatomy.markers)}
+    here, there = (joint_centres(anatomy, body, one.pose(anatomy)) for one in (pose, other))
+    there += here[at["Hip"]] - there[at["Hip"]]
+    for name in ("Elbow", "Wrist", "Knee", "Ankle"):
+        np.testing.assert_allclose(there[at[f"L{name}"]], here[at[f"R{name}"]], atol=0.06)
+        np.testing.assert_allclose(there[at[f"R{name}"]], here[at[f"L{name}"]], atol=0.06)
+
+
+def test_opposite_pose_fills_the_same_space() -> None:
+    person = tracking(STANDING).person
+    found = opposite_pose(Decided(SETUP, person, RAYS, no_distance_field()), STANDING)
+    assert not faces(found, STANDING.rotation[:, 2])
+    ends = [frames_of(MODEL, one)[[k for k, name in enumerate(FOURTEEN_PARTS.parts) if name in names], :, 3]
+            for one, names in ((STANDING, ("right_lower_arm",)), (found, ("left_lower_arm",)))]  # fmt: skip
+    assert np.linalg.norm(ends[0] - ends[1]) < 0.08
+    assert person.body is BODY
+
+
+def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that_way() -> None:
+    back = tuple((-STANDING.rotation[:, 2]).tolist())
+    config = with_options(SETUP, turns=(Turn(7, back),))
+    outcome = no_pose(SETUP, lost=False)
+    for phase, captured_ns, is_turned in (
+        (tracking(STANDING), 7, True),
+        (tracking(STANDING), 8, False),
+        (tracking(reversed_of(STANDING)), 7, False),
+    ):
+        after, _ = turned_as_decided(config, phase, outcome, captured_ns, RAYS, no_distance_field())
+        assert (after is not phase) == is_turned
+        assert faces(after.estimate, np.array(back)) == (captured_ns == 7)
+        assert after.person.body is phase.person.body
+
+
+def test_without_a_decision_the_first_pose_stays() -> None:
+    phase, outcome = tracking(STANDING), no_pose(SETUP, lost=False)
+    assert start_as_decided(SETUP, phase, outcome, 0, RAYS, no_distance_field()) == (phase, outcome)
+    assert Options().front is None

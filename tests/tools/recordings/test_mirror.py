@@ -1,0 +1,168 @@
+"""A take is tracked again on its silhouettes: unchanged into itself, and with left and right exchanged from a time on."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import zenocap
+from tests.support.places import GOLDEN
+from zenocap.common.errors import UserError
+from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.recording.reader import Take
+from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
+from zenocap.common.rig.rig import Rig, demo_rig
+from zenocap.common.rig.sources import Actor
+from zenocap.common.rig.tracker import TrackerOverrides
+from zenocap.tools.cli.main import app
+from zenocap.tools.recordings.both_ways import track_both_ways
+from zenocap.tools.recordings.info import info
+from zenocap.tools.recordings.mirror import mirror
+from zenocap.tools.recordings.retrack import retrack, take_like
+from zenocap.tools.recordings.track import track, with_tracker
+from zenocap.tools.verify.recompute import verify
+
+pytestmark = pytest.mark.slow
+
+
+def yaws(path: Path, *, raw: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Times in seconds, and headings in degrees from that of the last pose of the take that is right."""
+    track = read_poses(path, raw=raw).track()
+    return track.times_s, np.degrees(track.angles[:, 0])
+
+
+def away(path: Path, right: Path, *, raw: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Times, and whether the take faces away from where the right one does."""
+    (times_s, one), (_, other) = yaws(path, raw=raw), yaws(right)
+    return times_s, np.abs((one - other + 180.0) % 360.0 - 180.0) > 90.0
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    """The demo's cameras and a simulated person who faces +Z and raises both arms once."""
+    rig = demo_rig()
+    return replace(rig, viewers=tuple(replace(viewer, source=Actor("raise-both-arms", 3)) for viewer in rig.viewers))
+
+
+@pytest.fixture(scope="module")
+def takes(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Tracked forwards only, and both ways."""
+    folder = tmp_path_factory.mktemp("takes")
+    track_both_ways(rig, folder / "both.mcap")
+    track(rig, folder / "forward.mcap")
+    return folder / "forward.mcap", folder / "both.mcap"
+
+
+@pytest.fixture(scope="module")
+def wrong(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Tracked both ways from the wrong heading."""
+    path = tmp_path_factory.mktemp("wrong") / "wrong.mcap"
+    track_both_ways(with_tracker(rig, TrackerOverrides(heading=180.0)), path)
+    return path
+
+
+def test_a_take_becomes_itself_again(takes: tuple[Path, Path], tmp_path: Path) -> None:
+    source = Take(takes[0])
+    first_ns = min(recorded.log_ns for recorded in source.messages())
+    recorded = read_setup(takes[0], source.attachments[SETUP_FILE])
+    again = tmp_path / "again.mcap"
+    retrack(takes[0], recorded, lambda: take_like(source, recorded, again, first_ns, {}))
+    assert again.read_bytes() == takes[0].read_bytes()
+
+
+def test_the_decision_at_the_start_holds_in_both_passes(takes: tuple[Path, Path], wrong: Path) -> None:
+    times_s, is_away = away(wrong, takes[1])
+    assert is_away[times_s < times_s[0] + 4.9].all()
+    assert verify([wrong]).complete
+
+
+def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
+    takes: tuple[Path, Path],
+    wrong: Path,
+    tmp_path: Path,
+) -> None:
+    before = wrong.read_bytes()
+    times_s, was_away = away(wrong, takes[1])
+    from_s = float(times_s[0] + 2.0)
+    calls: list[tuple[str, int, int]] = []
+    found = mirror(wrong, tmp_path / "a.mcap", from_s, watch=lambda *one: calls.append(one))
+    assert (found.both_ways, found.turned_back_s, found.poses) == (True, None, len(times_s))
+    assert found.from_s == pytest.approx(from_s, abs=1e-3)
+    assert all(done <= total for _, done, total in calls)
+    _, is_away = away(tmp_path / "a.mcap", takes[1])
+    assert was_away[times_s < from_s].all()
+    assert is_away[times_s < from_s - 0.15].all()
+    assert not is_away[times_s > from_s + 0.15].any()
+    verified = verify([tmp_path / "a.mcap"])
+    assert verified.complete
+    assert not verified.failed
+    mirror(wrong, tmp_path / "b.mcap", from_s, jobs=2)
+    assert (tmp_path / "b.mcap").read_bytes() == (tmp_path / "a.mcap").read_bytes()
+    assert wrong.read_bytes() == before
+    metadata = info(tmp_path / "a.mcap").metadata["mirrored"]
+    assert (metadata["from_s"], metadata["until_s"]) == (f"{found.from_s:.3f}", "end")
+    assert zenocap.open_take(tmp_path / "a.mcap").both_ways
+
+
+def test_until_a_time_and_again_from_the_same_one(
+    takes: tuple[Path, Path],
+    wrong: Path,
+    tmp_path: Path,
+) -> None:
+    times_s, _ = away(wrong, takes[1])
+    first, last = float(times_s[0] + 1.5), float(times_s[0] + 3.0)
+    mirror(wrong, tmp_path / "a.mcap", first, last)
+    _, raw_away = away(tmp_path / "a.mcap", takes[1], raw=True)
+    np.testing.assert_array_equal(
+        raw_away[times_s < last + 1.0], ((times_s < first) | (times_s >= last))[times_s < last + 1.0]
+    )
+    mirror(tmp_path / "a.mcap", tmp_path / "b.mcap", last)
+    assert len(read_setup(Path("b"), _attached(tmp_path / "b.mcap")).tracker.turns) == 2  # not three
+    _, raw_away = away(tmp_path / "b.mcap", takes[1], raw=True)
+    assert not raw_away[times_s > first + 0.1].any()
+
+
+def _attached(path: Path) -> bytes:
+    take = Take(path)
+    assert list(take.messages())
+    return take.attachments[SETUP_FILE]
+
+
+def test_the_command_says_that_the_silhouettes_turn_the_track_back(
+    takes: tuple[Path, Path],
+    wrong: Path,
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "right.mcap"
+    path.write_bytes(takes[1].read_bytes())
+    found = CliRunner().invoke(app, ["mirror", str(path), "--from", f"{yaws(path)[0][0] + 1.0:.3f}s"])
+    assert "right-mirrored.mcap: " in found.output
+    assert found.exit_code == 3
+    assert "turned back: at " in found.output
+    path.write_bytes(wrong.read_bytes())
+    found = CliRunner().invoke(app, ["mirror", str(path), "--from", f"{yaws(path)[0][0] + 1.0:.3f}", "-o", str(path)])
+    assert found.exit_code == 1
+    assert "is the take itself: allowed: another file" in found.output
+
+
+def test_takes_and_times_that_cannot_be_mirrored_are_refused(
+    takes: tuple[Path, Path],
+    tmp_path: Path,
+) -> None:
+    output = tmp_path / "a.mcap"
+    with pytest.raises(UserError, match=r"--from 999: no tracked pose from there on: allowed: \d+\.\d+ to \d+\."):
+        mirror(takes[0], output, 999.0)
+    with pytest.raises(UserError, match="--to 3: allowed: after --from 5"):
+        mirror(takes[0], output, 5.0, 3.0)
+    with pytest.raises(UserError, match="method 'two-view': allowed for mirror: hybrid, image-force, particle-filter"):
+        mirror(GOLDEN / "arms.mcap", output, 1.0)
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(takes[0].read_bytes()[: takes[0].stat().st_size * 3 // 4])
+    with pytest.raises(UserError, match="`zenocap recover` writes a copy that can be read"):
+        mirror(cut, output, 3.0)
+    assert not output.exists()
+    found = CliRunner().invoke(app, ["mirror", str(takes[0]), "--from", "x"], env={"COLUMNS": "200"})
+    assert found.exit_code == 2
+    assert "allowed: seconds since frame 0, such as 12.4" in found.output

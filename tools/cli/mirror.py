@@ -1,0 +1,77 @@
+"""The command that exchanges left and right in a take and tracks it again: mirror."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.options import DONE, LOSS, TakePath, checked_take, one_line_errors
+from zenocap.tools.cli.progress import progress
+
+
+def mirror(
+    take: TakePath,
+    since: Annotated[
+        str,
+        typer.Option(
+            "--from", metavar="SECONDS", help="Time since frame 0 from which on they are exchanged.", show_default=False
+        ),
+    ],
+    until: Annotated[
+        str | None,
+        typer.Option("--to", metavar="SECONDS", help="Time from which on they are as before; default: the end."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Take to write; default: TAKE-mirrored.mcap beside it."),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Number of cores to use; the output does not depend on it; default: all.")
+    ] = None,
+) -> None:
+    """Exchange front and back, and left and right, from a time on, and track the take again from there.
+
+    For a take in which the tracker took the back of the person for the front. It runs again on the silhouettes of the take;
+    the videos are not needed. At the given time the body is turned round in its place, with left and right limbs exchanged;
+    all later poses are computed anew, also those of the second pass if the take has one. The take itself is not changed.
+
+    Exit status 3: done, but the silhouettes turned the track back within a second.
+
+    Example: `zenocap mirror walk.mcap --from 12.4`
+    """
+    from_s, until_s = seconds("--from", since), None if until is None else seconds("--to", until)
+    output = take.with_name(f"{take.stem}-mirrored{take.suffix}") if output is None else output
+    with one_line_errors():
+        from zenocap.tools.recordings.mirror import TRACKING
+        from zenocap.tools.recordings.mirror import mirror as run_mirror
+        from zenocap.tools.recordings.track import available_cores
+
+        checked_take(take)
+        with progress(TRACKING, "poses") as state:
+
+            def on_progress(activity: str, done: int, total: int) -> None:
+                if state.activity != activity:
+                    state.restart(activity, total)
+                state.update(done, total)
+
+            found = run_mirror(take, output, from_s, until_s, on_progress, jobs or available_cores())
+    end = "the end" if found.until_s is None else f"{found.until_s:.3f} s"
+    both = " tracked both ways" if found.both_ways else ""
+    typer.echo(f"{output}: {found.poses} poses{both}, exchanged from {found.from_s:.3f} s to {end}")
+    if found.turned_back_s is not None:
+        typer.echo(
+            f"turned back: at {found.turned_back_s:.3f} s the person faces as in {take} again: the silhouettes show it so",
+            err=True,
+        )
+    raise typer.Exit(DONE if found.turned_back_s is None else LOSS)
+
+
+def seconds(option: str, text: str) -> float:
+    """Seconds of "12.4" and "12.4s".  Raises typer.BadParameter."""
+    found = re.fullmatch(r"(\d{1,9}(?:\.\d{0,9})?)s?", text)
+    if not found:
+        raise typer.BadParameter(f"{option} {text!r}: allowed: seconds since frame 0, such as 12.4")
+    return float(found[1])

@@ -1,0 +1,219 @@
+"""`zenocap mirror`: front and back, and left and right, exchanged from a time on, and the take tracked again from there.
+
+Nothing is relabelled: at that time the track goes on from the opposite heading, with left and right limbs exchanged, and
+all later poses follow from the silhouettes of the take.  The decision is part of the new take's set-up, so that
+`zenocap verify` recomputes it.
+"""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from msgspec import UNSET
+
+from zenocap.common import messages as m
+from zenocap.common.arrays import Floats
+from zenocap.common.atomic_write import atomic_file
+from zenocap.common.body.definition import Bdp
+from zenocap.common.conversion import bdp_of
+from zenocap.common.errors import UserError
+from zenocap.common.formats.take_poses import pose_of
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.setup_file import PRIOR_FILE, SETUP_FILE, RecordedRig, RecordedTurn, read_setup
+from zenocap.common.recording.writer import Recording
+from zenocap.common.rig.file import TRACKER_METHODS
+from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, topic_at
+from zenocap.services.tracker import shell as tracker_shell
+from zenocap.services.tracker.states import Setup
+from zenocap.services.tracker.tracking import rooted_pose
+from zenocap.tools.recordings.both_ways import BACKWARDS, CHOOSING, WRITING, Watch, with_both_ways
+from zenocap.tools.recordings.retrack import retrack, take_like
+
+TRACKING = "tracking again"
+ACTIVITIES = (TRACKING, BACKWARDS, CHOOSING, WRITING)
+WATCHED_NS = 1_000_000_000  # after the exchange, in which it is checked whether the track turns back
+READ = (TRACKER_POSE, BOTH_WAYS_POSE, TRACKER_BDP, CAMERA)
+
+
+@dataclass(frozen=True)
+class Mirrored:
+    """Result.  from_s, until_s: seconds since frame 0; until_s: None for the end.  turned_back_s: time at which the track
+    faces again as in the original, None if it does not within WATCHED_NS."""
+
+    poses: int
+    messages: int
+    from_s: float
+    until_s: float | None
+    both_ways: bool
+    turned_back_s: float | None
+
+
+@dataclass
+class _Shown:
+    """Poses of a take as they are shown, those of both directions where it has them.
+
+    fronts: by capture time, (3,) direction of the front of the pelvis, only while the person is tracked.
+    poses: number of all poses.  start_ns: capture time of frame 0.
+    """
+
+    fronts: dict[int, Floats] = field(default_factory=dict)
+    body: Bdp | None = None
+    poses: int = 0
+    both_ways: bool = False
+    start_ns: int | None = None
+    first_ns: int | None = None
+
+
+def mirror(
+    source: Path,
+    output: Path,
+    from_s: float,
+    until_s: float | None = None,
+    watch: Watch = lambda *_: None,
+    jobs: int = 1,
+) -> Mirrored:
+    """Write the take `source` to `output` with left and right exchanged from `from_s` on, until `until_s` if given.
+
+    from_s, until_s: seconds since frame 0; the next tracked pose counts.  Tracked both ways if the take was.  jobs: number
+    of cores, on which the take does not depend.  Equal takes give equal bytes.  Raises UserError and OSError; `output` is
+    unchanged then.
+    """
+    if output.resolve() == source.resolve():
+        raise UserError(f"{output}: is the take itself: allowed: another file")
+    take = Take(source)
+    shown, rig, setup = _read(take)
+    assert shown.start_ns is not None
+    from_ns = _tracked_at(source, shown, "--from", from_s)
+    until_ns = None if until_s is None else _tracked_at(source, shown, "--to", until_s)
+    if until_ns is not None and until_ns <= from_ns:
+        raise UserError(f"{source}: --to {until_s:g}: allowed: after --from {from_s:g}")
+    turns = {one.captured_ns: one for one in _turns(rig)}
+    turns[from_ns] = _turn(from_ns, -shown.fronts[from_ns])
+    if until_ns is not None:
+        turns[until_ns] = _turn(until_ns, shown.fronts[until_ns])
+    assert rig.tracker is not None
+    tracker = msgspec.structs.replace(rig.tracker, turns=[turns[captured_ns] for captured_ns in sorted(turns)])
+    rig = msgspec.structs.replace(rig, tracker=tracker)
+    setup = _setup_of(rig, take)
+    since = [(one - shown.start_ns) / 1e9 for one in (from_ns, until_ns) if one is not None]
+    done = {"mirrored": {"from_s": f"{since[0]:.3f}", "source_sha256": _digest(source)}}
+    done["mirrored"]["until_s"] = f"{since[1]:.3f}" if until_ns is not None else "end"
+    start_ns = shown.first_ns if shown.first_ns is not None else shown.start_ns
+
+    def open_take(path: Path) -> Recording:
+        return take_like(take, rig, path, start_ns, done)
+
+    count = 0
+
+    def on_message(message: m.Message) -> None:
+        nonlocal count
+        if isinstance(message, m.TrackerPose):
+            count += 1
+            watch(TRACKING, count, shown.poses)
+
+    with atomic_file(output.resolve()) as unfinished:
+        messages = retrack(source, rig, lambda: open_take(unfinished), on_message).statistics.messages
+        if shown.both_ways:
+            messages = with_both_ways(unfinished, rig.name, setup, open_take, watch, jobs)
+        after, _, _ = _read(Take(unfinished))
+    end_ns = min(from_ns + WATCHED_NS, until_ns or from_ns + WATCHED_NS)
+    back = [
+        captured_ns
+        for captured_ns, front in after.fronts.items()
+        if from_ns <= captured_ns <= end_ns and captured_ns in shown.fronts and front @ shown.fronts[captured_ns] > 0.0
+    ]
+    back_s = (min(back) - shown.start_ns) / 1e9 if back else None
+    return Mirrored(after.poses, messages, since[0], since[1] if until_ns is not None else None, shown.both_ways, back_s)
+
+
+def _read(take: Take) -> tuple[_Shown, RecordedRig, Setup]:
+    """The poses of a take, its rig and the set-up of its tracker.  Raises UserError for a take that cannot be mirrored."""
+    shown, rig, setup = _Shown(), None, None
+    forward: dict[int, Floats] = {}
+    better: dict[int, Floats | None] = {}
+    for recorded in take.messages():
+        shown.first_ns = recorded.log_ns if shown.first_ns is None else shown.first_ns
+        if topic_at(recorded.topic) not in READ or (received := envelope(recorded)) is None:
+            continue
+        if rig is None or setup is None:
+            rig = _rig_of(take)
+            setup = _setup_of(rig, take)
+        match received.message:
+            case m.CameraInfo(captured_ns=captured_ns):
+                shown.start_ns = captured_ns if shown.start_ns is None else min(shown.start_ns, captured_ns)
+            case m.TrackerBdp(body=body):
+                shown.body = bdp_of(setup.anatomy, body)
+            case m.BothWaysPose() as pose:  # a TrackerPose too
+                shown.both_ways = True
+                if shown.body is not None:
+                    better[pose.captured_ns] = None if pose.lost else _front(setup, shown.body, pose)
+            case m.TrackerPose() as pose:
+                shown.poses += 1
+                if shown.body is not None and not pose.lost:
+                    forward[pose.captured_ns] = _front(setup, shown.body, pose)
+    if take.cut:
+        raise UserError(f"{take.cut}; `zenocap recover` writes a copy that can be read")
+    if "part" in take.metadata:
+        raise UserError(f"{take.path}: is one part of a take: allowed: takes in one file")
+    if rig is None or setup is None or not forward:
+        raise UserError(f"{take.path}: no tracked pose in it: there is nothing to mirror")
+    merged = forward | better
+    shown.fronts = {captured_ns: one for captured_ns, one in sorted(merged.items()) if one is not None}
+    shown.start_ns = min(shown.fronts) if shown.start_ns is None else shown.start_ns
+    return shown, rig, setup
+
+
+def _rig_of(take: Take) -> RecordedRig:
+    if SETUP_FILE not in take.attachments:
+        raise UserError(f"{take.path}: no attachment {SETUP_FILE}: the set-up of its tracker is unknown")
+    rig = read_setup(take.path, take.attachments[SETUP_FILE])
+    if rig.tracker is None:
+        raise UserError(f"{take.path}: method {rig.method!r}: allowed for mirror: {', '.join(TRACKER_METHODS)}")
+    silent = [viewer.id for viewer in rig.viewers if not viewer.silhouette]
+    if silent:
+        raise UserError(f"{take.path}: no silhouettes of {', '.join(silent)}: they are needed to track again")
+    return rig
+
+
+def _setup_of(rig: RecordedRig, take: Take) -> Setup:
+    try:
+        return tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, take.path, take.attachments.get(PRIOR_FILE)))
+    except ValueError as error:
+        raise UserError(f"{take.path}: {error}") from error
+
+
+def _front(setup: Setup, body: Bdp, pose: m.TrackerPose | m.BothWaysPose) -> Floats:
+    """(3,) unit vector along which the pelvis faces."""
+    front: Floats = rooted_pose(setup, body, pose_of(setup.anatomy, pose)).rotation[:, 2]
+    return front
+
+
+def _tracked_at(source: Path, shown: _Shown, option: str, seconds: float) -> int:
+    """Capture time of the first tracked pose at or after a time.  Raises UserError."""
+    assert shown.start_ns is not None
+    wanted_ns = shown.start_ns + round(seconds * 1e9)
+    found = next((captured_ns for captured_ns in shown.fronts if captured_ns >= wanted_ns - 1000), None)
+    if found is None:
+        first, last = ((one - shown.start_ns) / 1e9 for one in (min(shown.fronts), max(shown.fronts)))
+        raise UserError(
+            f"{source}: {option} {seconds:g}: no tracked pose from there on: allowed: {first:.3f} to {last:.3f}, seconds "
+            "since frame 0"
+        )
+    return found
+
+
+def _turns(rig: RecordedRig) -> list[RecordedTurn]:
+    """Of a take that was mirrored before."""
+    return [] if rig.tracker is None or rig.tracker.turns is UNSET else list(rig.tracker.turns)
+
+
+def _turn(captured_ns: int, front: Floats) -> RecordedTurn:
+    x, y, z = np.asarray(front, dtype=np.float64).tolist()
+    return RecordedTurn(captured_ns=captured_ns, front=(x, y, z))
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,169 @@
+"""Track the silhouettes of a take again, with another set-up of the tracker, into a new take; no videos are needed.
+
+Everything that the viewers published is copied byte for byte, at its own time, and the tracker and the recognizer run on it
+again: with the set-up of the take itself, a take of `zenocap track` becomes itself again.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
+from pathlib import Path
+
+from zenocap.common import messages as m
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.bus.local import LocalBus, LocalNetwork
+from zenocap.common.bus.protocol import Envelope
+from zenocap.common.errors import UserError
+from zenocap.common.formats.foxglove.converter import FoxgloveConverter
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.setup_file import (
+    PARAMETERS_FILE,
+    POSTURES_FILE,
+    PRIOR_FILE,
+    SETUP_FILE,
+    RecordedRig,
+    write_parameters,
+    write_setup,
+)
+from zenocap.common.recording.writer import Attachment, Recording, RecordingError, no_conversion
+from zenocap.common.rig.services import MAIN, ServiceKey
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service_info import versions
+from zenocap.common.topics import (
+    BOTH_WAYS_POSE,
+    CAMERA,
+    HANDLED,
+    HEALTH,
+    POSTURE,
+    REQUEST,
+    SCENE_POINTS,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    service_at,
+)
+from zenocap.services.recognizer import shell as recognizer_shell
+from zenocap.services.tracker import shell as tracker_shell
+from zenocap.tools.parameters import service_parameters
+from zenocap.tools.recordings.offline import Member, Running
+
+INPUTS = (SILHOUETTE, CAMERA, HEALTH, REQUEST)
+OUTPUTS = (TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, POSTURE, HANDLED)
+TRACKER: ServiceKey = ("tracker", MAIN)
+RECOGNIZER: ServiceKey = ("recognizer", MAIN)
+MEDIA_TYPES = {PRIOR_FILE: "application/octet-stream", POSTURES_FILE: "application/octet-stream"}
+
+
+def retrack(
+    source: Path,
+    rig: RecordedRig,
+    open_take: Callable[[], Recording],
+    on_message: Callable[[m.Message], None] = lambda _: None,
+) -> Recording:
+    """Write the take that the tracker and the recognizer of `rig` make of the silhouettes of the take `source`.
+
+    on_message: gets every message of the tracker and the recognizer, in order.  Raises UserError, RecordingError, and
+    ValueError for another prior or model than the recorded one.
+    """
+    take = Take(source)
+    received = (found for recorded in take.messages() if (found := envelope(recorded)) is not None)
+    first = next(received, None)
+    if first is None:
+        raise UserError(f"{source}: no message of zenocap in it")
+    clock = ManualClock(first.received_ns)
+    network = LocalNetwork(rig.name, clock)
+    services = _services(source, rig, take.attachments, network)
+    recorder, bus = network.bus(), network.bus()
+    for topic in OUTPUTS:
+        recorder.subscribe(topic, every=True)
+    recording = open_take()
+    with closing(recording):
+
+        def record() -> None:
+            for one in _received(recorder):
+                recording.record(one)
+                on_message(one.message)
+
+        for one in _with_first(first, received):
+            clock.set(max(clock.now_ns(), one.received_ns))
+            service = service_at(one.key)
+            if one.topic is BOTH_WAYS_POSE:
+                continue
+            if service in services:
+                if one.topic is HANDLED:
+                    services[service].report_handled()
+                    record()
+                continue
+            recording.record(one)
+            if one.topic in INPUTS:
+                bus.forward(one.topic, one.key, one.data)
+                while any([member.drain() for member in services.values()]):
+                    pass
+                record()
+        for member in services.values():
+            member.report_handled()
+        record()
+    if recording.failure:
+        raise RecordingError(recording.failure)
+    return recording
+
+
+def take_like(
+    source: Take, rig: RecordedRig, path: Path, start_ns: int, metadata: Mapping[str, Mapping[str, str]]
+) -> Recording:
+    """Open a take with the files of another one, with another set-up.  source: read to its end.  metadata: additional.
+
+    start_ns: time of the attachments.  Raises RecordingError.
+    """
+    files = []
+    for name, data in source.attachments.items():
+        if name == SETUP_FILE:
+            files.append(Attachment(name, "application/json", write_setup(rig)))
+        elif name == PARAMETERS_FILE:
+            files.append(Attachment(name, "application/json", write_parameters(service_parameters(rig))))
+        else:
+            files.append(Attachment(name, MEDIA_TYPES.get(name, "text/plain"), data))
+    kept = {name: values for name, values in source.metadata.items() if name not in ("zenocap", "versions")}
+    return Recording(
+        path,
+        rig=rig.name,
+        start_ns=start_ns,
+        metadata={"versions": versions()} | kept | dict(metadata),
+        attachments=tuple(files),
+        overwrite=True,
+        convert=FoxgloveConverter(TEN_PARTS, rig.name).convert if has_foxglove(source.path) else no_conversion,
+    )
+
+
+def has_foxglove(path: Path) -> bool:
+    """Whether a take has channels of Foxglove beside its own; those of the first camera come first."""
+    for recorded in Take(path).messages():
+        if recorded.topic.startswith("foxglove/"):
+            return True
+        if recorded.topic.endswith("/silhouette"):
+            return False
+    return False
+
+
+def _services(
+    source: Path, rig: RecordedRig, attached: Mapping[str, bytes], network: LocalNetwork
+) -> dict[ServiceKey, Member]:
+    """The services that run again; the recognizer only where its model is in the take."""
+    setup = tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, source, attached.get(PRIOR_FILE)))
+    services: dict[ServiceKey, Member] = {TRACKER: Running(tracker_shell.service_of(setup), network)}
+    if rig.recognizer is not None and rig.recognizer.source == "tracker":
+        model = recognizer_shell.model_in(rig, source, attached.get(POSTURES_FILE))
+        if model is not None:
+            recognizer = recognizer_shell.service_of(recognizer_shell.setup_of(rig, model))
+            services[RECOGNIZER] = Running(recognizer, network)
+    return services
+
+
+def _with_first(first: Envelope, others: Iterator[Envelope]) -> Iterator[Envelope]:
+    yield first
+    yield from others
+
+
+def _received(bus: LocalBus) -> Iterator[Envelope]:
+    while (event := bus.receive()) is not None:
+        if isinstance(event, Envelope):
+            yield event

@@ -137,15 +137,11 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
         _rule(f"{name}: reply to queries", ("ingress",), ("declare_queryable", "reply"), [*answers, *kept, *advanced]),
         _rule(f"{name}: declare liveliness", ("ingress",), ("liveliness_token",), tokens),
     ]
-    # Every reader may reply to state recovery queries; only the publisher of the topic may send them.
-    rules.append(
-        _rule(
-            f"{name}: reply to state recovery",
-            ("ingress",),
-            ("declare_queryable", "reply"),
-            [STATE_RECOVERY.format(rig=rig, topic="*")],
-        )
-    )
+    # The reply becomes the body and pose of a restarted service: none from the machines of cameras.  Only the publisher of
+    # the topic may ask.
+    if member.service != "viewer":
+        recovery = [STATE_RECOVERY.format(rig=rig, topic="*")]
+        rules.append(_rule(f"{name}: reply to state recovery", ("ingress",), ("declare_queryable", "reply"), recovery))
     questions = [STATE_RECOVERY.format(rig=rig, topic=topic.name) for topic in keys if topic.recoverable]
     rules.append(_rule(f"{name}: query services", ("ingress",), ("query",), [*questions, FLOW_CONTROL.format_map(names)]))
     return rules

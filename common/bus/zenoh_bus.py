@@ -220,7 +220,7 @@ class ZenohBus:
         self._round_trips.query()
 
     def request_recovery(self, topic: Topic) -> None:
-        self._recovery.ask(topic, self._inbox, self._clock.now_ns)
+        self._recovery.ask(topic, self._inbox, self._clock.now_ns, self._round_trips.integrator_ns)
 
     def receive(self, timeout_s: float) -> Received | None:
         event = None if self._duplicate else self._inbox.take(timeout_s)

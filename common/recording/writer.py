@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
+from typing import Literal
 
 import zstandard
 from mcap.writer import Writer
@@ -61,6 +62,7 @@ class Statistics:
 
     failure: reason of an early end, else None.
     unconverted: messages whose conversion failed; the messages themselves are in the take.
+    removed: files that were deleted or moved while they were written; the messages of deleted ones are lost.
     """
 
     messages: int
@@ -68,6 +70,12 @@ class Statistics:
     lost: int
     failure: str | None
     unconverted: int = 0
+    removed: int = 0
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether messages are missing, or not in the files that were requested."""
+        return bool(self.lost or self.failure or self.removed)
 
 
 def no_conversion(_: Envelope) -> tuple[tuple[Channel, bytes], ...]:
@@ -122,6 +130,7 @@ class Recording:
                 self._writer.add_attachment(start_ns, start_ns, file.name, file.media_type, file.data)
             self._sync()
             _keep_name(path.parent)
+            self._comparable = _same_file(self._file.fileno(), path)
         except OSError as error:
             self._fail(error)
             raise RecordingError(self._failure) from error
@@ -138,6 +147,18 @@ class Recording:
     def size_bytes(self) -> int:
         """Size of the file, without the last second that is not written yet."""
         return 0 if self._file.closed else self._file.tell()
+
+    def removal(self) -> Literal["deleted", "moved"] | None:
+        """What became of the file while it was written: no file of its name is it any more; None while there is."""
+        if self._failure or self._file.closed:
+            return None
+        descriptor = self._file.fileno()
+        try:
+            if _same_file(descriptor, self.path) or (self.path.exists() and not self._comparable):
+                return None
+            return "moved" if os.fstat(descriptor).st_nlink else "deleted"
+        except OSError:  # a folder that may not be read any more, or a failing disk, which a write reports
+            return None
 
     def record(self, envelope: Envelope, *, converted: bool = True) -> None:
         """Write a message as received, and its converted messages unless `converted` is False."""
@@ -239,6 +260,14 @@ class Recording:
             self._file.close()  # flushes again and may fail again
         except OSError:
             self._file.raw.close()
+
+
+def _same_file(descriptor: int, path: Path) -> bool:
+    """Whether `path` is the open file.  Raises OSError when that is unknown."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except (FileNotFoundError, NotADirectoryError):
+        return False
 
 
 def _keep_name(folder: Path) -> None:

@@ -113,10 +113,10 @@ def run_recorder(
             end = log.close()
     if status:
         return status
-    if not end.messages:
+    if not (end.messages or end.incomplete):
         logger.error("no message received under %s: is the rig running, and is this its network?", selection.expression)
         return FAILED
-    return LOSS if end.lost or end.failure else 0
+    return LOSS if end.incomplete else 0
 
 
 class _Progress:

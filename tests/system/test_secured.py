@@ -16,7 +16,7 @@ from tests.common.rig.test_security import demo_with
 from tests.support.processes import output_of, poses_in, recomputed_poses, started, wait_until
 from zenocap.common import messages as m
 from zenocap.common.bus.access import REPLAY, ROUTER, Member
-from zenocap.common.bus.protocol import Alive, BusError, Envelope, RoundTrip
+from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envelope, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.codec import encode
@@ -115,6 +115,8 @@ def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str
             bus.watch_alive()
         integrator.declare_alive("integrator", "main")
         one.declare_alive("viewer", "1")
+        with pytest.raises(DuplicateService, match="viewer 1 of rig demo is already running"):
+            joined("viewer-1").declare_alive("viewer", "1")
         # Forbidden keys: of another viewer and of the integrator for a viewer; all for a reader.
         reader.publish(CAMERA, camera("2"))
         one.publish(CAMERA, camera("2"))

@@ -7,7 +7,7 @@ that they do not depend on the time of writing.
 
 import logging
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedWriter
@@ -21,12 +21,13 @@ from zenocap.common import codec
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.messages import SCHEMA_VERSION
+from zenocap.common.recording.channel_limits import ChannelLimits
+from zenocap.common.rig.services import ServiceKey
 
 logger = logging.getLogger(__name__)
 
 LIBRARY = "zenocap"
 ENCODING = "msgpack"
-MAX_CHANNELS = 4096  # bounds memory against arbitrary keys; chosen by hand
 FLUSH_NS = 1_000_000_000  # of receive times between writes to disk; chosen by hand
 
 
@@ -94,16 +95,18 @@ class Recording:
         metadata: Mapping[str, Mapping[str, str]] | None = None,
         attachments: tuple[Attachment, ...] = (),
         overwrite: bool = False,
+        own: Collection[ServiceKey] = (),
         convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion,
     ) -> None:
         """start_ns: time of the attachments.  metadata: by name, in addition to "zenocap".  Raises RecordingError.
 
+        own: services of the rig, whose keys are always written; of others, see `ChannelLimits`.
         convert: messages of other channels to write after a message, with its times; its errors are counted.
         """
         self.path = path
         self._convert = convert
         self._unconverted = 0
-        self._limit_logged = False
+        self._limits = ChannelLimits(path, rig, own)
         self._failure: str | None = None
         self._messages = self._bytes = self._lost = 0
         self._safe = (0, 0)  # messages and bytes already on disk
@@ -178,7 +181,7 @@ class Recording:
                 logger.warning(text, self.path, envelope.key, sequence, type(error).__name__, error)
             return
         for other, copy in others:
-            self._put(other, copy, log_ns, publish_ns, sequence)
+            self._put(other, copy, log_ns, publish_ns, sequence, limited=False)
 
     def write(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int = 0) -> None:
         """Write bytes to any channel, such as those of other schemas."""
@@ -188,8 +191,10 @@ class Recording:
         else:
             self._lost += 1
 
-    def _put(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int) -> bool:
-        if self._failure or self._too_many(channel):
+    def _put(
+        self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int, *, limited: bool = True
+    ) -> bool:
+        if self._failure or (limited and not self._limits.admits(channel.topic)):
             return False
         try:
             if self._flushed_ns is None:
@@ -223,17 +228,6 @@ class Recording:
             except (OSError, zstandard.ZstdError, MemoryError) as error:
                 self._fail(error)
         return self.statistics
-
-    def _too_many(self, channel: Channel) -> bool:
-        """Whether a new channel exceeds MAX_CHANNELS."""
-        if channel in self._channels or len(self._channels) < MAX_CHANNELS:
-            return False
-        if not self._limit_logged:
-            self._limit_logged = True
-            logger.warning(
-                "%s: %s and further keys are not written: limit of %d keys", self.path, channel.topic, MAX_CHANNELS
-            )
-        return True
 
     def _channel_id(self, channel: Channel) -> int:
         if channel in self._channels:

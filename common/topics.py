@@ -96,7 +96,7 @@ TOPICS = (
 )
 
 ALIVE = "zenocap/{rig}/alive/{service}/{id}"  # liveliness token
-CLAIM = ALIVE + "/{claim}"  # liveliness token beside it, one per process: start time and session, the oldest is right
+CLAIM = ALIVE + "/{claim}"  # token and queryable of one process: start time and session, the oldest is right
 CLOCK = "zenocap/{rig}/integrator/clock"  # queryable: the integrator's clock
 SERVICE_INFO = "zenocap/{rig}/about/{service}/{id}"  # queryable: the rig file and the versions of a service
 FLOW_CONTROL = "zenocap/{rig}/pace/{service}/{id}"  # queryable: replies once everything sent before is handled

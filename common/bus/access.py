@@ -107,8 +107,9 @@ def keys_of(rig: str, member: Member) -> dict[Topic, str]:
 def _of_all(rig: str, puts: Sequence[str]) -> list[Rule]:
     """Rules of every member: subscriptions, and the queries that all may send.  puts: keys of no topic."""
     everything, kept = EVERYTHING.format(rig=rig), _advanced(EVERYTHING.format(rig=rig))
-    queries = [CLOCK.format(rig=rig), SERVICE_INFO.format(rig=rig, service="*", id="*"), kept]
-    alive = [ALIVE.format(rig=rig, service="*", id="*"), CLAIM.format(rig=rig, service="*", id="*", claim="*"), kept]
+    claims = CLAIM.format(rig=rig, service="*", id="*", claim="*")
+    queries = [CLOCK.format(rig=rig), SERVICE_INFO.format(rig=rig, service="*", id="*"), claims, kept]
+    alive = [ALIVE.format(rig=rig, service="*", id="*"), claims, kept]
     return [
         _rule(f"{rig}: subscribe", ("ingress",), ("declare_subscriber",), [everything, kept, *puts]),
         _rule(f"{rig}: query", ("ingress",), ("query",), queries),
@@ -127,25 +128,22 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
     service, id = ("*", "*") if member.service == REPLAY else (member.service, member.id)
     id = "*" if member.service == RECORDER else id
     names = {"rig": rig, "service": service, "id": id}
-    answers = [FLOW_CONTROL.format_map(names), SERVICE_INFO.format_map(names)]
+    claims = CLAIM.format_map(names | {"claim": "*"})
+    answers = [FLOW_CONTROL.format_map(names), SERVICE_INFO.format_map(names), claims]
     if service in ("integrator", "*"):
         answers.append(CLOCK.format(rig=rig))
-    tokens = [ALIVE.format_map(names), CLAIM.format_map(names | {"claim": "*"}), *advanced]
+    tokens = [ALIVE.format_map(names), claims, *advanced]
     name = f"{rig}: {member.name}"
     rules = [
         _rule(f"{name}: publish", ("ingress",), ("put",), [*keys.values(), *advanced, *member.puts]),
         _rule(f"{name}: reply to queries", ("ingress",), ("declare_queryable", "reply"), [*answers, *kept, *advanced]),
         _rule(f"{name}: declare liveliness", ("ingress",), ("liveliness_token",), tokens),
     ]
-    # Every reader may reply to state recovery queries; only the publisher of the topic may send them.
-    rules.append(
-        _rule(
-            f"{name}: reply to state recovery",
-            ("ingress",),
-            ("declare_queryable", "reply"),
-            [STATE_RECOVERY.format(rig=rig, topic="*")],
-        )
-    )
+    # The reply becomes the body and pose of a restarted service: none from the machines of cameras.  Only the publisher of
+    # the topic may ask.
+    if member.service != "viewer":
+        recovery = [STATE_RECOVERY.format(rig=rig, topic="*")]
+        rules.append(_rule(f"{name}: reply to state recovery", ("ingress",), ("declare_queryable", "reply"), recovery))
     questions = [STATE_RECOVERY.format(rig=rig, topic=topic.name) for topic in keys if topic.recoverable]
     rules.append(_rule(f"{name}: query services", ("ingress",), ("query",), [*questions, FLOW_CONTROL.format_map(names)]))
     return rules

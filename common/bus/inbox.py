@@ -15,7 +15,7 @@ from zenocap.common.topics import Queueing, Topic
 
 MAX_QUEUED = 8192  # queued messages of ALL topics
 MAX_QUEUED_BYTES = 64 << 20
-MAX_KEYS = 1024  # keys of LATEST and LATCHED topics in the queue
+MAX_KEYS = 256  # keys of each LATEST or LATCHED topic in the queue, so that invented names displace no other topic
 MAX_EVENTS = 1024  # queued alive changes and round trips; queued marks
 
 
@@ -43,6 +43,7 @@ class Inbox:
         self._ready = Condition()
         self._order: deque[_QueuedMessage | _Mark] = deque()
         self._latest: dict[str, _QueuedMessage] = {}
+        self._keys: Counter[str] = Counter()  # by topic, in _latest
         self._fifo: deque[_QueuedMessage] = deque()
         self._fifo_bytes = 0
         self._events: deque[Alive | RoundTrip] = deque()
@@ -142,9 +143,10 @@ class Inbox:
         if waiting is not None:
             waiting.data, waiting.received_ns = queued.data, queued.received_ns
             self._dropped["superseded"] += 1
-        elif len(self._latest) >= MAX_KEYS:
+        elif self._keys[queued.topic.name] >= MAX_KEYS:
             self._dropped["too_many_keys"] += 1
         else:
+            self._keys[queued.topic.name] += 1
             self._latest[queued.key] = queued
             self._order.append(queued)
 
@@ -157,7 +159,7 @@ class Inbox:
             self._fifo_bytes -= len(oldest.data or b"")
             oldest.data = None
             self._dropped["queue_full"] += 1
-        if len(self._order) > 2 * (MAX_QUEUED + MAX_KEYS):  # mostly dropped ones, when no thread receives
+        if len(self._order) > 2 * (MAX_QUEUED + len(self._latest)):  # mostly dropped ones, when no thread receives
             self._order = deque(w for w in self._order if isinstance(w, _Mark) or w.data is not None)
 
     def _pop(self) -> tuple[_QueuedMessage, bytes] | _Mark | None:
@@ -171,6 +173,7 @@ class Inbox:
                 continue
             if self._latest.get(queued.key) is queued:
                 del self._latest[queued.key]
+                self._keys[queued.topic.name] -= 1
             else:
                 self._fifo.popleft()
                 self._fifo_bytes -= len(data)

@@ -15,6 +15,7 @@ import zenoh
 from zenocap.common import codec
 from zenocap.common.bus.inbox import Inbox, check_key, outgoing
 from zenocap.common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
+from zenocap.common.bus.zenoh_claims import Claims
 from zenocap.common.bus.zenoh_flow_control import Readers, Tally, ask_all
 from zenocap.common.bus.zenoh_latched import latched_publisher, latched_subscriber
 from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClock, query_service_info, serve_service_info
@@ -22,7 +23,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
 from zenocap.common.messages import Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import ALIVE, CLAIM, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, rig_of
+from zenocap.common.topics import ALIVE, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, rig_of
 
 logger = logging.getLogger(__name__)
 
@@ -72,6 +73,7 @@ class ZenohBus:
         self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
         self._declared: list[_Declared] = []
+        self._claims: list[Claims] = []
         self._duplicate: DuplicateService | None = None
         self._asked = 0
         self._sent: Counter[str] = Counter()
@@ -177,20 +179,18 @@ class ZenohBus:
 
     def declare_alive(self, service: str, id: str) -> None:
         names = {"rig": self._rig, "service": checked_name("service", service), "id": checked_name("id", id)}
-        claims, claim = CLAIM.format(**names, claim="*"), f"{self._clock.now_ns():020d}-{self._session.zid()}"
-        liveliness = self._session.liveliness()
 
-        def on_claim(sample: zenoh.Sample) -> None:
+        def stop() -> None:
             # Two that started at the same time, or on both sides of a cut network: the older one continues.
-            if sample.kind == zenoh.SampleKind.PUT and str(sample.key_expr).rpartition("/")[2] < claim:
-                self._duplicate = DuplicateService(self._rig, service, id)
-                self._inbox.wake()
+            self._duplicate = DuplicateService(self._rig, service, id)
+            self._inbox.wake()
 
-        if any(reply.ok is not None for reply in liveliness.get(claims, timeout=QUERY_TIMEOUT_S)):
+        claims = Claims(self._session, names, self._clock.now_ns(), stop)
+        if claims.taken():
             raise DuplicateService(self._rig, service, id)
-        self._declared.append(liveliness.declare_token(CLAIM.format(**names, claim=claim)))
-        self._declared.append(liveliness.declare_token(ALIVE.format(**names)))
-        self._declared.append(liveliness.declare_subscriber(claims, on_claim, history=True))
+        self._claims.append(claims)
+        self._declared += claims.declare()
+        self._declared.append(self._session.liveliness().declare_token(ALIVE.format(**names)))
         self._declared.append(
             self._session.declare_queryable(FLOW_CONTROL.format(**names), self._readers.answer, complete=True)
         )
@@ -220,9 +220,11 @@ class ZenohBus:
         self._round_trips.query()
 
     def request_recovery(self, topic: Topic) -> None:
-        self._recovery.ask(topic, self._inbox, self._clock.now_ns)
+        self._recovery.ask(topic, self._inbox, self._clock.now_ns, self._round_trips.integrator_ns)
 
     def receive(self, timeout_s: float) -> Received | None:
+        for claims in self._claims:
+            claims.check()
         event = None if self._duplicate else self._inbox.take(timeout_s)
         if self._duplicate:
             raise self._duplicate
@@ -262,6 +264,7 @@ class ZenohBus:
         self._readers.remove(self._tally)
         self._recovery.close()
         declared, self._declared = self._declared, []
+        self._claims.clear()
         publishers, self._publishers = list(self._publishers.values()), {}
         for entity in (*declared, *publishers):
             entity.undeclare()

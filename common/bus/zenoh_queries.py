@@ -25,6 +25,11 @@ class ZenohClock:
         self._session, self._clock, self._inbox = session, clock, inbox
         self._key = CLOCK.format(rig=rig)
         self._queries = 0
+        self._ahead_ns = 0  # the integrator's clock minus this one by the last round trip, which is good to half its time
+
+    def integrator_ns(self) -> int:
+        """Time by the integrator's clock; by this one before the first round trip."""
+        return self._clock.now_ns() + self._ahead_ns
 
     def serve(self) -> zenoh.Queryable[None]:
         """Reply with this clock until the returned queryable is undeclared."""
@@ -42,6 +47,7 @@ class ZenohClock:
                 return
             answer = self._decoded(str(reply.ok.key_expr), reply.ok.payload.to_bytes())
             if answer is not None and answer.frame == frame:
+                self._ahead_ns = answer.captured_ns - (sent_ns + received_ns) // 2
                 self._inbox.put_event(RoundTrip(sent_ns, answer.captured_ns, received_ns))
 
         payload = codec.encode(ClockQuery(frame=frame, captured_ns=sent_ns))

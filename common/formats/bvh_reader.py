@@ -11,6 +11,8 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.trc import MAX_BYTES
 
 INTEGER_RATE = 5e-4  # relative deviation of a rate from an integer that is rounding of the frame time; chosen by hand
+MAX_NUMBERS = 200_000_000  # in memory, 1.6 GB: half an hour of 75 joints at 120 Hz; chosen by hand
+NUMBERS_OF_JOINT = 12  # position and rotation of a joint in a frame
 END = " end"  # suffix of the name of an End Site, after its joint's name
 
 
@@ -67,6 +69,9 @@ def read_bvh(path: Path) -> Bvh:
         raise lines.error("HIERARCHY, the first line of a BVH file")
     joints = _hierarchy(lines)
     rate, values = _motion(lines, sum(len(joint.channels) for joint in joints))
+    if (numbers := NUMBERS_OF_JOINT * len(joints) * len(values)) > MAX_NUMBERS:  # a joint need not have channels
+        found = f"{len(joints)} joints in {len(values)} frames, {numbers} numbers"
+        raise UserError(f"{path}: {found}: allowed: {MAX_NUMBERS}; split the file")
     points = np.zeros((len(values), len(joints), 3))
     rotations = np.zeros((len(values), len(joints), 3, 3))
     first = 0

@@ -11,6 +11,7 @@ from zenocap.common.formats.trajectories import DIGITS, Axes, Trajectories, Unit
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 HEADER = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
 MAX_BYTES = 1 << 30  # of a file that is read, which is held in memory; chosen by hand
+MAX_NUMBERS = 50_000_000  # of a table in memory, 400 MB: two hours of 23 markers at 100 Hz; chosen by hand
 
 
 def write_trc(path: Path, data: Trajectories, *, axes: Axes = "y-up", unit: Unit = "m") -> None:
@@ -59,6 +60,9 @@ def read_trc(path: Path) -> Trajectories:
     names = tuple(name.strip() for name in lines[3].split("\t")[2:] if name.strip())
     if not names or len(set(names)) != len(names):
         raise UserError(f"{path}: line 4: allowed: Frame#, Time and different names of markers")
+    if (numbers := 3 * len(names) * (len(lines) - 5)) > MAX_NUMBERS:  # short rows are filled up
+        allowed = f"{MAX_NUMBERS} coordinates"
+        raise UserError(f"{path}: {len(names)} markers in {len(lines) - 5} rows, {numbers} coordinates: allowed: {allowed}")
     rows: dict[int, tuple[float, list[float]]] = {}
     for number, line in enumerate(lines[5:], start=6):
         cells = line.split("\t")

@@ -4,6 +4,7 @@ import logging
 import shutil
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic, thread_time_ns
 
@@ -42,7 +43,7 @@ class Log:
         """Statistics of the recording; `lost` includes messages dropped by the queue."""
         written = self._recording.statistics
         dropped = sum(self._bus.counters.dropped.values())
-        return Statistics(written.messages, written.bytes, written.lost + dropped, written.failure, written.unconverted)
+        return replace(written, lost=written.lost + dropped)
 
     @property
     def cpu_ns(self) -> int:
@@ -58,7 +59,7 @@ class Log:
         """Counts for the health of the service that owns the log."""
         now, free = self.statistics, self._space.free_bytes
         counts = {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
-        counts["log_unshown"] = now.unconverted
+        counts |= {"log_unshown": now.unconverted, "log_removed": now.removed}
         counts["log_rejected"] = sum(self._bus.counters.rejected.values())
         return counts if free is None else counts | {"log_free_mb": free // 1_000_000}
 
@@ -75,13 +76,14 @@ class Log:
             self._recording.close()
         end = self.statistics
         logger.log(
-            logging.WARNING if end.lost or end.failure else logging.INFO,
-            "%s: %d messages, %d bytes, %d lost%s",
+            logging.WARNING if end.incomplete else logging.INFO,
+            "%s: %d messages, %d bytes, %d lost%s%s",
             self._recording.path,
             end.messages,
             end.bytes,
             end.lost,
             ", stopped early" if end.failure else "",
+            f"; files deleted or moved while they were written: {end.removed}" if end.removed else "",
         )
         return end
 

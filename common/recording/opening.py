@@ -20,6 +20,7 @@ from zenocap.common.recording.setup_file import (
 )
 from zenocap.common.recording.writer import Attachment, Recording, no_conversion
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.service_info import versions
 
 
@@ -75,6 +76,7 @@ def _recording(
         metadata=metadata | ({"part": part} if part else {}),
         attachments=files,
         overwrite=overwrite,
+        own=services_of(rig),
         convert=FoxgloveConverter(TEN_PARTS, rig.name).convert if rig.log.foxglove else no_conversion,
     )
 

@@ -4,6 +4,8 @@ Each part is a complete MCAP file.  It begins with the earlier messages of LATCH
 again at its own beginning, so that it can be read, replayed and exported alone.  Its metadata `part` holds the `take`
 it belongs to (the name of the first part), its `number` from 1, the `previous` part, and in `repeated` the number of
 messages at its beginning (MessagePack channels only) that a reader of all parts skips.
+
+A file that is deleted or moved while it is written is continued in a new one, as a part.
 """
 
 import logging
@@ -71,6 +73,7 @@ class Parts:
         self._first = path
         self._number = 1
         self._start_ns: int | None = None  # log time of the part's first message that is not repeated
+        self._last_ns = start_ns  # receive time of the last message
         self._kept: dict[str, Envelope] = {}
         # Statistics of the closed parts; the open part; statistics of its repeated messages.  One value, because other
         # threads read it.
@@ -95,6 +98,7 @@ class Parts:
             before.lost + now.lost,
             self._failure or now.failure,
             before.unconverted + now.unconverted,
+            before.removed,
         )
 
     @property
@@ -113,6 +117,7 @@ class Parts:
 
     def record(self, envelope: Envelope) -> None:
         """Write a message as received, in a new part if the current one is full."""
+        self._last_ns = envelope.received_ns
         if self._full(envelope.received_ns):
             self._next_part(envelope.received_ns)
         if self._start_ns is None:
@@ -124,16 +129,19 @@ class Parts:
             return
         recording.record(envelope)
         kept = envelope.topic.queueing is Queueing.LATCHED and (envelope.key in self._kept or len(self._kept) < MAX_KEPT)
-        if self._limits and kept:
+        if kept:
             self._kept[envelope.key] = envelope
 
     def flush(self) -> None:
-        """Write everything to disk now."""
+        """Write everything to disk now, in a new file if the current one was deleted or moved."""
         if self._recording:
             self._recording.flush()
+            self._replace_removed(last=False)
 
     def close(self) -> Statistics:
         """Finish the part with its index; may be called twice."""
+        if self._recording:
+            self._replace_removed(last=True)
         if self._recording:
             self._recording.close()
         return self.statistics
@@ -147,12 +155,43 @@ class Parts:
 
     def _next_part(self, now_ns: int) -> None:
         """Close the part and open the next."""
-        previous = self.path
-        before = self.close()
+        if self._recording:
+            self._recording.close()
+        before = self.statistics
         self._standing = (before, None, NOTHING)
         if before.failure:
             self._failure = before.failure
             return
+        self._open_next(now_ns)
+
+    def _replace_removed(self, *, last: bool) -> None:
+        """Continue in a new file when the current one was deleted or moved.  last: no more messages follow."""
+        before, recording, repeated = self._standing
+        removal = recording.removal() if recording else None
+        if recording is None or removal is None:
+            return
+        path, now = self.path, recording.close()
+        gone = max(0, now.messages - repeated.messages) if removal == "deleted" else 0
+        if gone:
+            before = replace(before, lost=before.lost + now.lost + gone, unconverted=before.unconverted + now.unconverted)
+        else:
+            before = self.statistics
+        before = replace(before, removed=before.removed + 1)
+        self._standing = (before, None, NOTHING)
+        if now.failure:
+            self._failure = now.failure
+        elif not last:
+            self._open_next(self._last_ns)
+        logger.error(
+            "%s was %s while it was written%s%s",
+            path,
+            removal,
+            f": {gone} messages are lost" if gone else "",
+            "" if last or self._failure else f"; the take continues in {self.path}",
+        )
+
+    def _open_next(self, now_ns: int) -> None:
+        previous, before = self.path, self._standing[0]
         self._number += 1
         self._start_ns = None
         try:
@@ -174,7 +213,7 @@ class Parts:
         for _ in range(ATTEMPTS):
             self.path = free_name(path) if self._number > 1 else path
             try:
-                return self._open_part(self.path, start_ns, part if self._limits else None)
+                return self._open_part(self.path, start_ns, part if self._limits or self._number > 1 else None)
             except TakeExists:
                 if self._number == 1:
                     raise

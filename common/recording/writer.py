@@ -7,11 +7,12 @@ that they do not depend on the time of writing.
 
 import logging
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
+from typing import Literal
 
 import zstandard
 from mcap.writer import Writer
@@ -20,12 +21,13 @@ from zenocap.common import codec
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.messages import SCHEMA_VERSION
+from zenocap.common.recording.channel_limits import ChannelLimits
+from zenocap.common.rig.services import ServiceKey
 
 logger = logging.getLogger(__name__)
 
 LIBRARY = "zenocap"
 ENCODING = "msgpack"
-MAX_CHANNELS = 4096  # bounds memory against arbitrary keys; chosen by hand
 FLUSH_NS = 1_000_000_000  # of receive times between writes to disk; chosen by hand
 
 
@@ -61,6 +63,7 @@ class Statistics:
 
     failure: reason of an early end, else None.
     unconverted: messages whose conversion failed; the messages themselves are in the take.
+    removed: files that were deleted or moved while they were written; the messages of deleted ones are lost.
     """
 
     messages: int
@@ -68,6 +71,12 @@ class Statistics:
     lost: int
     failure: str | None
     unconverted: int = 0
+    removed: int = 0
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether messages are missing, or not in the files that were requested."""
+        return bool(self.lost or self.failure or self.removed)
 
 
 def no_conversion(_: Envelope) -> tuple[tuple[Channel, bytes], ...]:
@@ -86,16 +95,18 @@ class Recording:
         metadata: Mapping[str, Mapping[str, str]] | None = None,
         attachments: tuple[Attachment, ...] = (),
         overwrite: bool = False,
+        own: Collection[ServiceKey] = (),
         convert: Callable[[Envelope], Iterable[tuple[Channel, bytes]]] = no_conversion,
     ) -> None:
         """start_ns: time of the attachments.  metadata: by name, in addition to "zenocap".  Raises RecordingError.
 
+        own: services of the rig, whose keys are always written; of others, see `ChannelLimits`.
         convert: messages of other channels to write after a message, with its times; its errors are counted.
         """
         self.path = path
         self._convert = convert
         self._unconverted = 0
-        self._limit_logged = False
+        self._limits = ChannelLimits(path, rig, own)
         self._failure: str | None = None
         self._messages = self._bytes = self._lost = 0
         self._safe = (0, 0)  # messages and bytes already on disk
@@ -122,6 +133,7 @@ class Recording:
                 self._writer.add_attachment(start_ns, start_ns, file.name, file.media_type, file.data)
             self._sync()
             _keep_name(path.parent)
+            self._comparable = _same_file(self._file.fileno(), path)
         except OSError as error:
             self._fail(error)
             raise RecordingError(self._failure) from error
@@ -138,6 +150,18 @@ class Recording:
     def size_bytes(self) -> int:
         """Size of the file, without the last second that is not written yet."""
         return 0 if self._file.closed else self._file.tell()
+
+    def removal(self) -> Literal["deleted", "moved"] | None:
+        """What became of the file while it was written: no file of its name is it any more; None while there is."""
+        if self._failure or self._file.closed:
+            return None
+        descriptor = self._file.fileno()
+        try:
+            if _same_file(descriptor, self.path) or (self.path.exists() and not self._comparable):
+                return None
+            return "moved" if os.fstat(descriptor).st_nlink else "deleted"
+        except OSError:  # a folder that may not be read any more, or a failing disk, which a write reports
+            return None
 
     def record(self, envelope: Envelope, *, converted: bool = True) -> None:
         """Write a message as received, and its converted messages unless `converted` is False."""
@@ -157,7 +181,7 @@ class Recording:
                 logger.warning(text, self.path, envelope.key, sequence, type(error).__name__, error)
             return
         for other, copy in others:
-            self._put(other, copy, log_ns, publish_ns, sequence)
+            self._put(other, copy, log_ns, publish_ns, sequence, limited=False)
 
     def write(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int = 0) -> None:
         """Write bytes to any channel, such as those of other schemas."""
@@ -167,8 +191,10 @@ class Recording:
         else:
             self._lost += 1
 
-    def _put(self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int) -> bool:
-        if self._failure or self._too_many(channel):
+    def _put(
+        self, channel: Channel, data: bytes, log_ns: int, publish_ns: int, sequence: int, *, limited: bool = True
+    ) -> bool:
+        if self._failure or (limited and not self._limits.admits(channel.topic)):
             return False
         try:
             if self._flushed_ns is None:
@@ -203,17 +229,6 @@ class Recording:
                 self._fail(error)
         return self.statistics
 
-    def _too_many(self, channel: Channel) -> bool:
-        """Whether a new channel exceeds MAX_CHANNELS."""
-        if channel in self._channels or len(self._channels) < MAX_CHANNELS:
-            return False
-        if not self._limit_logged:
-            self._limit_logged = True
-            logger.warning(
-                "%s: %s and further keys are not written: limit of %d keys", self.path, channel.topic, MAX_CHANNELS
-            )
-        return True
-
     def _channel_id(self, channel: Channel) -> int:
         if channel in self._channels:
             return self._channels[channel]
@@ -239,6 +254,14 @@ class Recording:
             self._file.close()  # flushes again and may fail again
         except OSError:
             self._file.raw.close()
+
+
+def _same_file(descriptor: int, path: Path) -> bool:
+    """Whether `path` is the open file.  Raises OSError when that is unknown."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except (FileNotFoundError, NotADirectoryError):
+        return False
 
 
 def _keep_name(folder: Path) -> None:

@@ -41,6 +41,8 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[m.Messag
         case Alive():
             return _update_liveliness(state, event), []
         case Envelope(message=message, received_ns=received_ns):
+            if not _is_admitted(setup, state, message):
+                return state, []
             return _update_content(_update_record(state, message, received_ns), message, received_ns), []
         case _:
             return state, []
@@ -124,6 +126,15 @@ def _sender(message: m.Message) -> tuple[Service | None, bool]:
             return ("recognizer", "main"), False
         case _:  # a latched value may be much older than its receipt
             return None, False
+
+
+def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
+    """Whether a message is shown: half of MAX_ENTRIES is for viewers that the rig does not name, the rest for its own."""
+    viewer = getattr(message, "viewer", None)
+    if viewer is None or ("viewer", viewer) in setup.expected:
+        return True
+    shown: tuple[Mapping[str, object], ...] = (state.silhouettes, state.sightings, state.previews, state.cameras)
+    return any(viewer in views for views in shown) or max(map(len, shown)) < MAX_ENTRIES // 2
 
 
 def _update_content(state: State, message: m.Message, received_ns: int) -> State:

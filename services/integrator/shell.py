@@ -109,7 +109,7 @@ def _run(
             status = run(service, bus, clock, stopped=stopped, extra_counts=logs.counts)
         finally:
             ends = logs.close()
-    return status or (LOSS if any(end.lost or end.failure for end in ends) else 0)
+    return status or (LOSS if any(end.incomplete for end in ends) else 0)
 
 
 def _folder(rig: Rig) -> Path:

@@ -1,5 +1,6 @@
 """The integrator's log in a real process: write errors never stop tracking, and a kill loses at most a second."""
 
+import shutil
 import signal
 import socket
 import subprocess
@@ -91,6 +92,29 @@ def test_unwritable_folder_stops_the_log_but_not_the_tracking(tmp_path: Path, en
     assert process.returncode == 3
     assert "takes is no folder; the log stops" in err
     assert "Traceback" not in err
+
+
+def test_a_deleted_folder_is_created_again_and_reported(tmp_path: Path, endpoint: str) -> None:
+    rig, folder = rig_with_log(tmp_path, 'folder = "takes"'), tmp_path / "takes"
+    with listening_bus(endpoint) as bus, integrator(rig, endpoint=endpoint) as process:
+        end_s = time.monotonic() + PATIENCE_S
+        received: list[m.Message] = []
+        while not any(isinstance(each, m.Health) and each.counts.get("log_messages", 0) > 10 for each in received):
+            assert time.monotonic() < end_s
+            received += exchange_messages(bus, 0.5)
+        shutil.rmtree(folder)
+        while not any(isinstance(each, m.Health) and each.counts.get("log_removed") for each in received):
+            assert time.monotonic() < end_s
+            received += exchange_messages(bus, 0.5)
+        exchange_messages(bus, 0.5, 10_000)
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 3
+    assert "was deleted while it was written" in err
+    assert "files deleted or moved while they were written: 1" in err
+    (take,) = folder.glob("*.mcap")
+    assert Take(take).cut is None
+    assert any(message.sequence >= 10_000 for message in Take(take).messages())
 
 
 def test_requested_file_that_cannot_be_written_is_an_error(tmp_path: Path, endpoint: str) -> None:

@@ -16,13 +16,24 @@ from tests.common.rig.test_security import demo_with
 from tests.support.processes import output_of, poses_in, recomputed_poses, started, wait_until
 from zenocap.common import messages as m
 from zenocap.common.bus.access import REPLAY, ROUTER, Member
-from zenocap.common.bus.protocol import Alive, BusError, Envelope, RoundTrip
+from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envelope, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.codec import encode
 from zenocap.common.rig.rig import Rig, load_rig
 from zenocap.common.rig.security import needed_members, security_in, security_of
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import CAMERA, HEALTH, POSTURE, PREVIEW, SILHOUETTE, UNIVERSAL_BAP
+from zenocap.common.topics import (
+    CAMERA,
+    EVERYTHING,
+    HEALTH,
+    POSTURE,
+    PREVIEW,
+    SILHOUETTE,
+    STATE_RECOVERY,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+)  # fmt: skip
 from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
@@ -104,6 +115,8 @@ def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str
             bus.watch_alive()
         integrator.declare_alive("integrator", "main")
         one.declare_alive("viewer", "1")
+        with pytest.raises(DuplicateService, match="viewer 1 of rig demo is already running"):
+            joined("viewer-1").declare_alive("viewer", "1")
         # Forbidden keys: of another viewer and of the integrator for a viewer; all for a reader.
         reader.publish(CAMERA, camera("2"))
         one.publish(CAMERA, camera("2"))
@@ -129,6 +142,48 @@ def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str
         assert received_keys(two, 0.2) == {*alive_keys, "viewer/1/camera"}  # no previews of other viewers
         assert received_keys(late, 0.2) == {*alive_keys, "viewer/1/camera"}
         assert received_keys(one, 0.2) == {"clock"}
+
+
+def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_rig: Path, endpoint: str) -> None:
+    """With the certificate of a viewer, neither a false body is returned nor the true one outvoted."""
+    clock = RealClock()
+
+    def joined(name: str) -> ZenohBus:
+        return stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+
+    def body(frame: int) -> m.UniversalBdp:
+        sizes = {"torso": (0.5, 0.2, 0.1)}
+        body = m.Body(anatomy="ten-parts", sizes=sizes, offsets={})
+        return m.UniversalBdp(frame=frame, captured_ns=clock.now_ns(), body=body, ratio=1.0)
+
+    with ExitStack() as stack:
+        key = STATE_RECOVERY.format(rig="demo", topic=UNIVERSAL_BDP.name)
+        queries: list[str] = []
+        for name in ("viewer-1", "viewer-2", "viewer-1"):
+            session = stack.enter_context(open_session(options(secured_rig, endpoint, name)))
+
+            def reply(query: zenoh.Query) -> None:
+                with query:
+                    queries.append(str(query.key_expr))
+                    query.reply(key, encode(body(9)))
+
+            for expression in (key, STATE_RECOVERY.format(rig="demo", topic="*"), EVERYTHING.format(rig="demo")):
+                session.declare_queryable(expression, reply)
+        restarted = joined("integrator")
+        for _ in range(5):
+            restarted.request_recovery(UNIVERSAL_BDP)
+            assert restarted.receive(0.3) is None
+        true = body(1)
+        animator = joined("animator")
+        animator.subscribe(UNIVERSAL_BDP)
+        with ZenohBus.open(options(secured_rig, endpoint, "integrator"), "demo", clock) as before:
+            before.publish(UNIVERSAL_BDP, true)
+            assert isinstance(animator.receive(10.0), Envelope)
+        restarted.request_recovery(UNIVERSAL_BDP)
+        recovered = restarted.receive(5.0)
+        assert isinstance(recovered, Envelope)
+        assert recovered.message == true
+        assert not queries
 
 
 def test_replay_may_publish_in_place_of_any_service(secured_rig: Path, endpoint: str) -> None:

@@ -20,7 +20,7 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.recording.reader import Take
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import ASSIGNMENT, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
+from zenocap.common.topics import ALIVE, ASSIGNMENT, CLAIM, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
 
 pytestmark = pytest.mark.system
 
@@ -232,6 +232,36 @@ def test_older_of_two_equal_services_continues_after_a_network_split(endpoint: s
             with pytest.raises(DuplicateService, match=f"viewer 1 of rig {RIG} is already running"):
                 wait_for(newer, lambda _: False, 5.0)
             assert older.receive(0.0) is None
+
+
+OLD_NS = 1_600_000_000_000_000_000
+
+
+@pytest.mark.parametrize("start_ns", [0, OLD_NS, time.time_ns()], ids=["zero", "years ago", "recent"])
+def test_a_token_of_an_earlier_claim_stops_no_service(routed: ZenohOptions, start_ns: int) -> None:
+    """Any program can declare a token; only a session that answers for its own claim counts."""
+    token = CLAIM.format(rig=RIG, service="viewer", id="1", claim=f"{start_ns:020d}-{{zid}}")
+    alive = ALIVE.format(rig=RIG, service="viewer", id="1")
+    with open_session(routed) as foreign, ZenohBus.open(routed, RIG, RealClock()) as running:
+        running.declare_alive("viewer", "1")
+        stranger = "0" * 31 + "1"
+        tokens = [foreign.liveliness().declare_token(token.format(zid=zid)) for zid in (foreign.zid(), stranger, "x")]
+        tokens.append(foreign.liveliness().declare_token(alive))
+
+        def reply(query: zenoh.Query) -> None:  # for the claim of another session
+            with query:
+                query.reply(token.format(zid=stranger), b"")
+
+        foreign.declare_queryable(token.format(zid=stranger), reply)
+        end_s = time.monotonic() + 3.0
+        while time.monotonic() < end_s:
+            running.receive(0.1)
+        running.close()
+        with ZenohBus.open(routed, RIG, RealClock()) as restarted:  # nor does it prevent a start
+            restarted.declare_alive("viewer", "1")
+            with ZenohBus.open(routed, RIG, RealClock()) as second, pytest.raises(DuplicateService):
+                second.declare_alive("viewer", "1")
+        assert len(tokens) == 4
 
 
 def test_queueing_latest_all_and_every_over_the_network(routed: ZenohOptions) -> None:

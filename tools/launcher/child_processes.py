@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import IO, Protocol
 
-FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 60.0
 SETTLED_S = 10.0  # run time after which a start counts as successful
-QUICK_FAILURES = 5  # in a row, before giving up
+QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S
 
 
 class Process(Protocol):
@@ -53,7 +53,10 @@ def spawn(arguments: Sequence[str]) -> Process:
 
 @dataclass
 class ChildProcess:
-    """name: for display.  status: exit status of a process that is not restarted.  due_s: time of the next restart."""
+    """name: for display.  status: exit status of a process that is not restarted.  due_s: time of the next restart.
+
+    settled: whether it once ran for SETTLED_S.  last_status: of its last end.
+    """
 
     name: str
     arguments: tuple[str, ...]
@@ -62,6 +65,8 @@ class ChildProcess:
     due_s: float | None = None
     starts: int = 0
     quick_failures: int = 0
+    settled: bool = False
+    last_status: int = 0
     status: int | None = None
     reader: threading.Thread | None = field(default=None, repr=False)
 
@@ -108,6 +113,8 @@ class ChildProcesses:
         running = []
         for child in self.all:
             if names(child.name):
+                if child.due_s is not None and child.quick_failures >= QUICK_FAILURES:
+                    child.status = child.last_status
                 child.due_s = None
                 if child.process is not None and child.process.poll() is None:
                     child.process.send_signal(signal.SIGTERM)
@@ -149,9 +156,13 @@ class ChildProcesses:
             self._lines.put(f"{child.name}: finished")
             return
         runtime_s = self._clock() - child.started_s
+        child.last_status = status
+        child.settled |= runtime_s >= SETTLED_S
         child.quick_failures = child.quick_failures + 1 if runtime_s < SETTLED_S else 0
-        # A process that exits right after its first start would fail again; one that was killed or ran longer may not.
-        if (status > 0 and child.starts == 1 and child.quick_failures) or child.quick_failures >= QUICK_FAILURES:
+        # A process that exits right after its first start would fail again; one that was killed may not, and for one that
+        # ran longer the cause may pass: a camera that is plugged in again, another process of its name that ends.
+        first_failed = status > 0 and child.starts == 1 and child.quick_failures
+        if first_failed or (child.quick_failures >= QUICK_FAILURES and not child.settled):
             child.status = status
             self._lines.put(f"{child.name}: {_exit_text(status)} after {runtime_s:.1f} s; not started again")
             return

@@ -19,6 +19,7 @@ from zenocap.common.recording.opening import attachments
 from zenocap.common.recording.parts import PartLimits, Parts, take_path
 from zenocap.common.recording.writer import Attachment, Recording, no_conversion
 from zenocap.common.rig.rig import Rig, load_rig
+from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.clock import Clock, RealClock
 from zenocap.common.runtime.service import Event, Service, run
 from zenocap.common.runtime.service_info import versions
@@ -113,10 +114,10 @@ def run_recorder(
             end = log.close()
     if status:
         return status
-    if not end.messages:
+    if not (end.messages or end.incomplete):
         logger.error("no message received under %s: is the rig running, and is this its network?", selection.expression)
         return FAILED
-    return LOSS if end.lost or end.failure else 0
+    return LOSS if end.incomplete else 0
 
 
 class _Progress:
@@ -163,11 +164,13 @@ def _parts(selection: RecordingSelection, path: Path, start_ns: int, id: str, li
         "recorder": {"id": id, "expression": selection.expression},
     }
 
+    own = services_of(selection.file) if selection.file else ()
+
     def open_part(path: Path, start_ns: int, part: Mapping[str, str] | None) -> Recording:
         with_part = metadata | ({"part": part} if part else {})
         convert = FoxgloveConverter(TEN_PARTS, selection.rig).convert if selection.rig else no_conversion
         return Recording(
-            path, rig=selection.name, start_ns=start_ns, metadata=with_part, attachments=files, convert=convert
+            path, rig=selection.name, start_ns=start_ns, metadata=with_part, attachments=files, own=own, convert=convert
         )
 
     def by_time(now_ns: int) -> Path:

@@ -88,7 +88,7 @@ def test_a_viewer_declares_tokens_and_replies_only_for_itself() -> None:
     tokens = allowed("studio", Member("viewer", "1"), "liveliness_token")
     assert ALIVE.format(rig="studio", service="viewer", id="1") in tokens
     assert not [token for token in tokens if "/viewer/1" not in token]
-    replies = allowed("studio", Member("viewer", "1"), "reply") - {STATE_RECOVERY.format(rig="studio", topic="*")}
+    replies = allowed("studio", Member("viewer", "1"), "reply")
     assert not [reply for reply in replies if "/viewer/1" not in reply]
     assert CLOCK.format(rig="studio") not in allowed("studio", Member("viewer", "1"), "reply")
     assert CLOCK.format(rig="studio") in allowed("studio", Member("integrator"), "reply")
@@ -100,7 +100,14 @@ def test_only_the_publisher_of_a_topic_queries_its_recovered_state() -> None:
         member.service: allowed("studio", member, "query") & {bap, pose} for member in (Member("viewer", "1"), *SERVICES)
     }
     assert {service: keys for service, keys in queried.items() if keys} == {"integrator": {bap}, "tracker": {pose}}
-    assert STATE_RECOVERY.format(rig="studio", topic="*") not in allowed("studio", Member(READER), "reply")
+
+
+def test_neither_viewers_nor_readers_reply_to_state_recovery() -> None:
+    recovery = STATE_RECOVERY.format(rig="studio", topic="*")
+    members = (Member("viewer", "1"), Member(READER), Member(RECORDER), Member(REPLAY), *SERVICES)
+    for message in ("reply", "declare_queryable"):
+        trusted = {member.service for member in members if recovery in allowed("studio", member, message)}
+        assert trusted == {"integrator", "tracker", "recognizer", "animator", RECORDER, REPLAY}
 
 
 def test_replay_role_publishes_on_all_topics_and_recorder_role_on_its_own() -> None:

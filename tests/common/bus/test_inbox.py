@@ -130,6 +130,18 @@ def test_an_unread_queue_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(drain(inbox)) == 5
 
 
+def test_invented_names_of_one_topic_displace_no_other_topic() -> None:
+    inbox = Inbox(LOGGER)
+    health = m.Health(frame=0, captured_ns=0, service="s", id="i", state="", rate=0.0, stages_ms={}, counts={})
+    for number in range(2000):
+        inbox.put(HEALTH.at("r", service="s", id=str(number)), HEALTH, encode(health), 0, every=False)
+    put_sighting(inbox, "1", 7)
+    assert drain(inbox) == [("1", 7)]  # the names of the others disagree with their keys
+    assert inbox.counters.dropped == {"too_many_keys": 2000 - inbox_module.MAX_KEYS}
+    put_sighting(inbox, "2", 8)
+    assert drain(inbox) == [("2", 8)]
+
+
 @pytest.mark.parametrize(
     ("topic", "key", "message", "text"),
     [

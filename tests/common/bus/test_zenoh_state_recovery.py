@@ -1,7 +1,9 @@
 """State recovery: subscribers keep a service's last messages, return them to its successor, and drop them after a time."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 
+import msgspec
 import pytest
 import zenoh
 
@@ -11,10 +13,10 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
-from zenocap.common.bus.zenoh_state_recovery import MAX_KEYS, RETENTION_S, RecoveryStore, newest
+from zenocap.common.bus.zenoh_state_recovery import MAX_KEYS, RETENTION_S, RecoveryStore, agreed
 from zenocap.common.codec import encode
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import TOPICS, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import STATE_RECOVERY, TOPICS, UNIVERSAL_BAP, UNIVERSAL_BDP
 
 RIG = "recovery"
 BODY = m.UniversalBdp(
@@ -69,10 +71,59 @@ def test_the_number_of_kept_keys_is_limited(session: zenoh.Session) -> None:
     assert kept == list(range(MAX_KEYS))
 
 
-def test_the_newest_valid_reply_is_used() -> None:
+NOW_NS = 10**15
+
+
+def test_of_equally_frequent_replies_the_newest_valid_one_is_used() -> None:
     replies = [encode(bap(frame)) for frame in (3, 9, 6)]
-    assert newest([b"\xff", *replies, b""], m.UniversalBap) == replies[1]
-    assert newest([b"\xff"], m.UniversalBap) is None
+    sessions = [("a", b"\xff"), *zip("bcd", replies, strict=True), ("e", b"")]
+    assert agreed(sessions, m.UniversalBap, NOW_NS) == replies[1]
+    assert agreed([("a", b"\xff")], m.UniversalBap, NOW_NS) is None
+
+
+def test_the_reply_of_most_sessions_is_used_however_often_one_session_replies() -> None:
+    true, false = encode(bap(3)), encode(bap(9))
+    assert agreed([("a", true), ("b", true), *[("c", false)] * 5], m.UniversalBap, NOW_NS) == true
+    assert agreed([("a", true), ("b", true), *zip("cde", [false] * 3, strict=True)], m.UniversalBap, NOW_NS) == false
+
+
+def test_a_reply_captured_in_the_future_is_not_used() -> None:
+    true, false = encode(bap(3)), encode(msgspec.structs.replace(bap(9), captured_ns=NOW_NS + 1))
+    assert agreed([("a", true), ("b", false), ("c", false)], m.UniversalBap, NOW_NS) == true
+    assert agreed([("b", false)], m.UniversalBap, NOW_NS) is None
+
+
+@pytest.mark.system
+def test_a_false_body_of_one_session_does_not_outvote_the_subscribers() -> None:
+    """An intruder on an open network replies several times, and with a later time than the true body."""
+    endpoint, clock = free_endpoint(), RealClock()
+    false = msgspec.structs.replace(BODY, frame=9, captured_ns=clock.now_ns(), ratio=0.5)
+    with ExitStack() as stack:
+        stack.enter_context(open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)))
+        readers = [stack.enter_context(ZenohBus.open(client(endpoint), RIG, clock)) for _ in range(2)]
+        intruder = stack.enter_context(open_session(client(endpoint)))
+        for reader in readers:
+            reader.subscribe(UNIVERSAL_BDP)
+        with ZenohBus.open(client(endpoint), RIG, clock) as first:
+            first.publish(UNIVERSAL_BDP, BODY)
+            for reader in readers:
+                wait_for(reader, lambda event: isinstance(event, Envelope) and event.message == BODY)
+        asked: list[int] = []
+        key = STATE_RECOVERY.format(rig=RIG, topic=UNIVERSAL_BDP.name)
+
+        def reply(query: zenoh.Query) -> None:
+            with query:
+                asked.append(1)
+                query.reply(key, encode(false))
+
+        for expression in (key, STATE_RECOVERY.format(rig=RIG, topic="*")):
+            intruder.declare_queryable(expression, reply)
+        second = stack.enter_context(ZenohBus.open(client(endpoint), RIG, clock))
+        while not asked:  # until its queryables have reached the router
+            second.request_recovery(UNIVERSAL_BDP)
+            recovered = second.receive(5.0)
+            assert isinstance(recovered, Envelope)
+            assert recovered.message == BODY
 
 
 @pytest.mark.system

@@ -170,3 +170,15 @@ def test_an_independent_package_reads_the_file(tmp_path: Path) -> None:
     assert read["DataRate"] == 30.0
     for row, frame in enumerate(data.frames):
         np.testing.assert_allclose(np.array(read[int(frame)][1]), data.points[row], atol=1e-6)
+
+
+def test_short_rows_of_many_markers_are_refused_before_memory_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("zenocap.common.formats.trc.MAX_NUMBERS", 3000)
+    path = tmp_path / "many.trc"
+    names = "\t\t\t".join(f"m{k}" for k in range(101))
+    rows = "".join(f"{k}\t{k}\n" for k in range(10))
+    path.write_text(f"PathFileType\t4\nDataRate\tUnits\n10\tm\nFrame#\tTime\t{names}\n\t\tX1\n{rows}")
+    with pytest.raises(UserError, match="101 markers in 10 rows, 3030 coordinates: allowed: 3000"):
+        read_trc(path)

@@ -247,3 +247,54 @@ def test_a_file_size_limit_ends_the_log_and_is_reported_once(tmp_path: Path) -> 
     take = Take(path)
     assert len(list(take.messages())) >= int(written) > 0
     assert take.cut is not None
+
+
+@pytest.mark.parametrize("whole_folder", [True, False])
+@pytest.mark.parametrize("limits", [PartLimits(), PartLimits(ns=3600 * S)])
+def test_a_file_that_is_deleted_is_reported_and_the_take_continues_in_a_new_one(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, whole_folder: bool, limits: PartLimits
+) -> None:
+    folder = tmp_path / "takes"
+    recording = parts(folder, limits)
+    for each in envelopes(5, S // 10):
+        recording.record(each)
+    if whole_folder:
+        shutil.rmtree(folder)
+    else:
+        recording.path.unlink()
+    recording.flush()
+    for frame in range(5, 9):
+        recording.record(envelope(bap(frame), START_NS + frame * S // 10))
+        recording.flush()
+    end = recording.close()
+    assert (end.messages, end.lost, end.removed, end.failure) == (4, 8, 1, None)
+    ((_, messages),) = read(folder).values()
+    assert [message.sequence for message in messages] == [1, 0, 5, 6, 7, 8]  # the latched bodies first
+    assert "was deleted while it was written: 8 messages are lost; the take continues in" in caplog.text
+    assert len(caplog.records) == 1
+
+
+def test_a_file_that_is_moved_is_finished_and_the_take_continues_in_a_new_one(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    recording = parts(tmp_path, PartLimits())
+    moved = recording.path.with_suffix(".moved")
+    recording.record(envelope(bap(0), START_NS))
+    recording.path.rename(moved)
+    recording.flush()
+    recording.record(envelope(bap(1), START_NS + S))
+    end = recording.close()
+    assert (end.messages, end.lost, end.removed, end.incomplete) == (2, 0, 1, True)
+    assert Take(moved).cut is None
+    assert [len(list(Take(path).messages())) for path in (moved, recording.path)] == [1, 1]
+    assert "was moved while it was written; the take continues in" in caplog.text
+
+
+def test_a_file_that_is_deleted_at_the_end_is_lost(tmp_path: Path) -> None:
+    recording = parts(tmp_path, PartLimits())
+    recording.record(envelope(bap(0), START_NS))
+    recording.path.unlink()
+    end = recording.close()
+    assert (end.messages, end.lost, end.removed) == (0, 1, 1)
+    assert list(tmp_path.iterdir()) == []
+    assert recording.close() == end

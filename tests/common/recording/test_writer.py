@@ -7,9 +7,12 @@ from mcap.reader import make_reader
 
 from tests.common.bus.test_inbox import bap, sighting
 from zenocap.common import messages as m
+from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode, json_schema
-from zenocap.common.recording.writer import MAX_CHANNELS, Attachment, Channel, Recording, RecordingError, no_conversion
+from zenocap.common.formats.foxglove.converter import FoxgloveConverter
+from zenocap.common.recording.channel_limits import MAX_CHANNELS, MAX_UNKNOWN_KEYS
+from zenocap.common.recording.writer import Attachment, Channel, Recording, RecordingError, no_conversion
 from zenocap.common.topics import SIGHTING, UNIVERSAL_BAP, topic_of
 
 START_NS = 1_700_000_000_000_000_000
@@ -114,6 +117,33 @@ def test_the_number_of_channels_is_bounded(tmp_path: Path, caplog: pytest.LogCap
     end = recording.close()
     assert (end.messages, end.lost, end.failure) == (MAX_CHANNELS + 1, 10, None)
     assert [record.getMessage().count("further keys") for record in caplog.records] == [1]
+
+
+def health(service: str, id: str) -> m.Health:
+    return m.Health(frame=0, captured_ns=1, service=service, id=id, state="", rate=0.0, stages_ms={}, counts={})
+
+
+def test_invented_names_do_not_displace_the_rigs_own_services_and_topics(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Thousands of services that the rig does not run, each with a health, before the rig's own begin."""
+    converter = FoxgloveConverter(TEN_PARTS, "studio")
+    own = (("viewer", "1"), ("integrator", "main"))
+    recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0, own=own, convert=converter.convert)
+    for number in range(4200):
+        recording.record(envelope(health("invented", str(number)), START_NS + number))
+        if number < 1000:
+            recording.record(envelope(sighting(f"invented{number}", 0), START_NS + number))
+    messages = [health("viewer", "1"), health("integrator", "main"), sighting("1", 0), bap(0)]
+    for message in messages:
+        recording.record(envelope(message, START_NS + FRAME_NS))
+    end = recording.close()
+    assert end.messages == 2 * MAX_UNKNOWN_KEYS + len(messages)
+    assert end.lost == 5200 - 2 * MAX_UNKNOWN_KEYS
+    with (tmp_path / "take.mcap").open("rb") as file:
+        keys = {channel.topic for _, channel, _ in make_reader(file).iter_messages()}
+    assert {envelope(message, 0).key for message in messages} <= keys
+    assert [record.getMessage().count("keys of") for record in caplog.records] == [1, 1]  # one line per topic
 
 
 def test_a_message_without_bytes_is_encoded(tmp_path: Path) -> None:

@@ -1,5 +1,9 @@
 """Measurements of a service in its Health message."""
 
+from pathlib import Path
+
+import pytest
+
 from zenocap.common.bus.protocol import Counters
 from zenocap.common.codec import decode, encode
 from zenocap.common.messages import Health, Phase
@@ -76,3 +80,11 @@ def test_busy_is_the_fraction_of_time_in_steps_and_publishing() -> None:
     meter.time("frame_age", 100 * SECOND)
     assert meter.report(2 * SECOND, 2 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).busy == 0.75
     assert meter.report(3 * SECOND, 3 * SECOND, Phase.RUNNING, "", NO_COUNTERS, None).busy == 0.0
+
+
+def test_health_survives_a_full_table_of_open_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: Path) -> str:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(Path, "read_text", full)
+    assert memory_bytes() > 0

@@ -145,3 +145,9 @@ def test_unknown_services_are_limited_in_number() -> None:
     assert len(state.services) <= MAX_ENTRIES
     assert len(state.sightings) <= MAX_ENTRIES
     assert set(SETUP.expected) <= set(state.services)
+
+
+def test_invented_viewers_do_not_displace_the_rigs_own() -> None:
+    invented = [sighting(f"s{k}", 0, NOW) for k in range(2 * MAX_ENTRIES)]
+    state = after(*invented, sighting("1", 0, NOW), sighting("2", 0, NOW))
+    assert {"1", "2"} <= set(state.sightings)

@@ -109,6 +109,22 @@ def test_process_with_repeated_short_runs_is_given_up() -> None:
     assert harness.children.given_up
 
 
+def test_process_that_has_run_once_is_started_again_until_the_end() -> None:
+    """Such as one whose name another process has taken: its pauses grow, and it is not given up."""
+    harness = Harness()
+    harness.end_newest(-9, SETTLED_S + 1)
+    pauses = []
+    for _ in range(4 * QUICK_FAILURES):
+        harness.now_s += 100.0
+        harness.children.poll()
+        pauses.append(harness.end_newest(1, 0.5).rpartition(" in ")[2])
+    assert not harness.children.given_up
+    assert len(harness.started) == 4 * QUICK_FAILURES + 1
+    assert (pauses[0], pauses[-1]) == ("0.5 s", "60 s")
+    harness.children.stop()
+    assert [child.status for child in harness.children.all] == [1]  # it did not run at the end
+
+
 def test_finished_process_is_not_restarted() -> None:
     harness = Harness()
     assert "finished" in harness.end_newest(0, 1.0)

@@ -193,7 +193,9 @@ def cropped(scene: Scene, rng: np.random.Generator) -> Scene:
     for view in views:
         width, height = scene.cameras[view].size
         shift = rng.uniform(-0.15, 0.15) * height
-        warps[view] = np.array([[zoom, 0.0, 0.5 * width * (1 - zoom)], [0.0, zoom, 0.5 * height * (1 - zoom) + shift], [0, 0, 1]])
+        warps[view] = np.array(
+            [[zoom, 0.0, 0.5 * width * (1 - zoom)], [0.0, zoom, 0.5 * height * (1 - zoom) + shift], [0, 0, 1]]
+        )
         cameras[view] = replace(scene.cameras[view], matrix=warps[view] @ scene.cameras[view].matrix)
     found = _seen(scene, lambda view, k, mask: _warped(mask, warps[view]) if view in warps else mask)
     return replace(found, cameras=cameras)

@@ -79,7 +79,13 @@ def taken(trial: Trial, folder: Path) -> FaultyTake:
     if not path.is_file():
         folder.mkdir(parents=True, exist_ok=True)
         found = tracked(trial)
-        kept = ([(type(one), codec.encode(one)) for one in found.messages], found.names, found.frames, found.points, found.cpu_s)
+        kept = (
+            [(type(one), codec.encode(one)) for one in found.messages],
+            found.names,
+            found.frames,
+            found.points,
+            found.cpu_s,
+        )
         part = path.with_suffix(f".{time.time_ns()}")
         part.write_bytes(pickle.dumps(kept))
         part.replace(path)
@@ -90,7 +96,10 @@ def taken(trial: Trial, folder: Path) -> FaultyTake:
 def tracked(trial: Trial) -> FaultyTake:
     """Track the silhouettes of a trial forwards and backwards, as `zenocap track` does."""
     clip = clip_of(trial.shot)
-    scene = FAULTS[trial.fault](scene_of(trial.shot, trial.fault == "second person"), np.random.default_rng([trial.seed, list(FAULTS).index(trial.fault)]))
+    scene = FAULTS[trial.fault](
+        scene_of(trial.shot, trial.fault == "second person"),
+        np.random.default_rng([trial.seed, list(FAULTS).index(trial.fault)]),
+    )
     setup = Setup(FOURTEEN_PARTS, scene.cameras, round(1e9 / FPS), None, Options(seed=trial.seed))
     started_s = time.process_time()
     messages = list(_both_ways(setup, scene, list(_forward(setup, scene))))
@@ -184,12 +193,14 @@ def _both_ways(setup: Setup, scene: Scene, forward: Sequence[m.Message]) -> Iter
 
 def fitting(shots: int | None = None) -> list[Trial]:
     """Trials to which the coefficients are fitted.  shots: number of people with faults; None: all."""
-    return _trials(300, ("02_04", "02_08", "07_01", "07_03"), (2, 2, 2, 4, 4, 2, 2, 4, 3, 2, 4)[:shots], 0 if shots else 16)
+    return _trials(300, ("02_04", "02_08", "07_01", "07_03"), (2, 2, 2, 4, 4, 2, 2, 4)[:shots], 0 if shots else 16)
 
 
 def held_out(shots: int | None = None) -> list[Trial]:
     """Trials of the tables: other people with other motions."""
-    return _trials(400, ("02_07", "07_02", "07_05", "10_01"), (2, 2, 2, 2, 4, 2, 4, 2, 4, 3, 2, 4)[:shots], 0 if shots else 16)
+    return _trials(
+        400, ("02_07", "07_02", "07_05", "10_01"), (2, 2, 2, 2, 4, 2, 4, 2, 4, 3, 2, 4)[:shots], 0 if shots else 16
+    )
 
 
 def _trials(first: int, motions: Sequence[str], views: Sequence[int], plain: int) -> list[Trial]:

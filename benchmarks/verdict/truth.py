@@ -69,7 +69,9 @@ def evidence_for(take: FaultyTake, kind: str) -> Evidence:
 def true_error(take: FaultyTake, evidence: Evidence) -> Truth:
     """Errors of the poses against the truth.  The first START_NS in view do not count, as for the verdict."""
     joints = [take.names.index(name) for name in take.names]
-    first_ns = min((one.captured_ns for one in take.messages if isinstance(one, m.Silhouette) and one.data), default=EPOCH_NS)
+    first_ns = min(
+        (one.captured_ns for one in take.messages if isinstance(one, m.Silhouette) and one.data), default=EPOCH_NS
+    )
     frames = take.frames[take.frames >= (first_ns + START_NS - EPOCH_NS) / 1e9 * FPS - 0.5]
     times = np.array([EPOCH_NS + round(int(k) * 1e9 / FPS) for k in frames], dtype=np.int64)
     errors = np.full((len(frames), len(joints)), np.nan)

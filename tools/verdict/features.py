@@ -163,7 +163,8 @@ def _samples(evidence: Evidence, body: _Body) -> list[_Sampled]:
         found.append(_Sampled(captured_ns, False, posed, views, _apart(cameras, outlines, baselines)))
     usual = _usual_areas(found)
     return [
-        replace(one, seen=any(view.area > PERSON_AREA * usual[viewer] for viewer, view in one.views.items())) for one in found
+        replace(one, seen=any(view.area > PERSON_AREA * usual[viewer] for viewer, view in one.views.items()))
+        for one in found
     ]
 
 

@@ -31,10 +31,102 @@ SCALES = {
 }  # fmt: skip
 
 # Fitted by `python -m benchmarks.verdict --fit` to simulated people with faults; of the features that are not named it is 0.
-CONSTANTS = {'both-ways': 2.333, 'one-pass': 2.307, 'two-view': 2.425, 'poses-only': 2.348}
-COEFFICIENTS: dict[str, dict[str, float]] = {'both-ways': {'outside, all views': 0.072, 'apart': 0.05, 'cut': 0.292, 'empty': 0.107, 'limbs': 0.271, 'worst limb': 0.505, 'heading': 0.21, 'jumps': 0.133, 'shaking': 0.468, 'passes': 0.129, 'limits': 1.153, 'average body': 0.144, 'few views': 0.938}, 'one-pass': {'outside, all views': 0.078, 'apart': 0.039, 'cut': 0.285, 'limbs': 0.32, 'worst limb': 0.641, 'heading': 0.223, 'shaking': 0.633, 'limits': 1.161, 'average body': 0.299, 'few views': 0.898}, 'two-view': {'outside, all views': 0.131, 'uncovered, all views': 0.009, 'apart': 0.033, 'cut': 0.197, 'shaking': 0.867, 'limits': 1.272, 'few views': 1.038}, 'poses-only': {'limbs': 0.587, 'worst limb': 0.863, 'heading': 0.25, 'shaking': 0.616, 'limits': 1.266, 'average body': 0.296, 'few views': 0.751}}
+CONSTANTS = {"both-ways": 2.333, "one-pass": 2.307, "two-view": 2.425, "poses-only": 2.348}
+COEFFICIENTS: dict[str, dict[str, float]] = {
+    "both-ways": {
+        "outside, all views": 0.072,
+        "apart": 0.05,
+        "cut": 0.292,
+        "empty": 0.107,
+        "limbs": 0.271,
+        "worst limb": 0.505,
+        "heading": 0.21,
+        "jumps": 0.133,
+        "shaking": 0.468,
+        "passes": 0.129,
+        "limits": 1.153,
+        "average body": 0.144,
+        "few views": 0.938,
+    },
+    "one-pass": {
+        "outside, all views": 0.078,
+        "apart": 0.039,
+        "cut": 0.285,
+        "limbs": 0.32,
+        "worst limb": 0.641,
+        "heading": 0.223,
+        "shaking": 0.633,
+        "limits": 1.161,
+        "average body": 0.299,
+        "few views": 0.898,
+    },
+    "two-view": {
+        "outside, all views": 0.131,
+        "uncovered, all views": 0.009,
+        "apart": 0.033,
+        "cut": 0.197,
+        "shaking": 0.867,
+        "limits": 1.272,
+        "few views": 1.038,
+    },
+    "poses-only": {
+        "limbs": 0.587,
+        "worst limb": 0.863,
+        "heading": 0.25,
+        "shaking": 0.616,
+        "limits": 1.266,
+        "average body": 0.296,
+        "few views": 0.751,
+    },
+}
 # By kind and feature: its share of ln error in the stretches of good takes, median.
-BASELINE: dict[str, dict[str, float]] = {'both-ways': {'outside, all views': 0.006, 'apart': 0.036, 'cut': 0.0, 'empty': 0.0, 'limbs': 0.049, 'worst limb': 0.141, 'heading': 0.049, 'jumps': 0.0, 'shaking': 0.245, 'passes': 0.042, 'limits': 0.129, 'average body': 0.0, 'few views': 0.38}, 'one-pass': {'outside, all views': 0.006, 'apart': 0.029, 'cut': 0.0, 'limbs': 0.058, 'worst limb': 0.176, 'heading': 0.05, 'shaking': 0.344, 'limits': 0.145, 'average body': 0.0, 'few views': 0.364}, 'two-view': {'outside, all views': 0.01, 'uncovered, all views': 0.002, 'apart': 0.024, 'cut': 0.0, 'shaking': 0.471, 'limits': 0.159, 'few views': 0.421}, 'poses-only': {'limbs': 0.106, 'worst limb': 0.237, 'heading': 0.056, 'shaking': 0.335, 'limits': 0.158, 'average body': 0.0, 'few views': 0.305}}
+BASELINE: dict[str, dict[str, float]] = {
+    "both-ways": {
+        "outside, all views": 0.006,
+        "apart": 0.036,
+        "cut": 0.0,
+        "empty": 0.0,
+        "limbs": 0.049,
+        "worst limb": 0.141,
+        "heading": 0.049,
+        "jumps": 0.0,
+        "shaking": 0.245,
+        "passes": 0.042,
+        "limits": 0.129,
+        "average body": 0.0,
+        "few views": 0.38,
+    },
+    "one-pass": {
+        "outside, all views": 0.006,
+        "apart": 0.029,
+        "cut": 0.0,
+        "limbs": 0.058,
+        "worst limb": 0.176,
+        "heading": 0.05,
+        "shaking": 0.344,
+        "limits": 0.145,
+        "average body": 0.0,
+        "few views": 0.364,
+    },
+    "two-view": {
+        "outside, all views": 0.01,
+        "uncovered, all views": 0.002,
+        "apart": 0.024,
+        "cut": 0.0,
+        "shaking": 0.471,
+        "limits": 0.159,
+        "few views": 0.421,
+    },
+    "poses-only": {
+        "limbs": 0.106,
+        "worst limb": 0.237,
+        "heading": 0.056,
+        "shaking": 0.335,
+        "limits": 0.158,
+        "average body": 0.0,
+        "few views": 0.305,
+    },
+}
 # Thresholds, of the same takes.
 GOOD_EXPECTED_M, UNUSABLE_EXPECTED_M = 0.075, 0.120
 CLEAR_APART, CLEAR_OUTSIDE, CLEAR_UNCOVERED = 0.9, 0.15, 0.15

@@ -60,18 +60,18 @@ def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:
     return found
 
 
-def raised(terms: Floats) -> dict[str, Floats]:
+def raised(kind: str, terms: Floats) -> dict[str, Floats]:
     """By kind: (n,) what the features of a group add to ln error, over what they add in a good take."""
-    baseline = np.array([BASELINE.get(name, 0.0) for name in FEATURES])
+    baseline = np.array([BASELINE[kind].get(name, 0.0) for name in FEATURES])
     return {
-        kind: np.maximum(0.0, terms[:, [COLUMN[name] for name in names]].sum(axis=1) - sum(baseline[COLUMN[name]] for name in names))
-        for kind, names in GROUPS.items()
+        group: np.maximum(0.0, (terms - baseline)[:, [COLUMN[name] for name in names]].sum(axis=1))
+        for group, names in GROUPS.items()
     }
 
 
-def kinds_of(terms: Floats, stretches: Sequence[Stretch]) -> list[list[str]]:
+def kinds_of(evidence: str, terms: Floats, stretches: Sequence[Stretch]) -> list[list[str]]:
     """Kinds of reasons of each stretch, the weightiest first."""
-    clear, more = clear_faults(stretches), raised(terms)
+    clear, more = clear_faults(stretches), raised(evidence, terms)
     found = []
     for k, stretch in enumerate(stretches):
         weights = {kind: float(values[k]) for kind, values in more.items()}
@@ -84,9 +84,11 @@ def kinds_of(terms: Floats, stretches: Sequence[Stretch]) -> list[list[str]]:
     return found
 
 
-def reasons_of(terms: Floats, stretches: Sequence[Stretch], start_ns: int, least: int) -> list[m.VerdictReason]:
+def reasons_of(
+    evidence: str, terms: Floats, stretches: Sequence[Stretch], start_ns: int, least: int
+) -> list[m.VerdictReason]:
     """Reasons of a take, the weightiest first.  start_ns: capture time of frame 0.  least: how many there must be."""
-    clear, more = clear_faults(stretches), raised(terms)
+    clear, more = clear_faults(stretches), raised(evidence, terms)
     found: list[Found] = []
     for kind, values in more.items():
         wrong = clear.get(kind, np.zeros(len(stretches), dtype=bool))
@@ -195,17 +197,26 @@ def _silhouettes(stretches: Sequence[Stretch]) -> Text:
     if means and means[worst[0]] > 0.02:
         figure = f"{100 * means[worst[0]]:.0f} % of the silhouette is not connected with the rest"
         return worst, f"{_cameras(worst)}: {figure}{{share}}: contrast to the background, light, other people"
-    return [], "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light"
+    return (
+        [],
+        "the area of the silhouettes changes from moment to moment{share}: contrast to the background, changing light",
+    )
 
 
 def _limbs(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "worst limb")
-    return [], f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras, or views from other sides"
+    return (
+        [],
+        f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras, or views from other sides",
+    )
 
 
 def _heading(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "heading")
-    return [], f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet, begin with the T-pose"
+    return (
+        [],
+        f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet, begin with the T-pose",
+    )
 
 
 def _jumps(stretches: Sequence[Stretch]) -> Text:
@@ -215,12 +226,18 @@ def _jumps(stretches: Sequence[Stretch]) -> Text:
 
 
 def _passes(stretches: Sequence[Stretch]) -> Text:
-    return [], f"the passes forwards and backwards differ by {1000 * _mean(stretches, 'passes'):.0f} mm{{share}}: more cameras"
+    return (
+        [],
+        f"the passes forwards and backwards differ by {1000 * _mean(stretches, 'passes'):.0f} mm{{share}}: more cameras",
+    )
 
 
 def _limits(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "limits")
-    return [], f"{100 * value:.0f} % of the joint angles are at the ends of their ranges{{share}}: exchanged limbs, or a wrong calibration"
+    return (
+        [],
+        f"{100 * value:.0f} % of the joint angles are at the ends of their ranges{{share}}: exchanged limbs, or a wrong calibration",
+    )
 
 
 def _average_body(stretches: Sequence[Stretch]) -> Text:

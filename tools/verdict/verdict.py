@@ -10,7 +10,15 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.codec import BadMessage
 from zenocap.common.recording.reader import Take, envelope
-from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, SILHOUETTE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import (
+    BOTH_WAYS_POSE,
+    CAMERA,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+)
 from zenocap.common.topics import VERDICT, topic_at
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.features import FEATURES, Stretch, stretches_of
@@ -46,17 +54,21 @@ def verdict_of(evidence: Evidence) -> m.Verdict:
     terms = contributions(kind, stretches)
     rating = rating_of(kind, stretches, float(errors.mean()))
     start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=stretches[0].start_ns)
-    reasons = [] if rating == "good" else reasons_of(terms, stretches, start_ns, 1)
+    reasons = [] if rating == "good" else reasons_of(kind, terms, stretches, start_ns, 1)
     if kind == "poses-only":
         text = "the take has no silhouettes: the poses cannot be compared with the videos; record silhouettes"
         reasons.insert(0, m.VerdictReason(kind="no-silhouettes", text=text))
-    kinds = kinds_of(terms, stretches)
+    kinds = kinds_of(kind, terms, stretches)
     parts = []
     for one, error, found in zip(stretches, errors.tolist(), kinds, strict=True):
         own = rating_of(kind, [one], error)
         parts.append(
             m.VerdictStretch(
-                start_ns=one.start_ns, end_ns=one.end_ns, rating=own, error=error, lost=round(float(one.values[LOST]), 3),
+                start_ns=one.start_ns,
+                end_ns=one.end_ns,
+                rating=own,
+                error=error,
+                lost=round(float(one.values[LOST]), 3),
                 reasons=[] if own == "good" else found,
             )  # fmt: skip
         )

@@ -181,7 +181,7 @@ Rating = Literal["good", "doubtful", "unusable"]
 
 
 class VerdictReason(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What makes a take less than good.  kind: for programs, see docs/verdict.md.  text: for people, with what to change."""
+    """What makes a take less than good.  kind: for programs.  text: for people, with what to change."""
 
     kind: Name
     viewers: Annotated[list[Name], Meta(max_length=64)] = []
@@ -202,8 +202,8 @@ class VerdictStretch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 class Verdict(Message, frozen=True, tag="verdict"):
     """Whether the poses of a take can be used, computed without truth; the last message of a take that was tracked offline.
 
-    good: mean error of the joints up to 75 mm and up to 5 % of them lost, expected.  unusable: no pose, more than 150 mm, or
-    more than 25 % lost.  doubtful: between, or without silhouettes to check.
+    good: meant for a mean error of the joints of up to 75 mm, with up to 5 % of them lost.  unusable: no pose, more than
+    150 mm, or more than 25 % lost.  doubtful: between, or without silhouettes to check.
     evidence: what it rests on.  frame, captured_ns: of the last pose; 0 without poses.
     """
 

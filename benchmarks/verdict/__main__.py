@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
-import numpy as np
 from scipy.stats import spearmanr
 
 from benchmarks.clips import SHARED
@@ -58,7 +57,7 @@ def summary(every: Sequence[tuple[Judged, m.Verdict]]) -> str:
     scores = [verdict.error for _, verdict in every]
     errors = [float(one.truth.frames.mean()) for one, _ in every]
     return "\n".join([
-        f"hits: {sum(v.rating != 'good' for v in bad)} of {len(bad)} takes that are not good are called doubtful or unusable",
+        f"hits: {sum(v.rating != 'good' for v in bad)} of {len(bad)} takes that are not good are not called good",
         f"unusable called good: {sum(v.rating == 'good' for v in unusable)} of {len(unusable)}; "
         f"called unusable: {sum(v.rating == 'unusable' for v in unusable)}",
         f"false alarms: {sum(v.rating != 'good' for v in good)} of {len(good)} good takes, "

@@ -134,7 +134,7 @@ def no_legs(scene: Scene, rng: np.random.Generator) -> Scene:
     share = rng.uniform(0.15, 0.5)
 
     def change(view: str, k: int, mask: Mask) -> Mask:
-        left, top, width, height = cv2.boundingRect(mask)
+        _left, top, _width, height = cv2.boundingRect(mask)
         cut = mask.copy()
         cut[top + round((1.0 - share) * height) :] = 0
         return cut if view in views and height else mask

@@ -1,4 +1,4 @@
-"""Coefficients and thresholds of the verdict, fitted to simulated people; printed as `tools/verdict/parameters.py` has them."""
+"""Coefficients of the verdict, fitted to simulated people; printed for `tools/verdict/parameters.py`."""
 
 from collections.abc import Sequence
 

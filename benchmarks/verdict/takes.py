@@ -61,7 +61,8 @@ class Trial:
 class FaultyTake:
     """Messages of a take, in their order, and the truth.
 
-    frames: (n,) frame numbers of the truth that are scored.  names, points: (n, joints, 3) metres.  cpu_s: of tracking, both passes.
+    frames: (n,) frame numbers of the truth that are scored.  names: of the joints.  points: (n, joints, 3) metres.
+    cpu_s: of tracking, both passes.
     """
 
     trial: Trial
@@ -89,7 +90,7 @@ def taken(trial: Trial, folder: Path) -> FaultyTake:
         part = path.with_suffix(f".{time.time_ns()}")
         part.write_bytes(pickle.dumps(kept))
         part.replace(path)
-    encoded, names, frames, points, cpu_s = pickle.loads(path.read_bytes())  # noqa: S301, our own file
+    encoded, names, frames, points, cpu_s = pickle.loads(path.read_bytes())
     return FaultyTake(trial, tuple(codec.decode(data, kind) for kind, data in encoded), names, frames, points, cpu_s)
 
 

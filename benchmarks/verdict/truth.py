@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.verdict.takes import EPOCH_NS, FPS, FaultyTake
 from zenocap.common import messages as m
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.conversion import anatomy_of, bdp_of
@@ -30,7 +30,7 @@ CLASSES: tuple[m.Rating, ...] = ("good", "doubtful", "unusable")
 class Truth:
     """errors: (frames, joints) m, NaN without a pose.  times: (frames,) capture times, ns."""
 
-    times: Floats
+    times: Ints
     errors: Floats
 
     @property

@@ -19,8 +19,8 @@ def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> No
     """Show the content of a take: channels with rates and gaps, missing frames, frame sets, health, versions, files.
 
     Also the verdict: whether the poses can be used, the reasons, and the parts that are less than good. Reads the whole
-    file, or the part from --from to --until; the verdict of a part is on that part, unless one was recorded in it. Of a cut or damaged take, everything that is intact; then
-    exit status 3.
+    file, or the part from --from to --until; the verdict of a part is on that part, unless one was recorded in it. Of a
+    cut or damaged take, everything that is intact; then exit status 3.
 
     Example: `zenocap info recordings/demo.mcap`
     """

@@ -162,7 +162,8 @@ def track(
     The same steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
     stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
     --height. An existing output is replaced. Frames are paired by the times in their
-    files. The last lines are the verdict on the take: good, doubtful or unusable, and why. Exit status 3: done, but the take is
+    files. The last lines are the verdict: good, doubtful or unusable, and why.
+    Exit status 3: done, but the take is
     doubtful, a video ended early, or something was lost or left out; 4: done, but the take is unusable.
 
     The tracker's method hybrid has a second pass, backwards, which corrects what the first pass noticed too late, such as

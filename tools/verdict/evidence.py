@@ -1,4 +1,4 @@
-"""Evidence for the verdict, collected from the messages of a take in their order: poses, and silhouettes 4 times a second."""
+"""Evidence for the verdict, from the messages of a take in their order: poses, and silhouettes 4 times a second."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping

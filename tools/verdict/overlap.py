@@ -20,8 +20,9 @@ class ViewSample:
     """A silhouette and a body in one view.  Shares are NaN where nothing is to be shared.
 
     outside: share of the silhouette more than TOLERANCE_PX outside the body.  uncovered: share of the body, as far as it is
-    in the image, more than that outside the silhouette.  area: of the silhouette, as a share of the image.  pieces: share of it outside
-    the largest connected piece.  cut: whether it touches the border of the image.  hidden: share of the body outside the image.
+    in the image, more than that outside the silhouette.  area: of the silhouette, as a share of the image.  pieces: share
+    of it outside the largest connected piece.  cut: whether it touches the border of the image.  hidden: share of the body
+    outside the image.
     """
 
     outside: float
@@ -42,7 +43,7 @@ def reduced_mask(mask: Mask, camera: Camera) -> Mask:
     """A silhouette (height, width) at the size of a reduced camera, 0 and 1."""
     size = mask.shape[1], mask.shape[0]
     if size == camera.size:
-        return (mask != 0).astype(np.uint8)
+        return np.asarray(mask != 0, dtype=np.uint8)
     smaller = cv2.resize((mask != 0).astype(np.uint8) * np.uint8(255), camera.size, interpolation=cv2.INTER_AREA)
     return np.asarray(smaller > 127, dtype=np.uint8)
 
@@ -53,7 +54,7 @@ def body_points(anatomy: Anatomy, body: Bdp, pose: Pose) -> Floats:
 
 
 def body_mask(camera: Camera, points: Floats) -> tuple[Mask, float]:
-    """Image (height, width) of a body, 0 and 1, and the share of its points outside the image.  points: see `body_points`."""
+    """Image (height, width) of a body, 0 and 1, and the share of its points outside it.  points: see `body_points`."""
     width, height = camera.size
     mask: Mask = np.zeros((height, width), np.uint8)
     pixels = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
@@ -75,9 +76,9 @@ def view_sample(camera: Camera, mask: Mask, points: Floats | None) -> ViewSample
         body, hidden = body_mask(camera, points)
         kernel = np.ones((2 * TOLERANCE_PX + 1, 2 * TOLERANCE_PX + 1), np.uint8)
         if count:
-            outside = np.count_nonzero(mask & ~cv2.dilate(body, kernel) & 1) / count
+            outside = np.count_nonzero((mask != 0) & (cv2.dilate(body, kernel) == 0)) / count
         if body.any():
-            uncovered = np.count_nonzero(body & ~cv2.dilate(mask, kernel) & 1) / np.count_nonzero(body)
+            uncovered = np.count_nonzero((body != 0) & (cv2.dilate(mask, kernel) == 0)) / np.count_nonzero(body)
     cut = bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any())
     return ViewSample(float(outside), float(uncovered), count / (width * height), _pieces(mask, count), cut, hidden)
 

@@ -23,14 +23,15 @@ LOST_ERROR_M = 0.5  # of a frame without a pose, and the greatest of a frame
 
 # Scale and largest value of every feature in the model of the expected error.
 SCALES = {
-    "outside": (0.02, 1.0), "outside, all views": (0.02, 1.0), "uncovered": (0.02, 1.0), "uncovered, all views": (0.02, 1.0),
+    "outside": (0.02, 1.0), "outside, all views": (0.02, 1.0), "uncovered": (0.02, 1.0),
+    "uncovered, all views": (0.02, 1.0),
     "apart": (0.5, 20.0), "cut": (1.0, 1.0), "hidden": (0.1, 1.0), "empty": (0.25, 1.0), "unused": (0.25, 1.0),
     "pieces": (0.1, 1.0), "flicker": (0.1, 1.0), "limbs": (1.0, 1.0), "worst limb": (1.0, 1.0), "heading": (0.02, 1.0),
     "jumps": (0.05, 1.0), "shaking": (1.0, 5.0), "passes": (0.05, 0.5), "limits": (0.1, 1.0), "average body": (1.0, 1.0),
     "few views": (1.0, 1.0),
 }  # fmt: skip
 
-# Fitted by `python -m benchmarks.verdict --fit` to simulated people with faults; of the features that are not named it is 0.
+# Fitted by `python -m benchmarks.verdict --fit` to simulated people with faults; others are 0.
 CONSTANTS = {"both-ways": 2.333, "one-pass": 2.307, "two-view": 2.425, "poses-only": 2.348}
 COEFFICIENTS: dict[str, dict[str, float]] = {
     "both-ways": {

@@ -120,7 +120,7 @@ def lost_reason(stretches: Sequence[Stretch], start_ns: int) -> Found | None:
         last += 1
     begin_s, end_s = (stretches[first].start_ns - start_ns) / 1e9, (stretches[last].end_ns - start_ns) / 1e9
     text = (
-        f"no pose in {100 * lost.mean():.0f} % of the time that a camera shows the person, the longest from {begin_s:.1f} to "
+        f"no pose in {100 * lost.mean():.0f} % of the time with the person in view, the longest from {begin_s:.1f} to "
         f"{end_s:.1f} s: two cameras must see the whole person; trim the take with --from and --until of other commands"
     )
     weight = 1.0 + float(lost.mean()) if lost.mean() > 0.02 else float(lost.mean())
@@ -160,9 +160,9 @@ def _overlap(stretches: Sequence[Stretch]) -> Text:
     if outside[name] >= bare[name]:
         why = "shadow, second person or other things in the silhouette, wrong calibration, swapped or late videos"
     else:
-        why = "parts of the person missing in the silhouette (contrast, background), wrong calibration, swapped or late videos"
+        why = "parts of the person missing in the silhouette (contrast), wrong calibration, swapped or late videos"
     return worst, (
-        f"{_cameras(worst)}: {100 * outside[name]:.0f} % of the silhouette is outside the body, and {100 * bare[name]:.0f} % of "
+        f"{_cameras(worst)}: {100 * outside[name]:.0f} % of the silhouette outside the body, {100 * bare[name]:.0f} % of "
         f"the body outside the silhouette{{share}}: {why}"
     )
 
@@ -172,7 +172,7 @@ def _apart(stretches: Sequence[Stretch]) -> Text:
     if not worst:
         return [], "the views contradict each other{share}"
     return worst, (
-        f"{_cameras(worst)}: the silhouettes contradict those of the other cameras by {1000 * means[worst[0]]:.0f} mm at the person"
+        f"{_cameras(worst)}: the silhouettes contradict the other cameras by {1000 * means[worst[0]]:.0f} mm at the person"
         "{share}: wrong calibration, a camera that was moved, swapped videos, videos that began at different times "
         "(zenocap sync), or shadows"
     )
@@ -207,7 +207,7 @@ def _limbs(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "worst limb")
     return (
         [],
-        f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras, or views from other sides",
+        f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras",
     )
 
 
@@ -215,7 +215,7 @@ def _heading(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "heading")
     return (
         [],
-        f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet, begin with the T-pose",
+        f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet",
     )
 
 
@@ -236,7 +236,7 @@ def _limits(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "limits")
     return (
         [],
-        f"{100 * value:.0f} % of the joint angles are at the ends of their ranges{{share}}: exchanged limbs, or a wrong calibration",
+        f"{100 * value:.0f} % of the joint angles are at their limits{{share}}: exchanged limbs, wrong calibration",
     )
 
 
@@ -250,6 +250,6 @@ def _few_views(stretches: Sequence[Stretch]) -> Text:
 
 TEXTS: Mapping[str, Callable[[Sequence[Stretch]], Text]] = {
     "overlap": _overlap, "views-apart": _apart, "cut": _cut, "view-missing": _missing, "silhouettes": _silhouettes,
-    "limbs": _limbs, "heading": _heading, "jumps": _jumps, "passes": _passes, "limits": _limits, "average-body": _average_body,
-    "few-views": _few_views,
+    "limbs": _limbs, "heading": _heading, "jumps": _jumps, "passes": _passes, "limits": _limits,
+    "average-body": _average_body, "few-views": _few_views,
 }  # fmt: skip

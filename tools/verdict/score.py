@@ -15,7 +15,8 @@ from zenocap.tools.verdict.parameters import COEFFICIENTS, CONSTANTS, LOST_ERROR
 
 KINDS = ("both-ways", "one-pass", "two-view", "poses-only")  # of evidence; each has coefficients of its own
 OF_SILHOUETTES = (
-    "outside", "outside, all views", "uncovered", "uncovered, all views", "apart", "cut", "hidden", "empty", "pieces", "flicker",
+    "outside", "outside, all views", "uncovered", "uncovered, all views", "apart", "cut", "hidden", "empty",
+    "pieces", "flicker",
 )  # fmt: skip
 OF_TRACKER = ("limbs", "worst limb", "heading", "average body")
 LOST = FEATURES.index("lost")

@@ -18,8 +18,9 @@ from zenocap.common.topics import (
     TRACKER_POSE,
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
+    VERDICT,
+    topic_at,
 )
-from zenocap.common.topics import VERDICT, topic_at
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.features import FEATURES, Stretch, stretches_of
 from zenocap.tools.verdict.parameters import (
@@ -70,7 +71,7 @@ def verdict_of(evidence: Evidence) -> m.Verdict:
                 error=error,
                 lost=round(float(one.values[LOST]), 3),
                 reasons=[] if own == "good" else found,
-            )  # fmt: skip
+            )
         )
     return m.Verdict(
         frame=frame, captured_ns=last_ns, rating=rating, error=round(float(errors.mean()), ROUND), evidence=kind,

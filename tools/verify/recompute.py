@@ -22,6 +22,7 @@ from zenocap.common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import SegmentedFrame
 from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.verdict import verdict_of
 from zenocap.tools.verify.both_ways import verify_both_ways
 from zenocap.tools.verify.result import Difference, Reason, Verification, difference
 from zenocap.tools.verify.services import Event, RecomputedService, services_of
@@ -53,6 +54,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     check: _Check | None = None
     count, both_ways = 0, False
     evidence = Evidence()
+    verdict: tuple[Envelope, Verdict] | None = None  # recorded, and on the messages before it
     for path in sorted(paths, key=first_trace_ns) if len(paths) > 1 else paths:
         take = Take(path)
         for received in messages_of(take):
@@ -61,7 +63,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
                 check.found.versions = take.metadata.get("versions", {})
             check.add(received)
             if isinstance(received.message, Verdict):
-                verify_verdict(received, evidence, check.found, tolerance, whole=len(paths) == 1)
+                verdict = received, verdict_of(evidence)
             evidence.add(received.message)
             count += 1
             both_ways = both_ways or isinstance(received.message, BothWaysPose)
@@ -79,6 +81,8 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     if not check.found.checked:
         reasons = "; ".join(map(str, check.found.reasons)) or "no service has published its input trace"
         raise UserError(f"{paths[0]}: nothing can be verified: {reasons}")
+    if verdict is not None:
+        verify_verdict(*verdict, check.found, tolerance, whole=len(paths) == 1)
     return check.found
 
 

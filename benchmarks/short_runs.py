@@ -66,6 +66,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
     "sync": ("--quick",),
     "stages": ("--takes", "1"),
+    "verdict": ("--shots", "1"),
     "video_trials": ("--trial", "a third shorter", "--jobs", "1"),
 }
 

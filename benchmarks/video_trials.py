@@ -33,6 +33,7 @@ CHANGED, OTHER = "cam02", "cam01"
 LATE_S = 0.5  # by which the second camera starts
 EMPTY_FRAMES = 14  # empty also in the video that begins late, and at half the frame rate
 SAID = ("note:", "left out:", "lost:", "error:", "no pose")
+VERDICT = "verdict: "
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,9 @@ def tried(clip: Path, name: str) -> list[Cell]:
         take = Path(place) / "take.mcap"
         done = _zenocap("track", str(folder), "-o", str(take), "--jobs", "1")
         said = [line for line in done.stderr.splitlines() if line.startswith(SAID)]
+        verdict = next(
+            (line for line in (done.stdout + done.stderr).splitlines() if line.startswith(VERDICT)), f"{VERDICT}–"
+        ).removeprefix(VERDICT)
         figures: list[Cell] = ["–", "–"]
         if take.is_file():
             scored = _zenocap(
@@ -154,7 +158,7 @@ def tried(clip: Path, name: str) -> list[Cell]:
             if scored.returncode == 0:
                 found = json.loads(scored.stdout)
                 figures = [round(found["mpjpe_mm"]), f"{found['lost_pct']:.1f}"]
-    return [name, done.returncode, *figures, "; ".join(said)]
+    return [name, done.returncode, *figures, verdict, "; ".join(said)]
 
 
 def _zenocap(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -173,7 +177,13 @@ def main() -> None:
         return
     with ThreadPool(options.jobs) as pool:
         rows = pool.map(partial(tried, clip), options.trial)
-    print(table(f"Videos of {options.clip} changed in one way", ("video", "status", "mean mm", "lost %", "lines"), rows))
+    print(
+        table(
+            f"Videos of {options.clip} changed in one way",
+            ("video", "status", "mean mm", "lost %", "verdict", "lines"),
+            rows,
+        )
+    )
 
 
 if __name__ == "__main__":

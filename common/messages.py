@@ -177,6 +177,43 @@ class BothWaysPose(TrackerPose, frozen=True, kw_only=True, tag="both_ways_pose")
     backward: Annotated[dict[Name, Score], Meta(max_length=16)]  # share of the backward pass by section of the body
 
 
+Rating = Literal["good", "doubtful", "unusable"]
+
+
+class VerdictReason(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What makes a take less than good.  kind: for programs.  text: for people, with what to change."""
+
+    kind: Name
+    viewers: Annotated[list[Name], Meta(max_length=64)] = []
+    text: Text
+
+
+class VerdictStretch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """About a second of a take in which the person is in view.  reasons: kinds."""
+
+    start_ns: Nanoseconds
+    end_ns: Nanoseconds
+    rating: Rating
+    error: Size  # expected mean error of the joints, metres; 0.5 without a pose
+    lost: Score  # share of its frames without a pose
+    reasons: Annotated[list[Name], Meta(max_length=16)] = []
+
+
+class Verdict(Message, frozen=True, tag="verdict"):
+    """Whether the poses of a take can be used, computed without truth; the last message of a take that was tracked offline.
+
+    good: meant for a mean error of the joints of up to 75 mm, with up to 5 % of them lost.  unusable: no pose, more than
+    150 mm, or more than 25 % lost.  doubtful: between, or without silhouettes to check.
+    evidence: what it rests on.  frame, captured_ns: of the last pose; 0 without poses.
+    """
+
+    rating: Rating
+    error: Size  # expected mean error of the joints over the stretches, metres
+    evidence: Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
+    reasons: Annotated[list[VerdictReason], Meta(max_length=64)]
+    stretches: Annotated[list[VerdictStretch], Meta(max_length=2**20)]
+
+
 class ScenePoints(Message, frozen=True, tag="scene_points"):
     """Points of the visual hull of one instant.  [Hybrid III]
 

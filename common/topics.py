@@ -67,6 +67,7 @@ UNIVERSAL_BAP = Topic("universal_bap", "zenocap/{rig}/integrator/bap", m.Univers
 TRACKER_BDP = Topic("tracker_bdp", "zenocap/{rig}/tracker/bdp", m.TrackerBdp, Queueing.LATCHED, 0, True)
 TRACKER_POSE = Topic("tracker_pose", "zenocap/{rig}/tracker/pose", m.TrackerPose, Queueing.ALL, FRAME_HZ, True)
 BOTH_WAYS_POSE = Topic("both_ways_pose", "zenocap/{rig}/tracker/both_ways", m.BothWaysPose, Queueing.ALL, FRAME_HZ)
+VERDICT = Topic("verdict", "zenocap/{rig}/integrator/verdict", m.Verdict, Queueing.ALL, 0)
 SCENE_POINTS = Topic("scene_points", "zenocap/{rig}/tracker/points", m.ScenePoints, Queueing.LATEST, 10)
 POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queueing.ALL, 0)
 COMMAND = Topic("command", "zenocap/{rig}/recognizer/command", m.CommandResult, Queueing.ALL, 0)
@@ -87,6 +88,7 @@ TOPICS = (
     TRACKER_BDP,
     TRACKER_POSE,
     BOTH_WAYS_POSE,
+    VERDICT,
     SCENE_POINTS,
     POSTURE,
     COMMAND,

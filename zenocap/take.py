@@ -19,7 +19,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, limbs_of, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
-from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap
+from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.reader import Take as Recording
 from zenocap.tools.recordings.export import Exported, ExportOptions, Format, export
 
@@ -93,6 +93,16 @@ class Take:
     def both_ways(self) -> bool:
         """Whether the poses are those of both passes of `track`, and not of the forward pass."""
         return self._summary.kind is BothWaysPose
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the poses can be used: `rating` is good, doubtful or unusable; with `reasons` and `stretches`.
+
+        As recorded in the take, of the poses of both passes where there are any; computed where the take has none.
+        """
+        from zenocap.tools.verdict.verdict import verdict_in
+
+        return verdict_in(self.path).verdict
 
     @property
     def missing(self) -> str | None:

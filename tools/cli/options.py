@@ -15,7 +15,7 @@ from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_t
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
 
-DONE, FAILED, USAGE, LOSS = 0, 1, 2, 3
+DONE, FAILED, USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
 Method = Literal["auto", "two-view", "hybrid", "image-force", "particle-filter"]
 Variant = Literal["improved", "paper"]  # of the method two-view
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from msgspec import to_builtins
 
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import DONE, LOSS, JsonOption, TakePath, checked_take, one_line_errors
@@ -17,8 +18,9 @@ from zenocap.tools.cli.progress import progress
 def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> None:
     """Show the content of a take: channels with rates and gaps, missing frames, frame sets, health, versions, files.
 
-    Reads the whole file, or the part from --from to --until. Of a cut or damaged take, everything that is intact; then
-    exit status 3.
+    Also the verdict: whether the poses can be used, the reasons, and the parts that are less than good. Reads the whole
+    file, or the part from --from to --until; the verdict of a part is on that part, unless one was recorded in it. Of a
+    cut or damaged take, everything that is intact; then exit status 3.
 
     Example: `zenocap info recordings/demo.mcap`
     """
@@ -29,7 +31,7 @@ def info(take: TakePath, as_json: JsonOption = False, *, span: FrameRange) -> No
 
         found = read_info(checked_take(take), first, last, state.update)
     if as_json:
-        typer.echo(json.dumps(asdict(found), indent=2))
+        typer.echo(json.dumps(asdict(found), indent=2, default=to_builtins))
     else:
         for line in lines_of(found):
             typer.echo(line)

@@ -14,7 +14,7 @@ import typer
 
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.tools.cli.decisions import Decisions
-from zenocap.tools.cli.options import DONE, LOSS, Method, Variant, one_line_errors, rig_at
+from zenocap.tools.cli.options import DONE, LOSS, UNUSABLE, Method, Variant, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.cli.suggestions import WrongArgument
 
@@ -172,7 +172,9 @@ def track(
     The same steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
     stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
     --height. An existing output is replaced. Frames are paired by the times in their
-    files. Exit status 3: done, but a video ended early, or something was lost or left out.
+    files. The last lines are the verdict: good, doubtful or unusable, and why.
+    Exit status 3: done, but the take is
+    doubtful, a video ended early, or something was lost or left out; 4: done, but the take is unusable.
 
     The tracker's method hybrid has a second pass, backwards, which corrects what the first pass noticed too late, such as
     exchanged limbs: exports, pictures and the page show the better poses; those of the first pass stay in the take (`--raw`
@@ -243,7 +245,20 @@ def track(
         typer.echo("  for videos without it, give --height.  State at the end:", err=True)
         for service, state in result.states.items():
             typer.echo(f"  {service}: {state}", err=True)
-    raise typer.Exit(LOSS if result.problems or result.left_out or not result.poses else DONE)
+    raise typer.Exit(_status(result))
+
+
+def _status(result: Tracked) -> int:
+    """Print the verdict; return the exit status."""
+    rating = "good" if result.verdict is None else result.verdict.rating
+    if result.verdict is not None:
+        from zenocap.tools.verdict.text import verdict_lines
+
+        for line in verdict_lines(result.verdict):
+            typer.echo(line, err=rating != "good")
+    if rating == "unusable" or not result.poses:
+        return UNUSABLE
+    return LOSS if result.problems or result.left_out or rating == "doubtful" else DONE
 
 
 @dataclass(frozen=True)

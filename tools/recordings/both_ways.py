@@ -39,7 +39,9 @@ from zenocap.tools.parameters import service_parameters
 from zenocap.tools.recordings.backward_poses import two_poses_of
 from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, scenes_backwards
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
-from zenocap.tools.recordings.track import EPOCH_NS, Tracked, TrackedFrameSet, available_cores, track
+from zenocap.tools.recordings.track import EPOCH_NS, Tracked, TrackedFrameSet, available_cores, record_verdict, track
+from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.verdict import verdict_of
 
 BACKWARDS, CHOOSING, WRITING = "tracking backwards", "choosing the better poses", "writing the take"
 Watch = Callable[[str, int, int], None]  # called with the activity, the number of poses done, and of all
@@ -85,15 +87,15 @@ def track_both_ways(
     if not result.poses or not result.complete:
         return result
     try:
-        messages = add_both_ways(rig, take, watch, jobs)
+        messages, verdict = add_both_ways(rig, take, watch, jobs)
     except (UserError, OSError) as error:
         text = f"second pass: {error}; the poses are those of the forward pass"
         return replace(result, problems=(*result.problems, text))
-    return replace(result, messages=messages, both_ways=True)
+    return replace(result, messages=messages, both_ways=True, verdict=verdict)
 
 
-def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: int = 1) -> int:
-    """Replace a take of the forward pass by one with the poses of both passes; return its number of messages.
+def add_both_ways(rig: Rig, take: Path, watch: Watch = lambda *_: None, jobs: int = 1) -> tuple[int, m.Verdict]:
+    """Replace a take of the forward pass by one with the poses of both passes; return its number of messages and verdict.
 
     Raises UserError, OSError and RecordingError; the take is unchanged then.
     """
@@ -115,25 +117,33 @@ def with_both_ways(
     open_take: Callable[[Path], Recording],
     watch: Watch = lambda *_: None,
     jobs: int = 1,
-) -> int:
+) -> tuple[int, m.Verdict]:
     """As `add_both_ways`.  rig: its name.  open_take: opens a take with the files of `take`."""
     found = both_ways(take, rig, setup, watch, jobs)
+    evidence, end_ns = Evidence(), EPOCH_NS
     with atomic_file(take.resolve()) as unfinished:
         recording = open_take(unfinished)
         with closing(recording):
             written = 0
             for received in _envelopes(take):
+                end_ns = received.received_ns
+                if isinstance(received.message, m.Verdict):  # of the forward pass
+                    continue
+                evidence.add(received.message)
                 replaced = isinstance(received.message, m.TrackerPose) and bool(found)
                 recording.record(received, converted=not replaced)  # Foxglove channels have the better poses
                 if isinstance(received.message, m.TrackerPose) and found:
                     written += 1
                     watch(WRITING, written, len(found))
                     message = both_ways_message(setup, received.message, found[received.message.captured_ns])
+                    evidence.add(message)
                     key, data = BOTH_WAYS_POSE.at(rig), codec.encode(message)
                     recording.record(Envelope(key, BOTH_WAYS_POSE, message, received.received_ns, data))
+            verdict = verdict_of(evidence)
+            record_verdict(recording, rig, verdict, end_ns)
         if recording.failure:
             raise RecordingError(recording.failure)
-    return recording.statistics.messages
+    return recording.statistics.messages, verdict
 
 
 def both_ways(take: Path, rig: str, setup: Setup, watch: Watch = lambda *_: None, jobs: int = 1) -> Mapping[int, FusedPose]:

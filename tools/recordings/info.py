@@ -12,14 +12,12 @@ from zenocap.common.recording.reader import Recorded, Take, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
 from zenocap.common.topics import (
     ASSIGNMENT,
-    BOTH_WAYS_POSE,
     COMMAND,
     HEALTH,
     POSTURE,
     SIGHTING,
     SILHOUETTE,
-    TRACKER_POSE,
-    UNIVERSAL_BDP,
+    VERDICT,
     topic_at,
 )
 from zenocap.tools.recordings.take_part import TakePart
@@ -37,6 +35,8 @@ from zenocap.tools.recordings.take_statistics import (
     Tracked,
     chunk_counts,
 )
+from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.verdict import USED, verdict_of
 
 BY_FRAME = (SIGHTING, SILHOUETTE)  # published by a viewer for every frame
 UPDATE_EVERY = 1000  # messages between two calls of `watch`
@@ -78,6 +78,8 @@ class Info:
     metadata: dict[str, dict[str, str]]
     attachments: dict[str, int]
     parameters: dict[str, int]
+    verdict: m.Verdict | None  # stored, or else of the messages read; None without poses or silhouettes
+    verdict_stored: bool
 
 
 def info(
@@ -135,6 +137,8 @@ def info(
         metadata=take.metadata,
         attachments={name: len(data) for name, data in take.attachments.items()},
         parameters=_parameters(path, take),
+        verdict=tally.verdict_of(),
+        verdict_stored=tally.verdict is not None,
     )
 
 
@@ -163,6 +167,8 @@ class _Tally:
         self.commands = CommandTally()
         self.unreadable = 0
         self.rig = ""
+        self.evidence = Evidence()
+        self.verdict: m.Verdict | None = None
 
     def add(self, recorded: Recorded) -> None:
         channel = (recorded.topic, recorded.schema, recorded.encoding)
@@ -174,7 +180,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        elif topic in (UNIVERSAL_BDP, ASSIGNMENT, TRACKER_POSE, BOTH_WAYS_POSE, POSTURE, COMMAND, HEALTH):
+        if topic in (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -183,7 +189,11 @@ class _Tally:
         except BadMessage:
             self.unreadable += 1
             return
+        if received is not None:
+            self.evidence.add(received.message)
         match received.message if received else None:
+            case m.Verdict() as verdict:
+                self.verdict = verdict
             case m.Assignment() as assignment:
                 self.pairs.add(assignment)
             case m.UniversalBdp() as body:
@@ -198,3 +208,9 @@ class _Tally:
                 self.commands.add(result)
             case m.Health() as health:
                 self.health.setdefault((health.service, health.id), HealthTally()).add(health)
+
+    def verdict_of(self) -> m.Verdict | None:
+        """The recorded verdict, or that on what was read; None without a pose or a silhouette."""
+        if self.verdict is None and (self.evidence.forward or self.evidence.samples):
+            return verdict_of(self.evidence)
+        return self.verdict

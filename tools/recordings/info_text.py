@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from zenocap.tools.recordings.info import Info
 from zenocap.tools.recordings.take_statistics import Channel, Frames, ServiceHealth
+from zenocap.tools.verdict.text import EVIDENCE, part_lines, verdict_lines
 
 LABEL = 12
 WIDTH = 100
@@ -55,6 +56,12 @@ def lines_of(info: Info) -> Iterator[str]:
             yield _line("both ways", f"{tracked.both_ways} poses, {lost}: used unless --raw is given")
         else:
             yield _line("both ways", "no: tracked in one pass")
+    if info.verdict is not None:
+        yield ""
+        yield from verdict_lines(info.verdict)
+        stored = "recorded" if info.verdict_stored else "computed now"
+        yield _line("rests on", f"{EVIDENCE[info.verdict.evidence]}; {stored}")
+        yield from part_lines(info.verdict, info.start_ns)
     if info.recognised:
         recognized = info.recognised
         by_label = [f"{label} {count}" for label, count in sorted(recognized.labels.items())]

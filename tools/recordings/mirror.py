@@ -116,7 +116,7 @@ def mirror(
     with atomic_file(output.resolve()) as unfinished:
         messages = retrack(source, rig, lambda: open_take(unfinished), on_message).statistics.messages
         if shown.both_ways:
-            messages = with_both_ways(unfinished, rig.name, setup, open_take, watch, jobs)
+            messages, _ = with_both_ways(unfinished, rig.name, setup, open_take, watch, jobs)
         after, _, _ = _read(Take(unfinished))
     end_ns = min(from_ns + WATCHED_NS, until_ns or from_ns + WATCHED_NS)
     back = [

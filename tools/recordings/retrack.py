@@ -39,12 +39,16 @@ from zenocap.common.topics import (
     SILHOUETTE,
     TRACKER_BDP,
     TRACKER_POSE,
+    VERDICT,
     service_at,
 )
 from zenocap.services.recognizer import shell as recognizer_shell
 from zenocap.services.tracker import shell as tracker_shell
 from zenocap.tools.parameters import service_parameters
 from zenocap.tools.recordings.offline import Member, Running
+from zenocap.tools.recordings.track import record_verdict
+from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.verdict import verdict_of
 
 INPUTS = (SILHOUETTE, CAMERA, HEALTH, REQUEST)
 OUTPUTS = (TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, POSTURE, HANDLED)
@@ -75,18 +79,19 @@ def retrack(
     recorder, bus = network.bus(), network.bus()
     for topic in OUTPUTS:
         recorder.subscribe(topic, every=True)
-    recording = open_take()
+    recording, evidence = open_take(), Evidence()
     with closing(recording):
 
         def record() -> None:
             for one in _received(recorder):
                 recording.record(one)
+                evidence.add(one.message)
                 on_message(one.message)
 
         for one in _with_first(first, received):
             clock.set(max(clock.now_ns(), one.received_ns))
             service = service_at(one.key)
-            if one.topic is BOTH_WAYS_POSE:
+            if one.topic in (BOTH_WAYS_POSE, VERDICT):
                 continue
             if service in services:
                 if one.topic is HANDLED:
@@ -94,6 +99,7 @@ def retrack(
                     record()
                 continue
             recording.record(one)
+            evidence.add(one.message)
             if one.topic in INPUTS:
                 bus.forward(one.topic, one.key, one.data)
                 while any([member.drain() for member in services.values()]):
@@ -102,6 +108,7 @@ def retrack(
         for member in services.values():
             member.report_handled()
         record()
+        record_verdict(recording, rig.name, verdict_of(evidence), clock.now_ns())
     if recording.failure:
         raise RecordingError(recording.failure)
     return recording

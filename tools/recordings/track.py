@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from zenocap.common import codec
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import SourceError, UserError
-from zenocap.common.messages import Message, TrackerBdp, TrackerPose, UniversalBap
+from zenocap.common.messages import Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.file import TRACKER_METHODS
@@ -24,7 +25,7 @@ from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_fron
 from zenocap.common.rig.viewers import at_rate
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
-from zenocap.common.topics import TOPICS, Topic
+from zenocap.common.topics import TOPICS, VERDICT, Topic
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -32,6 +33,8 @@ from zenocap.tools.parameters import service_parameters
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.offline import Offline
+from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.verdict import verdict_of
 
 logger = logging.getLogger(__name__)
 
@@ -56,6 +59,7 @@ class Tracked:
     states: of each service at the end, in words.  measured: False for a body of average proportions.
     complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
     passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
+    verdict: on the take; None where it could not be written.
     """
 
     frame_sets: int
@@ -68,6 +72,7 @@ class Tracked:
     both_ways: bool = False
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    verdict: Verdict | None = None
 
 
 def track(
@@ -138,6 +143,7 @@ def _track_frames(
         raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
     recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
     count, poses, measured = 0, 0, True
+    evidence, verdict = Evidence(), None
     report_ns = EPOCH_NS + HEALTH_NS
     with closing(recording):
         offline.publish_cameras(EPOCH_NS)
@@ -149,6 +155,8 @@ def _track_frames(
                 offline.report_handled()
                 report_ns += HEALTH_NS
             messages = tuple(_record(recorder, recording))
+            for message in messages:
+                evidence.add(message)
             poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
             measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
             count += 1
@@ -156,13 +164,28 @@ def _track_frames(
             current = next(groups, None)
         offline.report_handled()
         _record(recorder, recording)
+        if VERDICT in logged:
+            verdict = verdict_of(evidence)
+            record_verdict(recording, rig.name, verdict, clock.now_ns())
     written = recording.statistics
     problems = inputs.problems + [f"{count} {kind}" for kind, count in offline.failures().items() if count]
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(
-        count, poses, written.messages, tuple(problems), offline.states(), measured, complete=written.failure is None
+        count,
+        poses,
+        written.messages,
+        tuple(problems),
+        offline.states(),
+        measured,
+        complete=written.failure is None,
+        verdict=None if written.failure else verdict,
     )
+
+
+def record_verdict(recording: Recording, rig: str, verdict: Verdict, now_ns: int) -> None:
+    """Write the verdict as the last message of a take.  rig: its name.  now_ns: log time."""
+    recording.record(Envelope(VERDICT.at(rig), VERDICT, verdict, now_ns, codec.encode(verdict)))
 
 
 def tolerance_ns(rig: Rig) -> int:

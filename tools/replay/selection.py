@@ -11,7 +11,7 @@ from functools import cache
 
 ROOT = "zenocap"
 # Topics about the recording itself; replayed only when an expression ends with their name.
-INTERNAL = ("handled",)
+INTERNAL = ("handled", "verdict")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from zenocap.common import codec
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.errors import UserError
-from zenocap.common.messages import BothWaysPose, Handled, Message, Sighting, Silhouette
+from zenocap.common.messages import BothWaysPose, Handled, Message, Sighting, Silhouette, Verdict
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig
 from zenocap.common.rig.services import ServiceKey
@@ -21,10 +21,13 @@ from zenocap.common.runtime.input_trace import ALIVE, FRAME, GONE, TICK
 from zenocap.common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import SegmentedFrame
+from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.verdict import verdict_of
 from zenocap.tools.verify.both_ways import verify_both_ways
 from zenocap.tools.verify.result import Difference, Reason, Verification, difference
 from zenocap.tools.verify.services import Event, RecomputedService, services_of
 from zenocap.tools.verify.take_messages import DERIVED, MessageStore, first_trace_ns, messages_of, setup_in
+from zenocap.tools.verify.verdict import verify_verdict
 
 LATE_NS = 2_000_000_000  # longest time from handling an input to the log of the resulting messages; chosen by hand
 UPDATE_EVERY = 256  # messages between two calls of `watch`
@@ -50,6 +53,8 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     """
     check: _Check | None = None
     count, both_ways = 0, False
+    evidence = Evidence()
+    verdict: tuple[Envelope, Verdict] | None = None  # recorded, and on the messages before it
     for path in sorted(paths, key=first_trace_ns) if len(paths) > 1 else paths:
         take = Take(path)
         for received in messages_of(take):
@@ -57,6 +62,9 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
                 check = _Check(path, setup_in(path, take), take.attachments, tolerance)
                 check.found.versions = take.metadata.get("versions", {})
             check.add(received)
+            if isinstance(received.message, Verdict):
+                verdict = received, verdict_of(evidence)
+            evidence.add(received.message)
             count += 1
             both_ways = both_ways or isinstance(received.message, BothWaysPose)
             if count % UPDATE_EVERY == 0:
@@ -73,6 +81,8 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     if not check.found.checked:
         reasons = "; ".join(map(str, check.found.reasons)) or "no service has published its input trace"
         raise UserError(f"{paths[0]}: nothing can be verified: {reasons}")
+    if verdict is not None:
+        verify_verdict(*verdict, check.found, tolerance, whole=len(paths) == 1)
     return check.found
 
 
@@ -100,7 +110,7 @@ class _Check:
         self.found.duration_s = max(self.found.duration_s, (now_ns - self._start_ns) / 1e9)
         if isinstance(received.message, Handled):
             self._traces.append(received)
-        elif not isinstance(received.message, BothWaysPose):  # the last pose is an input: see `verify_both_ways`
+        elif not isinstance(received.message, BothWaysPose | Verdict):  # the last pose is an input: see `verify_both_ways`
             self._store.add(received)
         while self._traces and self._traces[0].received_ns < now_ns - LATE_NS:
             self._recompute(self._traces.popleft().message)

@@ -105,6 +105,18 @@ POSTURE = _json(
         "log_likelihoods": _array(_object({"label": _TEXT, "value": _NUMBER})),
     }),
 )  # fmt: skip
+VERDICT = _json(
+    "foxglove/{rig}/verdict",
+    "zenocap.plot.Verdict",
+    _object({
+        "rating": _TEXT, "error_mm": _NUMBER, "evidence": _TEXT,
+        "reasons": _array(_object({"kind": _TEXT, "viewers": _array(_TEXT), "text": _TEXT})),
+        "stretches": _array(_object({
+            "start_s": _NUMBER, "end_s": _NUMBER, "rating": _TEXT, "error_mm": _NUMBER, "lost": _NUMBER,
+            "reasons": _array(_TEXT),
+        })),
+    }),
+)  # fmt: skip
 EVENTS = _protobuf("foxglove/{rig}/events", fox.Log)
 HEALTH = _json(
     "foxglove/{rig}/{service}/{id}/health",

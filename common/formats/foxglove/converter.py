@@ -26,6 +26,7 @@ from zenocap.common.formats.foxglove.plots import (
     posture_label,
     sighting_json,
     tracker_json,
+    verdict_json,
 )
 from zenocap.common.formats.foxglove.scene import Figure, body_transforms, deletion, fixed_transforms, timestamp
 
@@ -77,6 +78,8 @@ class FoxgloveConverter:
                 yield FoxgloveMessage(to.POINTS.channel(rig=self._rig), _cloud(message))
             case m.Posture():
                 yield from self._posture(message)
+            case m.Verdict():
+                yield FoxgloveMessage(to.VERDICT.channel(rig=self._rig), verdict_json(message))
             case m.Silhouette():
                 yield self._silhouette(message)
             case m.Sighting(viewer=viewer):

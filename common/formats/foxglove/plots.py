@@ -47,6 +47,21 @@ def tracker_json(pose: m.TrackerPose) -> bytes:
     return _encode(content)
 
 
+def verdict_json(verdict: m.Verdict) -> bytes:
+    """JSON of `VERDICT`.  start_s, end_s: since the Unix epoch."""
+    return _encode({
+        "rating": verdict.rating, "error_mm": 1e3 * verdict.error, "evidence": verdict.evidence,
+        "reasons": [{"kind": one.kind, "viewers": one.viewers, "text": one.text} for one in verdict.reasons],
+        "stretches": [
+            {
+                "start_s": one.start_ns / 1e9, "end_s": one.end_ns / 1e9, "rating": one.rating, "error_mm": 1e3 * one.error,
+                "lost": one.lost, "reasons": one.reasons,
+            }
+            for one in verdict.stretches
+        ],
+    })  # fmt: skip
+
+
 def posture_json(posture: m.Posture) -> bytes:
     """JSON of `POSTURE`.  start_s, end_s: since the Unix epoch.  late_s: delay of the result after the end."""
     return _encode({

@@ -104,7 +104,7 @@ def test_wrong_usage_is_status_2() -> None:
 
 def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
-    assert status == 3
+    assert status == 4
     assert "12 frames, 0 poses" in out
     assert "no pose" in err
     status, out, _ = zenocap("info", tmp_path / "a.mcap", "--json")
@@ -179,7 +179,7 @@ def test_truncated_video_is_tracked_to_its_last_readable_frame(studio: Path, tmp
     path.write_bytes(path.read_bytes()[: path.stat().st_size * 6 // 10])
     changed("cam02.mp4", "cam02.avi")(studio)
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
-    assert status == 3
+    assert status == 4
     assert "lost: " in err
     assert "cam02.avi" in err
     assert "frames" in out
@@ -228,6 +228,6 @@ def test_track_to_bvh_equals_track_and_export(tmp_path: Path) -> None:
 
 def test_without_a_pose_nothing_is_exported(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.bvh")
-    assert (status, out) == (3, "12 frames, 0 poses\n")
+    assert (status, out) == (4, "12 frames, 0 poses\n")
     assert "T-pose" in err
     assert not (tmp_path / "a.bvh").exists()

@@ -1,0 +1,140 @@
+"""Constants of the verdict: value, unit, meaning, provenance.  Those without a source were chosen by hand."""
+
+# Evidence.
+SAMPLE_NS = 250_000_000  # between silhouettes that are compared with the body
+PAIRED_NS = 50_000_000  # greatest difference of the capture times of a pose and its silhouettes
+STRETCH_NS = 1_000_000_000
+LONG_SIDE_PX = 160  # of the reduced images
+TOLERANCE_PX = 1  # of the reduced image: edges of body and silhouette may be so far apart
+MIN_PIECE = 0.02  # of a silhouette; smaller pieces are noise
+MIN_AREA = 0.001  # of the image: smaller silhouettes are empty
+PERSON_AREA = 0.25  # of the usual area of a view's silhouette; a smaller one does not show that the person is there
+START_NS = 1_500_000_000  # in view; the tracker starts within 1.2 s
+FAST_TRUNK, FAST_LIMB = 7.0, 12.0  # m/s: no part of a moving person is faster, in ordinary motion
+LONGEST_STEP_S = 0.25  # between poses, for a speed
+LIMIT_RAD = 0.01  # from the end of a joint's range
+APART_NOISE_M = 0.01  # of tangent planes, in addition to a pixel: edges of silhouettes
+MOST_APART_M, MOST_DISAGREEMENT_M, MOST_SHAKING = 1.0, 0.5, 5.0  # m, m, m/s: greater ones count as these
+
+# Classes.  Of the true error; the expected one has thresholds of its own below.
+GOOD_ERROR_M, GOOD_LOST = 0.075, 0.05  # mean error of the joints; share of joints without estimate or 250 mm off
+UNUSABLE_ERROR_M, UNUSABLE_LOST = 0.150, 0.25
+LOST_ERROR_M = 0.5  # of a frame without a pose, and the greatest of a frame
+
+# Scale and largest value of every feature in the model of the expected error.
+SCALES = {
+    "outside": (0.02, 1.0), "outside, all views": (0.02, 1.0), "uncovered": (0.02, 1.0),
+    "uncovered, all views": (0.02, 1.0),
+    "apart": (0.5, 20.0), "cut": (1.0, 1.0), "hidden": (0.1, 1.0), "empty": (0.25, 1.0), "unused": (0.25, 1.0),
+    "pieces": (0.1, 1.0), "flicker": (0.1, 1.0), "limbs": (1.0, 1.0), "worst limb": (1.0, 1.0), "heading": (0.02, 1.0),
+    "jumps": (0.05, 1.0), "shaking": (1.0, 5.0), "passes": (0.05, 0.5), "limits": (0.1, 1.0), "average body": (1.0, 1.0),
+    "few views": (1.0, 1.0),
+}  # fmt: skip
+
+# Fitted by `python -m benchmarks.verdict --fit` to simulated people with faults; others are 0.
+CONSTANTS = {"both-ways": 2.333, "one-pass": 2.307, "two-view": 2.425, "poses-only": 2.348}
+COEFFICIENTS: dict[str, dict[str, float]] = {
+    "both-ways": {
+        "outside, all views": 0.072,
+        "apart": 0.05,
+        "cut": 0.292,
+        "empty": 0.107,
+        "limbs": 0.271,
+        "worst limb": 0.505,
+        "heading": 0.21,
+        "jumps": 0.133,
+        "shaking": 0.468,
+        "passes": 0.129,
+        "limits": 1.153,
+        "average body": 0.144,
+        "few views": 0.938,
+    },
+    "one-pass": {
+        "outside, all views": 0.078,
+        "apart": 0.039,
+        "cut": 0.285,
+        "limbs": 0.32,
+        "worst limb": 0.641,
+        "heading": 0.223,
+        "shaking": 0.633,
+        "limits": 1.161,
+        "average body": 0.299,
+        "few views": 0.898,
+    },
+    "two-view": {
+        "outside, all views": 0.131,
+        "uncovered, all views": 0.009,
+        "apart": 0.033,
+        "cut": 0.197,
+        "shaking": 0.867,
+        "limits": 1.272,
+        "few views": 1.038,
+    },
+    "poses-only": {
+        "limbs": 0.587,
+        "worst limb": 0.863,
+        "heading": 0.25,
+        "shaking": 0.616,
+        "limits": 1.266,
+        "average body": 0.296,
+        "few views": 0.751,
+    },
+}
+# By kind and feature: its share of ln error in the stretches of good takes, median.
+BASELINE: dict[str, dict[str, float]] = {
+    "both-ways": {
+        "outside, all views": 0.006,
+        "apart": 0.036,
+        "cut": 0.0,
+        "empty": 0.0,
+        "limbs": 0.049,
+        "worst limb": 0.141,
+        "heading": 0.049,
+        "jumps": 0.0,
+        "shaking": 0.245,
+        "passes": 0.042,
+        "limits": 0.129,
+        "average body": 0.0,
+        "few views": 0.38,
+    },
+    "one-pass": {
+        "outside, all views": 0.006,
+        "apart": 0.029,
+        "cut": 0.0,
+        "limbs": 0.058,
+        "worst limb": 0.176,
+        "heading": 0.05,
+        "shaking": 0.344,
+        "limits": 0.145,
+        "average body": 0.0,
+        "few views": 0.364,
+    },
+    "two-view": {
+        "outside, all views": 0.01,
+        "uncovered, all views": 0.002,
+        "apart": 0.024,
+        "cut": 0.0,
+        "shaking": 0.471,
+        "limits": 0.159,
+        "few views": 0.421,
+    },
+    "poses-only": {
+        "limbs": 0.106,
+        "worst limb": 0.237,
+        "heading": 0.056,
+        "shaking": 0.335,
+        "limits": 0.158,
+        "average body": 0.0,
+        "few views": 0.305,
+    },
+}
+# Thresholds, of the same takes.
+GOOD_EXPECTED_M, UNUSABLE_EXPECTED_M = 0.075, 0.120
+CLEAR_APART, CLEAR_OUTSIDE, CLEAR_UNCOVERED = 0.9, 0.15, 0.15
+CLEAR_SHARE = 0.2
+
+# Reasons.
+NOTABLE = 0.15  # of ln error: 16 % more error
+NOTABLE_VIEW = 0.7  # of the worst view's figure: views with as much are named too
+SHOWN_SHARE = 0.9  # of the stretches; a reason that holds in more of them holds always
+MOST_REASONS = 5

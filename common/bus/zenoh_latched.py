@@ -1,6 +1,5 @@
 """LATCHED topics over Zenoh: an advanced publisher with a cache of one, queried by late joiners and after reconnection."""
 
-
 import zenoh
 import zenoh.ext
 

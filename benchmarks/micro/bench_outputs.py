@@ -17,12 +17,13 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.messages import UniversalBap, UniversalBdp
-from zenocap.common.rig.animator import FoxgloveTable, LslTable, UdpTable, VmcTable
+from zenocap.common.rig.animator import FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.outputs.lsl import LslOutput
 from zenocap.services.animator.outputs.udp import UdpOutput
 from zenocap.services.animator.outputs.vmc import VmcOutput
+from zenocap.services.animator.outputs.vrchat import VrchatOutput
 from zenocap.services.animator.render.camera_path import framing_camera
 from zenocap.services.animator.render.scene import Ground, Scene, sun_of
 from zenocap.services.animator.render.surfaces import body_surface, posed_surface
@@ -47,6 +48,13 @@ def port() -> Iterator[int]:
 @pytest.mark.parametrize("name", NAMES)
 def test_vmc(benchmark: BenchmarkFixture, name: str, port: int) -> None:
     output, actor = VmcOutput(VmcTable(port=port)), stretched(name)
+    benchmark(output.send, actor, None)
+    assert output.counts()["sent"] > 1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_vrchat(benchmark: BenchmarkFixture, name: str, port: int) -> None:
+    output, actor = VrchatOutput(VrchatTable(port=port)), stretched(name)
     benchmark(output.send, actor, None)
     assert output.counts()["sent"] > 1
 

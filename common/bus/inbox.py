@@ -57,7 +57,8 @@ class Inbox:
     @property
     def counters(self) -> Counters:
         with self._ready:
-            return Counters(self._received, dict(self._rejected), dict(self._dropped))
+            queued = len(self._events) + len(self._latest) + len(self._fifo)
+            return Counters(self._received, dict(self._rejected), dict(self._dropped), queued)
 
     def put(self, key: str, topic: Topic, data: bytes, received_ns: int, *, every: bool) -> None:
         """Queue the bytes of one message; drops the oldest of the queue when it is full."""

@@ -71,12 +71,13 @@ class Counters:
     """Counts since the bus was opened.
 
     rejected: by reason ("invalid", "names", "size").  dropped: by limit ("superseded", "queue_full", "too_many_keys");
-    superseded messages of LATEST topics are normal.
+    superseded messages of LATEST topics are normal.  queued: messages and events that wait to be received.
     """
 
     received: int
     rejected: Mapping[str, int]
     dropped: Mapping[str, int]
+    queued: int = 0
 
 
 class BusError(UserError):

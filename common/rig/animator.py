@@ -18,6 +18,7 @@ MIN_HZ, MAX_HZ, MAX_BETA = 0.1, 30.0, 100.0  # of smooth_hz and smooth_beta; cho
 
 Host = Annotated[str, Meta(min_length=1, max_length=253)]  # a name or a numeric address
 Port = Annotated[int, Meta(ge=1, le=65535)]
+TRACKERS = ("hip", "chest", "left_foot", "right_foot", "left_knee", "right_knee", "left_elbow", "right_elbow")  # of VRChat
 StreamName = Annotated[str, Meta(min_length=1, max_length=64)]
 
 
@@ -39,6 +40,20 @@ class VmcTable(msgspec.Struct, frozen=True, kw_only=True):
     enabled: bool = True
     host: Host = "127.0.0.1"
     port: Port = 39539  # default port of a "marionette" (receiver) in that protocol
+
+
+class VrchatTable(msgspec.Struct, frozen=True, kw_only=True):
+    """Output of trackers to VRChat, by OSC.
+
+    trackers: body parts that are sent; the number of each in VRChat is its place in TRACKERS, from 1.
+    head: what VRChat aligns its tracking space with: nothing, the position of the head, or also its heading.
+    """
+
+    enabled: bool = True
+    host: Host = "127.0.0.1"
+    port: Port = 9000  # on which VRChat receives by default
+    trackers: tuple[str, ...] = TRACKERS
+    head: str = "position"
 
 
 class UdpTable(msgspec.Struct, frozen=True, kw_only=True):
@@ -76,6 +91,7 @@ class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
     smooth_beta: float | None = None
     page: PageTable = PageTable()
     vmc: VmcTable | None = None
+    vrchat: VrchatTable | None = None
     udp: UdpTable | None = None
     foxglove: FoxgloveTable | None = None
     lsl: LslTable | None = None
@@ -85,10 +101,28 @@ class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
 WITHIN: Mapping[str, type[msgspec.Struct]] = {
     "page": PageTable,
     "vmc": VmcTable,
+    "vrchat": VrchatTable,
     "udp": UdpTable,
     "foxglove": FoxgloveTable,
     "lsl": LslTable,
 }
+
+
+HEAD_ALIGNMENTS = ("off", "position", "position-and-yaw")  # values of `head` of VRChat
+
+
+def vrchat_problem(table: VrchatTable | None) -> str | None:
+    """Text for a value of the table that is not allowed, which begins with its key; None without one."""
+    if table is None:
+        return None
+    for number, name in enumerate(table.trackers):
+        if name not in TRACKERS:
+            return choice_problem(f"trackers[{number}]", name, TRACKERS)
+        if name in table.trackers[:number]:
+            return f"trackers[{number}] = {name!r}: allowed: each name once"
+    if table.head not in HEAD_ALIGNMENTS:
+        return choice_problem("head", table.head, HEAD_ALIGNMENTS)
+    return None
 
 
 def smoothing_problem(smooth: str, hz: float | None, beta: float | None) -> str | None:

@@ -61,7 +61,7 @@ class Meter:
         seconds = (elapsed_ns - self._since_ns) / 1e9 if self._since_ns is not None else 0.0
         most = self._frames or max(self._published.values(), default=0)
         used_ns = self._processor_ns()
-        counts = dict(self.counts) | {"received": bus.received}
+        counts = dict(self.counts) | {"received": bus.received, "queued": bus.queued}
         counts |= {f"rejected_{reason}": count for reason, count in bus.rejected.items()}
         counts |= {f"dropped_{reason}": count for reason, count in bus.dropped.items()}
         health = Health(

@@ -34,8 +34,8 @@ SIZE, FPS, EMPTY, FRAMES = (160, 120), 15.0, 15, 150
 RUN_S, END_S = 4.0, 60.0
 # Commands that run until Ctrl-C, and long ones: stopped after RUN_S.
 LIVE = {
-    "animator", "integrator", "load", "posture act", "recognizer", "record", "replay", "router", "show", "top", "tracker",
-    "up", "viewer",
+    "animator", "integrator", "load", "metrics", "posture act", "recognizer", "record", "replay", "router", "show", "top",
+    "tracker", "up", "viewer",
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, or enough examples.
 MAY_FAIL = {"doctor", "health", "posture evaluate", "posture train"}

@@ -27,6 +27,10 @@ enabled = false
 [animator.vmc]
 port = {vmc}
 
+[animator.vrchat]
+port = {vrchat}
+trackers = ["hip", "left_foot", "right_knee", "right_elbow"]
+
 [animator.udp]
 port = {udp}
 
@@ -46,13 +50,16 @@ def rig_file(folder: Path, **ports: int) -> Path:
 def test_replay_reaches_every_receiver_and_a_failing_output_is_one_log_line(tmp_path: Path) -> None:
     take = write_take(tmp_path / "take.mcap", messages_of_track(moving(COUNT, rate=30.0)))
     centres = read_poses(take).trajectories()
-    marionette = Marionette()
+    marionette, vrchat = Marionette(), Marionette()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening, socket.socket() as taken:
         listening.bind(("127.0.0.1", 0))
         listening.setblocking(False)
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        ports = {"vmc": marionette.port, "udp": listening.getsockname()[1], "foxglove": taken.getsockname()[1]}
+        ports = {
+            "vmc": marionette.port, "vrchat": vrchat.port, "udp": listening.getsockname()[1],
+            "foxglove": taken.getsockname()[1],
+        }  # fmt: skip
         here, there = peer_mesh(free_ports(2))
         with started(["animator", rig_file(tmp_path, **ports), *network(here)], tmp_path) as animator:
             wait_until(lambda: "animator.udp 127.0.0.1" in output_of(tmp_path), tmp_path)
@@ -79,6 +86,13 @@ def test_replay_reaches_every_receiver_and_a_failing_output_is_one_log_line(tmp_
     for joint, bone in JOINTS.items():
         np.testing.assert_allclose(places[bone] * [-1, 1, 1], lines[-1]["joints"][joint], atol=1e-3)
     marionette.close()
+
+    vrchat.listen()
+    for tracker, joint in {3: "LAnkle", 6: "RKnee", 8: "RElbow"}.items():
+        place = np.array(vrchat.values[f"/tracking/trackers/{tracker}/position"])
+        np.testing.assert_allclose(place * [-1, 1, 1], lines[-1]["joints"][joint], atol=1e-3)
+    assert len(vrchat.values) == 2 * 4 + 1  # four trackers, and the place of the head
+    vrchat.close()
 
 
 def drained(listening: socket.socket) -> list[bytes]:

@@ -16,6 +16,7 @@ from zenocap.tools.cli import (
     health,
     live,
     load,
+    metrics,
     mirror,
     recognizer,
     record,
@@ -65,6 +66,7 @@ TABLE = (
     (SERVICES, live.router),
     (SERVICES, record.record),
     (NETWORK, top.top),
+    (NETWORK, metrics.metrics),
     (NETWORK, load.load),
     (NETWORK, health.health),
     (FILES, sync.sync),
@@ -84,8 +86,8 @@ TABLE = (
 )
 # The extra that installs an optional module.
 EXTRAS = {
-    "cryptography": "certs", "ezc3d": "export", "hmmlearn": "training", "matplotlib": "plots", "psutil": "load",
-    "pylsl": "lsl", "sklearn": "training", "threadpoolctl": "training",
+    "cryptography": "certs", "ezc3d": "export", "hmmlearn": "training", "matplotlib": "plots",
+    "prometheus_client": "metrics", "psutil": "load", "pylsl": "lsl", "sklearn": "training", "threadpoolctl": "training",
 }  # fmt: skip
 for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(expanded(command))

@@ -221,10 +221,9 @@ def track(
             typer.echo(f"{output}: {result.frame_sets} frames, {result.poses} poses{tracked}, {result.messages} messages")
             if result.both_ways:
                 typer.echo("the poses of the forward pass are in it too: --raw of export, evaluate, render and show")
-            if result.poses:
-                typer.echo(next_commands(output))
+            following = next_commands(output) if result.poses else ""
         else:
-            result = _exported(work, output, to)
+            result, following = _exported(work, output, to), ""
     if drawing is not None:
         shown = ", poses tracked both ways" if result.both_ways else ""
         typer.echo(f"{overlay}: {drawing.finish()} pictures and overlay.mp4{shown}")
@@ -245,7 +244,10 @@ def track(
         typer.echo("  for videos without it, give --height.  State at the end:", err=True)
         for service, state in result.states.items():
             typer.echo(f"  {service}: {state}", err=True)
-    raise typer.Exit(_status(result))
+    status = _status(result)
+    if following:
+        typer.echo(following)
+    raise typer.Exit(status)
 
 
 def _status(result: Tracked) -> int:

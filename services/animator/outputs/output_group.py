@@ -4,15 +4,19 @@ import logging
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import TypeAlias
 
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
+from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.services.animator.outputs.output import Output, OutputError
 from zenocap.services.animator.states import Actor
 
 logger = logging.getLogger(__name__)
+
+
+OutputTable: TypeAlias = VmcTable | VrchatTable | UdpTable | FoxgloveTable | LslTable
 
 
 class OutputGroup:
@@ -68,7 +72,7 @@ def open_outputs(table: AnimatorTable, rig: str, clock: Clock) -> OutputGroup:
     """Open the enabled outputs of the table; those that fail are logged and listed.  rig: its name."""
     opened: list[Output] = []
     failed: list[str] = []
-    for output_table in (table.vmc, table.udp, table.foxglove, table.lsl):
+    for output_table in (table.vmc, table.vrchat, table.udp, table.foxglove, table.lsl):
         if output_table is None or not output_table.enabled:
             continue
         try:
@@ -82,13 +86,17 @@ def open_outputs(table: AnimatorTable, rig: str, clock: Clock) -> OutputGroup:
     return OutputGroup(opened, failed)
 
 
-def _open_output(table: VmcTable | UdpTable | FoxgloveTable | LslTable, rig: str, clock: Clock) -> Output:
+def _open_output(table: OutputTable, rig: str, clock: Clock) -> Output:
     """Open one output; its libraries are imported only here.  Raises OutputError."""
     match table:
         case VmcTable():
             from zenocap.services.animator.outputs.vmc import VmcOutput
 
             return VmcOutput(table)
+        case VrchatTable():
+            from zenocap.services.animator.outputs.vrchat import VrchatOutput
+
+            return VrchatOutput(table)
         case UdpTable():
             from zenocap.services.animator.outputs.udp import UdpOutput
 

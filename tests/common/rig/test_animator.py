@@ -9,7 +9,7 @@ from tests.common.rig.test_rig import RIG, write_rig
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.live_smoothing import animator_smoothing
-from zenocap.common.rig.animator import WITHIN, AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
+from zenocap.common.rig.animator import WITHIN, AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.rig.rig import load_rig
 
 TABLES = """
@@ -62,6 +62,13 @@ def test_outputs_go_to_this_machine_by_default() -> None:
         ),
         ("[animator.vmc]\nport = 70000\n", "animator.vmc.port = 70000: allowed: `int` <= 65535"),
         ("[animator.udp]\nhost = ''\n", "animator.udp.host = '': allowed: "),
+        ("[animator.vrchat]\nport = 0\n", "animator.vrchat.port = 0: allowed: `int` >= 1"),
+        (
+            "[animator.vrchat]\ntrackers = ['hip', 'chets']\n",
+            "animator.vrchat.trackers[1] = 'chets': allowed: 'hip', ",
+        ),
+        ("[animator.vrchat]\ntrackers = ['hip', 'hip']\n", "animator.vrchat.trackers[1] = 'hip': allowed: each name once"),
+        ("[animator.vrchat]\nhead = 'on'\n", "animator.vrchat.head = 'on': allowed: 'off', 'position', 'position-and-yaw'"),
         ("[animator.lsl]\nreach = 'all'\n", "animator.lsl.reach = 'all'"),
         ("animator = 3\n", "animator = 3: allowed: object"),
         ("[animator]\nsmooth = 'one-euros'\n", "animator.smooth = 'one-euros': allowed: 'off', 'one-euro'; did you mean "),
@@ -85,12 +92,12 @@ def test_errors_name_file_key_value_and_what_is_allowed(tmp_path: Path, text: st
 def test_documentation_and_example_rig_have_valid_tables(tmp_path: Path) -> None:
     (block,) = re.findall(r"```toml\n(\[animator\.vmc\].*?)```", (ROOT / "docs" / "outputs.md").read_text(), re.DOTALL)
     table = load_rig(write_rig(tmp_path, RIG + block)).animator
-    assert table.vmc == VmcTable()
+    assert (table.vmc, table.vrchat) == (VmcTable(), VrchatTable())
     assert (table.udp, table.foxglove, table.lsl) == (UdpTable(), FoxgloveTable(), LslTable())
     example = (ROOT / "deploy" / "rigs" / "studio.toml").read_text()
     outputs = example[example.index("# [animator.vmc]") :]
     table = load_rig(write_rig(tmp_path, RIG + re.sub(r"^# ", "", outputs, flags=re.MULTILINE))).animator
-    assert table.vmc == VmcTable()
+    assert (table.vmc, table.vrchat) == (VmcTable(), VrchatTable())
     assert table.lsl == LslTable(stream="studio")
 
 

@@ -46,8 +46,11 @@ def test_the_time_of_a_stage_is_the_median_of_its_last_durations() -> None:
 def test_health_has_all_counts() -> None:
     meter = Meter("viewer", "1")
     meter.counts["step_errors"] += 2
-    health = meter.report(5, 0, Phase.TRACKING, "tracking", Counters(7, {"invalid": 1}, {"superseded": 3}), Offset(-4, 2))
-    assert health.counts == {"step_errors": 2, "received": 7, "rejected_invalid": 1, "dropped_superseded": 3}
+    health = meter.report(
+        5, 0, Phase.TRACKING, "tracking", Counters(7, {"invalid": 1}, {"superseded": 3}, 9), Offset(-4, 2)
+    )
+    expected = {"step_errors": 2, "received": 7, "queued": 9, "rejected_invalid": 1, "dropped_superseded": 3}
+    assert health.counts == expected
     assert (health.clock_offset_ns, health.clock_error_ns, health.state) == (-4, 2, "tracking")
     assert health.phase is Phase.TRACKING
 

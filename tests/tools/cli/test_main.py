@@ -17,7 +17,7 @@ from zenocap.tools.cli.main import TABLE, app
 
 runner = CliRunner()
 COMMANDS = [command.__name__ for _, command in TABLE]
-NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top")
+NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top", "metrics")
 SIZE = (160, 120)
 
 

@@ -1,0 +1,1 @@
+"""`zenocap metrics`: figures of one or more rigs for Prometheus, over HTTP."""

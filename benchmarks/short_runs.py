@@ -57,6 +57,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "limits": ("--people", "1", "--size", "160x120", "--scenario", "jump", "--jobs", "1"),
     "logging": ("--seconds", "2", "--viewers", "2", "--messages", "500"),
     "look": ("0", "squat", "0", str(OUT / "look")),
+    "long_takes": ("--minutes", "0.5"),
     "matchings": ("--people", "1", "--every", "100"),
     "postures": ("--quick", "--posture", "squat"),
     "recognition": ("--only", "truth", "--seeds", "1", "--people", "3", "--out", str(OUT / "recognition")),

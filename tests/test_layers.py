@@ -154,7 +154,10 @@ def test_mathematics_imports_arrays_only(folder: str) -> None:
 
 
 # Values and functions without dependencies, which every layer may use.
-SHARED_VALUES = ("zenocap.common.arrays", "zenocap.common.atomic_write", "zenocap.common.errors", "zenocap.common.jit")
+SHARED_VALUES = (
+    "zenocap.common.arrays", "zenocap.common.atomic_write", "zenocap.common.errors", "zenocap.common.jit",
+    "zenocap.common.toml_file",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("service", SERVICES)

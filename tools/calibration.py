@@ -1,6 +1,5 @@
 """Measurements files of `zenocap calibrate lines`, and reports about cameras as text and JSON."""
 
-import tomllib
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
@@ -10,6 +9,7 @@ import msgspec
 from zenocap.common.camera.line_calibration import Measurements, Pinnacles, SolvedCamera
 from zenocap.common.camera.pinhole import Camera, angle_between_deg, attitude, most_orthogonal_pair
 from zenocap.common.errors import UserError
+from zenocap.common.toml_file import read_toml
 
 NEARLY_ORTHOGONAL_DEG = 20.0  # deviation from 90° above which method two-view is discouraged; chosen by hand
 
@@ -36,11 +36,7 @@ class _MeasurementsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 def read_measurements(path: Path) -> Measurements:
     """Read a TOML file of measurements.  Raises UserError."""
     try:
-        content = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _MeasurementsFile)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: not TOML: {error}") from error
+        content = msgspec.convert(read_toml(path), _MeasurementsFile)
     except msgspec.ValidationError as error:
         allowed = "size, d_x, d_z, t, camera1, camera2 with a, b, c, distance, height"
         raise UserError(f"{path}: {error}; allowed: {allowed}") from error

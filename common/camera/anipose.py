@@ -11,7 +11,6 @@ fisheye = false
 """
 
 import json
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from zenocap.common.camera.caliscope import caliscope_tables, is_caliscope
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
+from zenocap.common.toml_file import read_toml
 
 KEYS = ("size", "matrix", "distortions", "rotation", "translation")
 
@@ -31,10 +31,7 @@ KEYS = ("size", "matrix", "distortions", "rotation", "translation")
 def read_anipose(path: Path, up_axis: str = "y") -> dict[str, Camera]:
     """Return the cameras by name, in the file's order, in the Y-up world.  Raises UserError."""
     checked_up_axis(path, up_axis)
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: not TOML: {error}") from error
+    tables = read_toml(path)
     if is_caliscope(tables):
         tables = caliscope_tables(path, tables)
     cameras: dict[str, Camera] = {}

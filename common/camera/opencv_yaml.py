@@ -26,6 +26,9 @@ from zenocap.common.camera.validation import (
 )
 from zenocap.common.errors import UserError
 
+MAX_YAML_BYTES = 1 << 20  # of a file of matrices of a few numbers; chosen by hand
+MAX_MATRIX_SIDE = 1000  # rows or columns declared; calibrations have up to 14; chosen by hand
+
 
 def read_opencv(path: Path, up_axis: str = "y") -> dict[str, Camera]:
     """Return the cameras by name in the Y-up world.  Raises UserError."""
@@ -67,6 +70,7 @@ def _camera(
 def _matrices(path: Path) -> dict[str, Floats]:
     if not path.exists():
         raise UserError(f"{path}: no such calibration file; allowed: extri.yml with intri.yml beside it")
+    _check_storage(path)
     try:
         storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
         root = storage.root()
@@ -81,6 +85,23 @@ def _value(node: cv2.FileNode) -> Floats | None:
         matrix = node.mat()
         return None if matrix is None else np.asarray(matrix, dtype=np.float64)
     return np.array([node.real()]) if node.isReal() or node.isInt() else None
+
+
+def _check_storage(path: Path) -> None:
+    """Refuse what makes OpenCV's parser take unlimited time or memory."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_YAML_BYTES + 1)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
+    if len(content) > MAX_YAML_BYTES:
+        raise UserError(f"{path}: more than {MAX_YAML_BYTES} bytes: allowed: a calibration file below that")
+    if binary := re.search(rb"!!binary|!<[^>\n]*binary|\$base64\$", content):
+        raise UserError(f"{path}: {binary.group().decode(errors='replace')[:40]}: allowed: matrices of numbers as text")
+    for key, count in re.findall(rb"\b(rows|cols)\W{1,9}(\d+)", content):
+        if len(count) > 4 or int(count) > MAX_MATRIX_SIDE:
+            found = f"{key.decode()}: {count[:20].decode()}"
+            raise UserError(f"{path}: {found}: allowed: matrices with up to {MAX_MATRIX_SIDE} rows and columns")
 
 
 LENS_MODELS = ("plumb_bob", "rational_polynomial")

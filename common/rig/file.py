@@ -1,7 +1,6 @@
 """Rig file: keys, types and ranges.  `zenocap.common.rig.rig` reads the files it refers to."""
 
 import re
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
@@ -100,16 +99,6 @@ TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (
     ("tracker", TrackerTable), ("recognizer", RecognizerTable), ("zenoh", ZenohTable), ("log", LogTable),
     ("animator", AnimatorTable), ("security", SecurityTable),
 )  # fmt: skip
-
-
-def read_toml(path: Path) -> dict[str, object]:
-    """The tables of a TOML file.  Raises UserError."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: not TOML: {error}") from error
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def rig_file(path: Path, tables: dict[str, object]) -> RigFile:

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
-from zenocap.common.rig.file import MAX_OFFSET_S, LogTable, RigFile, ViewerTable, ZenohTable, read_toml
+from zenocap.common.rig.file import MAX_OFFSET_S, LogTable, RigFile, ViewerTable, ZenohTable
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.common.toml_file import read_toml
 
 SYNC_FILE = "sync.toml"
 MEDIAN = "median"  # background

@@ -11,12 +11,13 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
-from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, read_toml, rig_file
+from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
 from zenocap.common.rig.viewers import Viewer, at_common_rate, rig_viewers, size_notes, video_notes
+from zenocap.common.toml_file import read_toml
 from zenocap.data import DEMO_RIGS
 
 __all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig", "rig_of_videos"]

@@ -334,3 +334,25 @@ def test_caliscope_file_is_read(tmp_path: Path) -> None:
     path.write_text(CALISCOPE.replace("[[1.0, 0.0, 0.0], [0.0, 0.0", "[[1.1, 0.0, 0.0], [0.0, 0.0"))
     with pytest.raises(UserError, match=r"cam_0\.rotation"):
         read_calibration(path, "z")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("T_a: !!binary |\n  " + "A" * 1000 + "\n", "!!binary: allowed: matrices of numbers as text"),
+        ("T_a: !!opencv-matrix\n  rows: 100000\n  cols: 100000\n  dt: d\n  data: [ 0. ]\n", "rows: 100000: allowed: "),
+        ("# " + "x" * (1 << 20) + "\n", "more than 1048576 bytes"),
+    ],
+    ids=["binary", "rows", "large"],
+)
+def test_opencv_storage_that_costs_time_or_memory_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, reason: str
+) -> None:
+    def parse(*_: object) -> None:
+        raise AssertionError("OpenCV's parser would not return")
+
+    monkeypatch.setattr(cv2, "FileStorage", parse)
+    path = tmp_path / "extri.yml"
+    path.write_text("%YAML:1.0\n---\n" + text)
+    with pytest.raises(UserError, match=reason):
+        read_calibration(path)

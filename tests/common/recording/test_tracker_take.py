@@ -111,7 +111,12 @@ def test_the_take_is_recomputed_byte_for_byte(take: Path) -> None:
     assert found.first is None
     assert (found.different.total(), found.unlogged.total(), found.unchecked.total()) == (0, 0, 0)
     assert found.reasons == []
-    counts = {POSES: m.TrackerPose, "zenocap/demo/tracker/bdp": m.TrackerBdp, "zenocap/demo/tracker/points": m.ScenePoints}
+    counts = {
+        POSES: m.TrackerPose,
+        "zenocap/demo/tracker/bdp": m.TrackerBdp,
+        "zenocap/demo/tracker/points": m.ScenePoints,
+        "zenocap/demo/integrator/verdict": m.Verdict,
+    }
     assert found.equal == {key: len(messages_of(take, kind)) for key, kind in counts.items()}
 
 

@@ -7,7 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from zenocap.common import messages as m
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Ints
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.common.formats.take_poses import is_lost
 from zenocap.tools.verdict.parameters import PAIRED_NS, SAMPLE_NS
 
@@ -121,3 +124,29 @@ def evidence_of(messages: Iterable[m.Message]) -> Evidence:
     for message in messages:
         found.add(message)
     return found
+
+
+@dataclass(frozen=True)
+class TakeBody:
+    """Body of a take.  order: of the evidence's angles in those of the anatomy."""
+
+    anatomy: Anatomy
+    bdp: Bdp
+    order: Ints
+
+    def pose(self, row: PoseRow) -> Pose:
+        angles = self.anatomy.neutral.copy()
+        angles[self.order] = row.angles
+        return Pose(row.position, angles)
+
+
+def body_of(evidence: Evidence) -> TakeBody | None:
+    """The last body; None without one, or of a version whose angles are unknown."""
+    if evidence.body is None:
+        return None
+    try:
+        anatomy = anatomy_of(evidence.body)
+        order = np.array([anatomy.index[name] for name in evidence.names], dtype=np.int64)
+        return TakeBody(anatomy, bdp_of(anatomy, evidence.body), order)
+    except (ValueError, KeyError):
+        return None

@@ -33,6 +33,7 @@ from zenocap.services.animator.parameters import (
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
 from zenocap.services.animator.states import Setup
 from zenocap.services.animator.step import initial_state, step
+from zenocap.services.animator.take_verdict import verdict_update
 
 logger = logging.getLogger(__name__)
 
@@ -120,6 +121,7 @@ class Playback:
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
                     self._publish(pm.PlayerUpdate(take))
+                    self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
                     command = self._show(take, bus, replay)
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:

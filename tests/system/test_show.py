@@ -42,6 +42,7 @@ def test_a_take_is_played_in_a_loop_until_it_is_interrupted(tmp_path: Path) -> N
         assert process.wait(30) == 0, output_of(tmp_path)
     assert (updates["hello"]["rig"], updates["hello"]["live"]) == ("my walk", False)
     assert updates["player"]["take"] == "my walk.mcap"
+    assert updates["verdict"] == {"type": "verdict", "rating": "", "reasons": [], "parts": []}
     assert "without a rig" in str(updates["notice"]["text"])
     assert "Traceback" not in output_of(tmp_path)
 

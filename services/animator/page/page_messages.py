@@ -195,6 +195,27 @@ class PlayerUpdate(msgspec.Struct, frozen=True, tag="player", tag_field="type"):
     problem: str = ""
 
 
+class VerdictPart(msgspec.Struct, frozen=True):
+    """Part of a take in which its verdict is the same.  start_s, end_s: position of the player.  error: expected, metres.
+
+    reasons: kinds, see `zenocap.common.messages.VerdictReason`.
+    """
+
+    start_s: float
+    end_s: float
+    rating: str
+    error: float
+    reasons: list[str]
+
+
+class VerdictUpdate(msgspec.Struct, frozen=True, tag="verdict", tag_field="type"):
+    """Verdict on the take that is played.  rating: "" for a take without one.  reasons: lines of text."""
+
+    rating: str = ""
+    reasons: list[str] = []
+    parts: list[VerdictPart] = []
+
+
 class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
     """A line of text for the user."""
 
@@ -203,7 +224,7 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 
 Update: TypeAlias = (
     HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
-    | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | NoticeUpdate
+    | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | VerdictUpdate | NoticeUpdate
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]

@@ -51,6 +51,7 @@ const connection = new Connection({
   checks: (update) => { panel.showChecks(update); dialog.setAdvice(update.advice); },
   takes: ({ takes }) => panel.listTakes(takes, (take) => player.play(take)),
   player: (update) => player.show(update),
+  verdict: (update) => player.showVerdict(update),
   notice: ({ text }) => panel.setAlert('notice', text),
 }, (connected) => {
   panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');

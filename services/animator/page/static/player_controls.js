@@ -5,7 +5,7 @@ const el = (id) => document.getElementById(id);
 export class PlayerControls {
   // send: sends a command to the animator.  selectFeed: makes the page show 'live' or 'take'.
   constructor(send, selectFeed) {
-    Object.assign(this, { send, selectFeed, last: null, dragging: false });
+    Object.assign(this, { send, selectFeed, last: null, dragging: false, verdict: null, drawn: 0 });
     el('pause').onclick = () => send({ type: 'control_player', paused: !this.last?.paused });
     el('stop').onclick = () => { send({ type: 'control_player', stop: true }); this.selectFeed('live'); };
     el('speed').onchange = () => send({ type: 'control_player', rate: Number(el('speed').value) });
@@ -34,7 +34,38 @@ export class PlayerControls {
     el('pause').setAttribute('aria-label', update.paused ? 'play' : 'pause');
     if (document.activeElement !== el('speed')) el('speed').value = String(update.rate);
     el('position').max = update.duration_s;
+    this.drawVerdict();
     if (!this.dragging) { el('position').value = update.position_s; this.showTime(update.position_s); }
+  }
+
+  // update: verdict on the take, with its parts in seconds from the beginning.
+  showVerdict(update) {
+    this.verdict = update;
+    this.drawn = 0;
+    el('verdict').hidden = el('verdict-parts').hidden = !update.rating;
+    el('verdict').textContent = update.rating;
+    el('verdict').className = `verdict ${update.rating}`;
+    el('verdict').title = update.reasons.join('\n');
+    this.drawVerdict();
+  }
+
+  drawVerdict() {
+    const duration = this.last?.duration_s || 0;
+    if (!this.verdict?.rating || !duration || this.drawn === duration) return;
+    this.drawn = duration;
+    const seconds = { good: 0, doubtful: 0, unusable: 0 };
+    el('verdict-parts').replaceChildren(...this.verdict.parts.map((part) => {
+      const piece = document.createElement('i');
+      seconds[part.rating] += part.end_s - part.start_s;
+      piece.className = part.rating;
+      piece.style.left = `${100 * part.start_s / duration}%`;
+      piece.style.width = `${100 * (Math.min(part.end_s, duration) - part.start_s) / duration}%`;
+      piece.title = `${part.start_s.toFixed(1)} to ${part.end_s.toFixed(1)} s: ${part.rating}, ${(1000 * part.error).toFixed(0)} mm`
+        + (part.reasons.length ? `: ${part.reasons.join(', ')}` : '');
+      return piece;
+    }));
+    const shares = Object.entries(seconds).filter(([, value]) => value > 0).map(([name, value]) => `${value.toFixed(1)} s ${name}`);
+    el('verdict-parts').setAttribute('aria-label', `verdict: ${this.verdict.rating}; ${shares.join(', ')}`);
   }
 
   showTime(position) { el('clock').textContent = `${position.toFixed(1)} / ${(this.last?.duration_s || 0).toFixed(1)} s`; }

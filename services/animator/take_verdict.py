@@ -1,0 +1,44 @@
+"""The verdict of a take for the page: its class, and the parts of the take in colours on the position of the player."""
+
+import struct
+from itertools import groupby
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
+from zenocap.common import codec
+from zenocap.common import messages as m
+from zenocap.common.topics import VERDICT, topic_at
+from zenocap.services.animator.page import page_messages as pm
+
+
+def verdict_update(path: Path) -> pm.VerdictUpdate:
+    """The verdict that a take ends with; without parts, and with rating "", for a take that has none or is cut."""
+    try:
+        with path.open("rb") as file:
+            reader = make_reader(file)
+            summary = reader.get_summary()
+            if summary is None or summary.statistics is None:
+                return pm.VerdictUpdate()
+            keys = [one.topic for one in summary.channels.values() if topic_at(one.topic) is VERDICT]
+            start_ns = summary.statistics.message_start_time
+            for _, _, recorded in reader.iter_messages(topics=keys, reverse=True) if keys else ():
+                found = codec.decode(recorded.data, m.Verdict)
+                assert isinstance(found, m.Verdict)
+                return shown(found, start_ns)
+    except (McapError, OSError, ValueError, struct.error, codec.BadMessage):  # damaged: the replay reports it
+        pass
+    return pm.VerdictUpdate()
+
+
+def shown(verdict: m.Verdict, start_ns: int) -> pm.VerdictUpdate:
+    """start_ns: of the take, from which the seconds count.  Stretches of equal class in a row are one part."""
+    parts = []
+    for rating, group in groupby(verdict.stretches, key=lambda one: one.rating):
+        stretches = list(group)
+        error_m = sum(one.error for one in stretches) / len(stretches)
+        reasons = list(dict.fromkeys(kind for one in stretches for kind in one.reasons))
+        span_s = (stretches[0].start_ns - start_ns) / 1e9, (stretches[-1].end_ns - start_ns) / 1e9
+        parts.append(pm.VerdictPart(max(0.0, span_s[0]), max(0.0, span_s[1]), rating, error_m, reasons))
+    return pm.VerdictUpdate(verdict.rating, [one.text for one in verdict.reasons], parts)

@@ -13,7 +13,7 @@ EVALUATIONS := budgets bodies postures clips matchings scorer stages hull latenc
 
 # With no target: the list of targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-unit test-system test-all check format compile docs benchmark evaluate priors postures clean
+.PHONY: help demo test test-unit test-system test-all check format compile docs benchmark evaluate priors postures sbom lock clean
 
 help:
 	@echo "make demo        set up $(VENV) and run the demo; open http://127.0.0.1:8080"
@@ -26,6 +26,7 @@ help:
 	@echo "make docs        build the documentation into build/site"
 	@echo "make benchmark   time functions; 'make evaluate' measures accuracy, latency and robustness (hours; QUICK=1: minutes)"
 	@echo "make priors      train the motion priors again; 'make postures' the posture models"
+	@echo "make sbom        write the bill of materials build/sbom.cdx.json; 'make lock' the pinned versions of deploy/requirements.txt"
 	@echo "make clean       delete $(VENV), caches and build/"
 
 demo: $(RUNTIME)
@@ -70,6 +71,12 @@ priors: $(DEV)
 
 postures: $(DEV)
 	$(BIN)/python -m zenocap.tools.dataset.build_postures $(ARGS)
+
+sbom: $(DEV)
+	$(BIN)/python -m zenocap.tools.supply_chain.bill_of_materials $(ARGS)
+
+lock: $(DEV)
+	$(BIN)/python -m zenocap.tools.supply_chain.lock $(ARGS)
 
 $(RUNTIME): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "zenocap needs Python 3.11 or newer; set PYTHON=..." >&2; exit 2; }

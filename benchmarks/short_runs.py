@@ -35,6 +35,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
     "decoding": ("--sizes", "64x48", "--frames", "10", "--minutes", "0.5"),
     "faults": ("--short",),
+    "flashes": ("--quick",),
     "headings": ("--people", "1", "--every", "180", "--jobs", "1"),
     "motion_capture": ("--views", "2", "--people", "1", "--motions", "07_01", "--jobs", "1"),
     "hull": ("--people", "1", "--points", "50"),

@@ -13,7 +13,8 @@ import msgspec
 import msgspec.inspect as mi
 import numpy as np
 
-from zenocap.common.messages import Message, PartialBdp
+from zenocap.common.messages import SCHEMA_VERSION, Message, PartialBdp
+from zenocap.common.runtime.foreign_text import printable
 
 M = TypeVar("M", bound=Message)
 Plain = dict[str, object]
@@ -29,6 +30,10 @@ REMOVED_FIELDS: Mapping[type[Message], frozenset[str]] = {PartialBdp: frozenset(
 
 class BadMessage(ValueError):
     """Bytes or values that are not a valid message; the text names the message, the field and the reason."""
+
+
+class OtherVersion(BadMessage):
+    """A message of another wire version; the text names both versions and says what to do."""
 
 
 def encode(message: Message) -> bytes:
@@ -56,7 +61,10 @@ def _plain_number(value: object) -> object:
 
 
 def decode(data: bytes, expected: type[M]) -> M:
-    """The message in `data`.  Raises BadMessage when it is not exactly one valid message of type `expected`."""
+    """The message in `data`.
+
+    Raises BadMessage when it is not exactly one valid message of type `expected`, OtherVersion for another wire version.
+    """
     limit = size_limit(expected)
     if len(data) > limit:
         raise BadMessage(f"{expected.__name__}: {len(data)} bytes, more than {limit}")
@@ -64,12 +72,18 @@ def decode(data: bytes, expected: type[M]) -> M:
         plain = _unpack(data)
         if not isinstance(plain, dict) or "type" not in plain:
             raise BadMessage(f"{expected.__name__}: not a map with the key 'type'")
+        version = plain.get("version", SCHEMA_VERSION)
+        if isinstance(version, int) and version != SCHEMA_VERSION:
+            raise OtherVersion(
+                f"{expected.__name__}: the sender has wire version {version}, this program {SCHEMA_VERSION}: install the "
+                "same zenocap on every machine (`zenocap doctor` names the versions)"
+            )
         removed = REMOVED_FIELDS.get(expected, ())
         return msgspec.convert({key: value for key, value in plain.items() if key not in removed}, expected)
     except BadMessage:
         raise
     except (ValueError, TypeError, OverflowError, RecursionError, MemoryError, msgspec.MsgspecError) as error:
-        raise BadMessage(f"{expected.__name__}: {error or type(error).__name__}") from error
+        raise BadMessage(f"{expected.__name__}: {printable(error) or type(error).__name__}") from error
 
 
 @cache

@@ -330,6 +330,30 @@ class Handled(Message, frozen=True, tag="handled"):
     events: Annotated[list[tuple[Count, Nanoseconds]], Meta(max_length=256)]
 
 
+class FrameRate(Message, frozen=True, tag="frame_rate"):
+    """The instants that all viewers of a rig process, decided by the integrator: see `common.runtime.frame_rate`.
+
+    Instants are numbered by capture time on the integrator's clock, in frame periods of the rig: number n is at n / fps s
+    plus phase_ns.  Of every `of` of them `keep` are processed, evenly spread, at capture times from `from_ns`; before that
+    time the decision before holds.  `frame` counts from 0.  captured_ns: of the decision.  fps: of the rig.
+    limit: what is too slow, empty at the full rate.  viewers: those that lost frames.
+    """
+
+    keep: Annotated[int, Meta(ge=1, le=1000)]
+    of: Annotated[int, Meta(ge=1, le=1000)]
+    from_ns: Nanoseconds
+    phase_ns: Nanoseconds
+    fps: Annotated[float, Meta(ge=1e-3, le=1e4)]
+    limit: Literal["", "viewers", "tracker"] = ""
+    viewers: Annotated[list[Name], Meta(max_length=64)] = []
+
+
+class TrackerDetail(Message, frozen=True, tag="tracker_detail"):
+    """Share of its points and particles that an overloaded tracker uses; `frame` counts from 0."""
+
+    share: Annotated[float, Meta(ge=0.1, le=1)]
+
+
 class Request(Message, frozen=True, tag="request"):
     """A user's request to the services, as from the page.  It is recorded, so that its effects can be recomputed."""
 
@@ -361,5 +385,6 @@ class PaceQuery(Message, frozen=True, tag="pace_query"):
 
 AnyMessage = (
     PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | ScenePoints
-    | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | Request | ClockQuery | PaceQuery
+    | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | FrameRate | TrackerDetail | Request
+    | ClockQuery | PaceQuery
 )  # fmt: skip

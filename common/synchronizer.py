@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for; times the largest frame stride
+GONE_AFTER = 5  # frame sets without a viewer after which it is not waited for
 LONG_NS, OUTDATED = 2_000_000_000, 30  # so many items in a row that are so late mean that the newest time was wrong
 FARTHEST = 1.5  # half frame periods between items of a frame set, where no other item of these viewers is nearer
 KEPT_WAITING = 8  # items of one viewer that may wait
@@ -24,7 +24,9 @@ class Item(Generic[T]):
 class Synchronizer(Generic[T]):
     """waiting: items by viewer, oldest first.  missed: consecutive frame sets without a viewer.  counts: dropped items.
 
-    tolerance_ns: half a frame period.  strides: requested by viewers under overload, see `frame_stride`.
+    tolerance_ns: half a frame period.  spacing: fewest frame periods between processed frames at times from spaced_ns,
+    and spacing_before: at times before, see `common.runtime.frame_rate`.
+    complete, incomplete: frame sets with and without all viewers that are waited for.
     last_ns: time of the newest frame set returned.  given: each viewer's newest item in one.  outdated: consecutive items
     LONG_NS or more behind last_ns.  behind: by viewer, consecutive items that are so late relative to the waiting items of
     the same viewer.
@@ -39,17 +41,19 @@ class Synchronizer(Generic[T]):
     outdated: int = 0
     behind: Mapping[str, int] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
-    strides: Mapping[str, int] = field(default_factory=dict)
+    spacing: int = 1
+    spaced_ns: int = 0
+    spacing_before: int = 1
+    complete: int = 0
+    incomplete: int = 0
 
-    @property
-    def paired_within_ns(self) -> int:
-        """Half of the period of the processed frames: all viewers follow the largest stride."""
-        present = (stride for viewer, stride in self.strides.items() if not self.is_gone(viewer))
-        return self.tolerance_ns * max(present, default=1)
+    def paired_within_ns(self, captured_ns: int) -> int:
+        """Half of the shortest period of the processed frames at a capture time."""
+        return self.tolerance_ns * (self.spacing if captured_ns >= self.spaced_ns else self.spacing_before)
 
     def is_gone(self, viewer: str) -> bool:
         """Whether a viewer is not waited for."""
-        return self.missed.get(viewer, 0) >= GONE_AFTER * max(self.strides.values(), default=1)
+        return self.missed.get(viewer, 0) >= GONE_AFTER
 
 
 @dataclass(frozen=True)
@@ -75,12 +79,7 @@ def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tup
     outdated = pairs.outdated + 1 if captured_ns < pairs.last_ns - LONG_NS else 0
     pairs = replace(pairs, outdated=outdated)
     if outdated >= OUTDATED:
-        pairs = _count(
-            Synchronizer(
-                pairs.viewers, pairs.tolerance_ns, missed=pairs.missed, counts=pairs.counts, strides=pairs.strides
-            ),
-            "began_anew",
-        )
+        pairs = _count(replace(pairs, waiting={}, last_ns=-1, given={}, outdated=0, behind={}), "began_anew")
     queue = pairs.waiting.get(viewer, ())
     behind = pairs.behind.get(viewer, 0) + 1 if queue and captured_ns < queue[-1].captured_ns - LONG_NS else 0
     if behind >= OUTDATED:
@@ -107,11 +106,9 @@ def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tup
     return pairs, frame_sets
 
 
-def with_stride(pairs: Synchronizer[T], viewer: str, stride: int) -> Synchronizer[T]:
-    """The synchronizer with the current frame stride of a viewer."""
-    if pairs.strides.get(viewer, 1) == stride:
-        return pairs
-    return replace(pairs, strides={**pairs.strides, viewer: stride})
+def with_spacing(pairs: Synchronizer[T], spacing: int, from_ns: int) -> Synchronizer[T]:
+    """The synchronizer for frames that are at least `spacing` frame periods apart at capture times from `from_ns`."""
+    return replace(pairs, spacing=spacing, spaced_ns=from_ns, spacing_before=pairs.spacing)
 
 
 def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
@@ -120,12 +117,13 @@ def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
         return None
     first = min(heads, key=lambda viewer: heads[viewer].captured_ns)
     start_ns, later = heads[first].captured_ns, pairs.waiting[first][1:2]
+    within_ns = pairs.paired_within_ns(start_ns)
     chosen = {}
     for viewer, item in heads.items():
         after_ns = item.captured_ns - start_ns
-        if after_ns > FARTHEST * pairs.paired_within_ns:
+        if after_ns > FARTHEST * within_ns:
             continue
-        if after_ns > pairs.paired_within_ns and not follows(pairs.given, first, viewer):
+        if after_ns > within_ns and not follows(pairs.given, first, viewer):
             if not later and len(pairs.waiting[viewer]) < 2:  # the first viewer's next item may be nearer
                 return None
             if later and abs(later[0].captured_ns - item.captured_ns) < after_ns:
@@ -140,6 +138,10 @@ def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
     missed = {viewer: 0 if viewer in chosen else pairs.missed.get(viewer, 0) + 1 for viewer in pairs.viewers}
     if absent:
         pairs = _count(pairs, "unpaired")
+    if all(pairs.is_gone(viewer) for viewer in absent):
+        pairs = replace(pairs, complete=pairs.complete + 1)
+    else:
+        pairs = replace(pairs, incomplete=pairs.incomplete + 1)
     given = {**pairs.given, **{viewer: item.captured_ns for viewer, item in chosen.items()}}
     pairs = replace(pairs, waiting=waiting, missed=missed, last_ns=max(pairs.last_ns, start_ns), given=given)
     return pairs, FrameSet(start_ns, {viewer: item.value for viewer, item in chosen.items()})

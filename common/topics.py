@@ -73,6 +73,8 @@ POSTURE = Topic("posture", "zenocap/{rig}/recognizer/posture", m.Posture, Queuei
 COMMAND = Topic("command", "zenocap/{rig}/recognizer/command", m.CommandResult, Queueing.ALL, 0)
 HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queueing.LATEST, 1)
 HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, 1)
+FRAME_RATE = Topic("frame_rate", "zenocap/{rig}/integrator/frame_rate", m.FrameRate, Queueing.LATCHED, 0, True)
+TRACKER_DETAIL = Topic("tracker_detail", "zenocap/{rig}/integrator/detail", m.TrackerDetail, Queueing.LATCHED, 0)
 REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, 0)
 
 TOPICS = (
@@ -94,6 +96,8 @@ TOPICS = (
     COMMAND,
     HEALTH,
     HANDLED,
+    FRAME_RATE,
+    TRACKER_DETAIL,
     REQUEST,
 )
 
@@ -105,6 +109,7 @@ FLOW_CONTROL = "zenocap/{rig}/pace/{service}/{id}"  # queryable: replies once ev
 STATE_RECOVERY = (
     "zenocap/{rig}/recall/{topic}"  # queryable of every reader: the last message of a topic, for its restarted publisher
 )
+REVOKED = "zenocap/{rig}/certificates/revoked"  # the signed list of revoked certificates, for routers
 EVERYTHING = "zenocap/{rig}/**"
 ROOT = "zenocap"  # the first chunk of every key
 NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Name` has it
@@ -149,6 +154,11 @@ def checked_name(field: str, value: str) -> str:
         return msgspec.convert(value, m.Name)
     except msgspec.ValidationError:
         raise ValueError(f"{field} = {value!r}: 1 to 64 letters, digits, '_', '.' or '-' expected") from None
+
+
+def is_name(value: str) -> bool:
+    """Whether `value` may stand in a key."""
+    return re.fullmatch(NAME, value) is not None
 
 
 @cache

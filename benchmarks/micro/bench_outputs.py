@@ -2,6 +2,7 @@
 
 import socket
 import threading
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -12,15 +13,17 @@ from websockets.typing import Subprotocol
 
 from tests.services.animator.outputs.test_foxglove import Panel, free_port
 from tests.support.foxglove_reader import in_envelope
+from tests.support.ros_listener import session_at
 from tests.support.virtual_actors import BODIES, START_NS, stretched
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.messages import UniversalBap, UniversalBdp
-from zenocap.common.rig.animator import FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
+from zenocap.common.rig.animator import FoxgloveTable, LslTable, RosTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.outputs.lsl import LslOutput
+from zenocap.services.animator.outputs.ros import RosOutput
 from zenocap.services.animator.outputs.udp import UdpOutput
 from zenocap.services.animator.outputs.vmc import VmcOutput
 from zenocap.services.animator.outputs.vrchat import VrchatOutput
@@ -28,6 +31,7 @@ from zenocap.services.animator.render.camera_path import framing_camera
 from zenocap.services.animator.render.scene import Ground, Scene, sun_of
 from zenocap.services.animator.render.surfaces import body_surface, posed_surface
 from zenocap.services.animator.render.theme import THEMES
+from zenocap.tools.launcher.peer_mesh import free_ports
 
 NAMES = list(BODIES)
 
@@ -73,6 +77,20 @@ def test_lsl(benchmark: BenchmarkFixture, name: str) -> None:
     benchmark(output.send, actor, None)
     assert output.counts()["sent"] > 1
     output.close()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_ros(benchmark: BenchmarkFixture, name: str) -> None:
+    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
+    with session_at(endpoint, "router") as router:
+        router.declare_subscriber("0/**", lambda sample: None)  # not decoded: that would be the time of this process
+        output, actor = RosOutput(RosTable(connect=endpoint), "studio", RealClock()), stretched(name)
+        end_s = time.monotonic() + 20.0
+        while not output.connected and time.monotonic() < end_s:
+            time.sleep(0.01)
+        benchmark(output.send, actor, None)
+        assert output.counts()["sent"] > 1
+        output.close()
 
 
 @pytest.mark.parametrize("with_client", [False, True], ids=["no client", "one client"])

@@ -215,6 +215,7 @@ def empty(scene: Scene, rng: np.random.Generator) -> Scene:
     return _seen(scene, lambda name, k, mask: np.zeros_like(mask) if name == view and k >= since else mask)
 
 
+LATE = "one video 0.1-1 s late"
 FAULTS: Mapping[str, Fault] = {
     "none": none,
     "focal length 4-25 % off": focal_length,
@@ -222,7 +223,7 @@ FAULTS: Mapping[str, Fault] = {
     "another rig's calibration": another_rig,
     "cameras swapped": swapped,
     "camera moved midway by 1-10°": moved,
-    "one video 0.1-1 s late": late,
+    LATE: late,
     "grey: 10-70 % missing": grey,
     "holes": holes,
     "legs missing": no_legs,

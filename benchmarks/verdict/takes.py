@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -17,15 +18,15 @@ from benchmarks.captured import captured_take
 from benchmarks.clips import SHARED
 from benchmarks.simulated_clip import SIZE, SimulatedClip, simulated_clip
 from benchmarks.verdict.faults import FAULTS, Masks, Scene
+from benchmarks.verdict.messages import EPOCH_NS, camera_messages, envelope, silhouette
+from benchmarks.verdict.two_view import two_view_messages
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
-from zenocap.common.bus.protocol import Envelope, Tick
+from zenocap.common.bus.protocol import Tick
 from zenocap.common.conversion import bdp_of
 from zenocap.common.formats.take_poses import pose_of
-from zenocap.common.topics import SILHOUETTE
-from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker import step as tracker
 from zenocap.services.tracker.states import Options, Setup
 from zenocap.simulation.body.person import person
@@ -33,9 +34,8 @@ from zenocap.simulation.body.skeleton import Bones
 from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks
 from zenocap.tools.recordings.both_ways import both_ways_message, fused_poses
 
-RIG = "demo"
 FPS, LONGEST_S = 25.0, 4.0
-EPOCH_NS = 1_000_000_000_000_000_000
+Method = Literal["hybrid", "two-view"]
 VERSION = 1  # of the kept takes: to be raised when faults, tracker or simulated people change
 
 
@@ -73,13 +73,14 @@ class FaultyTake:
     cpu_s: float
 
 
-def taken(trial: Trial, folder: Path) -> FaultyTake:
+def taken(trial: Trial, folder: Path, method: Method = "hybrid") -> FaultyTake:
     """The take of a trial, tracked once and kept in `folder`."""
-    digest = hashlib.sha256(f"{VERSION} {trial}".encode()).hexdigest()[:16]
+    name = f"{VERSION} {trial}" if method == "hybrid" else f"{VERSION} {trial} {method}"
+    digest = hashlib.sha256(name.encode()).hexdigest()[:16]
     path = folder / f"verdict-{digest}.pickle"
     if not path.is_file():
         folder.mkdir(parents=True, exist_ok=True)
-        found = tracked(trial)
+        found = tracked(trial, method)
         kept = (
             [(type(one), codec.encode(one)) for one in found.messages],
             found.names,
@@ -94,17 +95,20 @@ def taken(trial: Trial, folder: Path) -> FaultyTake:
     return FaultyTake(trial, tuple(codec.decode(data, kind) for kind, data in encoded), names, frames, points, cpu_s)
 
 
-def tracked(trial: Trial) -> FaultyTake:
-    """Track the silhouettes of a trial forwards and backwards, as `zenocap track` does."""
+def tracked(trial: Trial, method: Method = "hybrid") -> FaultyTake:
+    """Track the silhouettes of a trial: by two-view, or forwards and backwards as `zenocap track` does."""
     clip = clip_of(trial.shot)
     scene = FAULTS[trial.fault](
         scene_of(trial.shot, trial.fault == "second person"),
         np.random.default_rng([trial.seed, list(FAULTS).index(trial.fault)]),
     )
-    setup = Setup(FOURTEEN_PARTS, scene.cameras, round(1e9 / FPS), None, Options(seed=trial.seed))
-    started_s = time.process_time()
-    messages = list(_both_ways(setup, scene, list(_forward(setup, scene))))
-    cpu_s = time.process_time() - started_s
+    if method == "two-view":
+        messages, cpu_s = two_view_messages(scene)
+    else:
+        setup = Setup(FOURTEEN_PARTS, scene.cameras, round(1e9 / FPS), None, Options(seed=trial.seed))
+        started_s = time.process_time()
+        messages = list(_both_ways(setup, scene, list(_forward(setup, scene))))
+        cpu_s = time.process_time() - started_s
     truth = clip.truth
     rows = truth.frames >= clip.motion_from
     return FaultyTake(trial, tuple(messages), truth.names, truth.frames[rows], truth.points[rows], cpu_s)
@@ -149,21 +153,14 @@ def _masks(clip: SimulatedClip) -> Masks:
 
 def _forward(setup: Setup, scene: Scene) -> Iterator[m.Message]:
     """Messages of viewers and tracker, the cameras' first."""
-    for view, camera in scene.cameras.items():
-        yield m.CameraInfo(
-            frame=0, captured_ns=EPOCH_NS, viewer=view, name=camera.name, size=camera.size,
-            matrix=camera.matrix.ravel().tolist(), distortions=camera.distortions.ravel().tolist(),
-            rotation=camera.rotation.ravel().tolist(), translation=camera.translation.ravel().tolist(),
-        )  # fmt: skip
+    yield from camera_messages(scene)
     state = tracker.initial_state(setup)
     for k in range(max(scene.first, 1), len(next(iter(scene.masks.values())))):
         captured_ns = EPOCH_NS + round(k * 1e9 / FPS)
         for view in scene.cameras:
-            region, data = pack(scene.masks[view][k])
-            one = m.Silhouette(frame=k, captured_ns=captured_ns, viewer=view, size=SIZE, region=region, data=data)
+            one = silhouette(view, k, captured_ns, scene.masks[view][k])
             yield one
-            key = SILHOUETTE.at(RIG, viewer=view)
-            state, _ = tracker.step(setup, state, Envelope(key, SILHOUETTE, one, captured_ns))
+            state, _ = tracker.step(setup, state, envelope(one))
         while tracker.pending(state):
             state, messages = tracker.step(setup, state, Tick(captured_ns))
             yield from (one for one in messages if not isinstance(one, m.ScenePoints))
@@ -192,16 +189,23 @@ def _both_ways(setup: Setup, scene: Scene, forward: Sequence[m.Message]) -> Iter
             yield both_ways_message(setup, message, found[message.captured_ns])
 
 
-def fitting(shots: int | None = None) -> list[Trial]:
-    """Trials to which the coefficients are fitted.  shots: number of people with faults; None: all."""
-    return _trials(300, ("02_04", "02_08", "07_01", "07_03"), (2, 2, 2, 4, 4, 2, 2, 4)[:shots], 0 if shots else 16)
+def fitting(shots: int | None = None, method: Method = "hybrid") -> list[Trial]:
+    """Trials to which the coefficients are fitted.  shots: number of people with faults; None: all.
+
+    method: two-view takes those with two views.
+    """
+    every = _trials(300, ("02_04", "02_08", "07_01", "07_03"), (2, 2, 2, 4, 4, 2, 2, 4)[:shots], 0 if shots else 16)
+    return _with(every, method)
 
 
-def held_out(shots: int | None = None) -> list[Trial]:
-    """Trials of the tables: other people with other motions."""
-    return _trials(
-        400, ("02_07", "07_02", "07_05", "10_01"), (2, 2, 2, 2, 4, 2, 4, 2, 4, 3, 2, 4)[:shots], 0 if shots else 16
-    )
+def held_out(shots: int | None = None, method: Method = "hybrid") -> list[Trial]:
+    """Trials of the tables: other people with other motions.  method: as for `fitting`."""
+    views = (2, 2, 2, 2, 4, 2, 4, 2, 4, 3, 2, 4)[:shots]
+    return _with(_trials(400, ("02_07", "07_02", "07_05", "10_01"), views, 0 if shots else 16), method)
+
+
+def _with(trials: Sequence[Trial], method: Method) -> list[Trial]:
+    return [one for one in trials if method == "hybrid" or one.shot.views == 2]
 
 
 def _trials(first: int, motions: Sequence[str], views: Sequence[int], plain: int) -> list[Trial]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.verdict.takes import EPOCH_NS, FPS, FaultyTake
+from benchmarks.verdict.messages import EPOCH_NS
+from benchmarks.verdict.takes import FPS, FaultyTake
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Pose

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from zenocap.common.bus.revocations import NO_GENERATIONS
 from zenocap.common.topics import (
     ALIVE,
     CLAIM,
@@ -17,6 +18,7 @@ from zenocap.common.topics import (
     FLOW_CONTROL,
     PREVIEW,
     REQUEST,
+    REVOKED,
     SERVICE_INFO,
     SILHOUETTE,
     STATE_RECOVERY,
@@ -59,16 +61,24 @@ class Member:
         """Name of its files, such as viewer-1."""
         return self.service if self.id == "main" else f"{self.service}-{self.id}"
 
-    def common_name(self, rig: str) -> str:
-        """Common name in its certificate.  Raises ValueError for more than MAX_COMMON_NAME letters."""
+    def common_name(self, rig: str, generations: Mapping[str, int] = NO_GENERATIONS) -> str:
+        """Common name in its certificate.  generations: of the revoked members, see `Revocations`.
+
+        Raises ValueError for more than MAX_COMMON_NAME letters.
+        """
         name = ROUTER if self.service == ROUTER else f"{rig}/{self.service}/{self.id}"
+        if name in generations:
+            name = f"{name}@{generations[name]}"
         if len(name) > MAX_COMMON_NAME:
             raise ValueError(f"{name}: {len(name)} letters: allowed in a certificate: {MAX_COMMON_NAME}; shorten rig or id")
         return name
 
 
-def access_control(rigs: Mapping[str, Sequence[Member]]) -> str:
-    """Zenoh's `access_control`, as JSON.  rigs: members by name of the rig, without routers.  Raises ValueError."""
+def access_control(rigs: Mapping[str, Sequence[Member]], generations: Mapping[str, int] = NO_GENERATIONS) -> str:
+    """Zenoh's `access_control`, as JSON.  rigs: members by name of the rig, without routers.  Raises ValueError.
+
+    generations: of the revoked members, see `Revocations`; the certificates of earlier ones are denied everything.
+    """
     rules: list[Rule] = [_rule("routers", ("ingress", "egress"), EVERY_MESSAGE, ["**", "**/@adv/**"])]
     subjects: list[Rule] = [{"id": ROUTER, "cert_common_names": [ROUTER]}]
     policies: list[Rule] = [{"rules": ["routers"], "subjects": [ROUTER]}]
@@ -77,7 +87,7 @@ def access_control(rigs: Mapping[str, Sequence[Member]]) -> str:
         images = _rule(f"{rig}: no images", ("egress",), ("put", "reply"), [SILHOUETTE.on(rig), PREVIEW.on(rig)], "deny")
         rules += [*common, images]
         for member in members:
-            subject = member.common_name(rig)
+            subject = member.common_name(rig, generations)
             own = _of_one(rig, member)
             rules += own
             subjects.append({"id": subject, "cert_common_names": [subject]})
@@ -121,6 +131,8 @@ def _of_all(rig: str, puts: Sequence[str]) -> list[Rule]:
 def _of_one(rig: str, member: Member) -> list[Rule]:
     """Rules of one member: its publications and the queries it replies to."""
     keys = keys_of(rig, member)
+    if member.service == READER:  # passes on the list, which the authority has signed
+        return [_rule(f"{rig}: revoke", ("ingress",), ("put", "query"), [REVOKED.format(rig=rig)])]
     if not keys:
         return []
     kept = [expression for topic, expression in keys.items() if topic.queueing is Queueing.LATCHED]

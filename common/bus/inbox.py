@@ -185,7 +185,7 @@ class Inbox:
         try:
             message = codec.decode(data, queued.topic.message)
         except codec.BadMessage as error:
-            self.reject(queued.key, "invalid", str(error))
+            self.reject(queued.key, "version" if isinstance(error, codec.OtherVersion) else "invalid", str(error))
             return None
         disagreement = disagreeing_name(queued.topic, queued.key, message)
         if disagreement:

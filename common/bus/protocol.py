@@ -70,14 +70,16 @@ Received = Envelope | Alive | RoundTrip
 class Counters:
     """Counts since the bus was opened.
 
-    rejected: by reason ("invalid", "names", "size").  dropped: by limit ("superseded", "queue_full", "too_many_keys");
-    superseded messages of LATEST topics are normal.  queued: messages and events that wait to be received.
+    rejected: by reason ("invalid", "version", "names", "size").  dropped: by limit ("superseded", "queue_full",
+    "too_many_keys"); superseded messages of LATEST topics are normal.  queued: messages and events that wait.
+    certificate_days: whole days until the own certificate expires, None for a rig without certificates.
     """
 
     received: int
     rejected: Mapping[str, int]
     dropped: Mapping[str, int]
     queued: int = 0
+    certificate_days: int | None = None
 
 
 class BusError(UserError):

@@ -3,8 +3,10 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
+from zenocap.common.bus.certificate import valid_until
 from zenocap.common.bus.protocol import BusError
 
 ROUTER_PORT = 7447
@@ -23,10 +25,25 @@ class Security:
     access: str | None = None
 
 
+@dataclass(frozen=True)
+class RouterFiles:
+    """Files of a secured router.  rigs: names.  authority, certificate: those of the authority and of the router.
+
+    revoked: list of revocations, may be missing.  watched: files whose change opens the session again.
+    """
+
+    rigs: Sequence[str]
+    authority: Path
+    certificate: Path
+    revoked: Path
+    watched: Sequence[Path]
+
+
 def secured(security: Security, mode: str, connect: Sequence[str], listen: Sequence[str]) -> Mapping[str, str]:
     """Settings by Zenoh's key, as JSON.  mode: peer, client or router.  connect, listen: the configured endpoints.
 
-    Raises BusError for an endpoint that is not TLS, a file that cannot be read, or a mode whose access rules are missing.
+    Raises BusError for an endpoint that is not TLS, a file that cannot be read, an expired certificate, or a mode whose
+    access rules are missing.
     """
     for key, endpoints in (("connect", connect), ("listen", listen)):
         for endpoint in endpoints:
@@ -41,6 +58,14 @@ def secured(security: Security, mode: str, connect: Sequence[str], listen: Seque
             raise BusError(
                 f"{file}: {error.strerror}: create it with `zenocap certs` and copy it to this machine"
             ) from error
+    now = datetime.now(UTC)
+    for file in (security.authority, security.certificate):
+        ends = valid_until(file)
+        if ends is not None and ends <= now:
+            raise BusError(
+                f"{file}: expired on {ends:%Y-%m-%d}: renew it with `zenocap certs RIG --renew` where the authority is, "
+                "and copy it to this machine"
+            )
     settings = {"transport/link/protocols": '["tls"]'} | {
         f"transport/link/tls/{key}": json.dumps(value) for key, value in _tls(security).items()
     }

@@ -7,12 +7,15 @@ Frames are dropped when a reader is slow (one frozen reader must not stall a rig
 import logging
 from collections import Counter
 from collections.abc import Callable, Collection
+from dataclasses import replace
+from pathlib import Path
 from types import TracebackType
 from typing import Protocol, Self
 
 import zenoh
 
 from zenocap.common import codec
+from zenocap.common.bus.certificate import Expiry
 from zenocap.common.bus.inbox import Inbox, check_key, outgoing
 from zenocap.common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
 from zenocap.common.bus.zenoh_claims import Claims
@@ -23,9 +26,21 @@ from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
 from zenocap.common.messages import Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
-from zenocap.common.topics import ALIVE, FLOW_CONTROL, ROOT, TOPICS, Queueing, Topic, checked_name, rig_of
+from zenocap.common.topics import (
+    ALIVE,
+    FLOW_CONTROL,
+    ROOT,
+    TOPICS,
+    Queueing,
+    Topic,
+    checked_name,
+    is_name,
+    rig_of,
+)
 
 logger = logging.getLogger(__name__)
+
+MAX_RIGS = 64  # listed at a time: a reader of each is opened; chosen by hand
 
 
 class _Declared(Protocol):
@@ -58,8 +73,12 @@ class ZenohBus:
         *,
         readers: Readers | None = None,
         only: zenoh.KeyExpr | None = None,
+        certificate: Path | None = None,
     ) -> None:
-        """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*"."""
+        """readers: of the parent bus, for a reader.  only: key expression of the keys received; required for rig "*".
+
+        certificate: own one, whose expiry is counted.
+        """
         self._rig = rig if only is not None and rig == "*" else checked_name("rig", rig)
         self._only = only
         self._session = session
@@ -68,7 +87,7 @@ class ZenohBus:
         self._clock = clock
         self._inbox = Inbox(logger)
         self._round_trips = ZenohClock(session, rig, clock, self._inbox)
-        self._tally = Tally(self._inbox)
+        self._tally = Tally(self._inbox, self._readers.changed)
         self._recovery = RecoveryStore(session, rig)
         self._readers.add(self._tally)
         self._publishers: dict[str, _Publisher] = {}
@@ -76,13 +95,15 @@ class ZenohBus:
         self._claims: list[Claims] = []
         self._duplicate: DuplicateService | None = None
         self._asked = 0
+        self._expiry = Expiry(certificate, logger) if certificate is not None else None
         self._sent: Counter[str] = Counter()
 
     @classmethod
     def open(cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False) -> "ZenohBus":
         """Raises BusError as `open_session` does, and ValueError for a bad rig name."""
         checked_name("rig", rig)
-        return cls(open_session(options, stopped), rig, clock)
+        certificate = options.security.certificate if options.security else None
+        return cls(open_session(options, stopped), rig, clock, certificate=certificate)
 
     @property
     def rig(self) -> str:
@@ -90,7 +111,10 @@ class ZenohBus:
 
     @property
     def counters(self) -> Counters:
-        return self._inbox.counters
+        counters = self._inbox.counters
+        if self._expiry is None:
+            return counters
+        return replace(counters, certificate_days=self._expiry.days_left(self._clock.now_ns()))
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self._rig, topic, message, names)
@@ -171,6 +195,9 @@ class ZenohBus:
     def watch_alive(self) -> None:
         def queue(sample: zenoh.Sample) -> None:
             *_, service, id = str(sample.key_expr).split("/")
+            if not (is_name(service) and is_name(id)):
+                self._inbox.reject(str(sample.key_expr), "names", "no name of a service")
+                return
             alive = sample.kind == zenoh.SampleKind.PUT
             self._inbox.put_event(Alive(service, id, alive, self._clock.now_ns()))
 
@@ -241,10 +268,11 @@ class ZenohBus:
         return ZenohBus(self._session, checked_name("rig", rig), self._clock, readers=self._readers)
 
     def rigs(self) -> frozenset[str]:
-        """Names of all rigs on the network with at least one service alive."""
+        """Names of the rigs on the network with at least one service alive, MAX_RIGS at most."""
         services = ALIVE.format(rig="*", service="*", id="*")
         replies = self._session.liveliness().get(services, timeout=QUERY_TIMEOUT_S)
-        return frozenset(str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None)
+        names = {str(reply.ok.key_expr).split("/")[1] for reply in replies if reply.ok is not None}
+        return frozenset(sorted(name for name in names if is_name(name))[:MAX_RIGS])
 
     def listener(self, expression: str) -> "ZenohBus":
         """A reader of the topics of all rigs, restricted to the keys that match a Zenoh key expression.

@@ -1,18 +1,18 @@
-"""Zenoh sessions: options, configuration, and a plain router."""
+"""Zenoh sessions: options and configuration."""
 
 import json
 import logging
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import zenoh
 
 from zenocap.common.bus.protocol import BusError
-from zenocap.common.bus.security import ROUTER_PORT, Security, secured
+from zenocap.common.bus.security import Security, secured
 
 logger = logging.getLogger(__name__)
 
@@ -106,15 +106,6 @@ def open_session(options: ZenohOptions, stopped: Callable[[], bool] = lambda: Fa
         case error:
             listening = f", listen {', '.join(options.listen)}" if options.listen else ""
             raise BusError(f"Zenoh does not open (connect {where}{listening}): {_reason(error)}")
-
-
-def router(options: ZenohOptions, stopped: Callable[[], bool]) -> None:
-    """Run a plain Zenoh router until `stopped`.  Raises BusError when it cannot listen."""
-    with open_session(replace(options, mode="router"), stopped) as session:
-        default = f"{'tls' if options.security else 'tcp'}/[::]:{ROUTER_PORT}"
-        logger.info("router %s listens on %s", session.zid(), ", ".join(options.listen) or default)
-        while not stopped():
-            time.sleep(0.1)
 
 
 def _from_file(path: Path) -> zenoh.Config:

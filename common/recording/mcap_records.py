@@ -153,8 +153,26 @@ class Records:
         elif self._intact and expected and zlib.crc32(head + body[:16], self._checksum) != expected:
             yield self._damage(offset, 0, "the checksum of its index is wrong")
 
+    def body_at(self, offset: int, kind: int) -> bytes | None:
+        """Content of the record of a kind at `offset`; None when there is no such record."""
+        record = self._record_by_lengths(offset)
+        if record is None or record[0] != kind:
+            return None
+        return self._read_at(offset + HEAD.size, record[1] - offset - HEAD.size)
+
     def _index(self) -> Iterator[Schema | Channel]:
         """The schemas and channels of an intact index."""
+        for kind, body in self.summary():
+            if kind in (Opcode.SCHEMA, Opcode.CHANNEL):
+                try:
+                    found = decode_record(kind, body)
+                except BrokenRecord:
+                    return
+                if isinstance(found, Schema | Channel):
+                    yield found
+
+    def summary(self) -> Iterator[tuple[int, bytes]]:
+        """Kind and content of the records of an intact index; none of another."""
         tail = self._read_at(max(0, self._size - 37), 37)
         if len(tail) != 37 or tail[29:] != MAGIC or tail[:9] != HEAD.pack(Opcode.FOOTER, 20):
             return
@@ -173,13 +191,7 @@ class Records:
         offset = start
         while (record := self._record_at(offset)) is not None and record[0] != Opcode.FOOTER:
             kind, end = record
-            if kind in (Opcode.SCHEMA, Opcode.CHANNEL):
-                try:
-                    found = decode_record(kind, summary[offset + HEAD.size - start : end - start])
-                except BrokenRecord:
-                    return
-                if isinstance(found, Schema | Channel):
-                    yield found
+            yield kind, summary[offset + HEAD.size - start : end - start]
             offset = end
 
     def _damage(

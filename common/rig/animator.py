@@ -4,6 +4,7 @@ Each output has its own table.  A table that is present enables its output, unle
 Without a table nothing is sent and no port is opened.
 """
 
+import re
 from collections.abc import Mapping
 from ipaddress import ip_address
 from typing import Annotated, Literal
@@ -19,6 +20,8 @@ MIN_HZ, MAX_HZ, MAX_BETA = 0.1, 30.0, 100.0  # of smooth_hz and smooth_beta; cho
 Host = Annotated[str, Meta(min_length=1, max_length=253)]  # a name or a numeric address
 Port = Annotated[int, Meta(ge=1, le=65535)]
 TRACKERS = ("hip", "chest", "left_foot", "right_foot", "left_knee", "right_knee", "left_elbow", "right_elbow")  # of VRChat
+ANY_ORIGIN = "*"
+Origin = Annotated[str, Meta(pattern=r"^(\*|[a-z][a-z0-9+.\-]*://[^/\s]*)$", max_length=253)]  # of web pages, or ANY_ORIGIN
 StreamName = Annotated[str, Meta(min_length=1, max_length=64)]
 
 
@@ -26,12 +29,14 @@ class PageTable(msgspec.Struct, frozen=True, kw_only=True):
     """The live page.  host: the local address to listen on.  port: 0 for any free one.
 
     token: access token of the page, required for an address that other machines can reach.
+    origins: of web pages that may connect beside the page itself, such as "https://rig.example".
     """
 
     enabled: bool = True
     host: Host = "127.0.0.1"
     port: Annotated[int, Meta(ge=0, le=65535)] = 8080
     token: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_\-]{16,128}$")] | None = None
+    origins: tuple[Origin, ...] = ()
 
 
 class VmcTable(msgspec.Struct, frozen=True, kw_only=True):
@@ -64,12 +69,20 @@ class UdpTable(msgspec.Struct, frozen=True, kw_only=True):
     port: Port = 39600
 
 
+# The web application, and the programs that show its pages from files.
+FOXGLOVE_ORIGINS = ("https://app.foxglove.dev", "file://")
+
+
 class FoxgloveTable(msgspec.Struct, frozen=True, kw_only=True):
-    """WebSocket server for Foxglove and Lichtblick.  host: the local address to listen on."""
+    """WebSocket server for Foxglove and Lichtblick.  host: the local address to listen on.
+
+    origins: of web pages that may connect beside those of this machine; "*" for all.  Programs have no origin.
+    """
 
     enabled: bool = True
     host: Host = "127.0.0.1"
     port: Port = 8765
+    origins: tuple[Origin, ...] = FOXGLOVE_ORIGINS
 
 
 class LslTable(msgspec.Struct, frozen=True, kw_only=True):
@@ -78,6 +91,22 @@ class LslTable(msgspec.Struct, frozen=True, kw_only=True):
     enabled: bool = True
     stream: StreamName | None = None
     reach: Literal["machine", "network"] = "machine"
+
+
+class RosTable(msgspec.Struct, frozen=True, kw_only=True):
+    """Publisher for ROS 2 with rmw_zenoh.
+
+    connect: Zenoh endpoint of a router that the nodes of ROS use.  domain: ROS_DOMAIN_ID.  namespace: of the node, of its
+    topic and of the frames of body parts; default: the rig's name.  frame: name of the world's frame.  humble: whether
+    ROS 2 Humble receives, whose keys have no type hashes.
+    """
+
+    enabled: bool = True
+    connect: str = "tcp/127.0.0.1:7447"  # where rmw_zenoh's own nodes connect
+    domain: Annotated[int, Meta(ge=0, le=232)] = 0
+    namespace: str | None = None
+    frame: str = "map"  # of REP 105
+    humble: bool = False
 
 
 class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
@@ -95,6 +124,7 @@ class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
     udp: UdpTable | None = None
     foxglove: FoxgloveTable | None = None
     lsl: LslTable | None = None
+    ros: RosTable | None = None
 
 
 # The tables inside, to detect unknown keys in them.
@@ -105,6 +135,7 @@ WITHIN: Mapping[str, type[msgspec.Struct]] = {
     "udp": UdpTable,
     "foxglove": FoxgloveTable,
     "lsl": LslTable,
+    "ros": RosTable,
 }
 
 
@@ -122,6 +153,22 @@ def vrchat_problem(table: VrchatTable | None) -> str | None:
             return f"trackers[{number}] = {name!r}: allowed: each name once"
     if table.head not in HEAD_ALIGNMENTS:
         return choice_problem("head", table.head, HEAD_ALIGNMENTS)
+    return None
+
+
+ROS_NAME = r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*"
+
+
+def ros_problem(table: RosTable | None) -> str | None:
+    """Text for a value of the table that is not allowed, which begins with its key; None without one."""
+    if table is None:
+        return None
+    if not re.fullmatch(r"[a-z][a-z\-]*/[^\s\"]+", table.connect):
+        return f"connect = {table.connect!r}: allowed: PROTOCOL/ADDRESS, such as tcp/192.168.1.2:7447"
+    if table.namespace and not re.fullmatch(rf"/?{ROS_NAME}(/{ROS_NAME})*", table.namespace):
+        return f"namespace = {table.namespace!r}: allowed: letters, digits and single '_', such as lab or lab/studio"
+    if not re.fullmatch(rf"{ROS_NAME}(/{ROS_NAME})*", table.frame):
+        return f"frame = {table.frame!r}: allowed: letters, digits and single '_', such as map"
     return None
 
 

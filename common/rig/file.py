@@ -8,7 +8,14 @@ import msgspec
 from msgspec import Meta
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.animator import WITHIN, AnimatorTable, open_page_problem, smoothing_problem, vrchat_problem
+from zenocap.common.rig.animator import (
+    WITHIN,
+    AnimatorTable,
+    open_page_problem,
+    ros_problem,
+    smoothing_problem,
+    vrchat_problem,
+)
 from zenocap.common.rig.recognizer import RecognizerTable
 from zenocap.common.rig.table_errors import choice_problem, invalid_value, unknown_key
 from zenocap.common.rig.tracker import PARTICLES, TrackerTable
@@ -130,6 +137,9 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     problem = vrchat_problem(content.animator.vrchat)
     if problem:
         raise UserError(f"{path}: animator.vrchat.{problem}")
+    problem = ros_problem(content.animator.ros)
+    if problem:
+        raise UserError(f"{path}: animator.ros.{problem}")
     _name(path, "name", content.name)
     seen: dict[str, int] = {}
     for number, table in enumerate(content.viewer):

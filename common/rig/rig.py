@@ -62,6 +62,11 @@ class Rig:
         """Read a rig file, or a folder with `calibration.toml` and `videos/`.  See `load_rig`."""
         return load_rig(path, method, variant, cameras=cameras)
 
+    @property
+    def fps(self) -> float:
+        """Frames per second of the slowest viewer."""
+        return min(viewer.fps for viewer in self.viewers)
+
     def viewer(self, id: str) -> Viewer:
         """The viewer of that id.  Raises UserError, which lists the existing ids."""
         for viewer in self.viewers:

@@ -1,11 +1,12 @@
 """Security of a rig: certificates of its members, and the access rules derived from them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from zenocap.common.bus.access import READER, RECORDER, REPLAY, ROUTER, Member, access_control
-from zenocap.common.bus.security import Security
+from zenocap.common.bus.revocations import NO_GENERATIONS, read_revocations
+from zenocap.common.bus.security import RouterFiles, Security
 from zenocap.common.rig.commands import ZenohAction
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import SERVICES, services_of
@@ -21,6 +22,11 @@ def certificate_file(folder: Path, name: str) -> Path:
 def key_file(folder: Path, name: str) -> Path:
     """Private key of a member."""
     return folder / f"{name}-key.pem"
+
+
+def revocations_file(folder: Path) -> Path:
+    """List of the revoked certificates."""
+    return folder / "revoked.json"
 
 
 def host_of(endpoint: str) -> str:
@@ -49,8 +55,10 @@ def security_in(folder: Path, name: str) -> Security:
     return Security(certificate_file(folder, AUTHORITY), certificate_file(folder, name), key_file(folder, name), None)
 
 
-def security_of(rigs: Sequence[Rig], name: str) -> Security | None:
+def security_of(rigs: Sequence[Rig], name: str, generations: Mapping[str, int] | None = None) -> Security | None:
     """Security of member `name`, such as viewer-1, in the rigs; None when they are not secured.
+
+    generations: of the revoked members, see `Revocations`; None for those of the list in the folder.
 
     Raises ValueError when only some of the rigs are secured, or when their folders of certificates differ.
     """
@@ -63,4 +71,29 @@ def security_of(rigs: Sequence[Rig], name: str) -> Security | None:
     folder = next(iter(folders.values()), None)
     if folder is None:
         return None
-    return replace(security_in(folder, name), access=access_control({rig.name: allowed_members(rig) for rig in rigs}))
+    if generations is None:
+        generations = generations_in(folder)
+    members = {rig.name: allowed_members(rig) for rig in rigs}
+    return replace(security_in(folder, name), access=access_control(members, generations))
+
+
+def generations_in(folder: Path) -> Mapping[str, int]:
+    """Generations of the revoked members by the list in a folder of certificates; empty without one.
+
+    Raises BadRevocations, ModuleNotFoundError without the package cryptography.
+    """
+    path = revocations_file(folder)
+    if not path.is_file():
+        return NO_GENERATIONS
+    return read_revocations(str(path), path.read_bytes(), certificate_file(folder, AUTHORITY).read_bytes()).generations
+
+
+def router_files(rigs: Sequence[Rig]) -> RouterFiles | None:
+    """Files of a router for these rigs; None when they are not secured."""
+    folder = next((rig.security for rig in rigs if rig.security is not None), None)
+    if folder is None:
+        return None
+    authority, own = (certificate_file(folder, name) for name in (AUTHORITY, ROUTER))
+    revoked = revocations_file(folder)
+    watched = (authority, revoked, own, key_file(folder, ROUTER))
+    return RouterFiles(tuple(rig.name for rig in rigs), authority, own, revoked, watched)

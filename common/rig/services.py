@@ -86,7 +86,7 @@ def _recognizer_files(rig: Rig) -> tuple[tuple[str, Path], ...]:
 
 SERVICES: tuple[ServiceKind, ...] = (
     ServiceKind("viewer", lambda rig: tuple(viewer.id for viewer in rig.viewers), _is_two_view, warmup=_viewer_warmup),
-    ServiceKind("integrator", _always, _is_two_view, warmup=_two_view_warmup),
+    ServiceKind("integrator", _always, lambda rig: True, warmup=_two_view_warmup),
     ServiceKind(
         "tracker",
         lambda rig: () if rig.tracker is None else (MAIN,),

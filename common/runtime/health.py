@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from statistics import median
 
+from zenocap.common.bus.certificate import WARNED_DAYS, expiry_text
 from zenocap.common.bus.protocol import Counters
 from zenocap.common.messages import Health, Phase
 from zenocap.common.runtime.clock_offset import Offset
@@ -64,6 +65,10 @@ class Meter:
         counts = dict(self.counts) | {"received": bus.received, "queued": bus.queued}
         counts |= {f"rejected_{reason}": count for reason, count in bus.rejected.items()}
         counts |= {f"dropped_{reason}": count for reason, count in bus.dropped.items()}
+        if bus.certificate_days is not None:
+            counts["certificate_days"] = max(0, bus.certificate_days)
+            if bus.certificate_days <= WARNED_DAYS:
+                state = f"{state[:900]}; {expiry_text(bus.certificate_days)}"
         health = Health(
             frame=self._reports,
             captured_ns=now_ns,

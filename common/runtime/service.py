@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeAlias, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Bus, BusError, Envelope, FrameLike, Received, RoundTrip, Tick
-from zenocap.common.messages import Health, Message, Phase
+from zenocap.common.messages import FrameRate, Message, Phase
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at
-from zenocap.common.runtime.frame_stride import FrameStride
+from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.health import Meter
 from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
@@ -176,7 +176,8 @@ def run(
     requested: Callable[[], Sequence[Message]] = tuple,
     on_state: Callable[[State], None] = lambda _: None,
     on_clock_offset: Callable[[Offset | None], None] = lambda _: None,
-    stride: FrameStride | None = None,
+    choice: FrameChoice | None = None,
+    final_counts: Callable[[], Mapping[str, int]] | None = None,
 ) -> int:
     """Run until `stopped` or the end of `source`; exit status 0, or 1 after a failure, which is logged.
 
@@ -185,7 +186,8 @@ def run(
     requested: returns messages of other threads to publish; they call `bus.wake()` to have them published immediately.
     on_state: receives the state whenever all received events are handled.
     on_clock_offset: receives the offset of this clock to the integrator's, None while unknown, once a second.
-    stride: of the source, which it reduces under overload; follows the healths that the service subscribes to.
+    choice: frames of the source that are processed; it follows the decisions on the frame rate that are received.
+    final_counts: ends what the service owns, such as its log, and returns the counts of a last health; None for none.
     """
     runner = Runner(service, bus, clock)
     frames = NewestFrame(source, bus.wake) if source is not None else None
@@ -198,8 +200,13 @@ def run(
             runner.publish(message)
         if frames:
             frames.start()
-        _loop(runner, frames, stopped, extra_counts, requested, on_state, on_clock_offset, stride)
+        _loop(runner, frames, stopped, extra_counts, requested, on_state, on_clock_offset, choice)
         runner.report_handled()
+        if final_counts is not None:
+            for name, count in final_counts().items():
+                runner.meter.counts[name] = count
+            phase, text = service.phase(runner.state), service.describe(runner.state)
+            runner.publish(runner.meter.report(clock.now_ns(), clock.elapsed_ns(), phase, text, bus.counters, None))
     except (BusError, TooManyFailures) as error:
         logger.error("%s", error)
         return 1
@@ -220,31 +227,28 @@ def _loop(
     requested: Callable[[], Sequence[Message]],
     on_state: Callable[[State], None],
     on_clock_offset: Callable[[Offset | None], None],
-    stride: FrameStride | None,
+    choice: FrameChoice | None,
 ) -> None:
     service, bus, clock = runner.service, runner.bus, runner.clock
     trips = ClockFilter()
     health_ns = tick_ns = clock.elapsed_ns()
-    requested_stride = 1
     queries = PeriodicQueries(bus, health_ns, keeps_time=service.keeps_time)
     while not stopped() and not (frames and frames.ended):
         now_ns = clock.elapsed_ns()
-        if stride and stride.requested != requested_stride:  # the other viewers follow
-            requested_stride, health_ns = stride.requested, now_ns
         queries.ask(now_ns, service.recovers(runner.state))
         if now_ns >= health_ns:
             if frames:
-                runner.meter.counts["dropped_frames"] = frames.dropped + (stride.late if stride else 0)
+                runner.meter.counts["dropped_frames"] = frames.dropped + (choice.late if choice else 0)
             offset = offset_at(trips, clock.now_ns())
             on_clock_offset(offset)
-            if stride:
-                stride.set_clock_offset(offset)
-            strides = stride.counts() if stride else {}
-            for name, count in (*extra_counts().items(), *service.count(runner.state).items(), *strides.items()):
+            if choice:
+                choice.set_clock_offset(offset)
+            chosen = choice.counts() if choice else {}
+            for name, count in (*extra_counts().items(), *service.count(runner.state).items(), *chosen.items()):
                 runner.meter.counts[name] = count  # `Counter.update` would add
             phase, text = service.phase(runner.state), service.describe(runner.state)
-            if stride and (overload := stride.describe()):
-                text = f"{text}; {overload}"
+            if choice and (reduced := choice.describe()):
+                text = f"{text}; {reduced}"
             runner.publish(runner.meter.report(clock.now_ns(), now_ns, phase, text, bus.counters, offset))
             runner.report_handled()
             health_ns = max(health_ns + HEALTH_NS, now_ns)
@@ -255,18 +259,16 @@ def _loop(
         for event in _receive(bus, wait_s):
             if isinstance(event, RoundTrip):
                 trips = observe(trips, event)
-            elif stride and isinstance(event, Envelope) and isinstance(event.message, Health):
-                if event.message.id != service.id:
-                    stride.set_other(event.message, clock.elapsed_ns())
+            elif choice and isinstance(event, Envelope) and isinstance(event.message, FrameRate):
+                choice.set_rate(event.message)  # no input of the step: the frames that it lets through are
             else:
                 runner.handle(event)
         if runner.pending:
             runner.handle(Tick(clock.now_ns()))
         frame = frames.take() if frames else None
         if frame is not None:
-            if frames and stride:
-                losses = frames.dropped + stride.late + runner.meter.counts["late_answers"]
-                stride.begin_frame(clock.elapsed_ns(), losses, runner.meter.busy_ns)
+            if frames and choice:
+                choice.begin_frame(frames.dropped + choice.late + runner.meter.counts["late_answers"])
             runner.handle(frame)
         for message in requested():
             runner.publish(message)

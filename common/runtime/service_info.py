@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zenocap.common.messages import ServiceInfo
+from zenocap.common.messages import SCHEMA_VERSION, ServiceInfo
 
 if TYPE_CHECKING:  # keeps `zenocap --version` fast
     from zenocap.common.rig.rig import Rig
@@ -17,8 +17,8 @@ PACKAGES = ("zenocap", "eclipse-zenoh", "mcap", "msgspec", "numba", "numpy", "op
 
 
 def versions() -> dict[str, str]:
-    """Versions of zenocap, Python and the packages that results depend on, and the processor, by name."""
-    found = {"python": platform.python_version(), "processor": processor()}
+    """Versions of zenocap, Python, messages (wire) and the packages that results depend on, and the processor, by name."""
+    found = {"python": platform.python_version(), "processor": processor(), "wire": str(SCHEMA_VERSION)}
     for package in PACKAGES:
         try:
             found[package] = version(package)

@@ -2,7 +2,7 @@
 
 import logging
 import queue
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from zenocap.common.bus.protocol import Bus
@@ -17,7 +17,7 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
 from zenocap.services.animator.page.server import PageServer
-from zenocap.services.animator.parameters import MAX_REQUESTS
+from zenocap.services.animator.parameters import MAX_REQUESTS, RECORD_PERIOD_NS
 from zenocap.services.animator.playback import Playback
 from zenocap.services.animator.states import Actor, Source, State
 
@@ -35,6 +35,7 @@ class PageBridge:
         self._server: PageServer | None = None
         self._requests: queue.SimpleQueue[pm.RigRequest] = queue.SimpleQueue()
         self._request_count = 0
+        self._recorded_ns: int | None = None  # time of the last command that starts or stops the recording
         self._schedule = Schedule()
         self._restart_schedule = False
 
@@ -59,6 +60,10 @@ class PageBridge:
     def longest_queue(self) -> int:
         """Number of updates that wait for the slowest page."""
         return self._server.broadcaster.longest_queue if self._server is not None else 0
+
+    def counts(self) -> Mapping[str, int]:
+        """Counters of outputs and page for the health."""
+        return {**self.outputs.counts(), **(self._server.counts() if self._server is not None else {})}
 
     def close(self) -> None:
         if self._playback is not None:
@@ -101,13 +106,26 @@ class PageBridge:
         self._bus.wake()
 
     def _receive(self, page: PageQueue, command: pm.Command) -> None:
+        """Handle a command of a page.  Raises ValueError with the reason for one that is refused."""
         match command:
+            case pm.RigRequest(what=("record" | "stop_recording")) if not self._may_record():
+                raise ValueError("refused: the recording was started or stopped less than a second ago; try it again")
             case pm.RigRequest() if self._requests.qsize() < MAX_REQUESTS:
                 self._requests.put(command)
                 self._bus.wake()
+            case pm.RigRequest():
+                raise ValueError("refused: too many commands wait")
             case pm.SelectFeed(feed=feed) if self._server is not None:
                 self._server.broadcaster.select_feed(page, feed)
             case pm.ListTakes() if self._playback is not None:
                 page.put(EncodedUpdate("takes", pm.encode(self._playback.takes())))
             case pm.PlayTake() | pm.ControlPlayer() if self._playback is not None:
                 self._playback.send(command)
+
+    def _may_record(self) -> bool:
+        """Whether the last command that starts or stops the recording is long enough ago."""
+        now_ns = self._clock.elapsed_ns()
+        if self._recorded_ns is not None and now_ns - self._recorded_ns < RECORD_PERIOD_NS:
+            return False
+        self._recorded_ns = now_ns
+        return True

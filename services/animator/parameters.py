@@ -22,9 +22,16 @@ COMMANDS_SHOWN = 8  # latest command results that are sent together, so that a s
 MAX_PAGES = 64  # open at a time; by hand
 MAX_UNACKNOWLEDGED = 3  # lists on their way to a page: 60 lists/s at a round trip of 50 ms
 MAX_REQUESTS = 16  # commands of pages that wait for the service loop; further ones are dropped; by hand
+RECORD_PERIOD_NS = 1_000_000_000  # between two commands of pages that start or stop the recording; as the integrator's
 MAX_COMMAND_BYTES = 4096  # of a command from a page; by hand
 PING_PERIOD_S, PING_TIMEOUT_S = 10.0, 20.0  # a page that does not answer is disconnected; by hand
 CLOSE_TIMEOUT_S = 1.0  # for the closing handshake; by hand
+
+# Connections to the page and to the Foxglove output.
+MAX_WAITING = 128  # without a completed handshake, of each port; a browser opens six for a page; by hand
+HANDSHAKE_TIMEOUT_S = 5.0  # from the connection to the end of its handshake; by hand
+MAX_HANDSHAKE_BYTES = 16_384  # of a request to the Foxglove output; by hand
+ERROR_LINE_PERIOD_S = 60.0  # between two log lines on one kind of malformed request; by hand
 
 # Playing takes on the page.
 MAX_TAKES = 200  # listed, newest first; by hand
@@ -43,9 +50,14 @@ MAX_HOLES = 0.02  # area of the holes, relative to the silhouette's
 GOOD_SCORE = 0.5  # matching score [Two-view Eq. 1] above which the model fits
 
 # Outputs.
+MAX_FOXGLOVE_CLIENTS = 32  # connected at a time; by hand
 MAX_DATAGRAM_BYTES = 1400  # below the Ethernet MTU of 1500 bytes, so that no datagram is fragmented
 QUIET_DATAGRAMS = 300  # successful datagrams after which a new failure is logged again: 10 s at 30 poses/s; by hand
 MAX_LSL_AGE_NS = 10_000_000_000  # older samples are of a replayed take and are stamped with the present; by hand
+MAX_ROS_AGE_NS = 10_000_000_000  # as MAX_LSL_AGE_NS
+ROS_LIFETIME_NS = 1_000_000_000  # of markers: the figure disappears when no pose follows; by hand, as in Foxglove
+ROS_BONE_WIDTH_M, ROS_JOINT_DIAMETER_M = 0.03, 0.06  # of markers; by hand
+ROS_TEXT_HEIGHT_M, ROS_TEXT_ABOVE_HEAD_M, MAX_ROS_TEXT = 0.12, 0.2, 64  # of the posture, letters; by hand
 
 # Rendering; all by hand, by the look of the pictures.
 FIELD_OF_VIEW_DEG = 26.0  # along the shorter side, so that the body is not distorted

@@ -6,18 +6,15 @@ messages go through the same step as live ones, to the pages that show the feed 
 
 import logging
 import queue
-import struct
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-
 from zenocap.common.bus.protocol import Alive, BusError, Envelope, Tick
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.recording.summary import read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
 from zenocap.services.animator.page import page_messages as pm
@@ -167,9 +164,8 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
     if raw:
         return topics
     try:
-        with take.open("rb") as file:
-            summary = make_reader(file).get_summary()
-    except (McapError, OSError, ValueError, struct.error):  # cut: the replay reports it
+        summary = read_summary(take)
+    except OSError:  # the replay reports it
         return topics
     keys = () if summary is None else (channel.topic for channel in summary.channels.values())
     if not any(topic_at(key) is BOTH_WAYS_POSE for key in keys):

@@ -19,6 +19,7 @@ from zenocap.common.topics import (
     ASSIGNMENT,
     CAMERA,
     COMMAND,
+    FRAME_RATE,
     HEALTH,
     PARTIAL_BAP,
     POSTURE,
@@ -27,6 +28,7 @@ from zenocap.common.topics import (
     SIGHTING,
     SILHOUETTE,
     TRACKER_BDP,
+    TRACKER_DETAIL,
     TRACKER_POSE,
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
@@ -40,7 +42,7 @@ from zenocap.services.animator.step import counts, describe, initial_state, phas
 ID = "main"
 TOPICS = (
     SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE,
-    SCENE_POINTS, HEALTH, POSTURE, COMMAND,
+    SCENE_POINTS, HEALTH, POSTURE, COMMAND, FRAME_RATE, TRACKER_DETAIL,
 )  # fmt: skip
 
 
@@ -93,7 +95,7 @@ def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable
                 bridge.open(rig.animator.page, takes, TOPICS)
             service = animator_service(rig, bridge.health_text, bridge.outputs.receive)
             return run(
-                service, bus, clock, stopped=stopped, extra_counts=bridge.outputs.counts, requested=bridge.requests,
+                service, bus, clock, stopped=stopped, extra_counts=bridge.counts, requested=bridge.requests,
                 on_state=bridge.show,
             )  # fmt: skip
         finally:

@@ -85,6 +85,7 @@ class State:
 
     now_ns: this machine's clock.  unusable: number of valid messages that could not be used: a body or pose of an unknown
     anatomy, an impossible camera, or scene points of a wrong size.
+    frame_rate, detail: of an overloaded rig, see `FrameRate` and `TrackerDetail`.
     """
 
     now_ns: int = 0
@@ -99,4 +100,6 @@ class State:
     posture: m.Posture | None = None
     commands: tuple[m.CommandResult, ...] = ()
     points: m.ScenePoints | None = None
+    frame_rate: m.FrameRate | None = None
+    detail: float = 1.0
     unusable: int = 0

@@ -163,6 +163,10 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return replace(state, commands=(*state.commands, message)[-COMMANDS_SHOWN:])
         case m.ScenePoints():
             return _update_points(state, message)
+        case m.FrameRate():
+            return replace(state, frame_rate=message)
+        case m.TrackerDetail(share=share):
+            return replace(state, detail=share)
         case _:
             return state
 

@@ -1,14 +1,11 @@
 """The verdict of a take for the page: its class, and the parts of the take in colours on the position of the player."""
 
-import struct
 from itertools import groupby
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-
 from zenocap.common import codec
 from zenocap.common import messages as m
+from zenocap.common.recording.summary import last_message
 from zenocap.common.topics import VERDICT, topic_at
 from zenocap.services.animator.page import page_messages as pm
 
@@ -16,18 +13,11 @@ from zenocap.services.animator.page import page_messages as pm
 def verdict_update(path: Path) -> pm.VerdictUpdate:
     """The verdict that a take ends with; without parts, and with rating "", for a take that has none or is cut."""
     try:
-        with path.open("rb") as file:
-            reader = make_reader(file)
-            summary = reader.get_summary()
-            if summary is None or summary.statistics is None:
-                return pm.VerdictUpdate()
-            keys = [one.topic for one in summary.channels.values() if topic_at(one.topic) is VERDICT]
-            start_ns = summary.statistics.message_start_time
-            for _, _, recorded in reader.iter_messages(topics=keys, reverse=True) if keys else ():
-                found = codec.decode(recorded.data, m.Verdict)
-                assert isinstance(found, m.Verdict)
-                return shown(found, start_ns)
-    except (McapError, OSError, ValueError, struct.error, codec.BadMessage):  # damaged: the replay reports it
+        found = last_message(path, lambda channel: topic_at(channel.topic) is VERDICT)
+        if found is not None:
+            data, summary = found
+            return shown(codec.decode(data, m.Verdict), summary.start_ns)
+    except (OSError, codec.BadMessage):  # damaged: the replay reports it
         pass
     return pm.VerdictUpdate()
 

@@ -50,8 +50,40 @@ EXCHANGE_AT, EXCHANGE_FLOOR = 0.06, -0.06  # evidence at which the legs are exch
 # State recovery
 REMINDER_NS = 2_000_000_000  # ns without partial BAPs of a viewer before the body is published again; chosen by hand
 
+# Frame rate under overload, see `rate_control`
+DECISION_NS = 1_000_000_000  # ns between two decisions; health is published once a second
+# Shares (keep, of) of the frames that may be processed.  A level has 0.75 to 0.9 of the rate of the one before, so that at
+# least 0.75 of what the machine can do comes out; chosen by hand.
+RATE_LEVELS = (
+    (1, 1), (5, 6), (2, 3), (3, 5), (1, 2), (2, 5), (1, 3), (2, 7), (1, 4), (1, 5), (1, 6), (1, 7), (1, 8), (1, 10),
+    (1, 12), (1, 15), (1, 18), (1, 22), (1, 27), (1, 33), (1, 40), (1, 50), (1, 60), (1, 75), (1, 90), (1, 110), (1, 135),
+    (1, 165), (1, 200),
+)  # fmt: skip
+SLOWEST_HZ = 5.0  # frames/s, the least that remain: tracking fails between them; chosen by hand
+# Shares of the tracker's points and particles.  Measured (docs/measured.md): 20 particles are as good as 40; with 100 of
+# 400 points the arms are lost.
+DETAIL_LEVELS = (1.0, 0.5)
+# Share of the instants lost, in two decisions in a row, above which a level fails: one level costs 0.2; chosen by hand.
+LOST = 0.10
+# Share of overrun frames of one viewer above which it fails at once; a single stall has fewer; chosen by hand.
+LOST_AT_ONCE = 0.20
+GREATEST_CUT = 0.5  # least ratio of the rates before and after one decision; chosen by hand
+SPARE = 0.95  # share of its time that a loop may be expected to work at a higher level; chosen by hand
+CALM_NS = 2_000_000_000  # ns without losses before a level that has not failed is tried; chosen by hand
+FIRST_WAIT_NS = 4_000_000_000  # ns without losses before a level that has failed is tried again; chosen by hand
+LONGEST_WAIT_NS = 64_000_000_000  # ns, longest such wait: each try costs a second or two with losses; chosen by hand
+LEAD_NS = 200_000_000  # ns from a decision to the capture time from which it holds: on a loaded network; chosen by hand
+SETTLE_NS = 300_000_000  # ns after that in which reports are about both rates; chosen by hand
+FEWEST_FRAMES = 4  # processed frames, or instants, from which a share is computed; chosen by hand
+# Frame periods by which the capture times of a viewer may be off the instants of the rig before these are moved, and by
+# which they must gain; the rates of cameras are never quite those of the rig; chosen by hand.
+FARTHEST_PHASE, PHASE_GAIN = 0.35, 0.1
+MOST_NAMED = 8  # viewers named as overloaded, which keeps the message short
+RECOVERY_TICKS = 2  # decisions before which an earlier integrator's is waited for
+
 # Log
 LOG_REQUEST_WAIT_S = 0.5  # s, longest wait for a request; chosen by hand
+LOG_REQUEST_PERIOD_S = 1.0  # s, shortest time between two requests that are obeyed; chosen by hand
 
 
 def parameters() -> Mapping[str, float | int | str | list[float] | list[str]]:

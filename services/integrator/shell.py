@@ -1,6 +1,6 @@
 """Process of the integrator: rig, bus, log, service loop."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Never, TypeVar
 
@@ -8,17 +8,30 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import limb_angles, limb_directions
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.messages import Message, UniversalBap
+from zenocap.common.messages import UniversalBap
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.opening import new_parts
 from zenocap.common.recording.parts import take_path
 from zenocap.common.recording.setup_file import Parameters, RecordedRig, recorded_rig
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.runtime.service import Event, Service, Subscription, run
+from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import HEALTH, PARTIAL_BAP, PARTIAL_BDP, REQUEST, SIGHTING, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import (
+    FRAME_RATE,
+    HEALTH,
+    PARTIAL_BAP,
+    PARTIAL_BDP,
+    REQUEST,
+    SIGHTING,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+    Topic,
+)
+from zenocap.services.integrator import rate_control
 from zenocap.services.integrator.log_control import LogControl
+from zenocap.services.integrator.parameters import DECISION_NS
+from zenocap.services.integrator.rate_reports import RateSetup, RateState
 from zenocap.services.integrator.states import Setup, State, integrator_setup
 from zenocap.services.integrator.step import awaits_recovery, counts, describe, initial_state, phase_of, step
 
@@ -43,19 +56,42 @@ def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
         counts,
         phase_of,
         result=UniversalBap,
-        recovers=lambda state: (UNIVERSAL_BDP, UNIVERSAL_BAP) if awaits_recovery(state) else (),
+        tick_ns=DECISION_NS,
+        recovers=_recovers,
         keeps_time=True,
     )
 
 
-def timekeeper_service(rig: Rig) -> Service[None, None, Never]:
-    """Integrator of a rig with a tracker: reference clock, and the log in its process."""
+def _recovers(state: State) -> tuple[Topic, ...]:
+    pose = (UNIVERSAL_BDP, UNIVERSAL_BAP) if awaits_recovery(state) else ()
+    return (*pose, FRAME_RATE) if rate_control.awaits_recovery(state.rate) else pose
+
+
+def timekeeper_service(rig: Rig) -> Service[RateSetup, RateState, Never]:
+    """Integrator of a rig with a tracker: reference clock, frame rate under overload, and the log in its process."""
     text = f"method {rig.method}: clock and log; the pose comes from the tracker"
-    return Service("integrator", ID, None, None, _nothing, describe=lambda _: text, keeps_time=True)
+
+    def describe_rate(state: RateState) -> str:
+        reduced = rate_control.describe(state)
+        return f"{text}; {reduced}" if reduced else text
+
+    return Service(
+        "integrator",
+        ID,
+        rate_setup_of(recorded_rig(rig)),
+        RateState(),
+        rate_control.step,
+        tuple(Subscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
+        describe_rate,
+        tick_ns=DECISION_NS,
+        recovers=lambda state: (FRAME_RATE,) if rate_control.awaits_recovery(state) else (),
+        keeps_time=True,
+    )
 
 
-def _nothing(_: None, state: None, event: Event[Never]) -> tuple[None, list[Message]]:
-    return state, []
+def rate_setup_of(rig: RecordedRig) -> RateSetup:
+    """Setup of the decision on the frame rate, from a rig or from that recorded in a take."""
+    return RateSetup(tuple(viewer.id for viewer in rig.viewers), 1e9 / rig.frame_ns(), rig.tracker is not None)
 
 
 def setup_of(rig: RecordedRig) -> Setup:
@@ -105,8 +141,13 @@ def _run(
         first = None if take is None else log(take, must_open=must_log)
         logs = LogControl(bus.reader(), lambda: log(take_path(rig.name, folder, clock.now_ns()), must_open=True), first)
         logs.start()
+
+        def closed() -> Mapping[str, int]:
+            logs.close()
+            return logs.counts()
+
         try:
-            status = run(service, bus, clock, stopped=stopped, extra_counts=logs.counts)
+            status = run(service, bus, clock, stopped=stopped, extra_counts=logs.counts, final_counts=closed)
         finally:
             ends = logs.close()
     return status or (LOSS if any(end.incomplete for end in ends) else 0)

@@ -14,6 +14,7 @@ from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.synchronizer import Synchronizer
 from zenocap.services.integrator.arbitrator import View
 from zenocap.services.integrator.parameters import LEAST_ORIGIN_M
+from zenocap.services.integrator.rate_reports import RateSetup, RateState
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,10 @@ class Setup:
     frame_ns: int
     height: float | None = None
     additions: Additions = IMPROVED
+
+    @property
+    def rate(self) -> RateSetup:
+        return RateSetup(tuple(self.cameras), 1e9 / self.frame_ns)
 
 
 def integrator_setup(
@@ -102,7 +107,7 @@ class State:
     problem: health text.  asked_ns: time since which the arbitrator requests other views, or 0.
     published_body: last universal BDP, of this integrator or recovered from the one before a restart.
     discard_recovered: a new measurement was requested; recovered bodies and poses are ignored.
-    answered: by viewer, time of its last partial BAP or of the last reminder.
+    answered: by viewer, time of its last partial BAP or of the last reminder.  rate: of the frames under overload.
     """
 
     sightings: Synchronizer[Sighting]
@@ -120,3 +125,4 @@ class State:
     published_body: UniversalBdp | None = None
     discard_recovered: bool = False
     answered: Mapping[str, int] = field(default_factory=dict)
+    rate: RateState = field(default_factory=RateState)

@@ -6,6 +6,7 @@ from typing import TypeAlias, TypeVar
 
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.messages import (
+    FrameRate,
     Health,
     Message,
     PartialBap,
@@ -17,12 +18,14 @@ from zenocap.common.messages import (
     UniversalBdp,
 )
 from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in, to_integrator_ns
-from zenocap.common.runtime.frame_stride import stride_in
-from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_stride
+from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
+from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
+from zenocap.services.integrator import rate_control
 from zenocap.services.integrator.arbitrator import View
 from zenocap.services.integrator.fusion import pose_person
 from zenocap.services.integrator.initialization import assign_first, define_body
 from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
+from zenocap.services.integrator.rate_reports import Instants, report, with_instants
 from zenocap.services.integrator.root_pose import assign_pose
 from zenocap.services.integrator.state_recovery import note_answer, republish_body, resume
 from zenocap.services.integrator.states import Setup, State, integrator_setup
@@ -46,6 +49,8 @@ def initial_state(setup: Setup) -> State:
 
 def step(setup: Setup, state: State, event: Event) -> Result:
     """Process one event: (state, messages).  Pure."""
+    if isinstance(event, Tick):
+        return _decide_rate(setup, state, event)
     if not isinstance(event, Envelope):
         return state, []
     message = event.message
@@ -63,9 +68,11 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             state = note_answer(replace(state, baps=baps), viewer, _time(state, message))
             return _for_each_frame_set(setup, state, pairs_of_baps, pose_person)
         case Health(service="viewer", id=viewer) if viewer in setup.cameras:
-            return _set_clock(
-                setup, _set_stride(state, viewer, stride_in(message, setup.frame_ns)), viewer, offset_in(message)
-            ), []
+            state = replace(state, rate=report(setup.rate, state.rate, message))
+            return _set_clock(setup, state, viewer, offset_in(message)), []
+        case FrameRate() if rate_control.awaits_recovery(state.rate):
+            rate, messages = rate_control.resume(setup.rate, state.rate, message)
+            return _follow(replace(state, rate=rate), messages)
         case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
         case Request(what="measure"):
@@ -88,6 +95,11 @@ def phase_of(state: State) -> Phase:
 
 def describe(state: State) -> str:
     """Health text of a state."""
+    reduced = rate_control.describe(state.rate)
+    return _describe_tracking(state) + (f"; {reduced}" if reduced else "")
+
+
+def _describe_tracking(state: State) -> str:
     if state.person is None:
         measured = f"measuring the body ({len(state.bodies)} of {INSTANTS_OF_BODY})" if state.bodies else ""
         return state.problem or measured or "waiting for the T-pose in both views"
@@ -120,14 +132,28 @@ def _set_clock(setup: Setup, state: State, viewer: str, offset: Offset | None) -
     return replace(state, offsets={**state.offsets, viewer: offset}, warnings=warnings)
 
 
-def _set_stride(state: State, viewer: str, stride: int) -> State:
-    """Store the frame stride of a viewer that skips frames."""
-    return replace(
-        state,
-        sightings=with_stride(state.sightings, viewer, stride),
-        baps=with_stride(state.baps, viewer, stride),
-        bdps=with_stride(state.bdps, viewer, stride),
-    )
+def _decide_rate(setup: Setup, state: State, tick: Tick) -> Result:
+    """Decide on the frame rate by the reports of the viewers and the completeness of what they publish."""
+    instants = state.sightings.complete + state.sightings.incomplete
+    # A viewer that is late with the limbs publishes a sighting and no partial BAP.
+    complete = min(instants, state.sightings.complete if state.person is None else state.baps.complete)
+    rate = with_instants(state.rate, Instants(complete, instants - complete))
+    rate, messages = rate_control.step(setup.rate, rate, tick)
+    return _follow(replace(state, rate=rate), messages)
+
+
+def _follow(state: State, messages: list[Message]) -> Result:
+    """Pair the viewers' messages at the rate that was decided."""
+    for message in messages:
+        if isinstance(message, FrameRate):
+            spacing, from_ns = share_of(message).spacing, holds_from_ns(message)
+            state = replace(
+                state,
+                sightings=with_spacing(state.sightings, spacing, from_ns),
+                baps=with_spacing(state.baps, spacing, from_ns),
+                bdps=with_spacing(state.bdps, spacing, from_ns),
+            )
+    return state, messages
 
 
 def _time(state: State, message: Sighting | PartialBdp | PartialBap) -> int:

@@ -20,7 +20,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import CAMERA, HEALTH, REQUEST, SILHOUETTE, TRACKER_BDP, TRACKER_POSE
+from zenocap.common.topics import CAMERA, FRAME_RATE, HEALTH, REQUEST, SILHOUETTE, TRACKER_BDP, TRACKER_DETAIL, TRACKER_POSE
 from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.prior.file import parse_prior, read_prior
@@ -46,6 +46,8 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
     topics = (
         Subscription(SILHOUETTE, every=True),
         Subscription(CAMERA),
+        Subscription(FRAME_RATE),
+        Subscription(TRACKER_DETAIL),
         Subscription(HEALTH, names={"service": "viewer"}),
         Subscription(REQUEST),
     )

@@ -1,7 +1,7 @@
 """State of the tracker: setup, phases of tracking one person, frame sets that wait."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -68,6 +68,14 @@ class Setup:
     prior: Prior | None
     options: Options
     person_height: float | None = None
+
+
+def with_detail(setup: Setup, detail: float) -> Setup:
+    """The setup with this share of its points and particles."""
+    if detail == 1:
+        return setup
+    points, particles = (max(1, round(detail * number)) for number in (setup.options.points, setup.options.particles))
+    return replace(setup, options=replace(setup.options, points=points, particles=particles))
 
 
 @dataclass(frozen=True)
@@ -192,7 +200,7 @@ class State:
     health texts about its clock and its camera.  findings: health texts about views.  used: views of the last frame set.
     points_ns: capture time of the last published scene points.  counts: of lost input, by reason.
     previous_body: of the tracker before a restart, waiting for its pose.  remeasure: a new measurement was requested, so a
-    previous body is ignored.
+    previous body is ignored.  detail: share of the points and particles in use, less than 1 under overload.
     """
 
     track: TrackState
@@ -208,3 +216,4 @@ class State:
     counts: Mapping[str, int] = field(default_factory=dict)
     previous_body: TrackerBdp | None = None
     remeasure: bool = False
+    detail: float = 1.0

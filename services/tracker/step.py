@@ -18,6 +18,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points
 from zenocap.common.messages import (
     CameraInfo,
+    FrameRate,
     Health,
     Message,
     Phase,
@@ -25,11 +26,12 @@ from zenocap.common.messages import (
     ScenePoints,
     Silhouette,
     TrackerBdp,
+    TrackerDetail,
     TrackerPose,
 )
 from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
-from zenocap.common.runtime.frame_stride import stride_in
-from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_stride
+from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
+from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker import tracking
 from zenocap.services.tracker.filter.confidence import LIMBS, heading_confidence, limb_confidence
@@ -42,7 +44,7 @@ from zenocap.services.tracker.parameters import (
     MISSING_FRAMES,
     POINTS_PERIOD_NS,
 )
-from zenocap.services.tracker.states import State
+from zenocap.services.tracker.states import State, with_detail
 from zenocap.services.tracker.tracking import Outcome, Setup
 
 __all__ = ["counts", "describe", "initial_state", "pending", "phase_of", "step"]
@@ -64,8 +66,12 @@ def step(setup: Setup, state: State, event: Event) -> Result:
         case Envelope(message=Silhouette() as silhouette):
             return _synchronize(state, silhouette), []
         case Envelope(message=Health(service="viewer", id=viewer) as health) if viewer in setup.cameras:
-            state = replace(state, pairs=with_stride(state.pairs, viewer, stride_in(health, setup.frame_ns)))
             return _set_clock(setup, state, viewer, health), []
+        case Envelope(message=FrameRate() as rate):
+            pairs = with_spacing(state.pairs, share_of(rate).spacing, holds_from_ns(rate))
+            return replace(state, pairs=pairs), []
+        case Envelope(message=TrackerDetail(share=share)):
+            return replace(state, detail=share), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []
         case Envelope(message=TrackerBdp() | TrackerPose() as previous) if awaiting_person(state):
@@ -108,8 +114,13 @@ def describe(state: State) -> str:
 
 
 def counts(state: State) -> Mapping[str, int]:
-    """Counts of silhouettes that were late, duplicate, out of order or damaged, and of frame sets incomplete or dropped."""
-    return {f"silhouette_{reason}": count for reason, count in state.pairs.counts.items()} | dict(state.counts)
+    """Counts of silhouettes that were late, duplicate, out of order or damaged, and of frame sets incomplete or dropped.
+
+    Whole and incomplete instants: frame sets with and without all views that are waited for.
+    """
+    silhouettes = {f"silhouette_{reason}": count for reason, count in state.pairs.counts.items()}
+    instants = {"whole_instants": state.pairs.complete, "incomplete_instants": state.pairs.incomplete}
+    return silhouettes | instants | dict(state.counts)
 
 
 def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> Result:
@@ -158,7 +169,7 @@ def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Resul
         return _count(state, "alone", 1), []
     frame = max(silhouette.frame for silhouette in frame_set.items.values())
     try:
-        track, outcome = tracking.track(setup, state.track, frame_set.captured_ns, masks)
+        track, outcome = tracking.track(with_detail(setup, state.detail), state.track, frame_set.captured_ns, masks)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:  # one frame set must not end the service
         return replace(_count(state, "failed", 1), findings=(f"a frame set failed: {problem}",)), []
     state = replace(state, track=track, findings=outcome.findings, used=outcome.views)

@@ -95,16 +95,6 @@ MISCOUNTED_FRAMES = 0.01  # share by which the frame count of a container may be
 LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped; chosen by hand
 LETTERBOX = 0.02  # relative size difference up to which an image counts as letterboxed; chosen by hand
 
-# Overload: the stride of frames, common/runtime/frame_stride.py
-STRIDE_WINDOW_NS = 1_000_000_000  # ns, shortest time between two decisions; measured: 0.5 s reacts to short stalls
-STRIDE_WINDOW_FRAMES = 8  # fewest processed frames between two decisions; chosen by hand
-# Share of frames after a lost or late one above which the stride is doubled.  Twice the stride completes half of the frame
-# sets.  Fewer are complete when the viewers lose 0.29 of the frames independently, or 0.5 and the same ones.
-STRIDE_MISSED = 0.4
-STRIDE_SPARE = 0.6  # share of the frame period left free by the work on a frame before the stride is halved; by hand
-STRIDE_WAIT_NS = 2_000_000_000  # ns without overload before the stride is halved; chosen by hand
-STRIDE_LONGEST_WAIT_NS = 120_000_000_000  # ns, longest such wait: each try costs about a second; chosen by hand
-
 
 def parameters() -> Mapping[str, float | int | str | list[float] | list[str]]:
     """The constants of this module by name, as plain values."""

@@ -20,11 +20,10 @@ from zenocap.common.rig.sources import BackgroundImage, Device, Stream
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
-from zenocap.common.runtime.frame_stride import FrameStride, StrideSettings
+from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import ASSIGNMENT, HEALTH, UNIVERSAL_BAP, UNIVERSAL_BDP
-from zenocap.services.viewer import parameters
+from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
@@ -39,7 +38,6 @@ from zenocap.services.viewer.step import answered_frame, describe, initial_state
 logger = logging.getLogger(__name__)
 
 S = TypeVar("S")
-OTHER_VIEWERS = Subscription(HEALTH, names={"service": "viewer"})  # for the frame stride
 
 
 def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[Setup, State, Frame]:
@@ -49,8 +47,7 @@ def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[S
     """
     setup = _setup(viewer, additions)
     setup.level.warp(np.zeros(viewer.camera.size[::-1], np.uint8))  # its tables are made now, not at the first frame
-    topics = (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP)
-    subscriptions = (*map(Subscription, topics), OTHER_VIEWERS)
+    subscriptions = tuple(map(Subscription, (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP, FRAME_RATE)))
     return Service(
         "viewer", viewer.id, setup, initial_state(setup), step, subscriptions, describe, phase=phase_of,
         answers=partial(answered_frame, viewer.id),
@@ -66,7 +63,7 @@ def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
         setup,
         watching.initial_state(setup),
         watching.step,
-        (OTHER_VIEWERS,),
+        (Subscription(FRAME_RATE),),
         describe=watching.describe,
         phase=watching.phase_of,
     )
@@ -118,18 +115,9 @@ def _run(
             with bus.reader() as others:
                 epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
         first_messages = (camera_info(viewer, epoch_ns),)
-        # Slots of cameras count from the Unix epoch: each camera starts at a time of its own.
-        origin_ns = 0 if isinstance(viewer.source, Device | Stream) else epoch_ns
-        stride = FrameStride(stride_settings(), viewer.fps, origin_ns, other_ids)
-        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, stride=stride))
-        return run(service, bus, clock, frames, stopped, first_messages=first_messages, stride=stride)
-
-
-def stride_settings() -> StrideSettings:
-    return StrideSettings(
-        parameters.STRIDE_WINDOW_NS, parameters.STRIDE_WINDOW_FRAMES, parameters.STRIDE_MISSED, parameters.STRIDE_SPARE,
-        parameters.STRIDE_WAIT_NS, parameters.STRIDE_LONGEST_WAIT_NS,
-    )  # fmt: skip
+        choice = FrameChoice(rig.fps)
+        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice))
+        return run(service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice)
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:

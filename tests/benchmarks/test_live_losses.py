@@ -74,7 +74,11 @@ def messages(
     after = [(SILHOUETTE.at(RIG, viewer="1"), COUNT * PERIOD_NS)] * 20  # after the last health: not counted
     found += [handled("tracker", "main", events[:50]), handled("tracker", "main", events[50:], 1, 50, 1)]
     found += [handled("tracker", "main", after, 2, len(events), 2)]
-    return [*found, health("tracker", "main", {"dropped_instants": counted}), health("integrator", "main", {"log_lost": 0})]
+    return [
+        *found,
+        health("tracker", "main", {"dropped_instants": counted, "whole_instants": COUNT}),
+        health("integrator", "main", {"log_lost": 0}),
+    ]
 
 
 def loss(received: Sequence[Envelope]) -> Account:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from tests.support.message_strategies import MESSAGE_TYPES, MESSAGES
 from zenocap.common import messages as m
-from zenocap.common.codec import MAX_BINARY, SMALL_BYTES, BadMessage, decode, encode, json_schema, size_limit
+from zenocap.common.codec import MAX_BINARY, SMALL_BYTES, BadMessage, OtherVersion, decode, encode, json_schema, size_limit
 
 CAMERA = m.CameraInfo(
     frame=3,
@@ -125,8 +125,18 @@ def test_a_message_without_type_is_refused() -> None:
         decode(msgpack.packb(untyped), m.CameraInfo)
 
 
-@pytest.mark.parametrize("version", [0, 2, "1"])
-def test_another_schema_version_is_refused(version: object) -> None:
+@pytest.mark.parametrize("version", [0, 2, 10**30])
+def test_a_message_of_another_wire_version_says_what_to_do(version: int) -> None:
+    """Also when its fields are others, as those of a later version may be."""
+    data = msgpack.packb({"type": "camera", "version": version % 2**64, "fields": "of another version"})
+    with pytest.raises(
+        OtherVersion, match=rf"wire version {version % 2**64}, this program 1: install the same zenocap on every"
+    ):
+        decode(data, m.CameraInfo)
+
+
+@pytest.mark.parametrize("version", ["1", 1.5, None, [1]])
+def test_a_version_that_is_no_number_is_refused(version: object) -> None:
     with pytest.raises(BadMessage, match=r"\$\.version"):
         decode(msgpack.packb(plain(CAMERA) | {"version": version}), m.CameraInfo)
 

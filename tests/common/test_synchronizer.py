@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zenocap.common.synchronizer import FARTHEST, GONE_AFTER, LONG_NS, OUTDATED, FrameSet, Synchronizer, push, with_stride
+from zenocap.common.synchronizer import FARTHEST, GONE_AFTER, LONG_NS, OUTDATED, FrameSet, Synchronizer, push, with_spacing
 
 FRAME_NS = 66_000_000
 VIEWERS = ("1", "2")
@@ -239,10 +239,8 @@ def test_viewers_that_skip_the_same_frames_are_paired_within_half_of_their_longe
     captured = [
         (viewer, k * FRAME_NS + (FRAME_NS * 9 // 10 if viewer == "2" else 0)) for k in range(0, 40, 2) for viewer in "12"
     ]
-    for strides, complete in (({"1": 2, "2": 2}, 20), ({"2": 2}, 20), ({}, 0)):
-        pairs: Synchronizer[str] = Synchronizer(("1", "2"), FRAME_NS // 2)
-        for viewer, stride in strides.items():
-            pairs = with_stride(pairs, viewer, stride)
+    for spacing, from_ns, complete in ((2, 0, 20), (2, 20 * FRAME_NS, 10), (1, 0, 0)):
+        pairs: Synchronizer[str] = with_spacing(Synchronizer(("1", "2"), FRAME_NS // 2), spacing, from_ns)
         found = 0
         for viewer, captured_ns in captured:
             pairs, frame_sets = push(pairs, viewer, captured_ns, viewer)
@@ -250,13 +248,7 @@ def test_viewers_that_skip_the_same_frames_are_paired_within_half_of_their_longe
         assert found == complete
 
 
-def test_a_viewer_that_skips_many_frames_is_waited_for_by_one_that_skips_none() -> None:
-    """The frame of the overloaded viewer arrives last."""
-    for stride, complete in ((8, 5), (1, 1)):
-        pairs: Synchronizer[str] = with_stride(Synchronizer(("1", "2"), FRAME_NS // 2), "2", stride)
-        found = 0
-        for k in range(40):
-            for viewer in "12" if k % 8 == 0 else "1":
-                pairs, frame_sets = push(pairs, viewer, k * FRAME_NS, viewer)
-                found += sum(len(frame_set.items) == 2 for frame_set in frame_sets)
-        assert found == complete
+def test_frame_sets_without_a_viewer_are_incomplete_while_it_is_waited_for() -> None:
+    alone = [("1", k * FRAME_NS) for k in range(3, GONE_AFTER + 13)]
+    pairs, _ = play([*both(0), *both(1), *both(2), *alone])
+    assert (pairs.complete, pairs.incomplete) == (3 + 10, GONE_AFTER)

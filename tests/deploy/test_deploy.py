@@ -1,6 +1,7 @@
 """The files of deploy/ are valid for zenocap, Zenoh and systemd."""
 
 import json
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -13,6 +14,7 @@ from zenocap.common.rig.rig import load_rig
 
 DEPLOY = ROOT / "deploy"
 UNITS = sorted((DEPLOY / "systemd").glob("*.service"))
+TIMERS = sorted((DEPLOY / "systemd").glob("*.timer"))
 
 
 @pytest.mark.parametrize("path", sorted((DEPLOY / "zenoh").glob("*.json5")), ids=lambda path: path.stem)
@@ -31,22 +33,43 @@ def test_the_rig_of_several_machines_has_certificates_and_a_router() -> None:
 
 
 def test_every_service_has_a_unit() -> None:
-    names = ("animator", "integrator", "recognizer", "router", "tracker", "viewer@")
+    names = ("animator", "certs", "integrator", "recognizer", "router", "tracker", "viewer@")
     assert [unit.stem for unit in UNITS] == [f"zenocap-{name}" for name in names]
 
 
 @pytest.mark.parametrize("unit", UNITS, ids=lambda path: path.stem)
 def test_a_unit_runs_unprivileged_and_restarts(unit: Path) -> None:
     lines = unit.read_text().splitlines()
-    for line in ("User=zenocap", "Restart=always", "NoNewPrivileges=yes", "ProtectSystem=strict", "CapabilityBoundingSet="):
+    for line in ("User=zenocap", "NoNewPrivileges=yes", "ProtectSystem=strict", "CapabilityBoundingSet="):
         assert line in lines
+    assert ("Restart=always" in lines) == ("Type=oneshot" not in lines)  # a timer starts the other again
+
+
+@pytest.mark.parametrize("unit", UNITS, ids=lambda path: path.stem)
+def test_a_unit_has_limits(unit: Path) -> None:
+    names = {line.partition("=")[0] for line in unit.read_text().splitlines()}
+    assert {"MemoryMax", "TasksMax", "LimitNOFILE", "CPUQuota"} <= names
+
+
+def test_every_container_has_limits() -> None:
+    """In the part that all services merge; only the tracker has another limit of its own."""
+    text = (DEPLOY / "compose.yaml").read_text()
+    common = text[text.index("x-service:") : text.index("x-open:")]
+    for key in ("mem_limit", "memswap_limit", "pids_limit", "cpus", "ulimits"):
+        assert f"\n  {key}: " in common
+    assert text.count("mem_limit: ") == 1
+    services = text[text.index("\nservices:") : text.index("\nvolumes:")]
+    assert services.count("\n    <<: *") == len(re.findall(r"\n  [a-z0-9\-]+:\n", services))
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed")
-@pytest.mark.parametrize("unit", UNITS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("unit", [*UNITS, *TIMERS], ids=lambda path: path.name)
 def test_systemd_accepts_the_unit(unit: Path, tmp_path: Path) -> None:
     text = unit.read_text().replace("/opt/zenocap/.venv/bin/zenocap", shutil.which("true") or "/bin/true")
     copy = tmp_path / unit.name.replace("@", "@1")
     copy.write_text(text)
+    if unit.suffix == ".timer":  # names its service
+        service = unit.with_suffix(".service").read_text()
+        copy.with_suffix(".service").write_text(service.replace("/opt/zenocap/.venv/bin/zenocap", "/bin/true"))
     found = subprocess.run(["systemd-analyze", "verify", "--man=no", copy], capture_output=True, text=True, check=False)
     assert (found.returncode, found.stderr) == (0, "")

@@ -53,8 +53,12 @@ def write_folder(
     *,
     still: bool = False,
     without_person: Sequence[str] = (),
+    flash_s: tuple[float, float] | None = None,
 ) -> Path:
-    """Folder with calibration, background pictures and videos that begin at the given times."""
+    """Folder with calibration, background pictures and videos that begin at the given times.
+
+    flash_s: beginning and end of a light, in the time of `starts_s`.
+    """
     (folder / "background").mkdir(parents=True)
     write_calibration(folder / "calibration.toml", cameras)
     rng = np.random.default_rng(0)
@@ -65,6 +69,11 @@ def write_folder(
         for k in range(round(seconds * FPS)):
             mask = mask_of(camera, starts_s[name] + k / FPS, still=still)
             seen = np.zeros_like(mask) if name in without_person else mask
-            images.append(np.where(seen[..., None] > 0, np.uint8(220), empty))
+            image = np.where(seen[..., None] > 0, np.uint8(220), empty)
+            if flash_s is not None:
+                begin_s = starts_s[name] + k / FPS
+                lit = max(0.0, min(begin_s + 1 / FPS, flash_s[1]) - max(begin_s, flash_s[0])) * FPS
+                image = np.clip(image + np.float64(80.0 * lit), 0, 255).astype(np.uint8)
+            images.append(image)
         write_video(folder / "videos" / f"{name}.mp4", images, fps=FPS, sound=(sounds or {}).get(name))
     return folder

@@ -9,7 +9,8 @@ from pathlib import Path
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import BusError, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
-from zenocap.common.bus.zenoh_session import ZenohOptions, router
+from zenocap.common.bus.zenoh_router import router
+from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.recording.log import Log
 from zenocap.common.recording.writer import Recording
 from zenocap.common.runtime import logs
@@ -95,7 +96,7 @@ def main(role: str, endpoint: str, *arguments: str) -> int:
     with stop_signals() as stopped:
         try:
             if role == "router":
-                router(ZenohOptions(listen=(endpoint,), multicast_scouting=False), stopped)
+                router(lambda _: ZenohOptions(listen=(endpoint,), multicast_scouting=False), stopped)
                 return 0
             with ZenohBus.open(options, RIG, clock, stopped) as bus:
                 match role:

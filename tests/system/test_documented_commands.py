@@ -39,7 +39,12 @@ LIVE = {
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, or enough examples.
 MAY_FAIL = {"doctor", "health", "posture evaluate", "posture train"}
-UNCERTAIN = {"sync": {LOSS}, "mirror": {LOSS}, "track": {LOSS, UNUSABLE}}  # two views at 15 frames/s may show too little
+UNCERTAIN = {
+    "certs": {LOSS},
+    "sync": {LOSS},
+    "mirror": {LOSS},
+    "track": {LOSS, UNUSABLE},
+}  # two views at 15 frames/s may show too little; no router runs
 STAND_INS = {
     "192.168.1.10": "127.0.0.1", "/etc/zenocap/rig.toml": "machines.toml", "RIG": "studio.toml", "SERVICE": "integrator",
     "NAME": "integrator",

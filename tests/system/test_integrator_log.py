@@ -14,6 +14,7 @@ import pytest
 
 from tests.support.places import ROOT
 from tests.support.rig_process import sighting
+from tests.support.small_disk import small_disk
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -154,3 +155,19 @@ def test_kill_during_a_recording_in_parts_loses_at_most_a_second(tmp_path: Path,
     found = recover(last, tmp_path / "recovered.mcap")
     assert found.lost
     assert list(Take(tmp_path / "recovered.mcap").messages()) == messages[last]
+
+
+def test_up_says_what_a_full_disk_has_and_has_not(tmp_path: Path) -> None:
+    """It said 0 messages for 9,761, and 0 lost, because it read neither a cut take nor the end of the integrator."""
+    with small_disk(tmp_path / "disk", 300) as folder:
+        line = ["demo", "--method", "two-view", "--seconds", "20", "--no-page", "--recordings", str(folder)]
+        command = [sys.executable, "-m", "zenocap", *line]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=240, check=False)
+        (take,) = folder.glob("*.mcap")
+        read = sum(1 for _ in Take(take).messages())
+    assert done.returncode == 3, done.stderr
+    (words,) = [text.split() for text in done.stdout.splitlines() if text.startswith("take: ")]
+    assert words[2:4] == [str(read), "messages,"]
+    assert words[5] == "lost"
+    assert read > 50
+    assert int(words[4]) > 50

@@ -48,6 +48,20 @@ def test_stand_ins_are_measured_to_the_pose(tmp_path: Path) -> None:
     assert remaining_processes("small") == []
 
 
+def test_offered_far_more_than_any_machine_can_do_whole_instants_come_out(tmp_path: Path) -> None:
+    """Both viewers leave out the same instants; without a common decision hardly any instant had both views."""
+    done = zenocap(
+        "load", "--rate", "600", "--seconds", "5", "--settle", "12", "--name", "overload", "-o", str(tmp_path), "--json",
+    )  # fmt: skip
+    assert done.returncode == 3, done.stderr
+    (point,) = json.loads(done.stdout)["points"]
+    skipped = [service["lost"]["skipped_frames"] for service in point["services"] if service["service"] == "viewer"]
+    assert min(skipped) > 0.5 * point["offered"]
+    assert max(skipped) - min(skipped) < 0.1 * point["offered"]
+    assert point["completed"] >= 5 * 5  # the lowest rate
+    assert point["partial"] <= 0.5 * point["completed"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

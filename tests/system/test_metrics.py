@@ -31,7 +31,7 @@ port = {udp}
 """
 SERVICES = 6  # two viewers, integrator, tracker, recognizer, animator
 # Queries that have no result while nothing is lost, and unless a viewer is overloaded.
-MAY_BE_EMPTY = ("zenocap_losses_total", "zenocap_frame_stride")
+MAY_BE_EMPTY = ("zenocap_losses_total", "zenocap_frame_share")
 
 
 def rig_file(folder: Path, udp: int) -> Path:

@@ -366,3 +366,27 @@ def _wait_for_rigs(observer: ZenohBus, expected: set[str], timeout_s: float = 10
     while observer.rigs() != expected:
         assert time.monotonic() < end_s, (observer.rigs(), expected)
         time.sleep(0.05)
+
+
+def test_liveliness_tokens_with_invalid_names_are_ignored(routed: ZenohOptions) -> None:
+    """The reader of all rigs ended with a ValueError, and the names reached the terminal."""
+    with ZenohBus.open(routed, "names", RealClock()) as watching, open_session(routed) as hostile:
+        watching.watch_alive()
+        keys = [ALIVE.format(rig=rig, service="viewer", id="1") for rig in ("a b", "\x1b[2J", "x" * 65, "good")]
+        keys += [
+            ALIVE.format(rig="names", service=service, id=id) for service, id in (("vi\x1bewer", "1"), ("viewer", "a b"))
+        ]
+        keys.append(ALIVE.format(rig="names", service="viewer", id="last"))
+        tokens = [hostile.liveliness().declare_token(key) for key in keys]
+        end_s = time.monotonic() + 10
+        while not {"good", "names"} <= watching.rigs():
+            assert time.monotonic() < end_s
+        assert watching.rigs() == {"good", "names"}
+        seen = []
+        while "last" not in seen:
+            event = watching.receive(1.0)
+            assert isinstance(event, Alive)
+            seen.append(event.id)
+        assert seen == ["last"]
+        assert watching.counters.rejected == {"names": 2}
+        assert len(tokens) == len(keys)

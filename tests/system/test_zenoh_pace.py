@@ -12,8 +12,9 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.codec import encode
+from zenocap.common.messages import PaceQuery
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import SIGHTING
+from zenocap.common.topics import FLOW_CONTROL, SIGHTING
 from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
 pytestmark = pytest.mark.system
@@ -100,3 +101,25 @@ def test_services_that_do_not_answer_are_distinguished(buses: tuple[ZenohBus, Ze
         wait_until_answered(player)
         assert set(player.wait_until_handled([MAIN, ("recognizer", "main")], 2.0)) == {MAIN}
     assert player.wait_until_handled([MAIN], 0.2) == {}  # alive, but frozen
+
+
+def test_queries_that_name_messages_never_sent_delay_no_other(buses: tuple[ZenohBus, ZenohBus]) -> None:
+    """As from a hostile program: each of them waited by itself, so that `zenocap health` was not answered."""
+    player, service = buses
+    log = service.reader()
+    service.subscribe(SIGHTING)
+    log.subscribe(SIGHTING)
+    service.declare_alive(*MAIN)
+    with handling(service, []), handling(log, []):
+        wait_until_answered(player)
+        key = FLOW_CONTROL.format(rig=RIG, service=MAIN[0], id=MAIN[1])
+        hostile = encode(PaceQuery(frame=0, captured_ns=0, sent={KEY: 10**9}))
+        replies: list[float] = []
+        started_s = time.monotonic()
+        for _ in range(100):
+            player._session.get(key, lambda _: replies.append(time.monotonic()), payload=hostile, timeout=30.0)
+        assert player.wait_until_handled([MAIN], 5.0) == {MAIN: frozenset()}
+        assert time.monotonic() - started_s < 5.0
+        while len(replies) < 100:
+            assert time.monotonic() - started_s < 10.0
+            time.sleep(0.01)

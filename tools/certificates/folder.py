@@ -4,13 +4,14 @@ import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Literal
 
 from zenocap.common.bus.access import Member
+from zenocap.common.bus.certificate import WARNED_DAYS, days_left, valid_until
 from zenocap.common.errors import UserError
-from zenocap.common.rig.security import AUTHORITY, certificate_file, key_file
+from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file
 from zenocap.tools.certificates.authority import (
     Pair,
     belong_together,
@@ -27,6 +28,7 @@ from zenocap.tools.certificates.authority import (
 )
 
 SECRET, OPEN = 0o600, 0o644
+VALID_DAYS = 730  # of certificates by default; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -68,33 +70,65 @@ def ready_authority(folder: Path, rig: str, now: datetime) -> tuple[Pair, bool]:
 
 
 def certify(
-    folder: Path, rig: str, members: Mapping[Member, Sequence[str]], now: datetime, days: int, *, renew: bool = False
-) -> list[MemberCertificate]:
+    folder: Path, rig: str, members: Mapping[Member, Sequence[str]], now: datetime, days: int, *, renew: bool = False,
+    renew_within: timedelta | None = None,
+) -> list[MemberCertificate]:  # fmt: skip
     """Create a certificate for each member and its hosts; existing ones are kept unless `renew`.
 
-    Raises UserError, also for an existing one of another member, authority or host.
+    renew_within: replaces those that expire within this time, for their hosts and those given.  Raises UserError, also for
+    an existing one of another member, authority or host, and for a revoked one.
     """
     authority, _ = ready_authority(folder, rig, now)
+    generations = generations_in(folder)
     made = []
     for member, hosts in members.items():
         path, secret = certificate_file(folder, member.name), key_file(folder, member.name)
+        name = _common_name(member, rig, generations)
         exists = path.exists() or secret.exists()
         if exists and not renew:
-            made.append(_kept(path, member, rig, hosts, authority))
-            continue
-        pair = issue(authority, _common_name(member, rig), hosts, now, days)
+            kept = _kept(path, member, name, hosts, authority)
+            if renew_within is None or kept.ends - now > renew_within:
+                made.append(kept)
+                continue
+            hosts = tuple(dict.fromkeys((*kept.hosts, *hosts)))
+        pair = issue(authority, name, hosts, now, days)
         _write_pair(path, secret, pair)
         done: Literal["made", "renewed"] = "renewed" if exists else "made"
         made.append(MemberCertificate(member, done, pair.certificate.not_valid_after_utc, hosts_of(pair.certificate)))
     return made
 
 
-def _kept(path: Path, member: Member, rig: str, hosts: Sequence[str], authority: Pair) -> MemberCertificate:
+def renewed(folder: Path, rig: str, members: Sequence[Member], now: datetime, days: int) -> list[MemberCertificate]:
+    """Replace the certificates of these members that are in the folder, for the same hosts.  Raises UserError."""
+    hosts = {}
+    for member in members:
+        path = certificate_file(folder, member.name)
+        if path.exists():
+            hosts[member] = hosts_of(read_certificate(str(path), path.read_bytes()))
+    return certify(folder, rig, hosts, now, days, renew=True)
+
+
+def renew_expiring(folder: Path, rig: str, members: Sequence[Member], now: datetime) -> list[MemberCertificate]:
+    """Replace those certificates in the folder that expire within WARNED_DAYS; only where the authority's key is.
+
+    Raises UserError and OSError.
+    """
+    if not key_file(folder, AUTHORITY).is_file():
+        return []
+    ends = {member: valid_until(certificate_file(folder, member.name)) for member in members}
+    soon = [member for member, end in ends.items() if end is not None and days_left(end, now) <= WARNED_DAYS]
+    return renewed(folder, rig, soon, now, VALID_DAYS) if soon else []
+
+
+def _kept(path: Path, member: Member, name: str, hosts: Sequence[str], authority: Pair) -> MemberCertificate:
+    """name: common name that it should have."""
     if not path.exists():
         raise UserError(f"{path}: missing beside its key: --renew replaces both")
     certificate = read_certificate(str(path), path.read_bytes())
     found = hosts_of(certificate)
-    if common_name(certificate) != _common_name(member, rig):
+    if common_name(certificate).partition("@")[0] == name.partition("@")[0] and common_name(certificate) != name:
+        raise UserError(f"{path}: is revoked: --renew replaces it")
+    if common_name(certificate) != name:
         raise UserError(f"{path}: exists already, of {common_name(certificate)!r}: choose another folder, or --renew")
     if not signed_by(certificate, authority.certificate):
         raise UserError(f"{path}: exists already, signed by another authority: --renew replaces it")
@@ -104,9 +138,9 @@ def _kept(path: Path, member: Member, rig: str, hosts: Sequence[str], authority:
     return MemberCertificate(member, "kept", certificate.not_valid_after_utc, found)
 
 
-def _common_name(member: Member, rig: str) -> str:
+def _common_name(member: Member, rig: str, generations: Mapping[str, int]) -> str:
     try:
-        return member.common_name(rig)
+        return member.common_name(rig, generations)
     except ValueError as error:
         raise UserError(str(error)) from error
 

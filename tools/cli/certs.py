@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import RigPath, one_line_errors, rig_at
+from zenocap.tools.cli.options import LOSS, RigPath, one_line_errors, rig_at
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.bus.access import Member
@@ -34,15 +34,28 @@ def certs(
     ] = None,
     days: Annotated[int, typer.Option("--days", min=1, max=3650, help="Validity (days).")] = 730,
     renew: Annotated[bool, typer.Option("--renew", help="Replace existing certificates and keys.")] = False,
+    renew_within: Annotated[
+        int | None,
+        typer.Option("--renew-within", metavar="DAYS", min=1, help="Replace those that expire within this time (days)."),
+    ] = None,
+    revoke: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--revoke",
+            metavar="NAME",
+            help="Revoke all certificates of this member so far, and make it a new one; may be repeated.",
+        ),
+    ] = None,
 ) -> None:
     """Create a certificate authority and certificates for the services, router, readers and recorders of a rig.
 
     Run it once on one machine and copy the listed files to each machine. Existing files are kept: run it again when a
     viewer is added. The hosts in the rig's `connect` belong to the router, or without a router to the integrator.
 
-    Example: `zenocap certs studio.toml --host router=192.168.1.10`
+    Example: `zenocap certs studio.toml --host router=192.168.1.10`; `zenocap certs studio.toml --revoke viewer-1` after the
+    machine of viewer 1 was lost: its routers exclude the certificate within seconds.
     """
-    from datetime import UTC, datetime
+    from datetime import UTC, datetime, timedelta
 
     from rich.console import Console
 
@@ -55,15 +68,75 @@ def certs(
 
         one = rig_at(rig, files=False)
         folder = output or one.security or one.base / "certs"
-        members = _chosen(one, service or ()) if service else needed_members(one)
+        if revoke:
+            _revoke(one, folder, revoke, days)
+            return
+        members = _chosen(one, service or (), "--service") if service else needed_members(one)
         hosts_of_members = _hosts(one, members, host or ())
-        made = certify(folder, one.name, hosts_of_members, datetime.now(UTC), days, renew=renew)
+        within = None if renew_within is None else timedelta(days=renew_within)
+        made = certify(folder, one.name, hosts_of_members, datetime.now(UTC), days, renew=renew, renew_within=within)
         if not made:
             raise UserError("no member to create a certificate for")
     Console().print(report(one.name, rig, folder, made, secured=one.security is not None), soft_wrap=True)
 
 
-def _chosen(rig: Rig, names: list[str] | tuple[str, ...]) -> tuple[Member, ...]:
+def renew_certificates(rig: Rig) -> None:
+    """Renew the certificates of a secured rig that expire soon, where the key of its authority is on this machine."""
+    from datetime import UTC, datetime
+    from importlib.util import find_spec
+
+    if rig.security is None or find_spec("cryptography") is None:
+        return
+    from zenocap.common.bus.access import ROUTER, Member
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.security import allowed_members
+    from zenocap.tools.certificates.folder import renew_expiring
+
+    try:
+        made = renew_expiring(rig.security, rig.name, (*allowed_members(rig), Member(ROUTER)), datetime.now(UTC))
+    except (UserError, OSError) as error:
+        typer.echo(f"certificates cannot be renewed: {error}", err=True)
+        return
+    if made:
+        typer.echo(f"certificates renewed before they expire: {', '.join(one.member.name for one in made)}", err=True)
+
+
+def _revoke(rig: Rig, folder: Path, names: list[str], days: int) -> None:
+    """Revoke certificates, make new ones, and pass the list on to the rig's routers.  Raises UserError."""
+    from datetime import UTC, datetime
+
+    from zenocap.common.bus.access import READER
+    from zenocap.common.bus.zenoh_revocations import confirmed, sender
+    from zenocap.common.bus.zenoh_session import ZenohOptions
+    from zenocap.common.rig.security import certificate_file, revocations_file, security_in
+    from zenocap.tools.certificates.folder import renewed
+    from zenocap.tools.certificates.revocation import revoke
+
+    now = datetime.now(UTC)
+    members = _chosen(rig, names, "--revoke")
+    options = None
+    if rig.zenoh.connect and certificate_file(folder, READER).exists():
+        options = ZenohOptions("client", rig.zenoh.connect, multicast_scouting=False, security=security_in(folder, READER))
+    with sender(options, rig.name) as send:  # by the present certificate of the reader, which may be among the revoked
+        signed = revoke(folder, rig.name, members, now)
+        typer.echo(f"revoked: {', '.join(member.name for member in members)} (list {signed.number})")
+        made = renewed(folder, rig.name, members, now, days)
+        if made:
+            typer.echo(f"new certificates, for their machines: {', '.join(one.member.name for one in made)}")
+        sent = send(signed.encoded())
+    routers = confirmed(options, rig.name, signed.number) if sent and options is not None else 0
+    if routers:
+        typer.echo(f"excluded by {routers} router{'s' * (routers != 1)} of the rig")
+        return
+    typer.echo(
+        f"no router of the rig was reached: copy {revocations_file(folder)} beside the certificates of every router, and "
+        "of every service of a rig without a router",
+        err=True,
+    )
+    raise typer.Exit(LOSS)
+
+
+def _chosen(rig: Rig, names: list[str] | tuple[str, ...], option: str) -> tuple[Member, ...]:
     """The members of these names.  Raises UserError."""
     from zenocap.common.bus.access import ROUTER, Member
     from zenocap.common.errors import UserError
@@ -72,7 +145,7 @@ def _chosen(rig: Rig, names: list[str] | tuple[str, ...]) -> tuple[Member, ...]:
     known = {member.name: member for member in (*allowed_members(rig), Member(ROUTER))}
     for name in names:
         if name not in known:
-            raise UserError(f"--service {name}: allowed: {', '.join(known)}")
+            raise UserError(f"{option} {name}: allowed: {', '.join(known)}")
     return tuple(known[name] for name in dict.fromkeys(names))
 
 

@@ -43,4 +43,9 @@ class Decisions:
 
     def names(self) -> list[str] | None:
         """Names of the cameras in use; None: all."""
-        return None if self.cameras is None else [name for part in self.cameras.split(",") if (name := part.strip())]
+        return camera_list(self.cameras)
+
+
+def camera_list(text: str | None) -> list[str] | None:
+    """Names of cameras in a text with commas; None: all."""
+    return None if text is None else [name for part in text.split(",") if (name := part.strip())]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.rig.rig import Rig
     from zenocap.tools.doctor.finding import Finding
 
+MAX_WORDS = 2000  # characters of a finding
 STYLES = {"ok": "green", "warning": "yellow", "wrong": "red"}
 
 
@@ -79,14 +80,16 @@ def _print(findings: list[Finding], as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
+    from zenocap.common.runtime.foreign_text import printable
+
     table = Table(box=None, show_header=False, pad_edge=False)
     for _ in range(3):
         table.add_column(overflow="fold")
     for finding in findings:
-        cell = Text(finding.words)
+        cell = Text(printable(finding.words, MAX_WORDS))
         if finding.remedy:
-            cell.append(f"\n{finding.remedy}", style="italic")
-        table.add_row(Text(finding.verdict, style=STYLES[finding.verdict]), finding.check, cell)
+            cell.append(f"\n{printable(finding.remedy, MAX_WORDS)}", style="italic")
+        table.add_row(Text(finding.verdict, style=STYLES[finding.verdict]), Text(printable(finding.check)), cell)
     console = Console()
     console.print(table)
     counts = {verdict: sum(finding.verdict == verdict for finding in findings) for verdict in STYLES}

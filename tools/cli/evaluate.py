@@ -14,8 +14,10 @@ from zenocap.tools.cli.options import DONE, LOSS, JsonOption, RawOption, TakePat
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.formats.trajectories import Trajectories
     from zenocap.tools.recordings.evaluate import Accuracy
 
+SAME_RATE = 0.02  # relative difference up to which two durations are equal; chosen by hand
 CENTRES = (".trc", ".bvh", ".mcap")  # suffixes of files with joint centres; the first one's are compared by default
 ANGLES = (".mot", ".bvh", ".trc", ".mcap")
 
@@ -103,7 +105,10 @@ def evaluate(
         else:
             from zenocap.common.formats.motion_files import read_centres
 
-            scored = accuracy(poses.trajectories(joints), read_centres(truth), selection)
+            track, centres = poses.trajectories(joints), read_centres(truth)
+            scored = accuracy(track, centres, selection)
+            if note := pairing_note(track, centres, every, offset):
+                typer.echo(f"note: {note}", err=True)
             result, lines = asdict(scored), _centre_lines(scored)
         cuts = [cut for cut in (poses.cut, summary_of(truth).cut if suffix == ".mcap" else None) if cut]
     for line in [json.dumps(result)] if as_json else lines:
@@ -111,6 +116,30 @@ def evaluate(
     for cut in cuts:
         typer.echo(f"lost: {cut}", err=True)
     raise typer.Exit(LOSS if cuts else DONE)
+
+
+def pairing_note(take: Trajectories, truth: Trajectories, every: int, offset: int) -> str:
+    """What is wrong with joint centres that are paired by frame number; empty where nothing is.
+
+    every: step in frames of the truth.  offset: frame number of the take minus that of the truth.
+    """
+    import numpy as np
+
+    shared = sorted({int(frame) - offset for frame in take.frames} & {int(frame) for frame in truth.frames})
+    if len(shared) < 2:
+        return ""
+    ends = [int(np.searchsorted(truth.frames, frame)) for frame in (shared[0], shared[-1])]
+    own = [int(np.searchsorted(take.frames, frame + offset)) for frame in (shared[0], shared[-1])]
+    truth_s, take_s = np.diff(truth.times_s[ends]).item(), np.diff(take.times_s[own]).item()
+    if abs(take_s - truth_s) > SAME_RATE * truth_s:
+        return (
+            f"frames {shared[0]} to {shared[-1]} last {take_s:.2f} s in the take and {truth_s:.2f} s in the truth: frames "
+            "of equal numbers are compared, so these figures mean nothing; use a truth of the same rate, or --angles"
+        )
+    step = int(np.median(np.diff(take.frames)))
+    if step > every:
+        return f"the take has every {step}. frame of the truth, and the others count as lost: give --every {step}"
+    return ""
 
 
 def _centre_lines(found: Accuracy) -> list[str]:

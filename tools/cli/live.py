@@ -91,9 +91,11 @@ def _run(
 
     from zenocap.common.recording.parts import take_path
     from zenocap.common.runtime.signals import stop_signals
+    from zenocap.tools.cli.certs import renew_certificates
     from zenocap.tools.launcher.shell import run_rig
 
     rig = rig_at(path, files=True)
+    renew_certificates(rig)
     options = zenoh.options(rig)
     take = take_path(rig.name, take_folder(rig, path, recordings), time.time_ns()) if rig.log.enabled and log else None
     with stop_signals() as stopped:
@@ -210,14 +212,19 @@ def router(
     Example: `zenocap router -l tcp/0.0.0.0:7447`, and on the other machines `-m client -e tcp/HOST:7447`;
     `zenocap router studio.toml lab.toml` for secured rigs.
     """
-    from zenocap.common.bus.zenoh_session import router as run_router
+    from zenocap.common.bus.zenoh_router import router as run_router
+    from zenocap.common.rig.security import router_files
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
 
     logs.configure("router")
     with one_line_errors(), stop_signals() as stopped:
-        secured = security([rig_at(rig, files=False) for rig in rigs or ()], "router")
-        run_router(zenoh.options(secured), stopped)
+        secured_rigs = [rig_at(rig, files=False) for rig in rigs or ()]
+        run_router(
+            lambda revocations: zenoh.options(security(secured_rigs, "router", revocations.generations)),
+            stopped,
+            router_files(secured_rigs),
+        )
         raise typer.Exit(DONE)
 
 

@@ -18,6 +18,7 @@ from zenocap.tools.cli import (
     load,
     metrics,
     mirror,
+    plan,
     recognizer,
     record,
     render,
@@ -68,6 +69,7 @@ TABLE = (
     (NETWORK, top.top),
     (NETWORK, metrics.metrics),
     (NETWORK, load.load),
+    (NETWORK, plan.plan),
     (NETWORK, health.health),
     (FILES, sync.sync),
     (FILES, track.track),
@@ -88,6 +90,7 @@ TABLE = (
 EXTRAS = {
     "cryptography": "certs", "ezc3d": "export", "hmmlearn": "training", "matplotlib": "plots",
     "prometheus_client": "metrics", "psutil": "load", "pylsl": "lsl", "sklearn": "training", "threadpoolctl": "training",
+    "xxhash": "ros",
 }  # fmt: skip
 for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(expanded(command))

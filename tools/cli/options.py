@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.errors import UserError
+from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.suggestions import WrongArgument, check_rig_path, check_take_path
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -71,7 +72,7 @@ def one_line_errors() -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        typer.echo(f"error: {error}", err=True)
+        typer.echo("\n".join(printable(line, MAX_LINE) for line in f"error: {error}".split("\n")), err=True)
         raise typer.Exit(USAGE if isinstance(error, WrongArgument) else FAILED) from None
 
 

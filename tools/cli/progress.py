@@ -99,7 +99,7 @@ def _bar(state: Progress, ended: Event, console: Console) -> None:
 
     if ended.wait(BAR_AFTER_S):
         return
-    columns = (BarColumn(), TextColumn("{task.description}"))
+    columns = (BarColumn(), TextColumn("{task.description}", markup=False))
     with Bars(*columns, console=console, transient=True, auto_refresh=False) as bars:
         task = bars.add_task(state.line(), total=state.total)
         while not ended.wait(REFRESH_S):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.decisions import camera_list
 from zenocap.tools.cli.options import DONE, LOSS, RigPath, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
 
@@ -15,8 +17,9 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.common.rig.rig import Rig
     from zenocap.tools.sync.synchronize import CameraOffset
 
+UNITS = {"sound": "ms between windows", "flash": "ms between flashes", "silhouettes": "px between outlines"}
 ADVICE = (
-    "nothing is written unless all offsets are certain; what helps: sound in every video, a clap, a "
+    "nothing is written unless all offsets are certain; what helps: sound in every video, a clap, a flash, a "
     "longer video in which the person walks and is seen whole by all cameras"
 )
 
@@ -24,8 +27,8 @@ ADVICE = (
 def sync(
     rig: RigPath,
     by: Annotated[
-        Literal["auto", "sound", "silhouettes"],
-        typer.Option(help="What is compared; auto: sound, and silhouettes of cameras without sound in common."),
+        Literal["auto", "sound", "flash", "silhouettes"],
+        typer.Option(help="What is compared; auto: sound; without it, the more exact of flashes and silhouettes."),
     ] = "auto",
     max_offset: Annotated[
         float, typer.Option(min=0.1, max=3600, help="Largest difference of the times at which two videos begin (s).")
@@ -33,11 +36,19 @@ def sync(
     seconds: Annotated[
         float, typer.Option(min=2, max=3600, help="Length of the part of each video to use, from its beginning (s).")
     ] = 120.0,
+    cameras: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,NAME...",
+            help="Compare these cameras only, such as cam01,cam03; two or more. Offsets of others in sync.toml stay.",
+        ),
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the offsets and write nothing.")] = False,
 ) -> None:
     """Find the times at which the videos of a folder or rig begin, and write FOLDER/sync.toml; of a rig file, print them.
 
-    Sound is compared by the phases of its spectrum; a clap, speech or steps suffice. Without sound, the outlines of the
+    Sound is compared by the phases of its spectrum; a clap, speech or steps suffice. Without sound, a flash or a lamp that
+    is switched shows in all videos, as a change of the whole image. And the outlines of the
     person are compared: planes through two cameras that touch the person touch the outline in both views at equal times.
     This needs the calibration and a person who moves. An existing sync.toml is replaced.
 
@@ -52,7 +63,7 @@ def sync(
         from zenocap.tools.sync.synchronize import Options, sync_text, synchronize, write_sync
 
         logs.configure("sync")
-        one = rig_at(rig, files=True)
+        one = rig_at(rig, files=True, cameras=camera_list(cameras))
         with progress("comparing the videos") as state:
             found, notes = synchronize(one, Options(by, max_offset, seconds), state.update)
         for note in notes:
@@ -72,7 +83,9 @@ def sync(
         elif not dry_run:
             names = camera_names(rig)
             comment = f"Written by zenocap sync, from {sources}; seconds after the first camera's video began"
-            typer.echo(f"written: {write_sync(rig, {names[id]: value for id, value in offsets.items()}, comment)}")
+            by_name = {names[id]: value for id, value in offsets.items()}
+            by_name = by_name if cameras is None else with_others(rig, by_name, list(names.values()))
+            typer.echo(f"written: {write_sync(rig, by_name, comment)}")
         else:
             typer.echo(sync_text(offsets, f"from {sources}; not written").rstrip())
     raise typer.Exit(DONE)
@@ -84,12 +97,26 @@ def line_of(rig: Rig, id: str, camera: CameraOffset) -> str:
     if not camera.is_certain:
         best = f"; the best is {found.offset_s:+.3f} s" if found.offset_s and isfinite(found.offset_s) else ""
         return f"{id}: not certain, by {camera.source}: {found.reason}{best}"
-    unit = "ms between windows" if camera.source == "sound" else "px between outlines"
+    unit = UNITS[camera.source]
     return (
         f"{id}: {found.offset_s + 0.0:+.4f} s, {found.offset_s / period_s + 0.0:+.2f} frames "
         f"(± {found.error_s / period_s:.2f}), by {camera.source}: {found.residual:.2f} {unit}, "
         f"margin {found.margin:.0f}, {found.pairs} pair{'s' if found.pairs != 1 else ''}"
     )
+
+
+def with_others(folder: Path, found: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
+    """Offsets by camera, those of an existing sync.toml for the cameras that were not compared; both from the same moment.
+
+    found: from the first of the compared cameras on.  names: of all cameras.  Raises UserError.
+    """
+    from zenocap.common.rig.folder import SYNC_FILE, read_offsets
+
+    kept = read_offsets(folder / SYNC_FILE, names)
+    begin_s = kept.get(next(iter(found)), 0.0)
+    compared = {name: begin_s + offset_s for name, offset_s in found.items()}
+    every = {**kept, **compared}
+    return {name: every[name] for name in names if name in every}
 
 
 def camera_names(folder: Path) -> dict[str, str]:

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, JsonOption, checked_take, one_line_errors
 from zenocap.tools.cli.progress import progress
 
@@ -55,5 +56,5 @@ def verify(
         values |= {"elapsed_s": elapsed_s, "differing_versions": other_versions(found)}
         typer.echo(json.dumps(values, indent=2))
     else:
-        typer.echo("\n".join(report(found, elapsed_s)))
+        typer.echo("\n".join(printable(line, MAX_LINE) for line in report(found, elapsed_s)))
     raise typer.Exit(FAILED if found.failed else DONE if found.complete else LOSS)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from collections.abc import Mapping
+
     from zenocap.common.bus.security import Security
     from zenocap.common.bus.zenoh_session import ZenohOptions
     from zenocap.common.rig.rig import Rig
@@ -97,13 +99,16 @@ class RouterArguments:
         return replace(arguments.options(), security=secured)
 
 
-def security(rigs: list[Rig], member: str) -> Security | None:
-    """The certificates of `member` for the rigs; None where they are not secured.  Raises UserError."""
+def security(rigs: list[Rig], member: str, generations: Mapping[str, int] | None = None) -> Security | None:
+    """The certificates of `member` for the rigs; None where they are not secured.  generations: see `security_of`.
+
+    Raises UserError.
+    """
     from zenocap.common.errors import UserError
     from zenocap.common.rig.security import security_of
 
     try:
-        return security_of(rigs, member)
+        return security_of(rigs, member, generations)
     except ValueError as error:
         raise UserError(str(error)) from error
 

@@ -6,10 +6,11 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Literal
 
+from zenocap.common.bus.certificate import WARNED_DAYS, days_left
 from zenocap.common.recording.log import shortage
 from zenocap.tools.doctor.finding import Finding, ok, warning, wrong
 
-SOON = timedelta(days=30)
+SOON = timedelta(days=WARNED_DAYS)
 
 
 @dataclass(frozen=True)
@@ -138,12 +139,15 @@ def check_certificate(certificate: Certificate, now: datetime) -> Finding:
         )
     if certificate.readable_by_others:
         return wrong(check, "other users of this machine can read its private key", f"chmod 600 {certificate.name}-key.pem")
+    left = days_left(certificate.ends, now)
     day = f"{certificate.ends:%Y-%m-%d}"
     if certificate.ends <= now:
         return wrong(check, f"expired on {day}", "`zenocap certs RIG --renew`, and copy it to this machine")
     if certificate.ends - now < SOON:
-        return warning(check, f"expires on {day}", "`zenocap certs RIG --renew`, and copy it to this machine")
-    return ok(check, f"valid until {day}")
+        return warning(
+            check, f"expires on {day}, {left} days left", "`zenocap certs RIG --renew`, and copy it to this machine"
+        )
+    return ok(check, f"valid until {day}, {left} days left")
 
 
 def check_compiled(missing: Sequence[str]) -> Finding:

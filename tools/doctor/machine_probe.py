@@ -9,7 +9,7 @@ from pathlib import Path
 import zenocap
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.security import AUTHORITY, certificate_file, key_file
+from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file
 from zenocap.common.rig.sources import Actor, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
 from zenocap.tools.doctor.machine_checks import Certificate, Disk, File, Port, SourceState
@@ -114,7 +114,7 @@ def _authority(folder: Path) -> Certificate:
 
 
 def _certificate(folder: Path, name: str) -> Certificate:
-    from zenocap.tools.certificates.authority import belong_together, read_certificate, read_key, signed_by
+    from zenocap.tools.certificates.authority import belong_together, common_name, read_certificate, read_key, signed_by
 
     path, secret, authority = certificate_file(folder, name), key_file(folder, name), certificate_file(folder, AUTHORITY)
     try:
@@ -129,4 +129,11 @@ def _certificate(folder: Path, name: str) -> Certificate:
         return Certificate(name, f"{secret} is not the key of {path}", None)
     if not signed_by(certificate, issuer):
         return Certificate(name, f"{path} is not signed by {authority}", None)
+    base, _, generation = common_name(certificate).partition("@")
+    try:
+        revoked = int(generation or 0) < generations_in(folder).get(base, 0)
+    except (UserError, ValueError) as error:
+        return Certificate(name, str(error), None)
+    if revoked:
+        return Certificate(name, f"{path} is revoked", None)
     return Certificate(name, None, certificate.not_valid_after_utc, bool(secret.stat().st_mode & 0o077))

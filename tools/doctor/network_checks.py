@@ -9,7 +9,7 @@ from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in
 from zenocap.tools.doctor.finding import Finding, ok, warning, wrong
 
 # With different versions of these, messages cannot be decoded or poses differ; other versions are only in the take.
-MUST_AGREE = ("zenocap",)
+MUST_AGREE = ("zenocap", "wire")
 SHOULD_AGREE = ("eclipse-zenoh", "msgspec", "python")
 
 
@@ -129,7 +129,14 @@ def check_messages(network: Network) -> list[Finding]:
     found = []
     for name, health in sorted(network.health.items()):
         rejected = sum(count for key, count in health.counts.items() if key.startswith("rejected_"))
-        if rejected:
+        others = health.counts.get("rejected_version", 0)
+        if others:
+            text = f"{title(name)} has rejected {others} messages of another wire version"
+            found.append(
+                wrong("messages", text, "install the same zenocap on every machine; its log names the senders' keys")
+            )
+        if rejected > others:
+            rejected -= others
             text = f"{title(name)} has rejected {rejected} invalid messages"
             found.append(
                 warning(

@@ -8,12 +8,13 @@ from rich.text import Text
 
 from zenocap.common import messages as m
 from zenocap.common.rig.services import ServiceKey, title
+from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.launcher.rig_status import RigStatus, lost_text, posture_label, view_of
 
 # Counts that are displayed; the others are only in the take.
 LOSSES = (
-    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors",
-    "unsendable", "log_lost",
+    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "rejected_version",
+    "step_errors", "unsendable", "log_lost",
 )  # fmt: skip
 
 # Processing stage of each service that runs once per frame.
@@ -30,7 +31,9 @@ def table(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float, t
         rows.add_column(heading, justify="right" if heading in ("frames/s", "dropped", "score") else "left")
     for service in services:
         rows.add_row(*_row(status, service))
-    return Group(rows, _pose_line(status), *_posture_line(status), Text(f"take: {take}    Ctrl-C ends", style="dim"))
+    return Group(
+        rows, _pose_line(status), *_posture_line(status), Text(f"take: {printable(take)}    Ctrl-C ends", style="dim")
+    )
 
 
 def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: float) -> str:
@@ -43,7 +46,7 @@ def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: flo
             continue
         view, score = _view(status, service)
         seen = f" {view} {score}".rstrip()
-        parts.append(f"{title(service)}: {health.rate:.1f}/s{seen} {health.state}")
+        parts.append(f"{title(service)}: {health.rate:.1f}/s{seen} {printable(health.state)}")
     angles = ", ".join(f"{name} {value}°" for name, value in status.angles().items())
     if status.posture is not None:
         parts.append(f"posture: {posture_label(status.posture)}")
@@ -68,7 +71,7 @@ def _row(status: RigStatus, service: ServiceKey) -> list[str | Text]:
         Text(str(lost), style="red" if lost else ""),
         view,
         score,
-        health.state,
+        Text(printable(health.state)),
     ]
 
 

@@ -1,6 +1,6 @@
 """Status of a rig from its messages, for the live table and the plain lines."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees
 from types import MappingProxyType
@@ -8,8 +8,10 @@ from types import MappingProxyType
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.rig.services import ServiceKey
+from zenocap.common.runtime.foreign_text import printable
 
-MAX_SERVICES = 256  # largest number of services whose health is stored
+MAX_SERVICES = 256  # services stored that the rig does not have; chosen by hand
+MAX_POSTURES = 256  # labels that are counted, as many as a model may have
 
 # Joint angles that are easy to recognize; degrees, a straight elbow or knee is 0.
 SHOWN_ANGLES = (
@@ -25,7 +27,7 @@ SHOWN_ANGLES = (
 class RigStatus:
     """health: last of each service.  alive: running services.  pose: last universal BAP or pose of the tracker.  bodies:
     number received.  complete: number of poses to which every viewer contributes.  posture, postures: last one; number by
-    label."""
+    label.  own: the services of the rig, which are always stored; of other names MAX_SERVICES."""
 
     health: Mapping[ServiceKey, m.Health] = field(default_factory=lambda: MappingProxyType({}))
     alive: frozenset[ServiceKey] = frozenset()
@@ -35,16 +37,19 @@ class RigStatus:
     bodies: int = 0
     posture: m.Posture | None = None
     postures: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    own: frozenset[ServiceKey] = frozenset()
 
     def updated(self, event: Envelope | Alive) -> "RigStatus":
         """The status after one event."""
         match event:
             case Alive(service=service, id=id, alive=alive):
-                services = self.alive | {(service, id)} if alive else self.alive - {(service, id)}
-                return replace(self, alive=services)
+                sender = (service, id)
+                if not alive:
+                    return replace(self, alive=self.alive - {sender})
+                return replace(self, alive=self.alive | {sender}) if self._stores(sender, self.alive) else self
             case Envelope(message=m.Health() as health):
                 sender = (health.service, health.id)
-                if sender not in self.health and len(self.health) >= MAX_SERVICES:
+                if not self._stores(sender, self.health):
                     return self
                 healths = {**self.health, sender: health}
                 return replace(self, health=MappingProxyType(healths))
@@ -57,10 +62,15 @@ class RigStatus:
                 return replace(self, bodies=self.bodies + 1)
             case Envelope(message=m.Posture() as posture):
                 label = posture_label(posture)
+                if label not in self.postures and len(self.postures) >= MAX_POSTURES:
+                    label = "others"
                 postures = {**self.postures, label: self.postures.get(label, 0) + 1}
                 return replace(self, posture=posture, postures=MappingProxyType(postures))
             case _:
                 return self
+
+    def _stores(self, sender: ServiceKey, stored: Collection[ServiceKey]) -> bool:
+        return sender in self.own or sender in stored or sum(one not in self.own for one in stored) < MAX_SERVICES
 
     def angles(self) -> dict[str, int]:
         """The displayed joint angles of the last pose, integer degrees."""
@@ -82,7 +92,7 @@ def view_of(pose: m.UniversalBap | m.TrackerPose | None, viewer: str) -> tuple[s
 
 
 def posture_label(posture: m.Posture) -> str:
-    return posture.label or "unknown movement"
+    return printable(posture.label or "unknown movement")
 
 
 def lost_text(pose: m.UniversalBap | m.TrackerPose) -> str:

@@ -3,24 +3,25 @@
 import logging
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from itertools import repeat
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
 from rich.console import Console
 from rich.live import Live
-from rich.logging import RichHandler
 
 from zenocap.common.bus.protocol import Alive, Bus, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.errors import UserError
+from zenocap.common.recording.summary import messages_in
 from zenocap.common.rig.rig import Rig
-from zenocap.common.rig.services import SERVICES, TIMEKEEPER, ServiceKey, services_of, title, warmup_parts
+from zenocap.common.rig.services import MAIN, SERVICES, TIMEKEEPER, ServiceKey, services_of, title, warmup_parts
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.launcher.display import dropped, plain_line, table
@@ -51,7 +52,7 @@ def run_rig(
     Raises BusError.
     """
     if console.is_terminal:
-        logging.getLogger().handlers[:] = [RichHandler(console=console, show_path=False)]
+        logging.getLogger().handlers[:] = [logs.terminal_handler(console)]
     else:
         logs.configure("zenocap")
     for note in rig.notes:
@@ -79,6 +80,7 @@ def run_rig(
             children.stop(lambda name: name != TIMEKEEPER)
             children.stop()
             supervisor.print_output()
+            supervisor.receive_rest()
     return supervisor.summary()
 
 
@@ -90,7 +92,7 @@ class Supervisor:
     ) -> None:
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
-        self._status = RigStatus()
+        self._status = RigStatus(own=frozenset(services))
         self._first_s: float | None = None
         for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
             bus.subscribe(topic)
@@ -116,7 +118,7 @@ class Supervisor:
 
     def print_output(self) -> None:
         """Print what the children wrote."""
-        for line in self._children.lines():
+        for line in map(printable, self._children.lines(), repeat(MAX_LINE)):
             if self._console.is_terminal:
                 self._print(line)
             else:
@@ -126,7 +128,8 @@ class Supervisor:
         """Print the result; return the exit status."""
         failed = self._failed_services()
         integrator = next(child for child in self._children.all if child.name == TIMEKEEPER)
-        lost = max(0, sum(health.counts.get("log_lost", 0) for health in self._status.health.values()))
+        lost = self._lost(integrator.status)
+        loss = "an unknown number lost: see the integrator's output" if lost is None else f"{lost} lost"
         if self._first_s is not None:
             self._print(
                 f"first pose {self._first_s:.1f} s after the start; {self._status.poses} poses, "
@@ -140,15 +143,37 @@ class Supervisor:
         if self._take is not None:
             takes = sorted(self._take.parent.glob(f"{self._take.stem}*.mcap"))
             for path in takes:
-                self._print(f"take: {path}: {messages_in(path)} messages, {lost} lost")
+                self._print(f"take: {path}: {_content(path)}" + (f", {loss}" if len(takes) == 1 else ""))
+            if len(takes) != 1 and (takes or lost != 0):
+                self._print(f"takes: {loss}")
             if takes and self._status.poses:
                 self._print(f"content: zenocap info {takes[0]}")
                 self._print(f"joint centres: zenocap export {takes[0]} --to trc -o {self._take.stem}.trc")
         broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
-        stopped = any(health.counts.get("log_stopped", 0) for health in self._status.health.values())
-        return FAILED if broken else LOSS if failed or lost or stopped else DONE
+        stopped = self._log_counts().get("log_stopped", 0)
+        return FAILED if broken else LOSS if failed or lost != 0 or stopped else DONE
+
+    def receive_rest(self) -> None:
+        """Handle what the services published until they ended, such as the integrator's last health."""
+        while (event := self._bus.receive(POLL_S)) is not None:
+            if isinstance(event, Envelope | Alive):
+                self._status = self._status.updated(event)
+
+    def _log_counts(self) -> Mapping[str, int]:
+        health = self._status.health.get((TIMEKEEPER, MAIN))
+        return health.counts if health is not None else {}
+
+    def _lost(self, status: int | None) -> int | None:
+        """Messages that are not in the takes; None when unknown.  status: exit status of the integrator.
+
+        Its last health, after the log was closed, has their number; without it the exit status says whether there are any.
+        """
+        counts = self._log_counts()
+        if counts.get("log_closed", 0):
+            return counts.get("log_lost", 0)
+        return (counts.get("log_lost", 0) or None) if self._take is not None and status != DONE else 0
 
     def _is_over(self) -> bool:
         names = [title(service) for service in self._services if service[0] == "viewer"]
@@ -183,14 +208,12 @@ class Supervisor:
         self._console.file.flush()
 
 
-def messages_in(path: Path) -> int:
-    """Number of messages of a finished take; 0 for a truncated one."""
+def _content(path: Path) -> str:
+    """Number of messages of a take as text."""
     try:
-        with path.open("rb") as file:
-            summary = make_reader(file).get_summary()
-    except (McapError, OSError):
-        return 0
-    return summary.statistics.message_count if summary and summary.statistics else 0
+        return f"{messages_in(path)} messages"
+    except UserError as error:
+        return printable(error)
 
 
 def _finished(child: ChildProcess) -> bool:

@@ -21,9 +21,10 @@ from zenocap.common.messages import Assignment, Message
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Event, Service, Subscription, run
 from zenocap.common.runtime.signals import stop_signals
-from zenocap.common.topics import ASSIGNMENT, HANDLED, TOPICS
+from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, HANDLED, TOPICS
 from zenocap.services.viewer.shell import camera_info
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import there_and_back
@@ -72,7 +73,7 @@ def step(setup: Setup, waiting: DueFrame | None, event: Event[DueFrame]) -> tupl
 
 
 def due_frames(fps: float, playback: Playback) -> Iterator[DueFrame]:
-    """Yield frame n at `epoch_ns` + n / fps without end; frames that are late are skipped."""
+    """Yield frame n at `epoch_ns` + n / fps without end, except late ones and those that the rate leaves out."""
     index = 0
     while True:
         index = playback.next_index(index, fps)
@@ -85,11 +86,14 @@ def run_stand_in(viewer: Viewer, rig: str, epoch_ns: int, options: ZenohOptions)
     """Run until stopped; return the exit status.  rig: its name.  Raises BusError and OSError."""
     setup, clock = Setup(viewer.id, read_messages(messages_file(viewer)), viewer.fps), RealClock()
     service: Service[Setup, DueFrame | None, DueFrame] = Service(
-        "viewer", viewer.id, setup, None, step, (Subscription(ASSIGNMENT),), describe=lambda _: "stand-in"
-    )
+        "viewer", viewer.id, setup, None, step, (Subscription(ASSIGNMENT), Subscription(FRAME_RATE)),
+        describe=lambda _: "stand-in",
+    )  # fmt: skip
     with stop_signals(with_parent=True) as stopped, ZenohBus.open(options, rig, clock, stopped) as bus:
-        frames = due_frames(viewer.fps, Playback(epoch_ns, clock))
-        return run(service, bus, clock, frames, stopped, first_messages=(camera_info(viewer, epoch_ns),))
+        choice = FrameChoice(viewer.fps)
+        frames = due_frames(viewer.fps, Playback(epoch_ns, clock, choice=choice))
+        first_messages = (camera_info(viewer, epoch_ns),)
+        return run(service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice)
 
 
 def run_subscriber(rig: str, id: str, options: ZenohOptions) -> int:

@@ -26,10 +26,15 @@ COUNTERS: Mapping[str, tuple[str, str]] = {  # count of a health message: name o
 }
 COUNT_GAUGES: Mapping[str, tuple[str, str, float]] = {  # the same with a factor to the base unit
     "queued": ("zenocap_queued_messages", "Received messages that wait to be processed.", 1.0),
-    "frame_stride": ("zenocap_frame_stride", "The viewer processes every n-th frame; 1 without overload.", 1.0),
+    "kept_percent": ("zenocap_frame_share", "Share of the frames that the viewer processes; 1 without overload.", 0.01),
     "log_on": ("zenocap_log_recording", "1 while a take is recorded, else 0.", 1.0),
     "log_stopped": ("zenocap_log_stopped", "1 when the take could not be written any more, else 0.", 1.0),
     "log_free_mb": ("zenocap_log_free_bytes", "Free space of the disk with the takes.", 1e6),
+    "certificate_days": (
+        "zenocap_certificate_left_seconds",
+        "Until its certificate expires, whole days.",
+        86400.0,
+    ),
 }
 HEALTH_GAUGES: tuple[tuple[str, str, Callable[[Health], float]], ...] = (
     ("zenocap_rate_hertz", "Frames per second, or messages of the busiest topic.", lambda health: health.rate),

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 
-from prometheus_client import CollectorRegistry, ProcessCollector, start_http_server
+from prometheus_client import CollectorRegistry, ProcessCollector
 
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
@@ -16,6 +16,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.queries import PeriodicQueries
 from zenocap.common.topics import HANDLED, HEALTH, TRACKER_POSE, UNIVERSAL_BAP
 from zenocap.tools.metrics.families import RigCollector
+from zenocap.tools.metrics.http_server import start_server
 from zenocap.tools.metrics.observations import Observations
 
 logger = logging.getLogger(__name__)
@@ -102,7 +103,7 @@ def run_metrics(
         registry.register(exporter.collector)
         ProcessCollector(registry=registry)
         try:
-            server, thread = start_http_server(port, host, registry)
+            server, thread = start_server(host, port, registry)
         except (OSError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or error
             raise UserError(f"--host {host} --port {port}: cannot be listened on: {reason}") from error

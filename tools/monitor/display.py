@@ -6,6 +6,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from zenocap.common.bus.certificate import WARNED_DAYS
+from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.monitor.table import TROUBLE, Row
 
 BLOCKS = "▁▂▃▄▅▆▇█"
@@ -38,27 +40,33 @@ def shown(rows: Sequence[Row], foot: str) -> Group:
 def _table(rig: str, rows: Sequence[Row]) -> Table:
     up, cores = sum(row.status == "up" for row in rows), sum(row.cores for row in rows)
     memory = sum(row.memory_mb for row in rows)
-    table = Table(
-        title=f"{rig}: {up} of {len(rows)} up, {cores:.2f} cores, {memory:.0f} MB", title_justify="left", expand=False
-    )
-    for heading in HEADINGS:
+    title = f"{printable(rig)}: {up} of {len(rows)} up, {cores:.2f} cores, {memory:.0f} MB"
+    table = Table(title=Text(title), title_justify="left", expand=False)
+    secured = any(row.certificate_days is not None for row in rows)
+    for heading in (*HEADINGS[:-1], "cert days", HEADINGS[-1]) if secured else HEADINGS:
         left = heading in LEFT
         table.add_column(heading, justify="left" if left else "right", no_wrap=heading != "state", overflow="ellipsis")
     for row in rows:
-        table.add_row(*_cells(row), style="red" if row.status in TROUBLE else "")
+        table.add_row(*_cells(row, secured=secured), style="red" if row.status in TROUBLE else "")
     return table
 
 
-def _cells(row: Row) -> list[str | Text]:
-    status = Text(row.status, style=STYLES[row.status])
+def _cells(row: Row, *, secured: bool) -> list[str | Text]:
+    """secured: whether there is a column for the certificates."""
+    status, title = Text(row.status, style=STYLES[row.status]), Text(printable(row.title))
     if row.status in ("missing", "starting"):
-        return [row.title, status]
+        return [title, status]
     lost = Text(f"{row.lost}" + (f" +{row.lately}" if row.lately else ""), style="red" if row.lately else "")
     return [
-        row.title, status, f"{row.rate:.1f}", sparkline(row.rates), _number(row.latency_ms), row.stage, lost, _clock(row),
+        title, status, f"{row.rate:.1f}", sparkline(row.rates), _number(row.latency_ms), Text(printable(row.stage)), lost,
+        _clock(row),
         f"{row.memory_mb:.0f}", f"{row.cores:.2f}", Text(f"{row.busy:.0%}", style="red" if row.busy > 0.9 else ""),
-        row.words,
+        *([_days(row.certificate_days)] if secured else []), Text(printable(row.words)),
     ]  # fmt: skip
+
+
+def _days(days: int | None) -> Text:
+    return Text("" if days is None else f"{days}", style="red" if days is not None and days <= WARNED_DAYS else "")
 
 
 def sparkline(values: Sequence[float], length: int = 10) -> str:

@@ -13,6 +13,7 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.runtime.keyboard import Key, keyboard
 from zenocap.common.topics import HEALTH
 from zenocap.tools.monitor.display import as_json, shown
@@ -104,7 +105,7 @@ def _live(top: Top, stopped: Callable[[], bool], console: Console) -> None:
 
 def plain_line(row: Row) -> str:
     """One service as a line of text, without a terminal."""
-    text = f"{row.rig} {row.title}: {row.status}"
+    text = printable(f"{row.rig} {row.title}: {row.status}")
     if row.status in ("missing", "starting"):
         return text
-    return f"{text} {row.rate:.1f}/s {row.cores:.2f} cores {row.memory_mb:.0f} MB lost {row.lost} | {row.words}"
+    return f"{text} {row.rate:.1f}/s {row.cores:.2f} cores {row.memory_mb:.0f} MB lost {row.lost} | {printable(row.words)}"

@@ -13,9 +13,10 @@ Status = Literal["up", "starting", "silent", "gone", "missing"]
 
 SILENT_NS = 3_000_000_000  # time without a health message, which is published every second
 KEPT_RATES = 30
+MAX_SERVICES = 256  # stored of each rig beside those of its rig file; chosen by hand
 LOSSES = (
-    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "rejected_names",
-    "rejected_size", "step_errors", "unsendable", "log_lost",
+    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "rejected_version",
+    "rejected_names", "rejected_size", "step_errors", "unsendable", "log_lost",
 )  # fmt: skip
 TROUBLE: tuple[Status, ...] = ("silent", "gone", "missing")
 
@@ -40,6 +41,7 @@ class Row:
     """One line of the table.  latency_ms: age of its result, or of its frame, on completion; None without either.
 
     stage: its slowest stage, with the time.  lost: since its start.  offset_ms, error_ms: of its clock; None if unknown.
+    certificate_days: until its certificate expires; None for a rig without certificates.
     """
 
     rig: str
@@ -60,6 +62,7 @@ class Row:
     busy: float = 0.0
     phase: str = ""
     words: str = ""
+    certificate_days: int | None = None
 
     @property
     def title(self) -> str:
@@ -90,6 +93,11 @@ class Network:
                 return self
 
     def _with(self, key: tuple[str, str, str], state: ServiceState) -> "Network":
+        rig, service, id = key
+        expected = self.expected.get(rig, ())
+        others = (known for known in self.known if known[0] == rig and known[1:] not in expected)
+        if key not in self.known and (service, id) not in expected and sum(1 for _ in others) >= MAX_SERVICES:
+            return self
         return replace(self, known=MappingProxyType({**self.known, key: state}))
 
     def rows(self, now_ns: int) -> Iterator[Row]:
@@ -122,6 +130,7 @@ def _row(rig: str, service: str, id: str, state: ServiceState, now_ns: int) -> R
         _lost(health), state.lately, health.counts.get("dropped_superseded", 0),
         health.clock_offset_ns / 1e6 if clock else None, health.clock_error_ns / 1e6 if clock else None,
         health.memory_bytes / 1e6, health.cores, health.busy, health.phase, health.state,
+        health.counts.get("certificate_days"),
     )  # fmt: skip
 
 

@@ -13,13 +13,17 @@ from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
 from zenocap.common.topics import (
     ASSIGNMENT,
     COMMAND,
+    FRAME_RATE,
     HEALTH,
     POSTURE,
     SIGHTING,
     SILHOUETTE,
+    TRACKER_DETAIL,
     VERDICT,
     topic_at,
 )
+from zenocap.tools.recordings.rate_statistics import RateTally, Reduced
+from zenocap.tools.recordings.take_health import HealthTally, ServiceHealth
 from zenocap.tools.recordings.take_part import TakePart
 from zenocap.tools.recordings.take_statistics import (
     Channel,
@@ -28,10 +32,8 @@ from zenocap.tools.recordings.take_statistics import (
     CommandTally,
     Frames,
     FrameTally,
-    HealthTally,
     Pairs,
     Recognized,
-    ServiceHealth,
     Tracked,
     chunk_counts,
 )
@@ -71,6 +73,7 @@ class Info:
     frames: tuple[Frames, ...]
     pairs: Pairs | None
     height_ratio: float | None
+    reduced: Reduced | None  # None when all frames were processed
     tracked: Tracked | None
     recognised: Recognized | None  # spelled as in the JSON of `zenocap info`
     commands: Commands | None
@@ -130,6 +133,7 @@ def info(
         frames=tuple(one.frames(viewer, topic) for (viewer, topic), one in sorted(tally.frames.items())),
         pairs=tally.pairs if tally.pairs.instants else None,
         height_ratio=tally.height_ratio,
+        reduced=tally.rate.reduced(end_ns),
         tracked=tally.tracked if tally.tracked.poses else None,
         recognised=tally.recognized if tally.recognized.answers else None,
         commands=tally.commands.commands(),
@@ -165,6 +169,7 @@ class _Tally:
         self.tracked = Tracked()
         self.recognized = Recognized()
         self.commands = CommandTally()
+        self.rate = RateTally()
         self.unreadable = 0
         self.rig = ""
         self.evidence = Evidence()
@@ -180,7 +185,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        if topic in (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT):
+        if topic in (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -206,6 +211,8 @@ class _Tally:
                 self.recognized.add(posture)
             case m.CommandResult() as result:
                 self.commands.add(result)
+            case m.FrameRate() | m.TrackerDetail() as decision:
+                self.rate.add(decision)
             case m.Health() as health:
                 self.health.setdefault((health.service, health.id), HealthTally()).add(health)
 

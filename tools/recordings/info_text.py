@@ -3,8 +3,10 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
+from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.recordings.info import Info
-from zenocap.tools.recordings.take_statistics import Channel, Frames, ServiceHealth
+from zenocap.tools.recordings.take_health import ServiceHealth
+from zenocap.tools.recordings.take_statistics import Channel, Frames
 from zenocap.tools.verdict.text import EVIDENCE, part_lines, verdict_lines
 
 LABEL = 12
@@ -12,7 +14,11 @@ WIDTH = 100
 
 
 def lines_of(info: Info) -> Iterator[str]:
-    """Yield the lines, without line ends."""
+    """Yield the lines, without line ends; texts of the take are escaped."""
+    return (printable(line, MAX_LINE) for line in _lines(info))
+
+
+def _lines(info: Info) -> Iterator[str]:
     chunks = ", ".join(f"{count} chunks {name}" for name, count in info.chunks.items()) or "no chunks"
     yield _line("take", info.path)
     yield _line("size", f"{_size(info.size_bytes)}, {info.messages} messages, {chunks}")
@@ -22,9 +28,9 @@ def lines_of(info: Info) -> Iterator[str]:
     if info.unreadable:
         yield _line("unreadable", f"{info.unreadable} messages, perhaps of another version")
     for name, values in info.metadata.items():
-        yield from _wrapped(name, [f"{key} {value}".strip() for key, value in values.items()])
+        yield from _wrapped(name, [printable(f"{key} {value}".strip()) for key, value in values.items()])
     for name, size in info.attachments.items():
-        yield _line("file", f"{name}, {_size(size)}")
+        yield _line("file", f"{printable(name)}, {_size(size)}")
     if info.parameters:
         yield _line("parameters", f"{sum(info.parameters.values())} values of {len(info.parameters)} services")
     if info.channels:
@@ -45,6 +51,12 @@ def lines_of(info: Info) -> Iterator[str]:
         yield _line("pairs", ", ".join([*parts, f"{pairs.stale} with a stale viewer"]))
     if info.height_ratio is not None:
         yield _line("heights", f"{info.height_ratio - 1:+.1%} in the side view, compared with the front view")
+    if info.reduced:
+        reduced = info.reduced
+        parts = [f"{reduced.seconds:.1f} s: {reduced.reason}, the lowest rate"] if reduced.seconds else []
+        parts += [f"{reduced.thinned_s:.1f} s with fewer points and particles of the tracker"] if reduced.thinned_s else []
+        yield ""
+        yield from _wrapped("overload", parts)
     if info.tracked:
         tracked = info.tracked
         by_views = [f"{count} of {views} views" for views, count in sorted(tracked.views.items(), reverse=True)]
@@ -64,7 +76,7 @@ def lines_of(info: Info) -> Iterator[str]:
         yield from part_lines(info.verdict, info.start_ns)
     if info.recognised:
         recognized = info.recognised
-        by_label = [f"{label} {count}" for label, count in sorted(recognized.labels.items())]
+        by_label = [f"{printable(label)} {count}" for label, count in sorted(recognized.labels.items())]
         unknown = [f"{recognized.unknown} unknown movements"] if recognized.unknown else []
         yield ""
         yield from _wrapped("postures", [f"{recognized.answers - recognized.unknown} postures", *by_label, *unknown])
@@ -125,7 +137,7 @@ def _frames(frames: Sequence[Frames]) -> Iterator[str]:
 
 
 def _health(health: ServiceHealth) -> Iterator[str]:
-    yield f"{health.service} {health.id}: {health.reports} reports, at the end: {health.state}"
+    yield f"{health.service} {health.id}: {health.reports} reports, at the end: {printable(health.state)}"
     parts = [f"{name} {count}" for name, count in health.counts.items()]
     parts += [f"memory {health.memory_mb:.0f} MB"] if health.memory_mb else []
     if health.clock_offset_ms or health.clock_error_ms:
@@ -134,6 +146,7 @@ def _health(health: ServiceHealth) -> Iterator[str]:
 
 
 def _table(rows: Sequence[tuple[str, ...]], right: tuple[int, ...]) -> Iterator[str]:
+    rows = [tuple(printable(cell) for cell in row) for row in rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     for row in rows:
         cells = [

@@ -31,6 +31,7 @@ from zenocap.common.runtime.service_info import versions
 from zenocap.common.topics import (
     BOTH_WAYS_POSE,
     CAMERA,
+    FRAME_RATE,
     HANDLED,
     HEALTH,
     POSTURE,
@@ -50,7 +51,8 @@ from zenocap.tools.recordings.track import record_verdict
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of
 
-INPUTS = (SILHOUETTE, CAMERA, HEALTH, REQUEST)
+# Not the detail of an overloaded tracker: now there is time for all points.
+INPUTS = (SILHOUETTE, CAMERA, HEALTH, FRAME_RATE, REQUEST)
 OUTPUTS = (TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, POSTURE, HANDLED)
 TRACKER: ServiceKey = ("tracker", MAIN)
 RECOGNIZER: ServiceKey = ("recognizer", MAIN)

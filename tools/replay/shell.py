@@ -9,7 +9,6 @@ from pathlib import Path
 from time import monotonic, sleep
 
 from rich.console import Console
-from rich.logging import RichHandler
 
 from zenocap.common.bus.protocol import Bus, BusError, DuplicateService
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -17,7 +16,9 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.runtime.keyboard import keyboard
+from zenocap.common.runtime.logs import terminal_handler
 from zenocap.common.topics import service_at, topic_at
 from zenocap.tools.recordings.take_part import frame_of
 from zenocap.tools.replay.consumers import Consumers, Name
@@ -60,7 +61,7 @@ def run_replay(
 ) -> int:
     """Replay until the end or `stopped`; returns the exit status.  Raises UserError, BusError and ValueError."""
     if console.is_terminal:
-        logging.getLogger().handlers[:] = [RichHandler(console=console, show_path=False)]
+        logging.getLogger().handlers[:] = [terminal_handler(console)]
     plan = planned(Timeline(paths), options)
     rig = rig_of(plan)
     sys.setswitchinterval(THREAD_SWITCH_S)
@@ -91,7 +92,7 @@ def run_replay(
     lost = [*plan.timeline.lost.values(), *(f"{key}: {count} messages are not valid" for key, count in player.bad.items())]
     lost += [f"{service} {id} did not keep up" for service, id in sorted(consumers.given_up)]
     for problem in lost:
-        print(f"lost: {problem}", file=sys.stderr)
+        print(f"lost: {printable(problem)}", file=sys.stderr)
     return LOSS if lost else DONE
 
 

@@ -1,33 +1,30 @@
-"""`zenocap sync`: the times at which the videos of a rig begin, from sound or silhouettes, and the file for them."""
+"""`zenocap sync`: the times at which the videos of a rig begin, from sound, light or silhouettes, and the file for them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
+from math import hypot, inf
 from pathlib import Path
 from typing import Literal
 
-import cv2
-
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
-from zenocap.common.errors import EndedEarly, UserError
-from zenocap.common.messages import Silhouette
+from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import SYNC_FILE
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import VideoFile
-from zenocap.common.runtime.clock import ManualClock
-from zenocap.common.vision.mask_codec import unpack
-from zenocap.services.viewer import silhouette_step
-from zenocap.services.viewer.shell import silhouette_service
-from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.source import open_source
-from zenocap.tools.sync.pairs import Offset, offsets_of, reach_s
+from zenocap.tools.sync.light import FLASH_LIMITS, FlashPair, light_changes
+from zenocap.tools.sync.pairs import Comparison, Limits, Offset, offsets_of, reach_s
 from zenocap.tools.sync.sound import SOUND_LIMITS, SoundPair, read_sound
-from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
+from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
+from zenocap.tools.sync.videos import brightness_in, from_its_beginning, outlines_of
 
-Method = Literal["auto", "sound", "silhouettes"]
-SOUND, SILHOUETTES = "sound", "silhouettes"
+Method = Literal["auto", "sound", "flash", "silhouettes"]
+SOUND, FLASH, SILHOUETTES = "sound", "flash", "silhouettes"
 NO_PERSON = "no person in view"
 TOGETHER = "the videos began together within the errors of the offsets: 0 is taken"
+EXACT_FRAMES = 0.1  # standard error of flashes, up to which silhouettes are not compared too
+CONTRADICTION_ERRORS = 5.0
+CONTRADICTION = "flash and silhouettes contradict each other: choose with --by"
 TOGETHER_ERRORS, TOGETHER_FRAMES = 2.0, 0.5  # largest offsets of videos that began together; chosen by hand
 
 
@@ -42,7 +39,7 @@ class Options:
 
 @dataclass(frozen=True)
 class CameraOffset:
-    """Offset of one camera.  source: what it was found from, "sound" or "silhouettes"."""
+    """Offset of one camera.  source: what it was found from, "sound", "flash" or "silhouettes"."""
 
     source: str
     offset: Offset
@@ -59,25 +56,93 @@ def synchronize(
 
     on_frame: receives the number of frames segmented so far.  Raises UserError.
     """
-    viewers = {viewer.id: _from_its_beginning(rig, viewer) for viewer in rig.viewers}
+    viewers = {viewer.id: from_its_beginning(rig, viewer) for viewer in rig.viewers}
     found: dict[str, CameraOffset] = {}
     notes: list[str] = []
-    if options.by != SILHOUETTES:
+    if options.by in ("auto", SOUND):
         sounds = {id: read_sound(viewer.source.path, options.seconds) for id, viewer in viewers.items()}  # type: ignore[union-attr]
         found, notes = _by_sound(sounds, options)
-        if options.by == SOUND or all(id in found and found[id].is_certain for id in viewers):
+        if options.by == SOUND or _all_certain(viewers, found):
             silent = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "no sound")
             return _together(viewers, {id: found.get(id, CameraOffset(SOUND, silent)) for id in viewers}, notes), notes
-    known = {id: one.offset.offset_s for id, one in found.items() if one.is_certain}
+    known = {id: one for id, one in found.items() if one.is_certain}
+    flashes: dict[str, CameraOffset] = {}
+    if options.by in ("auto", FLASH):
+        flashes = _by_flash(viewers, options, known)
+        exact = all(one.offset.error_s <= EXACT_FRAMES / viewers[id].fps for id, one in flashes.items())
+        if options.by == FLASH or (exact and _all_certain(viewers, flashes)):
+            return _together(viewers, flashes, notes), notes
     outlines = outlines_of(viewers, options.seconds, on_frame)
+    silhouettes = _by_silhouettes(viewers, outlines, options, known)
+    if _all_certain(viewers, silhouettes) and _all_certain(viewers, flashes):
+        for id in viewers:
+            one, other = silhouettes[id].offset, flashes[id].offset
+            apart_s = abs(one.offset_s - other.offset_s)
+            if apart_s > CONTRADICTION_ERRORS * hypot(one.error_s, other.error_s):
+                silhouettes[id] = replace(silhouettes[id], offset=replace(one, reason=CONTRADICTION))
+                flashes[id] = replace(flashes[id], offset=replace(other, reason=CONTRADICTION))
+        if not _all_certain(viewers, silhouettes):
+            return _together(viewers, silhouettes, notes), notes
+    if _all_certain(viewers, silhouettes) and _error_s(silhouettes) <= _error_s(flashes):
+        return _together(viewers, silhouettes, notes), notes
+    if any(one.is_certain for id, one in flashes.items() if id not in known):
+        known |= {id: one for id, one in flashes.items() if one.is_certain}
+        silhouettes = _by_silhouettes(viewers, outlines, options, known)
+    return _together(viewers, silhouettes, notes), notes
+
+
+def _all_certain(viewers: Mapping[str, Viewer], found: Mapping[str, CameraOffset]) -> bool:
+    return all(id in found and found[id].is_certain for id in viewers)
+
+
+def _error_s(found: Mapping[str, CameraOffset]) -> float:
+    """Largest standard error of certain offsets; infinite where one is not certain, or without any."""
+    return max((one.offset.error_s if one.is_certain else inf for one in found.values()), default=inf)
+
+
+def _by_flash(
+    viewers: Mapping[str, Viewer], options: Options, known: Mapping[str, CameraOffset]
+) -> dict[str, CameraOffset]:
+    """Offsets of all cameras from changes of the light; those of `known` ones stay."""
+    changes = {
+        id: light_changes(brightness_in(viewer.source.path, options.seconds))  # type: ignore[union-attr]
+        for id, viewer in viewers.items()
+    }
+    seen = [id for id in viewers if changes[id]]
+    pairs = {(a, b): FlashPair(changes[a], changes[b], reach_s(options.max_offset_s)) for a, b in combinations(seen, 2)}
+    found = _compared(viewers, pairs, replace(FLASH_LIMITS, max_lag_s=options.max_offset_s), known, FLASH)
+    dark = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "no flash")
+    return {id: one if id in seen or id in known else CameraOffset(FLASH, dark) for id, one in found.items()}
+
+
+def _by_silhouettes(
+    viewers: Mapping[str, Viewer],
+    outlines: Mapping[str, list[Outline]],
+    options: Options,
+    known: Mapping[str, CameraOffset],
+) -> dict[str, CameraOffset]:
+    """Offsets of all cameras from silhouettes; those of `known` ones stay."""
     cameras = {id: viewer.camera for id, viewer in viewers.items()}
     pairs = silhouette_pairs(cameras, outlines, reach_s(options.max_offset_s))
-    limits = replace(SILHOUETTE_LIMITS, max_lag_s=options.max_offset_s)
-    for id, offset in offsets_of(list(viewers), pairs, limits, known).items():
-        if id not in known:
-            offset = replace(offset, reason=NO_PERSON) if len(outlines[id]) < 3 else offset
-            found[id] = CameraOffset(SILHOUETTES, offset)
-    return _together(viewers, found, notes), notes
+    found = _compared(viewers, pairs, replace(SILHOUETTE_LIMITS, max_lag_s=options.max_offset_s), known, SILHOUETTES)
+    return {
+        id: one
+        if id in known or len(outlines[id]) > 2
+        else CameraOffset(SILHOUETTES, replace(one.offset, reason=NO_PERSON))
+        for id, one in found.items()
+    }
+
+
+def _compared(
+    viewers: Mapping[str, Viewer],
+    pairs: Mapping[tuple[str, str], Comparison],
+    limits: Limits,
+    known: Mapping[str, CameraOffset],
+    source: str,
+) -> dict[str, CameraOffset]:
+    """Offsets of all cameras by `source`; those of `known` ones stay."""
+    offsets = offsets_of(list(viewers), pairs, limits, {id: one.offset.offset_s for id, one in known.items()})
+    return {id: known[id] if id in known else CameraOffset(source, offset) for id, offset in offsets.items()}
 
 
 def _by_sound(sounds: Mapping[str, Floats | None], options: Options) -> tuple[dict[str, CameraOffset], list[str]]:
@@ -97,45 +162,6 @@ def _by_sound(sounds: Mapping[str, Floats | None], options: Options) -> tuple[di
         reason = "the sound of the videos has too little in common"
         found = {id: replace(offset, reason=offset.reason or reason) for id, offset in found.items()}
     return {id: CameraOffset(SOUND, offset) for id, offset in found.items()}, notes
-
-
-def _from_its_beginning(rig: Rig, viewer: Viewer) -> Viewer:
-    """The viewer without offset and without separate T-pose.  Raises UserError."""
-    if not isinstance(viewer.source, VideoFile):
-        raise UserError(f"rig {rig.name}: viewer {viewer.id} has no video file: allowed for sync: video files")
-    return replace(viewer, source=replace(viewer.source, offset_ns=0, initial=None))
-
-
-def outlines_of(
-    viewers: Mapping[str, Viewer], seconds: float, on_frame: Callable[[int], None] = lambda _: None
-) -> dict[str, list[Outline]]:
-    """Outlines of the silhouettes of each viewer's video, segmented as for tracking.  Raises OpenError and others."""
-    before, count = cv2.getNumThreads(), 0
-    cv2.setNumThreads(1)
-    found: dict[str, list[Outline]] = {}
-    try:
-        for id, viewer in viewers.items():
-            service, outlines = silhouette_service(viewer), found.setdefault(id, [])
-            state: silhouette_step.State = service.state
-            frames = open_source(viewer, Playback(0, ManualClock(0), live=False))
-            while True:
-                try:
-                    frame = next(frames, None)
-                except EndedEarly:
-                    break  # a cut file: what was read of it counts
-                if frame is None or frame.captured_ns > seconds * 1e9:
-                    break
-                state, messages = silhouette_step.step(service.setup, state, frame)
-                for message in messages:
-                    if isinstance(message, Silhouette) and message.data:
-                        mask = unpack(message.size, message.region, message.data)
-                        if (outline := outline_of(viewer.camera, mask, frame.captured_ns / 1e9)) is not None:
-                            outlines.append(outline)
-                count += 1
-                on_frame(count)
-    finally:
-        cv2.setNumThreads(before)
-    return found
 
 
 def _from_first(names: Mapping[str, object], found: Mapping[str, CameraOffset]) -> dict[str, CameraOffset]:

@@ -12,7 +12,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.conversion import anatomy_of, bdp_of
 from zenocap.common.formats.take_poses import is_lost
-from zenocap.tools.verdict.parameters import PAIRED_NS, SAMPLE_NS
+from zenocap.tools.verdict.parameters import LAG_NS, LAG_STEP_NS, PAIRED_NS, SAMPLE_NS
 
 RECENT = 16  # silhouettes of a viewer among which that of a pose is searched
 LIMBS = 4
@@ -47,7 +47,8 @@ class Evidence:
     """cameras: by viewer.  tracker_body, universal_body: the last ones.  measured: whether the tracker's is.
 
     forward, both: poses by capture time, of the tracker or the integrator, and of both passes.  samples: by number of
-    SAMPLE_NS since the epoch.  names: of the joint angles.
+    SAMPLE_NS since the epoch.  names: of the joint angles.  beginnings: by viewer, silhouettes of the first LAG_NS in
+    which it shows something.
     """
 
     cameras: dict[str, m.CameraInfo] = field(default_factory=dict)
@@ -58,6 +59,7 @@ class Evidence:
     both: dict[int, PoseRow] = field(default_factory=dict)
     samples: dict[int, Sample] = field(default_factory=dict)
     names: tuple[str, ...] = ()
+    beginnings: dict[str, list[m.Silhouette]] = field(default_factory=dict)
     _recent: dict[str, deque[m.Silhouette]] = field(default_factory=dict)
 
     def add(self, message: m.Message) -> None:
@@ -90,6 +92,11 @@ class Evidence:
 
     def _add_silhouette(self, silhouette: m.Silhouette) -> None:
         self._recent.setdefault(silhouette.viewer, deque(maxlen=RECENT)).append(silhouette)
+        if silhouette.data:
+            kept = self.beginnings.setdefault(silhouette.viewer, [])
+            since_ns = silhouette.captured_ns - kept[0].captured_ns if kept else 0
+            if since_ns < LAG_NS and (not kept or silhouette.captured_ns - kept[-1].captured_ns >= LAG_STEP_NS):
+                kept.append(silhouette)
         sample = self.samples.setdefault(silhouette.captured_ns // SAMPLE_NS, Sample())
         if sample.pose_ns is None:
             sample.silhouettes.setdefault(silhouette.viewer, silhouette)

@@ -10,7 +10,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.tools.verdict.evidence import LIMBS, Evidence, PoseRow, body_of
 from zenocap.tools.verdict.motion_figures import motion_figures
 from zenocap.tools.verdict.overlap import ViewSample
-from zenocap.tools.verdict.parameters import MIN_AREA, START_NS, STRETCH_NS
+from zenocap.tools.verdict.parameters import MIN_AREA, MOST_STEPS, SAMPLE_NS, START_NS, STRETCH_NS
 from zenocap.tools.verdict.view_figures import SampleFigures, sample_figures
 
 FEATURES = (
@@ -29,6 +29,7 @@ FEATURES = (
     "worst limb",  # the same, of the worst limb
     "heading",  # probability that front and back are exchanged
     "lost",  # share of frames without the person
+    "missing",  # share of frames without a pose that are between two others, too far apart to interpolate one
     "jumps",  # share of steps that are faster than a person
     "shaking",  # m/s: change of the joints' speed from frame to frame
     "passes",  # m: distance of the joints between the forward pass and both passes
@@ -36,6 +37,7 @@ FEATURES = (
     "average body",  # 1 where the body was not measured
     "few views",  # 2 over the number of views
 )
+COLUMN = {name: k for k, name in enumerate(FEATURES)}
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,11 @@ class Stretch:
     views: Mapping[str, ViewSample]
     apart: Mapping[str, float]
     frames: int
+
+    @property
+    def without_pose(self) -> float:
+        """Share of frames without a pose, although the person is there."""
+        return float(self.values[COLUMN["lost"]] + self.values[COLUMN["missing"]])
 
 
 def stretches_of(evidence: Evidence) -> list[Stretch]:
@@ -74,26 +81,49 @@ def stretches_of(evidence: Evidence) -> list[Stretch]:
     for sample in samples:
         groups[(sample.captured_ns - begin_ns) // STRETCH_NS].append(sample)
     numbers = (times - begin_ns) // STRETCH_NS
+    there = {one.captured_ns // SAMPLE_NS for one in samples if one.posed}  # the others count as lost
+    missing = np.array([ns for ns in missing_poses(times, step_ns).tolist() if ns // SAMPLE_NS in there], dtype=np.int64)
+    missing_numbers = (missing - begin_ns) // STRETCH_NS
     found = []
     for number in range(max(1, round((end_ns - begin_ns) / STRETCH_NS))):
         inside = np.flatnonzero(numbers == number)
         span = begin_ns + number * STRETCH_NS, min(end_ns, begin_ns + (number + 1) * STRETCH_NS)
-        one = _stretch(evidence, span, [rows[k] for k in inside], times[inside], groups[number], motion[inside], step_ns)
+        absent = int(np.count_nonzero(missing_numbers == number))
+        own = Poses([rows[k] for k in inside], times[inside], motion[inside], absent)
+        one = _stretch(evidence, span, own, groups[number], step_ns)
         if one is not None:
             found.append(one)
     return found
 
 
+def missing_poses(times: Ints, step_ns: float) -> Ints:
+    """(n,) times at which poses are missing: between two of `times` (m,) that are more than MOST_STEPS steps apart.
+
+    step_ns: usual time between poses.
+    """
+    gaps = np.diff(times)
+    found = [np.zeros(0, dtype=np.int64)]
+    for k in np.flatnonzero(gaps > MOST_STEPS * step_ns):
+        count = max(1, round(float(gaps[k]) / step_ns) - 1)
+        found.append(times[k] + np.arange(1, count + 1) * int(gaps[k]) // (count + 1))
+    return np.concatenate(found)
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses of a stretch, n.  times: (n,) capture times.  motion: (n, MOTION).  missing: number of missing ones."""
+
+    rows: Sequence[PoseRow]
+    times: Ints
+    motion: Floats
+    missing: int
+
+
 def _stretch(
-    evidence: Evidence,
-    span: tuple[int, int],
-    rows: Sequence[PoseRow],
-    times: Ints,
-    samples: Sequence[SampleFigures],
-    motion: Floats,
-    step_ns: float,
+    evidence: Evidence, span: tuple[int, int], poses: Poses, samples: Sequence[SampleFigures], step_ns: float
 ) -> Stretch | None:
     """Figures of one stretch; None where the person is absent.  step_ns: usual time between poses."""
+    rows, times, motion = poses.rows, poses.times, poses.motion
     if any(sample.views for sample in samples):
         there = [sample for sample in samples if sample.seen or sample.posed]
         if not there:
@@ -127,6 +157,7 @@ def _stretch(
         "worst limb": 1.0 - _mean(limbs.min(axis=1) if len(limbs) else []),
         "heading": 1.0 - _mean(heading),
         "lost": lost,
+        "missing": (1.0 - lost) * poses.missing / max(1, len(rows) + poses.missing),
         "jumps": _mean(motion[:, 0]),
         "shaking": _mean(motion[:, 1]),
         "passes": _mean(motion[:, 2]),

@@ -30,11 +30,11 @@ def used_features(kind: str) -> tuple[str, ...]:
         "two-view": ("passes", "unused", *OF_TRACKER),
         "poses-only": ("passes", "unused", *OF_SILHOUETTES),
     }[kind]
-    return tuple(name for name in FEATURES if name not in ("lost", *left_out))
+    return tuple(name for name in FEATURES if name not in ("lost", "missing", *left_out))
 
 
 def terms(values: Floats) -> Floats:
-    """(n, FEATURES) of figures (n, FEATURES), without coefficients; 0 where unknown, and for "lost"."""
+    """(n, FEATURES) of figures (n, FEATURES), without coefficients; 0 where unknown, for "lost" and "missing"."""
     scale, largest = np.array([SCALES.get(name, (1.0, 0.0)) for name in FEATURES]).T
     found: Floats = np.nan_to_num(np.log1p(np.clip(values, 0.0, largest) / scale), nan=0.0)
     return found

@@ -4,7 +4,9 @@ from collections.abc import Iterator
 from itertools import groupby
 
 from zenocap.common import messages as m
+from zenocap.common.runtime.foreign_text import printable
 
+MAX_REASON = 1000  # characters, as in the message
 SHOWN_PARTS = 10  # of a take that are less than good
 EVIDENCE = {
     "both-ways": "poses of both passes, silhouettes",
@@ -22,7 +24,7 @@ def verdict_lines(verdict: m.Verdict) -> Iterator[str]:
     else:
         yield f"verdict: {verdict.rating}: expected error of the joints {1000 * verdict.error:.0f} mm"
     for reason in verdict.reasons:
-        yield f"  {reason.text}"
+        yield f"  {printable(reason.text, MAX_REASON)}"
 
 
 def part_lines(verdict: m.Verdict, start_ns: int) -> Iterator[str]:

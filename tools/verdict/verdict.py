@@ -22,7 +22,7 @@ from zenocap.common.topics import (
     topic_at,
 )
 from zenocap.tools.verdict.evidence import Evidence
-from zenocap.tools.verdict.features import FEATURES, Stretch, stretches_of
+from zenocap.tools.verdict.features import Stretch, stretches_of
 from zenocap.tools.verdict.parameters import (
     CLEAR_SHARE,
     GOOD_EXPECTED_M,
@@ -33,9 +33,9 @@ from zenocap.tools.verdict.parameters import (
 )
 from zenocap.tools.verdict.reasons import clear_faults, kinds_of, reasons_of
 from zenocap.tools.verdict.score import contributions, expected_errors
+from zenocap.tools.verdict.view_lag import view_lags
 
 USED = (CAMERA, SILHOUETTE, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE, UNIVERSAL_BDP, UNIVERSAL_BAP)  # topics
-LOST = FEATURES.index("lost")
 ROUND = 4  # decimals of a stored error, m: 0.1 mm
 EvidenceKind = Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
 
@@ -46,16 +46,17 @@ def verdict_of(evidence: Evidence) -> m.Verdict:
     last_ns = max(evidence.poses, default=0)
     frame = evidence.poses[last_ns].frame if evidence.poses else 0
     if not stretches:
+        lags = view_lags(evidence)
         return m.Verdict(
             frame=frame, captured_ns=last_ns, rating="unusable", error=LOST_ERROR_M, evidence="none",
-            reasons=[_no_pose(evidence)], stretches=[],
+            reasons=[*([] if lags is None else [lags.reason]), _no_pose(evidence)], stretches=[],
         )  # fmt: skip
     kind = kind_of(evidence)
     errors = np.round(expected_errors(kind, stretches), ROUND)
     terms = contributions(kind, stretches)
     rating = rating_of(kind, stretches, float(errors.mean()))
     start_ns = min((one.captured_ns for one in evidence.cameras.values()), default=stretches[0].start_ns)
-    reasons = [] if rating == "good" else reasons_of(kind, terms, stretches, start_ns, 1)
+    reasons = [] if rating == "good" else reasons_of(kind, terms, stretches, start_ns, view_lags(evidence))
     if kind == "poses-only":
         text = "the take has no silhouettes: the poses cannot be compared with the videos; record silhouettes"
         reasons.insert(0, m.VerdictReason(kind="no-silhouettes", text=text))
@@ -69,7 +70,7 @@ def verdict_of(evidence: Evidence) -> m.Verdict:
                 end_ns=one.end_ns,
                 rating=own,
                 error=error,
-                lost=round(float(one.values[LOST]), 3),
+                lost=round(one.without_pose, 3),
                 reasons=[] if own == "good" else found,
             )
         )
@@ -91,7 +92,7 @@ def kind_of(evidence: Evidence) -> EvidenceKind:
 def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating:
     """Class of stretches.  error: mean of their expected errors, metres."""
     every = list(stretches)
-    lost = float(np.mean([one.values[LOST] for one in every]))
+    lost = float(np.mean([one.without_pose for one in every]))
     if error > UNUSABLE_EXPECTED_M or lost > UNUSABLE_LOST:
         return "unusable"
     clear = np.any(list(clear_faults(every).values()), axis=0)

@@ -1,1 +1,1 @@
-"""Outputs that send poses to other programs: VMC, VRChat, Foxglove, UDP with JSON lines, LSL."""
+"""Outputs that send poses to other programs: VMC, VRChat, Foxglove, UDP with JSON lines, LSL, ROS 2."""

@@ -1,7 +1,7 @@
 """Foxglove output: a WebSocket server for Foxglove and Lichtblick.
 
 Its channels are those that a take has (`common.formats.foxglove`), so a layout fits both a live rig and its take.  Every
-client has its own queue, which drops its oldest message when that client does not read.
+client has its own queue, which drops its oldest message when that client does not read.  Connections come through a `Gate`.
 """
 
 import logging
@@ -20,7 +20,9 @@ from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.common.recording.writer import Channel
 from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.common.runtime.logs import OncePerSource
+from zenocap.services.animator.outputs.gate import Gate, hidden_host, listening_problem
 from zenocap.services.animator.outputs.output import OutputError
+from zenocap.services.animator.parameters import MAX_FOXGLOVE_CLIENTS
 from zenocap.services.animator.states import Actor, Source
 
 logger = logging.getLogger(__name__)
@@ -54,7 +56,8 @@ class _Subscriptions(ServerListener):
 class FoxgloveOutput:
     """Server of the rig's messages.  With two sources of poses, the source of the last pose sent is used.
 
-    counts: messages `sent`; `failed`: not converted, for example a damaged silhouette; `subscriptions`: now open.
+    counts: messages `sent`; `failed`: not converted, for example a damaged silhouette; `subscriptions`: now open; those of
+    the gate.
     """
 
     def __init__(self, table: FoxgloveTable, rig: str) -> None:
@@ -69,16 +72,23 @@ class FoxgloveOutput:
         self._source: Source | None = None
         self._counts = Counter[str]()
         self._log_once = OncePerSource(logger)
+        behind = hidden_host()
         try:
             self._server = foxglove.start_server(
                 name=f"zenocap {rig}",
-                host=table.host,
-                port=table.port,
+                host=behind,
+                port=0,
                 context=self._context,
                 server_listener=self._subscriptions,
             )
         except RuntimeError as error:
-            reason = str(error).removeprefix("FoxgloveError: Failed to bind port: ")
+            raise OutputError(f"animator.foxglove: its server does not start: {error}") from error
+        place = (behind, self._server.port)
+        try:
+            self._gate = Gate("animator.foxglove", table.host, table.port, place, table.origins, MAX_FOXGLOVE_CLIENTS)
+        except OSError as error:
+            self._server.stop()
+            reason = listening_problem(error)
             raise OutputError(f"animator.foxglove: {table.host}:{table.port} cannot be listened on: {reason}") from error
 
     def receive(self, envelope: Envelope) -> None:
@@ -109,9 +119,10 @@ class FoxgloveOutput:
         self._source = actor.source
 
     def counts(self) -> Mapping[str, int]:
-        return {**self._counts, "subscriptions": len(self._subscriptions.open)}
+        return {**self._counts, **self._gate.counts(), "subscriptions": len(self._subscriptions.open)}
 
     def close(self) -> None:
+        self._gate.close()
         with suppress(RuntimeError):
             self._server.stop()
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TypeAlias
 
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
+from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, RosTable, UdpTable, VmcTable, VrchatTable
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.services.animator.outputs.output import Output, OutputError
@@ -16,7 +16,7 @@ from zenocap.services.animator.states import Actor
 logger = logging.getLogger(__name__)
 
 
-OutputTable: TypeAlias = VmcTable | VrchatTable | UdpTable | FoxgloveTable | LslTable
+OutputTable: TypeAlias = VmcTable | VrchatTable | UdpTable | FoxgloveTable | LslTable | RosTable
 
 
 class OutputGroup:
@@ -72,7 +72,7 @@ def open_outputs(table: AnimatorTable, rig: str, clock: Clock) -> OutputGroup:
     """Open the enabled outputs of the table; those that fail are logged and listed.  rig: its name."""
     opened: list[Output] = []
     failed: list[str] = []
-    for output_table in (table.vmc, table.vrchat, table.udp, table.foxglove, table.lsl):
+    for output_table in (table.vmc, table.vrchat, table.udp, table.foxglove, table.lsl, table.ros):
         if output_table is None or not output_table.enabled:
             continue
         try:
@@ -109,3 +109,7 @@ def _open_output(table: OutputTable, rig: str, clock: Clock) -> Output:
             from zenocap.services.animator.outputs.lsl import LslOutput
 
             return LslOutput(table, rig, clock)
+        case RosTable():
+            from zenocap.services.animator.outputs.ros import RosOutput
+
+            return RosOutput(table, rig, clock)

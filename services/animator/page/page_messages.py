@@ -121,12 +121,14 @@ class ServicesUpdate(msgspec.Struct, frozen=True, tag="services", tag_field="typ
     """Status of all services.
 
     recording: whether a take is being written; None without a log.  log: messages in it.  pages: open pages.
+    reduced: what is left out under overload; empty without.
     """
 
     services: list[ServiceRow]
     recording: bool | None
     log: int
     pages: int
+    reduced: str = ""
 
 
 class Check(msgspec.Struct, frozen=True):

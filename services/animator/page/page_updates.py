@@ -13,6 +13,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.body.definition import neutral_pose
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.runtime.frame_rate import reduced_text
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
 from zenocap.services.animator.page import page_messages as pm
@@ -108,7 +109,9 @@ def services_update(state: State, pages: int) -> EncodedUpdate:
     logs = [status.health.counts for status in statuses if status.service == "integrator" and status.health is not None]
     recording = None if not logs else any(counts.get("log_on") and not counts.get("log_stopped") for counts in logs)
     written = max((counts.get("log_messages", 0) for counts in logs), default=0)
-    return _encoded("services", pm.ServicesUpdate([_service_row(status) for status in statuses], recording, written, pages))
+    reduced = reduced_text(state.frame_rate, state.detail)
+    rows = [_service_row(status) for status in statuses]
+    return _encoded("services", pm.ServicesUpdate(rows, recording, written, pages, reduced))
 
 
 def checks_update(state: State) -> EncodedUpdate:

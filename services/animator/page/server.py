@@ -1,17 +1,20 @@
 """Server of the page: files and a WebSocket on one port, in a thread of its own.
 
 Access: on a loopback address, the browser must have requested a loopback host by name, which stops DNS rebinding; on any
-other address a token is required.  A WebSocket is opened only for a page from this server.  The content security policy
-forbids the page to load anything from elsewhere.
+other address a token is required.  A WebSocket is opened only for a page from this server, or of an origin that the rig
+allows.  The content security policy forbids the page to load anything from elsewhere.
+
+Limits: connections without a handshake by number and time, open pages by number, and what is logged of malformed requests.
 """
 
 import asyncio
 import hmac
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from importlib import resources
+from typing import Any, cast
 from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -20,10 +23,22 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.animator import PageTable, is_loopback
+from zenocap.common.rig.animator import ANY_ORIGIN, PageTable, is_loopback
+from zenocap.common.runtime.logs import OncePerInterval
+from zenocap.services.animator.connections import WaitingConnections
 from zenocap.services.animator.page.broadcast import Broadcaster, PageQueue
 from zenocap.services.animator.page.page_messages import Acknowledge, Command, NoticeUpdate, decode_command, encode
-from zenocap.services.animator.parameters import CLOSE_TIMEOUT_S, MAX_COMMAND_BYTES, PING_PERIOD_S, PING_TIMEOUT_S
+from zenocap.services.animator.parameters import (
+    CLOSE_TIMEOUT_S,
+    ERROR_LINE_PERIOD_S,
+    HANDSHAKE_TIMEOUT_S,
+    MAX_COMMAND_BYTES,
+    MAX_WAITING,
+    PING_PERIOD_S,
+    PING_TIMEOUT_S,
+)
+
+logger = logging.getLogger(__name__)
 
 SOCKET_PATH = "/socket"
 CONTENT_TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
@@ -46,6 +61,9 @@ class PageServer:
         self._files = _files()
         self._loop = asyncio.new_event_loop()
         self.broadcaster = Broadcaster(self._loop, on_first_page)
+        self._waiting = WaitingConnections(MAX_WAITING)
+        self._errors = OncePerInterval(logger, ERROR_LINE_PERIOD_S)
+        self._refused = 0
         self._ended = asyncio.Event()
         self._started = threading.Event()
         self._problem: OSError | None = None
@@ -72,6 +90,11 @@ class PageServer:
                 "allowed: another animator.page.port (or --port), or 0 for any free one"
             )
 
+    def counts(self) -> Mapping[str, int]:
+        """Counts since the start: connections closed to make room, malformed requests, pages beyond the maximum."""
+        counts = {"displaced": self._waiting.displaced, "malformed": self._errors.counts.total(), "refused": self._refused}
+        return {f"page_{kind}": count for kind, count in counts.items() if count}
+
     def close(self) -> None:
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._ended.set)
@@ -87,6 +110,7 @@ class PageServer:
             self._loop.close()
 
     async def _serve(self) -> None:
+        self._loop.set_exception_handler(self._log_exception)
         async with serve(
             self._attend,
             self._table.host,
@@ -95,18 +119,46 @@ class PageServer:
             compression=None,  # costs more time than it saves on loopback or a local network
             max_size=MAX_COMMAND_BYTES,
             max_queue=8,
+            open_timeout=HANDSHAKE_TIMEOUT_S,
             ping_interval=PING_PERIOD_S,
             ping_timeout=PING_TIMEOUT_S,
             close_timeout=CLOSE_TIMEOUT_S,
             server_header=None,
-            logger=_websockets_logger(),
+            logger=self._websockets_logger(),
+            create_connection=cast("type[ServerConnection]", self._connection),
         ) as server:
             self._port = _port(server)
             self._started.set()
             await self._ended.wait()
 
+    def _connection(self, *arguments: Any, **options: Any) -> ServerConnection:
+        return _LimitedConnection(self._waiting, self._count_malformed, *arguments, **options)
+
+    def _count_malformed(self, error: Exception) -> None:
+        """Count a connection whose bytes are no HTTP request."""
+        info = (type(error), error, None)
+        self._errors.handle(logger.makeRecord(logger.name, logging.ERROR, "", 0, "malformed request to the page", (), info))
+
+    def _log_exception(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Count errors of the loop, such as a full table of open files; asyncio would log a traceback of each."""
+        error = context.get("exception")
+        info = (type(error), error, None) if error is not None else None
+        self._errors.handle(logger.makeRecord(logger.name, logging.ERROR, "", 0, str(context["message"]), (), info))
+
+    def _websockets_logger(self) -> logging.Logger:
+        """Logger of this server's connections: only errors, because the library logs every served file as rejected.
+
+        Failed handshakes, which some of its versions log with a traceback, are counted by the connections.
+        """
+        own = logging.Logger("websockets.page", logging.ERROR)
+        own.addFilter(lambda record: record.msg != "opening handshake failed")
+        own.addHandler(self._errors)
+        return own
+
     def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return a file or an error, or None to open a WebSocket."""
+        if getattr(request, "method", "GET") != "GET":  # earlier versions of the library refuse others themselves
+            return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET")
         parts = urlsplit(request.path)
         problem = self._refusal(request, parts.query, parts.path)
         if problem is not None:
@@ -125,8 +177,9 @@ class PageServer:
             return "this page is served to its own machine only: open it as http://127.0.0.1 or http://localhost"
         if path == SOCKET_PATH:
             origin = request.headers.get("Origin")
-            if origin is not None and urlsplit(origin).netloc != host:
-                return "requested by a page of another site"
+            same = origin is None or urlsplit(origin).netloc == host
+            if not (same or origin in self._table.origins or ANY_ORIGIN in self._table.origins):
+                return "requested by a page of another site; allowed: also animator.page.origins of the rig file"
         if self._table.token is not None and path in ("/", "/index.html", SOCKET_PATH):
             given = parse_qs(query).get("token", [""])[0]
             if not hmac.compare_digest(given.encode(), self._table.token.encode()):
@@ -139,8 +192,10 @@ class PageServer:
         try:
             self.broadcaster.add(page)
         except ValueError as problem:
+            self._refused += 1
             await connection.close(1013, str(problem))
             return
+        self._waiting.remove(connection)
         sender = asyncio.create_task(_send(connection, page))
         try:
             async for text in connection:
@@ -159,11 +214,25 @@ class PageServer:
             sender.cancel()
 
 
-def _websockets_logger() -> logging.Logger:
-    """Logger that drops warnings: the library logs every served file as a rejected connection."""
-    own = logging.getLogger("websockets.page")
-    own.setLevel(logging.ERROR)
-    return own
+class _LimitedConnection(ServerConnection):
+    """Connection that counts as waiting until a page is open on it."""
+
+    def __init__(
+        self, waiting: WaitingConnections, on_malformed: Callable[[Exception], None], *arguments: Any, **options: Any
+    ) -> None:
+        super().__init__(*arguments, **options)
+        self._waiting, self._on_malformed = waiting, on_malformed
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._waiting.add(self, cast(asyncio.Transport, transport).abort)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._waiting.remove(self)
+        error = self.protocol.handshake_exc
+        if self.request is None and error is not None and not isinstance(error.__cause__, EOFError):
+            self._on_malformed(error)
+        super().connection_lost(exc)
 
 
 async def _send(connection: ServerConnection, page: PageQueue) -> None:

@@ -25,6 +25,7 @@ from zenocap.services.tracker.filter.particles import (
     likelihood_weights,
     propose_particles,
     refine_particles,
+    resized_cloud,
     uniform_cloud,
 )
 from zenocap.services.tracker.hull.silhouette_distance import DistanceField, no_distance_field
@@ -82,6 +83,8 @@ def filter_step(
     if rays.shape[1] < MIN_TRACKING_RAYS:
         return _empty_frame(setup, phase)
     options, person = setup.options, phase.person
+    if len(phase.cloud.weights) != options.particles:
+        phase = replace(phase, cloud=resized_cloud(phase.cloud, options.particles))
     if not options.filter.cost_terms:
         field = no_distance_field()
     periods = max(1.0, (captured_ns - phase.captured_ns) / setup.frame_ns)

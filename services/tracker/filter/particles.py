@@ -82,6 +82,14 @@ def uniform_cloud(positions: Floats, rotations: Floats, values: Floats) -> Cloud
     return Cloud(positions, rotations, values, np.zeros(n, dtype=np.int64), np.full(n, 1.0 / n))
 
 
+def resized_cloud(cloud: Cloud, n: int) -> Cloud:
+    """The cloud with n particles of equal weight: each in proportion to its weight, the heaviest one first."""
+    chosen = np.searchsorted(np.cumsum(cloud.weights), (np.arange(n) + 0.5) / n).clip(max=len(cloud.weights) - 1)
+    chosen[0] = int(np.argmax(cloud.weights))
+    resized = uniform_cloud(cloud.positions[chosen], cloud.rotations[chosen], cloud.values[chosen])
+    return resized._replace(regions=cloud.regions[chosen])
+
+
 def likelihood_weights(errors: Floats, information: float) -> Floats:
     """(n,) weights exp(-D / sigma^2) that sum to 1, from errors D in m^2; information: 1 / sigma^2.  [Hybrid Eq. 29]"""
     weights = np.exp(-(errors - errors.min()) * information)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from zenocap.common.runtime.frame_stride import FrameStride
+from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.video.reader import VideoSummary
 
 Size = tuple[int, int]
@@ -25,7 +25,8 @@ class Playback:
     epoch_ns: capture time of frame 0 of a file or of the simulated person, equal in all viewers and some seconds in the
     future, so that every viewer is ready by then.  live: in real time, late frames are dropped; otherwise every frame
     without delay.  loop: a file is repeated, with rising frame numbers and times.  report: receives the state of a camera.
-    stride: which frames of a live source are processed; None for all.  finished: receives what a video was, at its end.
+    choice: of the frames of a live source that are processed; None for all.  finished: receives what a video was, at its
+    end.
     """
 
     epoch_ns: int
@@ -34,7 +35,7 @@ class Playback:
     loop: bool = False
     sleep: Callable[[float], None] = time.sleep
     report: Callable[[str], None] = logging.getLogger(__name__).warning
-    stride: FrameStride | None = None
+    choice: FrameChoice | None = None
     finished: Callable[[VideoSummary], None] = lambda _: None
 
     def time_of(self, index: int, fps: float) -> int:
@@ -43,17 +44,17 @@ class Playback:
 
     def wants(self, captured_ns: int) -> bool:
         """Whether the next frame of the source is to be processed: all, except under overload."""
-        return self.stride is None or self.stride.wants(captured_ns)
+        return self.choice is None or self.choice.wants(captured_ns)
 
     def next_index(self, index: int, fps: float) -> int:
         """Number of the next frame of a live source, `index` or later; late frames are skipped."""
         due = max(index, int((self.clock.now_ns() - self.epoch_ns) * fps / 1e9))
-        return due if self.stride is None else self.stride.next_index(index, due, self.epoch_ns, fps)
+        return due if self.choice is None else self.choice.next_index(index, due, self.epoch_ns, fps)
 
     def count_late(self) -> None:
         """Count a frame that the source drops because it is late."""
-        if self.stride is not None:
-            self.stride.late += 1
+        if self.choice is not None:
+            self.choice.late += 1
 
     def wait_until(self, when_ns: int) -> None:
         while (left_ns := when_ns - self.clock.now_ns()) > 0:

@@ -12,6 +12,7 @@ from zenocap.common.topics import (  # fmt: skip
     ALIVE,
     CLOCK,
     REQUEST,
+    REVOKED,
     SIGHTING,
     STATE_RECOVERY,
     TOPICS,
@@ -73,8 +74,10 @@ def test_every_topic_has_a_publisher() -> None:
 
 
 def test_reader_role_only_subscribes_and_queries() -> None:
-    for message in ("put", "delete", "reply", "declare_queryable", "liveliness_token"):
+    for message in ("delete", "reply", "declare_queryable", "liveliness_token"):
         assert allowed("studio", Member(READER), message) == set()
+    revoked = REVOKED.format(rig="studio")  # the list is signed by the authority
+    assert allowed("studio", Member(READER), "put") == {revoked}
     assert allowed("studio", Member(READER), "declare_subscriber")
     assert allowed("studio", Member(READER), "query")
 

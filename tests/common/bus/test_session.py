@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from zenocap.common.bus.protocol import BusError
-from zenocap.common.bus.zenoh_session import ZenohOptions, configuration, open_session, router
+from zenocap.common.bus.zenoh_router import router
+from zenocap.common.bus.zenoh_session import ZenohOptions, configuration, open_session
 
 
 def setting(options: ZenohOptions, key: str) -> object:
@@ -88,4 +89,7 @@ def test_a_client_without_a_router_waits_until_stopped() -> None:
 @pytest.mark.system
 def test_a_router_runs_until_stopped() -> None:
     stop_requested = iter([False] * 20 + [True] * 100)
-    assert router(ZenohOptions(listen=("tcp/127.0.0.1:0",), multicast_scouting=False), lambda: next(stop_requested)) is None
+    assert (
+        router(lambda _: ZenohOptions(listen=("tcp/127.0.0.1:0",), multicast_scouting=False), lambda: next(stop_requested))
+        is None
+    )

@@ -39,7 +39,14 @@ def test_timekeeper_answers_clock_queries_and_publishes_its_health() -> None:
     assert any(isinstance(event, RoundTrip) for event in events)
 
 
-def test_timekeeper_publishes_nothing_in_reply_to_events() -> None:
+def test_timekeeper_publishes_the_full_frame_rate_and_nothing_else_while_no_viewer_reports_losses() -> None:
     service = timekeeper_service(RIG)
-    assert service.subscriptions == ()
-    assert service.step(service.setup, service.state, Tick(1)) == (None, [])
+    assert {subscription.topic for subscription in service.subscriptions} == {HEALTH}
+    state, published = service.state, []
+    for second in range(1, 10):
+        state, messages = service.step(service.setup, state, Tick(second * 10**9))
+        published += messages
+    rate, *detail = published
+    assert isinstance(rate, m.FrameRate)
+    assert (rate.keep, rate.of) == (1, 1)
+    assert [type(message) for message in detail] == [m.TrackerDetail] * service.setup.has_tracker

@@ -9,7 +9,16 @@ from tests.common.rig.test_rig import RIG, write_rig
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.live_smoothing import animator_smoothing
-from zenocap.common.rig.animator import WITHIN, AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable, VrchatTable
+from zenocap.common.rig.animator import (
+    WITHIN,
+    AnimatorTable,
+    FoxgloveTable,
+    LslTable,
+    RosTable,
+    UdpTable,
+    VmcTable,
+    VrchatTable,
+)
 from zenocap.common.rig.rig import load_rig
 
 TABLES = """
@@ -69,6 +78,13 @@ def test_outputs_go_to_this_machine_by_default() -> None:
         ),
         ("[animator.vrchat]\ntrackers = ['hip', 'hip']\n", "animator.vrchat.trackers[1] = 'hip': allowed: each name once"),
         ("[animator.vrchat]\nhead = 'on'\n", "animator.vrchat.head = 'on': allowed: 'off', 'position', 'position-and-yaw'"),
+        ("[animator.ros]\ndomain = 233\n", "animator.ros.domain = 233: allowed: `int` <= 232"),
+        (
+            "[animator.ros]\nconnect = '10.0.0.1:7447'\n",
+            "animator.ros.connect = '10.0.0.1:7447': allowed: PROTOCOL/ADDRESS",
+        ),
+        ("[animator.ros]\nnamespace = 'a__b'\n", "animator.ros.namespace = 'a__b': allowed: letters, digits"),
+        ("[animator.ros]\nframe = 'my map'\n", "animator.ros.frame = 'my map': allowed: letters, digits"),
         ("[animator.lsl]\nreach = 'all'\n", "animator.lsl.reach = 'all'"),
         ("animator = 3\n", "animator = 3: allowed: object"),
         ("[animator]\nsmooth = 'one-euros'\n", "animator.smooth = 'one-euros': allowed: 'off', 'one-euro'; did you mean "),
@@ -93,12 +109,13 @@ def test_documentation_and_example_rig_have_valid_tables(tmp_path: Path) -> None
     (block,) = re.findall(r"```toml\n(\[animator\.vmc\].*?)```", (ROOT / "docs" / "outputs.md").read_text(), re.DOTALL)
     table = load_rig(write_rig(tmp_path, RIG + block)).animator
     assert (table.vmc, table.vrchat) == (VmcTable(), VrchatTable())
-    assert (table.udp, table.foxglove, table.lsl) == (UdpTable(), FoxgloveTable(), LslTable())
+    assert (table.udp, table.foxglove, table.lsl, table.ros) == (UdpTable(), FoxgloveTable(), LslTable(), RosTable())
     example = (ROOT / "deploy" / "rigs" / "studio.toml").read_text()
     outputs = example[example.index("# [animator.vmc]") :]
     table = load_rig(write_rig(tmp_path, RIG + re.sub(r"^# ", "", outputs, flags=re.MULTILINE))).animator
     assert (table.vmc, table.vrchat) == (VmcTable(), VrchatTable())
     assert table.lsl == LslTable(stream="studio")
+    assert table.ros == RosTable()
 
 
 def test_every_output_has_its_keys_checked() -> None:

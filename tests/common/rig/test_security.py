@@ -2,16 +2,20 @@
 
 import json
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
+from zenocap.common.bus.access import Member
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.security import Security, secured
 from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, demo_rig, demo_rig_file, load_rig
 from zenocap.common.rig.security import allowed_members, host_of, needed_members, security_in, security_of
+from zenocap.tools.certificates.folder import certify
+from zenocap.tools.certificates.revocation import revoke
 
 
 @pytest.fixture
@@ -104,3 +108,19 @@ def test_a_configuration_file_cannot_disable_tls_or_access_control(files: Securi
 )
 def test_the_host_of_an_endpoint(endpoint: str, host: str) -> None:
     assert host_of(endpoint) == host
+
+
+def test_a_list_in_the_folder_applies_to_every_member_that_enforces_rules(rig: Rig, tmp_path: Path) -> None:
+    now = datetime(2026, 1, 2, tzinfo=UTC)
+    certify(tmp_path, rig.name, {Member("viewer", "1"): ["localhost"]}, now, 30)
+    revoke(tmp_path, rig.name, [Member("viewer", "1")], now)
+    for name in ("integrator", "router"):  # a peer, or a router
+        security = security_of([rig], name)
+        assert security is not None
+        assert security.access is not None
+        names = [one["cert_common_names"] for one in json.loads(security.access)["subjects"]]
+        assert ["demo/viewer/1@1"] in names
+        assert ["demo/viewer/1"] not in names
+    (tmp_path / "revoked.json").write_text('{"number": 2, "generations": {}, "signature": ""}')
+    with pytest.raises(UserError, match=r"revoked\.json: not signed by the authority"):
+        security_of([rig], "integrator")

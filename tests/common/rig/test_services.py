@@ -52,9 +52,9 @@ def test_a_take_has_the_services_of_its_rig(rig: Rig) -> None:
     assert services_of(recorded_rig(rig)) == services_of(rig)
 
 
-def test_only_services_that_estimate_poses_are_recomputed() -> None:
+def test_services_whose_inputs_are_in_the_take_are_recomputed() -> None:
     assert [kind.name for kind in kinds_of(TWO_VIEW) if kind.recomputed(TWO_VIEW)] == ["viewer", "integrator"]
-    assert [kind.name for kind in kinds_of(HYBRID) if kind.recomputed(HYBRID)] == ["tracker"]
+    assert [kind.name for kind in kinds_of(HYBRID) if kind.recomputed(HYBRID)] == ["integrator", "tracker"]
 
 
 def test_the_warmup_parts_of_a_rig() -> None:

@@ -1,5 +1,6 @@
 """Measurements of a service in its Health message."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,18 @@ def test_health_has_all_counts() -> None:
     assert health.counts == expected
     assert (health.clock_offset_ns, health.clock_error_ns, health.state) == (-4, 2, "tracking")
     assert health.phase is Phase.TRACKING
+
+
+def test_health_has_the_days_of_the_certificate_and_warns_before_the_expiry() -> None:
+    def reported(days: int | None) -> Health:
+        return Meter("viewer", "1").report(
+            5, 0, Phase.TRACKING, "tracking", replace(NO_COUNTERS, certificate_days=days), None
+        )
+
+    assert "certificate_days" not in reported(None).counts
+    assert (reported(31).counts["certificate_days"], reported(31).state) == (31, "tracking")
+    assert reported(30).state == "tracking; certificate expires in 30 days"
+    assert (reported(-1).counts["certificate_days"], reported(-1).state) == (0, "tracking; certificate has expired")
 
 
 def test_health_with_too_many_values_is_a_valid_message() -> None:

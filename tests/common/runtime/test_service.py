@@ -12,9 +12,9 @@ from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
-from zenocap.common.runtime.frame_stride import FrameStride, StrideSettings
+from zenocap.common.runtime.frame_rate import FrameChoice, Share
 from zenocap.common.runtime.service import Event, Runner, Service, Subscription, TooManyFailures, run
-from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
+from zenocap.common.topics import FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
 
 
 @dataclass(frozen=True)
@@ -191,12 +191,9 @@ def test_a_service_publishes_its_health(network: LocalNetwork) -> None:
     assert health.memory_bytes > 1 << 20
 
 
-def test_a_viewer_whose_frames_are_answered_too_late_raises_and_reports_its_stride(network: LocalNetwork) -> None:
+def test_a_viewer_whose_frames_are_answered_too_late_reports_them_as_overrun(network: LocalNetwork) -> None:
     reader, answering = network.bus(), network.bus()
     reader.subscribe(HEALTH, service="viewer", id="1")
-    hour_ns = 3600 * 10**9
-    settings = StrideSettings(0, 8, missed=0.3, spare=0.6, wait_ns=hour_ns, longest_wait_ns=hour_ns)
-    stride = FrameStride(settings, 15.0, 0)
     reports: list[m.Health] = []
 
     def answered_late() -> Iterator[Image]:
@@ -204,14 +201,32 @@ def test_a_viewer_whose_frames_are_answered_too_late_raises_and_reports_its_stri
             yield image
             answering.publish(UNIVERSAL_BAP, bap(max(0, image.frame - 2)))  # frame - 1 has been processed
             reports.extend(found for found in messages_on(reader, m.Health) if isinstance(found, m.Health))
-            if any(report.counts["frame_stride"] == 2 for report in reports):
+            if any(report.counts["overrun_frames"] >= 3 for report in reports):
                 return
 
     answers = viewer(answers=lambda message: message.frame if isinstance(message, m.UniversalBap) else None)
-    assert run(answers, network.bus(), FastClock(), answered_late(), stride=stride) == 0
-    last = reports[-1]
-    assert last.counts["late_answers"] >= 3
-    assert last.state.endswith("; overloaded: every 2nd frame")
+    assert run(answers, network.bus(), FastClock(), answered_late(), choice=FrameChoice(15.0)) == 0
+    assert reports[-1].counts["late_answers"] >= reports[-1].counts["overrun_frames"]
+
+
+def test_a_viewer_follows_the_frame_rate_of_the_integrator_and_reports_it(network: LocalNetwork) -> None:
+    reader, integrator = network.bus(), network.bus()
+    reader.subscribe(HEALTH, service="viewer", id="1")
+    choice = FrameChoice(15.0)
+    reports: list[m.Health] = []
+
+    def frames() -> Iterator[Image]:
+        integrator.publish(FRAME_RATE, m.FrameRate(frame=0, captured_ns=1, keep=1, of=3, from_ns=1, phase_ns=0, fps=15.0))
+        for image in paced(network, 100_000):
+            yield image
+            reports.extend(found for found in messages_on(reader, m.Health) if isinstance(found, m.Health))
+            if any(report.counts["kept_percent"] == 33 for report in reports):
+                return
+
+    follower = viewer(subscriptions=(Subscription(FRAME_RATE),))
+    assert run(follower, network.bus(), FastClock(), frames(), choice=choice) == 0
+    assert choice.share == Share(1, 3)
+    assert reports[-1].state.endswith("; reduced to 5 of 15 frames/s")
 
 
 def test_a_service_exits_with_1_when_its_source_fails(network: LocalNetwork, caplog: pytest.LogCaptureFixture) -> None:
@@ -258,21 +273,6 @@ def test_counts_of_the_state_are_published_without_adding_them_up(network: Local
     found = [message.counts["late"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
     assert len(found) >= 3
     assert set(found) == {3}
-
-
-def test_the_stride_falls_again_in_the_health(network: LocalNetwork) -> None:
-    class Falling(FrameStride):
-        def counts(self) -> dict[str, int]:
-            return {"frame_stride": next(strides)}
-
-    strides = iter((4, 2, *[1] * 1000))
-    reader = network.bus()
-    reader.subscribe(HEALTH, every=True)
-    ends = monotonic() + 0.5
-    stride = Falling(StrideSettings(0, 8, 0.3, 0.6, 0, 0), 15.0, 0)
-    run(viewer(), network.bus(), FastClock(), stopped=lambda: monotonic() > ends, stride=stride)
-    found = [message.counts["frame_stride"] for message in messages_on(reader, m.Health) if isinstance(message, m.Health)]
-    assert found[:3] == [4, 2, 1]
 
 
 def test_the_clock_offset_is_passed_on_as_it_is_published(network: LocalNetwork) -> None:

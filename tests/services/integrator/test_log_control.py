@@ -24,11 +24,14 @@ class Rig:
     """A bus to publish on, and the log control that subscribes to it.  first: with a log from the start."""
 
     def __init__(self, folder: Path, *, first: bool) -> None:
-        self.folder, self.takes = folder, 0
+        self.folder, self.takes, self.now_s = folder, 0, 100.0
         self.network = LocalNetwork("demo", ManualClock(NOW))
         self.bus = self.network.bus()
-        self.control = LogControl(self.network.bus(), self.start_log, self.start_log() if first else None)
+        self.control = LogControl(self.network.bus(), self.start_log, self.start_log() if first else None, self.time_s)
         self.control.start()
+
+    def time_s(self) -> float:
+        return self.now_s
 
     def start_log(self) -> Log:
         self.takes += 1
@@ -36,7 +39,9 @@ class Rig:
             raise RecordingError("the disk is full")
         return Log(self.network.bus(), Recording(self.folder / f"{self.takes}.mcap", rig="demo", start_ns=NOW))
 
-    def publish_request(self, what: Literal["record", "stop_recording"]) -> None:
+    def publish_request(self, what: Literal["record", "stop_recording"], after_s: float = 1.0) -> None:
+        """after_s: time since the previous request."""
+        self.now_s += after_s
         self.bus.publish(REQUEST, m.Request(frame=0, captured_ns=NOW, what=what))
 
     def publish_pose(self, frame: int) -> None:
@@ -97,3 +102,39 @@ def test_a_failed_start_is_reported_and_later_requests_are_handled(
     rig.publish_request("record")
     until(lambda: rig.control.counts()["log_on"] == 1)
     rig.control.close()
+
+
+def test_at_most_one_request_a_second_is_obeyed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    rig = Rig(tmp_path, first=True)
+    rig.publish_request("stop_recording")
+    until(lambda: rig.control.counts()["log_on"] == 0)
+    for number in range(20):
+        rig.publish_request("record", 0.04)
+        until(lambda number=number: rig.control.counts().get("log_refused") == number + 1)
+    assert rig.takes == 1
+    assert [record.getMessage() for record in caplog.records if "refused" in record.getMessage()] == [
+        "request 'record' refused: at most one start or stop of the log in 1 s is obeyed "
+        "(1 since the last such line; at most one every 10 s)"
+    ]
+    rig.publish_request("record", 0.25)
+    until(lambda: rig.control.counts()["log_on"] == 1)
+    assert rig.takes == 2
+    rig.control.close()
+
+
+def test_the_last_counts_are_of_all_logs(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, first=True)
+    for frame in range(3):
+        rig.publish_pose(frame)
+    until(lambda: rig.control.counts().get("log_messages") == 3)
+    rig.publish_request("stop_recording")
+    until(lambda: rig.control.counts() == {"log_on": 0})
+    rig.publish_request("record")
+    until(lambda: rig.control.counts()["log_on"] == 1)
+    rig.publish_pose(3)
+    until(lambda: rig.control.counts().get("log_messages") == 1)
+    rig.control.close()
+    counts = dict(rig.control.counts())
+    assert counts.pop("log_messages") >= 4  # the poses, and requests that arrived before the end of a log
+    assert counts == {"log_closed": 1, "log_on": 0, "log_lost": 0, "log_removed": 0, "log_stopped": 0}
+    assert len(rig.control.close()) == 2

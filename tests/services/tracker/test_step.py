@@ -19,7 +19,7 @@ from zenocap.common.synchronizer import GONE_AFTER
 from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker import step as tracker
 from zenocap.services.tracker.parameters import MAX_QUEUED_FRAME_SETS, POINTS_PERIOD_NS
-from zenocap.services.tracker.states import State
+from zenocap.services.tracker.states import State, with_detail
 
 SETUP = tracker_setup()
 VIEWERS = tuple(SETUP.cameras)
@@ -32,6 +32,33 @@ EMPTY = np.zeros_like(PERSON)
 def core() -> Iterator[None]:
     with stand_in():
         yield
+
+
+def test_the_detail_under_overload_is_an_input_that_reduces_points_and_particles() -> None:
+    state, _ = tracker.step(
+        SETUP, tracker.initial_state(SETUP), envelope(m.TrackerDetail(frame=0, captured_ns=1, share=0.5))
+    )
+    reduced = with_detail(SETUP, state.detail).options
+    assert (reduced.points, reduced.particles) == (SETUP.options.points // 2, SETUP.options.particles // 2)
+    assert with_detail(SETUP, 1.0) is SETUP
+
+
+def test_silhouettes_are_paired_within_half_of_the_reduced_period() -> None:
+    """Two cameras 0.9 frame periods apart, of which every second frame is processed."""
+    for keep, complete in ((1, 10), (2, 0)):
+        rate = m.FrameRate(frame=0, captured_ns=1, keep=keep, of=2, from_ns=1, phase_ns=0, fps=15.0)
+        state, _ = tracker.step(SETUP, tracker.initial_state(SETUP), envelope(rate))
+        for frame in range(0, 22, 2):
+            for number, viewer in enumerate(VIEWERS):
+                late_ns = FRAME_NS * 9 // 10 if number == len(VIEWERS) - 1 else 0
+                state, _ = tracker.step(SETUP, state, envelope(silhouette(viewer, frame, offset_ns=late_ns)))
+        assert state.pairs.complete >= complete
+        assert (state.pairs.complete > 0) == (complete > 0)
+
+
+def losses(state: State) -> dict[str, int]:
+    """The counts without those of frame sets that arrived."""
+    return {name: count for name, count in tracker.counts(state).items() if not name.endswith("e_instants")}
 
 
 def silhouette(viewer: str, frame: int, mask: np.ndarray = PERSON, offset_ns: int = 0) -> m.Silhouette:
@@ -91,7 +118,7 @@ def test_body_is_published_once_and_a_pose_per_frame_set() -> None:
     np.testing.assert_array_equal(bdp_of(TEN_PARTS, body).sizes, BDP.sizes)
     assert frames(published) == [0, 1, 2, 3]
     assert tracker.describe(state) == "tracking"
-    assert dict(tracker.counts(state)) == {}
+    assert losses(state) == {}
 
 
 def test_pose_message_has_all_results() -> None:
@@ -134,7 +161,7 @@ def test_view_may_leave_and_return() -> None:
     assert shown(state)[-1] == VIEWERS
     assert tracker.describe(state) == "tracking"
     # An absent viewer is not waited for: its first frame after the return may be late.
-    assert tracker.counts(state) == {"silhouette_unpaired": len(without) // 2 + 1, "silhouette_late": 1}
+    assert losses(state) == {"silhouette_unpaired": len(without) // 2 + 1, "silhouette_late": 1}
 
 
 def test_late_view_delays_one_frame() -> None:
@@ -157,7 +184,7 @@ def test_overload_drops_the_oldest_frame_sets() -> None:
     count = 10
     state, published = play([message for k in range(count) for message in instant(k)], busy=True)
     assert frames(published) == list(range(count - MAX_QUEUED_FRAME_SETS, count))
-    assert tracker.counts(state) == {"dropped_instants": count - MAX_QUEUED_FRAME_SETS}
+    assert losses(state) == {"dropped_instants": count - MAX_QUEUED_FRAME_SETS}
 
 
 def test_damaged_silhouettes_exclude_their_view() -> None:
@@ -167,16 +194,16 @@ def test_damaged_silhouettes_exclude_their_view() -> None:
     state, published = play([bad, *instant(0, ("2", "3")), large, *instant(1, ("1", "3"))])
     assert frames(published) == [0, 1]
     assert shown(state) == [("2", "3"), ("1", "3")]
-    assert tracker.counts(state) == {"damaged": 2}
+    assert losses(state) == {"damaged": 2}
     state, published = play([bad, silhouette("2", 0, np.zeros((240, 320), np.uint8)), silhouette("3", 0)])
     assert published == []
-    assert tracker.counts(state) == {"damaged": 2, "alone": 1}
+    assert losses(state) == {"damaged": 2, "alone": 1}
 
 
 def test_failing_frame_set_is_counted_and_reported() -> None:
     state, published = play([*instant(0), *instant(1, mask=np.ones_like(PERSON)), *instant(2)][:6])
     assert frames(published) == [0]
-    assert tracker.counts(state) == {"failed": 1}
+    assert losses(state) == {"failed": 1}
     assert tracker.describe(state) == "tracking; a frame set failed: a view that is all person"
     state, published = play(instant(2), state)
     assert frames(published) == [2]

@@ -73,6 +73,48 @@ def test_a_camera_without_sound_is_found_from_silhouettes(tmp_path: Path) -> Non
     assert "cam03: not certain, by sound: no sound" in output
 
 
+@pytest.mark.parametrize("offset_s", [-2.0, -0.513, 0.7, 2.0])
+def test_a_flash_is_found_where_the_person_stands_still(tmp_path: Path, offset_s: float) -> None:
+    starts = {"cam01": 2.0, "cam02": 2.0 + offset_s}
+    on_s = max(starts.values()) + 1.513
+    folder = write_folder(tmp_path / "one", CAMERAS, starts, still=True, flash_s=(on_s, on_s + 1 / FPS))
+    status, output = run(folder)
+    assert status == 0, output
+    assert "by flash" in output
+    assert abs(offsets(folder)["cam02"] - offset_s) < 0.1 / FPS
+    assert "from flash" in (folder / "sync.toml").read_text().splitlines()[0]
+
+
+def test_without_a_flash_there_is_no_offset_by_flash(tmp_path: Path) -> None:
+    status, output = run(write_folder(tmp_path / "one", CAMERAS, STARTS), "--by", "flash")
+    assert status == 3
+    assert "cam02: not certain, by flash: no flash" in output
+
+
+def test_a_flash_within_one_exposure_is_coarser_than_silhouettes(tmp_path: Path) -> None:
+    on_s = 1.7 + 1.0 + 0.5 / FPS  # in the middle of an exposure of both
+    folder = write_folder(tmp_path / "one", CAMERAS, STARTS, flash_s=(on_s, on_s + 0.4 / FPS))
+    status, output = run(folder, "--dry-run")
+    assert status == 0, output
+    assert "by silhouettes" in output
+    status, output = run(folder, "--by", "flash", "--dry-run")
+    assert status == 0, output
+    assert "cam02: +0.7000 s, +21.00 frames (± 0.41), by flash" in output
+
+
+def test_some_cameras_are_compared_and_the_offsets_of_the_others_stay(tmp_path: Path) -> None:
+    cameras, starts = ring((0, 90, 45)), STARTS | {"cam03": 1.3}
+    folder = write_folder(tmp_path / "one", cameras, starts, sounds(starts))
+    (folder / "sync.toml").write_text("[offset_s]\ncam01 = 9.0\ncam02 = 0.5\ncam03 = 0.0\n")
+    status, output = run(folder, "--cameras", "cam02,cam03")
+    assert status == 0, output
+    assert "cam01" not in output
+    assert offsets(folder) == pytest.approx({"cam01": 9.0, "cam02": 0.5, "cam03": 0.1}, abs=0.002)
+    status, output = run(folder, "--cameras", "cam02,cam09")
+    assert (status, output.count("\n")) == (1, 1)
+    assert "'cam09': no such camera" in output
+
+
 def test_rig_file_gets_lines_to_copy(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "one", CAMERAS, STARTS, sounds(STARTS))
     viewers = "".join(f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "videos/cam0{k}.mp4"\n' for k in (1, 2))

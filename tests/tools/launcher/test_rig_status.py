@@ -8,7 +8,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.topics import topic_of
 from zenocap.tools.launcher.display import plain_line, table
-from zenocap.tools.launcher.rig_status import MAX_SERVICES, RigStatus, lost_text
+from zenocap.tools.launcher.rig_status import MAX_POSTURES, MAX_SERVICES, RigStatus, lost_text
 
 SERVICES = [("viewer", "1"), ("viewer", "2"), ("integrator", "main")]
 
@@ -135,3 +135,22 @@ def test_number_of_stored_health_messages_is_bounded() -> None:
     assert len(status.health) == MAX_SERVICES
     again = status.updated(Envelope("key", topic_of(m.Health), health("unknown0", rate=7.0), 0))
     assert again.health[("viewer", "unknown0")].rate == 7.0
+
+
+def test_the_tables_are_bounded_and_the_own_services_always_in_them() -> None:
+    status = RigStatus(own=frozenset(SERVICES))
+    for number in range(3 * MAX_SERVICES):
+        status = status.updated(Alive("viewer", f"unknown{number}", True, 0))
+        status = status.updated(Envelope("key", topic_of(m.Health), health(f"unknown{number}"), 0))
+        status = status.updated(Envelope("key", topic_of(m.Posture), posture(f"label {number}"), 0))
+    status = status.updated(Alive("viewer", "1", True, 0)).updated(Envelope("key", topic_of(m.Health), health("1"), 0))
+    assert len(status.alive) <= MAX_SERVICES + len(SERVICES)
+    assert len(status.health) <= MAX_SERVICES + len(SERVICES)
+    assert len(status.postures) <= MAX_POSTURES + 1
+    assert sum(status.postures.values()) == 3 * MAX_SERVICES
+    assert ("viewer", "1") in status.alive
+    assert ("viewer", "1") in status.health
+
+
+def posture(label: str) -> m.Posture:
+    return m.Posture(frame=0, captured_ns=0, label=label, start_ns=0, end_ns=1, log_likelihoods={}, score=0.0, margin=0.0)

@@ -45,9 +45,16 @@ def observed() -> Observations:
     rig = observations.rigs["studio"]
     rig.receive(RoundTrip(NOW_NS, NOW_NS, NOW_NS + MS), NOW_NS)
     counts: dict[tuple[str, str], dict[str, int]] = {
-        ("viewer", "1"): {"frames": 90, "published": 180, "received": 20, "dropped_frames": 4, "frame_stride": 2},
+        ("viewer", "1"): {"frames": 90, "published": 180, "received": 20, "dropped_frames": 4, "kept_percent": 67},
         ("viewer", "2"): {"frames": 91, "dropped_superseded": 3, "queued": 5},
-        ("integrator", "main"): {"log_on": 1, "log_stopped": 0, "log_free_mb": 2500, "log_messages": 1000, "log_lost": 1},
+        ("integrator", "main"): {
+            "log_on": 1,
+            "log_stopped": 0,
+            "log_free_mb": 2500,
+            "log_messages": 1000,
+            "log_lost": 1,
+            "certificate_days": 3,
+        },
         ("tracker", "main"): {"silhouette_late": 6, "rejected_invalid": 7, "no_such_reason": 99},
         ("animator", "main"): {"vmc_sent": 30, "vmc_refused": 2, "strange_sent": 5},
     }
@@ -67,11 +74,12 @@ def test_values_of_the_health_messages_are_exported() -> None:
     assert value(samples, "zenocap_frames_total", **viewer) == 90
     assert value(samples, "zenocap_messages_published_total", **viewer) == 180
     assert value(samples, "zenocap_messages_received_total", **viewer) == 20
-    assert value(samples, "zenocap_frame_stride", **viewer) == 2
+    assert value(samples, "zenocap_frame_share", **viewer) == pytest.approx(0.67)
     assert value(samples, "zenocap_losses_total", **viewer, reason="dropped_frames") == 4
     assert value(samples, "zenocap_losses_total", **tracker, reason="silhouette_late") == 6
     assert value(samples, "zenocap_losses_total", **integrator, reason="log_lost") == 1
     assert value(samples, "zenocap_log_free_bytes", **integrator) == 2.5e9
+    assert value(samples, "zenocap_certificate_left_seconds", **integrator) == 3 * 86_400
     assert value(samples, "zenocap_clock_offset_seconds", **viewer) == pytest.approx(120e-6)
     assert value(samples, "zenocap_clock_error_seconds", **viewer) == pytest.approx(300e-6)
     assert value(samples, "zenocap_stage_seconds", **viewer, stage="frame_age") == pytest.approx(1.5e-3)

@@ -2,6 +2,8 @@
 
 import io
 import json
+import re
+from dataclasses import replace
 
 import msgspec
 from hypothesis import given
@@ -36,6 +38,14 @@ def test_problems_are_red() -> None:
     assert red in text([Row("lab", "viewer", "1", "gone")])
     assert red in text([UP])  # its losses and its clock
     assert red not in text([Row("lab", "viewer", "1", "up", 3.0)])
+
+
+def test_secured_rigs_have_a_column_for_the_days_of_certificates() -> None:
+    assert "cert days" not in text([UP])
+    found = text([replace(UP, certificate_days=700), Row("studio", "integrator", "main", "missing")])
+    assert "cert days" in found
+    assert re.search(r"\x1b\[31m *30\x1b", text([Row("lab", "viewer", "1", "up", 3.0, certificate_days=30)]))
+    assert not re.search(r"\x1b\[31m *31", text([Row("lab", "viewer", "1", "up", 3.0, certificate_days=31)]))
 
 
 def test_empty_network_is_reported() -> None:

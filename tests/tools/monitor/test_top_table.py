@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.messages import Health
 from zenocap.common.topics import HEALTH
-from zenocap.tools.monitor.table import KEPT_RATES, Network, Row
+from zenocap.tools.monitor.table import KEPT_RATES, MAX_SERVICES, Network, Row
 
 S = 1_000_000_000
 
@@ -31,6 +31,11 @@ def test_row_shows_the_values_of_the_health_message() -> None:
     assert (found.latency_ms, found.stage) == (7.0, "frame 2.5")
     assert (found.offset_ms, found.error_ms) == (-2.0, 0.5)
     assert (found.memory_mb, found.cores, found.busy) == (123.0, 0.25, 0.5)
+
+
+def test_row_has_the_days_of_the_certificate() -> None:
+    assert row(Network().updated("r", health(S)), S).certificate_days is None
+    assert row(Network().updated("r", health(S, counts={"certificate_days": 12})), S).certificate_days == 12
 
 
 def test_status_depends_on_token_and_health() -> None:
@@ -80,3 +85,14 @@ def test_rows_are_ordered_by_rig_kind_and_number() -> None:
     assert [(row.rig, row.title) for row in network.rows(S)] == [
         ("a", "viewer 1"), ("r", "viewer 2"), ("r", "viewer 10"), ("r", "integrator"),
     ]  # fmt: skip
+
+
+def test_invented_services_are_bounded_and_displace_none_of_the_rig() -> None:
+    network = Network({"r": [("viewer", "1"), ("integrator", "main")]})
+    for number in range(2 * MAX_SERVICES):
+        network = network.updated("r", Alive("viewer", f"unknown{number}", True, 0))
+        network = network.updated("r", health(S, id=f"invented{number}"))
+    network = network.updated("r", health(S)).updated("r", Alive("integrator", "main", True, S))
+    rows = list(network.rows(S))
+    assert len(rows) <= MAX_SERVICES + 2
+    assert {"viewer 1", "integrator"} <= {row.title for row in rows}

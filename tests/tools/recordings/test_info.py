@@ -19,7 +19,9 @@ from zenocap.common.recording.writer import Attachment, Channel, Recording
 from zenocap.common.topics import topic_of
 from zenocap.tools.recordings.info import info, utc
 from zenocap.tools.recordings.info_text import lines_of
-from zenocap.tools.recordings.take_statistics import FrameTally, HealthTally
+from zenocap.tools.recordings.rate_statistics import RateTally
+from zenocap.tools.recordings.take_health import HealthTally
+from zenocap.tools.recordings.take_statistics import FrameTally
 
 START_NS = 1_700_000_000_000_000_000
 FRAME_NS = 40_000_000
@@ -111,6 +113,30 @@ def test_frame_sets_are_counted_as_complete_one_viewer_or_stale(tmp_path: Path) 
     pairs = info(take_of(tmp_path / "a.mcap", *((k, assignment(k, **one)) for k, one in enumerate(stale)))).pairs
     assert pairs is not None
     assert (pairs.instants, pairs.complete, pairs.one_viewer, pairs.stale) == (6, 3, 2, 2)
+
+
+def decision(at_s: float, keep: int, of: int) -> m.FrameRate:
+    at_ns = round(at_s * 1e9)
+    return m.FrameRate(
+        frame=0, captured_ns=START_NS + at_ns, keep=keep, of=of, from_ns=START_NS + at_ns, phase_ns=0, fps=30.0,
+        limit="" if keep == of else "viewers", viewers=[] if keep == of else ["2"],
+    )  # fmt: skip
+
+
+def test_the_time_at_a_reduced_rate_is_summed_up_with_the_lowest_rate(tmp_path: Path) -> None:
+    decisions = [decision(0, 1, 1), decision(2, 1, 2), decision(3, 2, 5), decision(5, 1, 1), decision(9, 5, 6)]
+    details = [m.TrackerDetail(frame=k, captured_ns=START_NS + k * 10**9, share=1 - 0.5 * (k == 4)) for k in (1, 4, 6)]
+    tally = RateTally()
+    for message in sorted([*decisions, *details], key=lambda message: message.captured_ns):
+        tally.add(message)
+    reduced = tally.reduced(START_NS + 10 * 10**9)
+    assert reduced is not None
+    assert (reduced.seconds, reduced.fps, reduced.lowest_fps, reduced.thinned_s) == (4.0, 30.0, 12.0, 2.0)
+    assert reduced.reason == "reduced to 12 of 30 frames/s: processor of viewer 2"
+    assert RateTally().reduced(START_NS) is None
+    numbered = [(k, one) for k, one in enumerate(decisions)]
+    text = "\n".join(lines_of(info(take_of(tmp_path / "a.mcap", *numbered))))
+    assert "reduced to 12 of 30 frames/s: processor of viewer 2, the lowest rate" in text
 
 
 def test_height_ratio_is_that_of_the_last_body(tmp_path: Path) -> None:

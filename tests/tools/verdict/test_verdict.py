@@ -132,6 +132,26 @@ def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
     assert any("unusable, 500 mm: lost" in line for line in lines)
 
 
+def without_poses(frames: set[int]) -> list[m.Message]:
+    return [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame in frames)]
+
+
+def test_a_pose_between_two_others_may_be_missing() -> None:
+    """At a variable frame rate single frames are missing: the poses are interpolated there."""
+    found = verdict_of(evidence_of(without_poses({22, 25, 31, 40, 50, 52, 60})))
+    assert (found.rating, [one.lost for one in found.stretches]) == ("good", [0.0, 0.0, 0.0])
+
+
+def test_poses_that_are_missing_one_after_the_other_are_lost() -> None:
+    """Also where every silhouette that is sampled has a pose."""
+    missing = {k for k in range(15, 75) if k % 6 in (2, 3, 4)}
+    found = verdict_of(evidence_of(without_poses(missing)))
+    assert found.rating == "unusable"
+    assert found.error < 0.1  # the poses that are there are right
+    assert found.reasons[0].kind == "lost"
+    assert [one.lost for one in found.stretches[1:]] == pytest.approx([0.5, 0.5], abs=0.06)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", [name for name in FEATURES if name != "lost"])
 def test_a_larger_figure_never_lowers_the_expected_error(kind: str, name: str) -> None:

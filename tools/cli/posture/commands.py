@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.options import JsonOption, Method, OutputOption, one_line_errors
 from zenocap.tools.cli.posture.act import act
 from zenocap.tools.cli.posture.label import label
@@ -174,7 +175,7 @@ def evaluate(
         typer.echo(json.dumps(content, ensure_ascii=False))
         return
     for line in outcome_lines(outcomes):
-        typer.echo(line)
+        typer.echo(printable(line, MAX_LINE))
     if missing:
         typer.echo(f"not tested: {len(missing)} rows without angles")
 
@@ -254,4 +255,4 @@ def _show(path: Path, as_json: bool) -> None:
         typer.echo(json.dumps(model_json(path, model), ensure_ascii=False))
         return
     for line in lines_of(path, model):
-        typer.echo(line)
+        typer.echo(printable(line, MAX_LINE))

@@ -111,6 +111,7 @@ function selectFeed(feed) {
   views.clear();
   plots.clear();
   panel.setAlert('services', '');
+  panel.setAlert('rate', '');
   slides.forget();
   connection.send({ type: 'select_feed', feed });
   updateLines();
@@ -234,6 +235,7 @@ function setServices(update) {
   panel.showRecording(update);
   if (state.feed === 'take') return;
   panel.showServices(update.services);
+  panel.setAlert('rate', update.reduced);
   for (const service of update.services)
     if (service.name === 'viewer') {
       views.setCondition(service.id, service.condition, service.silent_s);

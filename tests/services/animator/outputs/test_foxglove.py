@@ -215,5 +215,5 @@ def test_a_port_in_use_and_an_unknown_host_are_errors_of_one_line(output: Foxglo
         OutputError, match=rf"^animator\.foxglove: 127\.0\.0\.1:{port} cannot be listened on: Address already"
     ):
         FoxgloveOutput(FoxgloveTable(port=port), "studio")
-    with pytest.raises(OutputError, match=r"no\.such\.host\.invalid:8765 cannot be listened on: failed to lookup"):
+    with pytest.raises(OutputError, match=r"no\.such\.host\.invalid:8765 cannot be listened on: failed to look up"):
         FoxgloveOutput(FoxgloveTable(host="no.such.host.invalid"), "studio")

@@ -274,10 +274,21 @@ def test_a_page_that_opens_gets_earlier_commands_as_such() -> None:
 
 
 def test_frames_skipped_under_overload_are_losses_beside_the_dropped_ones() -> None:
-    state = after(health("viewer", "1", NOW, frames=60, dropped_frames=4, skipped_frames=36, frame_stride=2))
+    state = after(health("viewer", "1", NOW, frames=60, dropped_frames=4, skipped_frames=36, kept_percent=67))
     sent = json.loads(services_update(state, 0).data)
     row = next(row for row in sent["services"] if (row["name"], row["id"]) == ("viewer", "1"))
     assert row["losses"] == [["camera frames dropped", 4, 100], ["camera frames skipped under overload", 36, 100]]
+
+
+def test_the_page_gets_what_is_left_out_under_overload() -> None:
+    rate = m.FrameRate(
+        frame=0, captured_ns=1, keep=1, of=2, from_ns=1, phase_ns=0, fps=30.0, limit="viewers", viewers=["1"]
+    )  # fmt: skip
+    state = after(rate, m.TrackerDetail(frame=0, captured_ns=1, share=0.5))
+    reduced = json.loads(services_update(state, 0).data)["reduced"]
+    assert reduced == "reduced to 15 of 30 frames/s: processor of viewer 1; tracker with 50% of its points"
+    full = m.FrameRate(frame=1, captured_ns=2, keep=1, of=1, from_ns=2, phase_ns=0, fps=30.0)
+    assert json.loads(services_update(after(full), 0).data)["reduced"] == ""
 
 
 def test_failed_and_dropped_commands_are_losses_of_the_recognizer() -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import socket
 import urllib.error
 import urllib.request
@@ -14,6 +15,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidStatus
 
 from tests.support.animator_stand_in import bap, pose_at, stand_in
+from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Preview, Request
 from zenocap.common.rig.animator import PageTable
@@ -234,3 +236,13 @@ def test_a_command_that_is_too_long_closes_that_page_only(tmp_path: Path) -> Non
     with stand_in(tmp_path) as animator:
         assert talk(animator.address, send_too_much) == 1009
         assert "hello" in talk(animator.address, listen)
+
+
+def test_the_page_sets_html_from_its_own_literals_only() -> None:
+    """Health, labels and names of takes are texts of others: only `textContent`, never markup."""
+    static = ROOT / "services" / "animator" / "page" / "static"
+    scripts = "\n".join(path.read_text() for path in sorted(static.glob("*.js")))
+    assert not re.search(r"outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", scripts)
+    values = re.findall(r"\.innerHTML\s*\+?=\s*(.*)", scripts)
+    assert values
+    assert all(re.fullmatch(r"'[^'`$]*';", value) for value in values)

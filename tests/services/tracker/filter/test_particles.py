@@ -29,6 +29,7 @@ from zenocap.services.tracker.filter.particles import (  # fmt: skip
     likelihood_weights,
     propose_particles,
     refine_particles,
+    resized_cloud,
     uniform_cloud,
 )
 from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
@@ -105,6 +106,18 @@ def test_selection_counts_follow_the_weights(seed: int, n: int) -> None:
     assert np.all(times <= np.ceil(n * cloud.weights + 1e-9))
     assert np.all(times >= np.floor(n * cloud.weights - 1e-9) - 1)  # the first one's own slot goes to another
     assert np.all(np.diff(draws.chosen[1:]) >= 0)
+
+
+@given(seeds, st.integers(1, 60), st.integers(1, 60))
+def test_a_resized_cloud_has_each_particle_in_proportion_to_its_weight(seed: int, n: int, resized: int) -> None:
+    """The heaviest one is first, whatever the number."""
+    cloud = cloud_around(TRUE, n, seed)
+    found = resized_cloud(cloud, resized)
+    assert found.weights.tolist() == [1.0 / resized] * resized
+    np.testing.assert_array_equal(found.values[0], cloud.values[np.argmax(cloud.weights)])
+    for k, weight in enumerate(cloud.weights):
+        copies = sum(np.array_equal(found.values[i], cloud.values[k]) for i in range(1, resized))
+        assert copies <= np.ceil(resized * weight + 1e-9)
 
 
 @given(seeds, st.integers(1, 60), st.floats(0.0, 1.0))

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.common.runtime.test_frame_stride import forced
+from tests.common.runtime.test_frame_rate import reduced
 from tests.support.places import CLIPS, ROOT
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
 from zenocap.common.rig.rig import load_rig
@@ -138,13 +138,13 @@ def test_an_overloaded_viewer_skips_the_same_frames_of_a_file_whether_or_not_it_
     path = write_video(tmp_path / "a.mp4", 20)
     kept = []
     for late_at in (None, 6):
-        time, stride = FakeTime(), forced(2, 10.0)
-        playback = replace(live(time), stride=stride)
+        time, choice = FakeTime(), reduced(1, 2, 10.0)
+        playback = replace(live(time), choice=choice)
         kept.append([])
         for frame in video_frames(VideoFile(path), 10.0, SIZE, WORKING, playback):
             kept[-1].append(frame.frame)
             time.ns += S // 2 if frame.frame == late_at else 0
-        assert (stride.skipped, stride.late) == (10, 0 if late_at is None else 1)
+        assert (choice.skipped, choice.late) == (10, 0 if late_at is None else 1)
     assert kept[0] == list(range(0, 20, 2))
     assert kept[1] == [0, 2, 4, 6, 10, 12, 14, 16, 18]  # 8 was late
 
@@ -297,7 +297,7 @@ def test_overloaded_viewers_keep_the_frames_of_the_same_times_of_cameras_that_st
     kept = []
     for start_ns in (S, 5 * S + 30_000_000):
         time = FakeTime(ns=start_ns)
-        playback = replace(live(time), stride=forced(2, 10.0))
+        playback = replace(live(time), choice=reduced(1, 2, 10.0))
         stream = camera_frames(Device(0), 10.0, SIZE, WORKING, playback, opening([FakeCamera(time, 200)]))
         frames = [frame for frame in islice(stream, 50) if frame.captured_ns > 5.95 * S][:20]
         kept.append([frame.captured_ns for frame in frames])

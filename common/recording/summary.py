@@ -1,0 +1,100 @@
+"""The index at the end of a take: what it has and when, without reading the messages.
+
+Time and memory are bounded for any file: a size that a file only claims is never allocated.
+"""
+
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, ChunkIndex, Message, Statistics
+
+from zenocap.common.recording.mcap_content import BrokenChunk, BrokenRecord, chunk_records, decode_record
+from zenocap.common.recording.mcap_records import Records
+from zenocap.common.recording.reader import Take
+
+MAX_SEARCHED = 8  # chunks that are read for one message; chosen by hand
+
+
+@dataclass(frozen=True)
+class Summary:
+    """messages: number.  start_ns: log time of the first.  channels: by id.  chunks: in the order of the file."""
+
+    messages: int
+    start_ns: int
+    channels: Mapping[int, Channel]
+    chunks: tuple[ChunkIndex, ...]
+
+
+def read_summary(path: Path) -> Summary | None:
+    """The index of a take; None for a file that is cut, damaged there, or no take.  Raises OSError."""
+    with path.open("rb") as file:
+        return _summary(Records(file))
+
+
+def last_message(path: Path, is_wanted: Callable[[Channel], bool]) -> tuple[bytes, Summary] | None:
+    """Bytes of the last message on a wanted channel, and the summary; None as `read_summary`, and without such a message.
+
+    Raises OSError.
+    """
+    with path.open("rb") as file:
+        records = Records(file)
+        summary = _summary(records)
+        if summary is None:
+            return None
+        wanted = {id for id, channel in summary.channels.items() if is_wanted(channel)}
+        places = [chunk for chunk in summary.chunks if wanted & chunk.message_index_offsets.keys()]
+        for chunk in places[: -MAX_SEARCHED - 1 : -1]:
+            body = records.body_at(chunk.chunk_start_offset, Opcode.CHUNK)
+            last: bytes | None = None
+            try:
+                for item in chunk_records(body) if body is not None else ():
+                    if isinstance(item, Message) and item.channel_id in wanted:
+                        last = item.data
+            except BrokenChunk:
+                return None
+            if last is not None:
+                return last, summary
+    return None
+
+
+def messages_in(path: Path) -> int:
+    """Number of messages that can be read from a take: of its index, or counted for one that is cut or damaged.
+
+    Raises UserError when it is no take or cannot be read.
+    """
+    try:
+        summary = read_summary(path)
+    except OSError:
+        summary = None
+    return sum(1 for _ in Take(path).messages()) if summary is None else summary.messages
+
+
+def _summary(records: Records) -> Summary | None:
+    statistics: Statistics | None = None
+    channels: dict[int, Channel] = {}
+    chunks: list[ChunkIndex] = []
+    try:
+        for kind, body in records.summary():
+            stream = ReadDataStream(BytesIO(body))
+            match kind:
+                case Opcode.STATISTICS:
+                    statistics = Statistics.read(stream)
+                case Opcode.CHUNK_INDEX:
+                    chunks.append(ChunkIndex.read(stream))
+                case Opcode.CHANNEL:
+                    channel = decode_record(kind, body)
+                    if isinstance(channel, Channel):
+                        channels[channel.id] = channel
+                case _:
+                    pass
+    except (BrokenRecord, McapError, ValueError, struct.error):
+        return None
+    if statistics is None:
+        return None
+    return Summary(statistics.message_count, statistics.message_start_time, channels, tuple(chunks))

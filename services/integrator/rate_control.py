@@ -1,0 +1,161 @@
+"""Frame rate of an overloaded rig: one decision for all viewers, and for the detail of the tracker.  Pure.
+
+Viewers and tracker report in their health what they lost.  Every DECISION_NS the integrator compares the reports since the
+last decision: while too many instants are lost it lowers the rate, or first the number of the tracker's points and
+particles; after some time without losses it raises them.  A level that has failed is tried again after a wait, which is
+doubled each time it fails.
+"""
+
+from dataclasses import replace
+
+from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
+from zenocap.common.messages import FrameRate, Health, Message, TrackerDetail
+from zenocap.common.runtime.frame_rate import ViewerCounts, common_phase, farthest_phase, reduced_text, share_of
+from zenocap.services.integrator.parameters import (
+    DETAIL_LEVELS,
+    FARTHEST_PHASE,
+    GREATEST_CUT,
+    LEAD_NS,
+    LOST,
+    LOST_AT_ONCE,
+    MOST_NAMED,
+    PHASE_GAIN,
+    RECOVERY_TICKS,
+    SETTLE_NS,
+)
+from zenocap.services.integrator.rate_ladder import Ladder, lowered, raised
+from zenocap.services.integrator.rate_reports import TRACKER, Limit, Losses, RateSetup, RateState, losses, report
+
+
+def step(setup: RateSetup, state: RateState, event: FrameLike | Envelope | Alive | Tick) -> tuple[RateState, list[Message]]:
+    """Process one event: a report, a decision before a restart, or the time of the next decision.  Pure."""
+    match event:
+        case Envelope(message=Health() as health):
+            return report(setup, state, health), []
+        case Envelope(message=FrameRate() as message) if awaits_recovery(state):
+            return resume(setup, state, message)
+        case Tick(received_ns=now_ns):
+            return decide(setup, state, now_ns)
+        case _:
+            return state, []
+
+
+def awaits_recovery(state: RateState) -> bool:
+    """True while a decision that was published before a restart would be followed."""
+    return state.decided is None
+
+
+def resume(setup: RateSetup, state: RateState, message: FrameRate) -> tuple[RateState, list[Message]]:
+    """Continue with the decision before a restart, and publish it again; one of another rig is ignored."""
+    if share_of(message) not in setup.shares:
+        return state, []
+    now_ns = message.captured_ns
+    rate = Ladder(setup.shares.index(share_of(message)), calm_ns=now_ns)
+    state = replace(state, decided=message, rate=rate, detail=Ladder(calm_ns=now_ns), limit=message.limit)
+    return replace(state, limiting=tuple(message.viewers)), [message, *_detail(setup, state, now_ns)]
+
+
+def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
+    """Levels of the next interval, and a message when they change."""
+    state = replace(state, ticks=state.ticks + 1)
+    if state.decided is None:
+        if state.ticks < RECOVERY_TICKS:
+            return state, []
+        state = replace(state, rate=Ladder(calm_ns=now_ns), detail=Ladder(calm_ns=now_ns))
+        state, first = _new_rate(setup, state, now_ns)
+        return state, [*first, *_detail(setup, state, now_ns)]
+    if now_ns < state.settled_ns or not state.newest:
+        return state, []
+    found = losses(state)
+    if not found.overrun:
+        return state, []
+    after = _adjusted(setup, state, found, now_ns)
+    after = replace(after, since=after.newest, since_instants=after.instants)
+    messages: list[Message] = []
+    if after.detail.level != state.detail.level:
+        messages += _detail(setup, after, now_ns)
+        after = _settling(after, now_ns)
+    if after.rate.level != state.rate.level or _out_of_phase(setup, after):
+        after, more = _new_rate(setup, after, now_ns)
+        messages += more
+    return after, messages
+
+
+def _adjusted(setup: RateSetup, state: RateState, found: Losses, now_ns: int) -> RateState:
+    worst = max(found.overrun.values(), default=0.0)
+    suspected = max(worst, found.lost, found.dropped) > LOST
+    # One stall loses many instants in one interval: only the share of overrun frames counts at once.
+    too_fast = worst > LOST_AT_ONCE or (found.lost > LOST and state.suspected)
+    too_detailed = found.dropped > LOST_AT_ONCE or (found.dropped > LOST and state.suspected)
+    state = replace(state, suspected=suspected)
+    if suspected:
+        rate, detail = replace(state.rate, calm_ns=now_ns), replace(state.detail, calm_ns=now_ns)
+        state = replace(state, rate=rate, detail=detail)
+    shares = setup.shares
+    thinned = too_detailed and state.detail.level + 1 < len(DETAIL_LEVELS)
+    if thinned:
+        state = replace(state, detail=lowered(state.detail, state.detail.level + 1, now_ns))
+    if too_fast or (too_detailed and not thinned):
+        # While frames are dropped, what is processed is about what can be.
+        possible = [found.processed[viewer] for viewer in found.limiting] if too_fast else [1.0 - found.dropped]
+        most = shares[state.rate.level].value * max(GREATEST_CUT, min(possible, default=1.0))
+        below = range(state.rate.level + 1, len(shares))
+        level = next((level for level in below if shares[level].value <= most + 1e-9), len(shares) - 1)
+        limit: Limit = "viewers" if too_fast else "tracker"
+        state = replace(state, limit=limit, limiting=found.limiting if too_fast else ())
+        if level > state.rate.level:
+            state = replace(state, rate=lowered(state.rate, level, now_ns))
+    elif not suspected and state.rate.level > 0:
+        state = replace(state, rate=raised(state.rate, [share.value for share in shares], _busiest(state), now_ns))
+    elif not suspected and state.detail.level > 0:
+        state = replace(state, detail=raised(state.detail, DETAIL_LEVELS, state.busy.get(TRACKER, 0.0), now_ns))
+    return state if state.rate.level else replace(state, limit="", limiting=())
+
+
+def _busiest(state: RateState) -> float:
+    return max(state.busy.values(), default=0.0)
+
+
+def _out_of_phase(setup: RateSetup, state: RateState) -> bool:
+    """Whether jitter decides which frames are chosen, because the cameras have drifted, and other slots are better."""
+    if state.decided is None or state.rate.level == 0:
+        return False
+    phases = state.phases.values()
+    best = farthest_phase(phases, common_phase(phases, setup.fps), setup.fps)
+    now = farthest_phase(phases, state.decided.phase_ns, setup.fps)
+    return now > FARTHEST_PHASE and now - best > PHASE_GAIN
+
+
+def _new_rate(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
+    """State after the rate has changed, and the message for viewers and tracker."""
+    share = setup.shares[state.rate.level]
+    message = FrameRate(
+        frame=0 if state.decided is None else state.decided.frame + 1,
+        captured_ns=now_ns,
+        keep=share.keep,
+        of=share.of,
+        from_ns=now_ns + LEAD_NS,
+        phase_ns=common_phase(state.phases.values(), setup.fps),
+        fps=setup.fps,
+        limit=state.limit if state.rate.level else "",
+        viewers=list(state.limiting[:MOST_NAMED]) if state.rate.level else [],
+    )
+    return _settling(replace(state, decided=message), now_ns), [message]
+
+
+def _detail(setup: RateSetup, state: RateState, now_ns: int) -> list[Message]:
+    """The message for the tracker, if there is one."""
+    share = DETAIL_LEVELS[state.detail.level]
+    return [TrackerDetail(frame=state.ticks, captured_ns=now_ns, share=share)] if setup.has_tracker else []
+
+
+def _settling(state: RateState, now_ns: int) -> RateState:
+    """State after a change: reports about the levels before are not used."""
+    none: dict[str, ViewerCounts] = {}
+    state = replace(state, since=none, newest=none, since_instants=None, instants=None, suspected=False)
+    return replace(state, settled_ns=now_ns + LEAD_NS + SETTLE_NS)
+
+
+def describe(state: RateState) -> str:
+    """Health text; empty at full rate and detail."""
+    return reduced_text(state.decided, DETAIL_LEVELS[state.detail.level])

@@ -1,0 +1,220 @@
+"""ROS 2 output: a subscriber on a real Zenoh network decodes it with rosbags and finds the figure where it is."""
+
+from collections.abc import Callable, Iterator, Sequence
+from types import ModuleType
+
+import numpy as np
+import pytest
+import xxhash
+from hypothesis import given, settings
+from scipy.spatial.transform import Rotation
+
+from tests.support.ros_listener import STORE, RosListener, ros_network
+from tests.support.virtual_actors import BODIES, PLACES, SHARES, centres_of, posed, stretched
+from zenocap.common.arrays import Floats
+from zenocap.common.body.kinematics import part_frames
+from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, TF_MESSAGE
+from zenocap.common.formats.trajectories import convert
+from zenocap.common.rig.animator import RosTable
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.services.animator.outputs import ros
+from zenocap.services.animator.outputs.output import OutputError
+from zenocap.services.animator.outputs.ros import RosOutput
+from zenocap.services.animator.outputs.ros_messages import ADD, BONES, DELETE, LOST, RosBody, no_markers
+from zenocap.services.animator.states import Actor
+
+DOMAIN = 7
+TF, MARKERS = TF_MESSAGE.name, MARKER_ARRAY.name
+
+
+def messages_of(actor: Actor, posture: str | None = None) -> tuple[bytes, bytes]:
+    body = RosBody(actor.anatomy, actor.body, "map", "studio/")
+    stamp_ns = actor.captured_ns
+    return body.transforms(actor.pose, stamp_ns), body.markers(actor.pose, actor.lost, posture, stamp_ns)
+
+
+def world_frames(transforms: Sequence[object]) -> dict[str, tuple[Floats, Floats]]:
+    """Origin and rotation of every frame in that of the world, as tf2 composes them."""
+    found: dict[str, tuple[Floats, Floats]] = {"map": (np.zeros(3), np.eye(3))}
+    for one in transforms:
+        move, turn = one.transform.translation, one.transform.rotation
+        origin, rotation = found[one.header.frame_id]
+        found[one.child_frame_id] = (
+            origin + rotation @ [move.x, move.y, move.z],
+            rotation @ Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix(),
+        )
+    return found
+
+
+@pytest.mark.parametrize("name", BODIES)
+@given(shares=SHARES, place=PLACES)
+@settings(max_examples=20, deadline=None)
+def test_messages_are_byte_for_byte_those_of_rosbags(name: str, shares: Floats, place: Floats) -> None:
+    actor = posed(name, shares, place, lost=("left_arm",))
+    tf, markers = messages_of(actor, "wave")
+    for data, kind in ((tf, TF), (markers, MARKERS), (no_markers("map", 5), MARKERS)):
+        assert bytes(STORE.serialize_cdr(STORE.deserialize_cdr(data, kind), kind)) == data
+
+
+@pytest.mark.parametrize("name", BODIES)
+@given(shares=SHARES, place=PLACES)
+@settings(max_examples=20, deadline=None)
+def test_composed_transforms_are_the_frames_of_the_parts_in_the_axes_of_ros(
+    name: str, shares: Floats, place: Floats
+) -> None:
+    actor = posed(name, shares, place)
+    transforms = STORE.deserialize_cdr(messages_of(actor)[0], TF).transforms
+    found = world_frames(transforms)
+    to_ros = convert(np.eye(3), "ros").T
+    for part, frame in zip(actor.anatomy.parts, part_frames(actor.anatomy, actor.body, actor.pose), strict=True):
+        origin, rotation = found[f"studio/{part}"]
+        np.testing.assert_allclose(origin, to_ros @ frame[:, 3], atol=1e-9)
+        np.testing.assert_allclose(rotation, to_ros @ frame[:, :3] @ to_ros.T, atol=1e-9)
+
+
+def test_axes_are_forward_left_up() -> None:
+    """A person who faces our Z stands upright along Z of ROS, the left arm towards Y, and faces X."""
+    centres = convert(np.array([centres_of(stretched("ten-parts"))[name] for name in ("Hip", "Head", "LWrist")]), "ros")
+    assert np.argmax(np.abs(centres[1] - centres[0])) == 2
+    assert centres[1, 2] > centres[0, 2]
+    assert centres[2, 1] > 0.5
+    first = STORE.deserialize_cdr(messages_of(stretched("ten-parts"))[0], TF).transforms[0]
+    turn = first.transform.rotation
+    np.testing.assert_allclose(Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix(), np.eye(3), atol=1e-9)
+    assert first.header.frame_id == "map"
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_markers_are_bones_joints_and_posture(name: str) -> None:
+    actor = posed(name, np.full(25, 0.4), np.array([0.3, 1.0, -0.2]), lost=("right_leg",))
+    bones, joints, text = STORE.deserialize_cdr(messages_of(actor, "wave")[1], MARKERS).markers
+    centres = {name: convert(place, "ros") for name, place in centres_of(actor).items()}
+    ends = [(point.x, point.y, point.z) for point in bones.points]
+    np.testing.assert_allclose(ends, [centres[name] for start, end, _ in BONES for name in (start, end)])
+    np.testing.assert_allclose([(p.x, p.y, p.z) for p in joints.points], list(centres.values()))
+    pale = [np.allclose((c.r, c.g, c.b, c.a), LOST) for c in bones.colors]
+    assert pale == [limb == "right_leg" for _, _, limb in BONES for _ in (0, 1)]
+    assert sum(np.allclose((c.r, c.g, c.b, c.a), LOST) for c in joints.colors) == 2  # knee and ankle
+    assert (text.text, text.action) == ("wave", ADD)
+    assert text.pose.position.z > centres["Head"][2]
+    assert all(one.lifetime.sec == 1 and one.header.frame_id == "map" for one in (bones, joints, text))
+    assert len({(one.ns, one.id) for one in (bones, joints, text)}) == 3
+
+
+def test_without_a_posture_its_text_is_removed() -> None:
+    markers = STORE.deserialize_cdr(messages_of(stretched("ten-parts"))[1], MARKERS).markers
+    assert [one.action for one in markers] == [ADD, ADD, DELETE]
+
+
+@pytest.fixture
+def clock() -> ManualClock:
+    return ManualClock(stretched("ten-parts").captured_ns)
+
+
+@pytest.fixture(scope="module")
+def network() -> Iterator[tuple[str, RosListener]]:
+    with ros_network(DOMAIN) as found:
+        yield found
+
+
+def send_until(output: RosOutput, listener: RosListener, actor: Actor, wanted: Callable[[object], bool]) -> object:
+    """Send a pose again and again until a transform that is wanted arrives: both sides connect in the background."""
+    for _ in range(200):
+        output.send(actor, "wave")
+        try:
+            return listener.received(TF, 1, wanted, wait_s=0.1)[-1]
+        except AssertionError:
+            continue
+    raise AssertionError(f"nothing arrived; {output.counts()}")
+
+
+def sends(actor: Actor) -> Callable[[object], bool]:
+    stamp = (actor.captured_ns // 10**9, actor.captured_ns % 10**9)
+    return lambda message: any((t.header.stamp.sec, t.header.stamp.nanosec) == stamp for t in message.transforms)
+
+
+def test_a_subscriber_receives_transforms_and_markers_and_finds_the_node(
+    network: tuple[str, RosListener], clock: ManualClock
+) -> None:
+    endpoint, listener = network
+    output = RosOutput(RosTable(connect=endpoint, domain=DOMAIN), "studio", clock)
+    actor = stretched("fourteen-parts")
+    found = send_until(output, listener, actor, sends(actor))
+    assert found.key == f"{DOMAIN}/tf/tf2_msgs::msg::dds_::TFMessage_/{TF_MESSAGE.hash}"
+    assert len(found.message.transforms) == len(actor.anatomy.parts)
+    (markers, *_) = listener.received(MARKERS, 1)
+    assert markers.key.startswith(f"{DOMAIN}/studio/skeleton/")
+
+    tokens = listener.tokens(DOMAIN, 3)
+    kinds = {token.split("/")[5]: token for token in tokens}
+    assert len(tokens) == 3
+    assert set(kinds) == {"NN", "MP"}
+    (tf_token,) = [token for token in tokens if "/%tf/" in token]
+    # GID, by which ROS knows the publisher of a message, is the hash of its token.
+    number, sent_ns, gid = found.attachment[:8], found.attachment[8:16], found.attachment[17:]
+    assert int.from_bytes(number, "little") >= 1
+    assert int.from_bytes(sent_ns, "little") == clock.now_ns()
+    assert gid == xxhash.xxh3_128_digest(tf_token.encode())[::-1]
+    assert found.attachment[16] == 16
+
+    before = len(listener.received(TF, 1))
+    clock.set(actor.captured_ns + 100_000_000)
+    output.send(stretched("fourteen-parts", frame=6, lost=("person",)), None)
+    removed = listener.received(MARKERS, 1, lambda message: all(one.action == DELETE for one in message.markers))
+    assert len(removed) == 1
+    assert len(listener.received(TF, 1)) == before  # no transforms of a lost person
+    assert output.counts()["sent"] >= 3
+    output.close()
+    assert listener.tokens(DOMAIN, 0) == set()
+
+
+def test_stamps_are_capture_times_and_the_present_for_a_replay(
+    network: tuple[str, RosListener], clock: ManualClock
+) -> None:
+    endpoint, listener = network
+    output = RosOutput(RosTable(connect=endpoint, domain=DOMAIN, namespace="lab/two", frame="odom"), "studio", clock)
+    actor = stretched("ten-parts", frame=12)
+    clock.set(actor.captured_ns + 80_000_000)
+    found = send_until(output, listener, actor, sends(actor))
+    assert [t.child_frame_id for t in found.message.transforms] == [f"lab/two/{part}" for part in actor.anatomy.parts]
+    assert found.message.transforms[0].header.frame_id == "odom"
+    day_ns = 86_400 * 10**9
+    clock.set(actor.captured_ns + day_ns)
+    now = (clock.now_ns() // 10**9, clock.now_ns() % 10**9)
+    output.send(actor, None)
+    replayed = listener.received(
+        TF, 1, lambda message: (message.transforms[0].header.stamp.sec, message.transforms[0].header.stamp.nanosec) == now
+    )
+    assert len(replayed) == 1
+    output.close()
+
+
+def test_humble_receives_on_keys_without_type_hashes(network: tuple[str, RosListener], clock: ManualClock) -> None:
+    endpoint, _ = network
+    domain = DOMAIN + 1
+    listener = RosListener(endpoint, domain, humble=True)
+    output = RosOutput(RosTable(connect=endpoint, domain=domain, humble=True), "studio", clock)
+    actor = stretched("ten-parts")
+    assert send_until(output, listener, actor, sends(actor)).key.endswith("TFMessage_/TypeHashNotSupported")
+    tokens = listener.tokens(domain, 3)
+    assert sum("/TypeHashNotSupported/::," in token for token in tokens) == 2
+    output.close()
+    listener.close()
+
+
+def test_a_missing_router_neither_blocks_nor_fails(clock: ManualClock) -> None:
+    output = RosOutput(RosTable(connect="tcp/127.0.0.1:9", domain=DOMAIN), "studio", clock)
+    for frame in range(3):
+        output.send(stretched("ten-parts", frame=frame), None)
+    assert not output.connected
+    assert output.counts() == {"unconnected": 6}
+    output.close()
+
+
+def test_a_missing_xxhash_is_one_line_with_the_remedy(monkeypatch: pytest.MonkeyPatch, clock: ManualClock) -> None:
+    def missing(name: str) -> ModuleType:
+        raise ModuleNotFoundError(f"No module named {name!r}")
+
+    monkeypatch.setattr(ros, "import_module", missing)
+    with pytest.raises(OutputError, match=r"^animator\.ros: needs xxhash: pip install 'zenocap\[ros\]' \(No module named"):
+        RosOutput(RosTable(), "studio", clock)

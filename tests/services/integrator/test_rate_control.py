@@ -1,0 +1,241 @@
+"""The frame rate of an overloaded rig: simulated viewers that can process a limited number of frames per second."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.two_view_run import envelope
+from zenocap.common.bus.protocol import Tick
+from zenocap.common.messages import FrameRate, Health, Message, Phase, TrackerDetail
+from zenocap.common.runtime.frame_rate import Share, share_of
+from zenocap.services.integrator.parameters import DETAIL_LEVELS, RATE_LEVELS, RECOVERY_TICKS, SLOWEST_HZ
+from zenocap.services.integrator.rate_control import describe, step
+from zenocap.services.integrator.rate_reports import RateSetup, RateState
+
+S = 1_000_000_000
+FPS = 30.0
+
+
+def health(service: str, id: str, now_s: int, counts: Mapping[str, float], busy: float = 0.5) -> Health:
+    return Health(
+        frame=0, captured_ns=now_s * S, service=service, id=id, state="", rate=0.0, stages_ms={}, busy=min(1.0, busy),
+        counts={name: int(count) for name, count in counts.items()}, phase=Phase.TRACKING, clock_error_ns=1,
+    )  # fmt: skip
+
+
+@dataclass
+class Plant:
+    """Viewers and a tracker that process up to so many frames per second, and lose the others.
+
+    capacity: of each viewer; tracker: of it in full detail, None for no tracker.  busy: as reported, None: as it is.
+    """
+
+    capacity: dict[str, float]
+    tracker: float | None = None
+    busy: float | None = None
+    setup: RateSetup = field(init=False)
+    state: RateState = field(default_factory=RateState)
+    now_s: int = 0
+    processed: dict[str, float] = field(default_factory=dict)
+    dropped: dict[str, float] = field(default_factory=dict)
+    overrun: dict[str, float] = field(default_factory=dict)
+    instants: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    detail: float = 1.0
+    published: list[tuple[int, Message]] = field(default_factory=list)
+    whole: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.setup = RateSetup(tuple(self.capacity), FPS, self.tracker is not None)
+
+    @property
+    def rate(self) -> float:
+        return FPS * self.state.share.value
+
+    def second(self) -> None:
+        """One second of frames, the reports about them, and a decision."""
+        self.now_s += 1
+        offered, complete = self.rate, 1.0
+        for viewer, capacity in self.capacity.items():
+            done = min(offered, capacity)
+            lost = offered - done
+            self.processed[viewer] = self.processed.get(viewer, 0) + done
+            self.dropped[viewer] = self.dropped.get(viewer, 0) + lost
+            self.overrun[viewer] = self.overrun.get(viewer, 0) + min(done, lost)
+            complete = min(complete, done / offered)
+            counts = {"frames": self.processed[viewer], "dropped_frames": self.dropped[viewer]}
+            busy = self.busy or offered / capacity
+            self.give(health("viewer", viewer, self.now_s, counts | {"overrun_frames": self.overrun[viewer]}, busy))
+        instants = offered * complete
+        self.instants[0] += instants
+        self.instants[1] += offered - instants
+        if self.tracker is not None:
+            tracked = min(instants, self.tracker / self.detail)
+            self.instants[2] += instants - tracked
+            instants = tracked
+            names = ("whole_instants", "incomplete_instants", "dropped_instants")
+            counts = dict(zip(names, self.instants, strict=True))
+            self.give(health("tracker", "main", self.now_s, counts, offered / self.tracker * self.detail))
+        self.whole.append(instants)
+        self.give(Tick(self.now_s * S + 1000))
+
+    def give(self, event: Health | Tick) -> None:
+        self.state, messages = step(self.setup, self.state, event if isinstance(event, Tick) else envelope(event))
+        self.published += [(self.now_s, message) for message in messages]
+        for message in messages:
+            if isinstance(message, TrackerDetail):
+                self.detail = message.share
+
+    def run(self, seconds: int) -> "Plant":
+        for _ in range(seconds):
+            self.second()
+        return self
+
+    def rates(self) -> list[tuple[int, float]]:
+        return [
+            (second, round(FPS * share_of(message).value, 1))
+            for second, message in self.published
+            if isinstance(message, FrameRate)
+        ]
+
+
+def test_a_rig_that_keeps_up_is_told_so_once() -> None:
+    plant = Plant({"1": 31.0, "2": 40.0}).run(120)
+    assert plant.rates() == [(RECOVERY_TICKS, 30.0)]
+    assert describe(plant.state) == ""
+
+
+def test_twice_what_the_viewers_can_do_is_halved_within_seconds_and_named() -> None:
+    plant = Plant({"1": 15.0, "2": 40.0}).run(10)
+    assert plant.rates() == [(2, 30.0), (plant.rates()[1][0], 15.0)]
+    assert plant.rates()[1][0] <= 5
+    assert describe(plant.state) == "reduced to 15 of 30 frames/s: processor of viewer 1"
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(6.5, 29.0), st.integers(2, 32))
+def test_most_of_what_the_slowest_viewer_can_do_comes_out_as_whole_instants(capacity: float, viewers: int) -> None:
+    plant = Plant({str(k): capacity * (1 + k / 10) for k in range(viewers)}).run(100)
+    assert sum(plant.whole[20:]) / 80 >= 0.73 * capacity
+
+
+def test_the_rate_does_not_fall_below_the_slowest() -> None:
+    plant = Plant({"1": 1.0, "2": 1.0})
+    for _ in range(30):
+        plant.second()
+        for viewer in plant.processed:  # blocked viewers would report nothing to compare
+            plant.processed[viewer] += 5
+    assert plant.rate == pytest.approx(SLOWEST_HZ)
+
+
+def test_the_rate_returns_to_full_by_itself_after_the_overload() -> None:
+    plant = Plant({"1": 8.0, "2": 8.0}).run(20)
+    assert plant.rate <= 8
+    plant.capacity = {"1": 100.0, "2": 100.0}
+    plant.run(90)
+    assert plant.rate == FPS
+    assert describe(plant.state) == ""
+
+
+def test_a_level_that_fails_again_is_tried_less_and_less_often() -> None:
+    """The loops seem to have time, as where processes wait for a core."""
+    plant = Plant({"1": 15.5, "2": 15.5}, busy=0.3).run(400)
+    failing = [second for second, rate in plant.rates() if rate > 15.5][1:]
+    waits = [after - before for before, after in pairwise(failing)]
+    assert max(waits[-2:]) >= 60
+    assert len(failing) <= 12
+
+
+def test_a_level_at_which_a_loop_would_work_all_the_time_is_not_tried() -> None:
+    plant = Plant({"1": 15.5, "2": 15.5}).run(400)
+    assert [rate for _, rate in plant.rates()] == [30.0, 15.0]
+
+
+def test_one_stall_is_no_overload() -> None:
+    plant = Plant({"1": 31.0, "2": 31.0}).run(10)
+    plant.dropped["1"] += 25  # of one second; the frame after it counts as overrun
+    plant.overrun["1"] += 1
+    plant.instants[1] += 25
+    plant.run(10)
+    assert plant.rates() == [(2, 30.0)]
+
+
+def test_losses_of_many_viewers_at_different_instants_add_up() -> None:
+    """Each of 20 viewers loses 2 % of its frames: a third of the instants are incomplete."""
+    plant = Plant({str(k): 100.0 for k in range(20)}, tracker=100.0).run(3)
+    for _ in range(5):
+        for viewer in plant.capacity:
+            plant.dropped[viewer] += 1
+            plant.overrun[viewer] += 1
+        plant.instants[0] -= 10
+        plant.instants[1] += 10
+        plant.second()
+    assert plant.rate < FPS
+
+
+def test_instants_that_the_network_loses_are_no_reason_for_a_lower_rate() -> None:
+    plant = Plant({"1": 100.0, "2": 100.0}, tracker=100.0).run(3)
+    for _ in range(20):
+        plant.instants[0] -= 15
+        plant.instants[1] += 15
+        plant.second()
+    assert plant.rate == FPS
+
+
+def test_the_tracker_is_thinned_before_instants_are_left_out() -> None:
+    plant = Plant({"1": 100.0, "2": 100.0}, tracker=20.0).run(20)
+    details = [message.share for _, message in plant.published if isinstance(message, TrackerDetail)]
+    assert details[:2] == [1.0, DETAIL_LEVELS[1]]
+    assert plant.rates() == [(2, 30.0)]
+    assert describe(plant.state) == "tracker with 50% of its points"
+
+
+def test_a_tracker_that_is_too_slow_in_the_least_detail_reduces_the_rate() -> None:
+    plant = Plant({"1": 100.0, "2": 100.0}, tracker=8.0).run(40)
+    assert 10 < plant.rate <= 16
+    assert "processor of the tracker; tracker with 50%" in describe(plant.state)
+    plant.tracker = 100.0
+    plant.run(120)
+    assert (plant.rate, plant.detail) == (FPS, 1.0)
+
+
+def test_a_tracker_that_searches_is_no_reason_for_a_lower_rate() -> None:
+    plant = Plant({"1": 100.0, "2": 100.0}).run(3)
+    plant.setup = RateSetup(("1", "2"), FPS, has_tracker=True)
+    for second in range(4, 20):
+        plant.second()
+        counts = {"whole_instants": 30 * second, "incomplete_instants": 0, "dropped_instants": 25 * second}
+        report = health("tracker", "main", second, counts)
+        plant.give(Health(**{name: getattr(report, name) for name in report.__struct_fields__} | {"phase": Phase.LOST}))
+    assert plant.rate == FPS
+
+
+def test_a_restarted_integrator_continues_with_the_rate_that_was_decided() -> None:
+    before = Plant({"1": 15.0, "2": 15.0}).run(10)
+    last = next(message for _, message in reversed(before.published) if isinstance(message, FrameRate))
+    after = Plant({"1": 15.0, "2": 15.0}, now_s=before.now_s)
+    after.state, published = step(after.setup, after.state, envelope(last))
+    assert published == [last]
+    after.run(3)
+    assert after.rate == 15.0
+    again, published = step(after.setup, after.state, envelope(last))
+    assert (again, published) == (after.state, [])
+
+
+def test_a_decision_of_another_rig_is_not_continued() -> None:
+    other = FrameRate(frame=0, captured_ns=S, keep=7, of=9, from_ns=S, phase_ns=0, fps=30.0)
+    assert step(RateSetup(("1",), FPS), RateState(), envelope(other)) == (RateState(), [])
+
+
+def test_the_same_events_give_the_same_decisions() -> None:
+    runs = [Plant({"1": 11.0, "2": 17.0}, tracker=9.0).run(60).published for _ in range(2)]
+    assert runs[0] == runs[1]
+
+
+def test_levels_differ_by_at_most_a_quarter() -> None:
+    values = [Share(*pair).value for pair in RATE_LEVELS]
+    assert values[0] == 1
+    assert all(0.74 < after / before < 0.95 for before, after in pairwise(values))

@@ -1,0 +1,57 @@
+"""`zenocap info` on takes that live rigs have recorded: the verdict, which no service of a rig computes."""
+
+import json
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import ENVIRONMENT, ZENOCAP, output_of, recorded_demo, started, wait_until
+from tests.system.test_tracker import last_line, shows, three_cameras
+
+pytestmark = pytest.mark.system
+LEAST_S = 8.0  # of the take, with the person tracked
+
+
+def info(take: Path, *arguments: str) -> str:
+    done = subprocess.run(
+        [*ZENOCAP, "info", str(take), *arguments], env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def check(take: Path, evidence: str, rests_on: str) -> None:
+    """The verdict is computed from poses and silhouettes, and covers the time in which the person was tracked."""
+    found = json.loads(info(take, "--json"))
+    verdict = found["verdict"]
+    assert not found["verdict_stored"]
+    assert (verdict["evidence"], verdict["rating"] in ("good", "doubtful")) == (evidence, True), verdict
+    spans_s = [(one["end_ns"] - one["start_ns"]) / 1e9 for one in verdict["stretches"]]
+    assert sum(spans_s) > LEAST_S / 2
+    text = info(take)
+    assert f"verdict: {verdict['rating']}: expected error of the joints" in text
+    assert re.search(rf"rests on +{rests_on}; computed now", text), text
+
+
+def test_info_computes_the_verdict_of_a_take_of_the_live_tracker(tmp_path: Path) -> None:
+    with started(["up", three_cameras(tmp_path), "--recordings", tmp_path], tmp_path) as process:
+        wait_until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking "), tmp_path)
+        first = frame_of(tmp_path)
+        wait_until(lambda: frame_of(tmp_path) > first + 15 * LEAST_S, tmp_path)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0, output_of(tmp_path)
+    (take,) = tmp_path.glob("ring-*.mcap")
+    check(take, "one-pass", "poses of one pass, silhouettes")
+
+
+def frame_of(folder: Path) -> int:
+    """Frame number in the last line of the display."""
+    found = re.search(r"frame (\d+)", last_line(folder))
+    return int(found[1]) if found else 0
+
+
+def test_info_computes_the_verdict_of_a_take_of_live_two_view(tmp_path: Path) -> None:
+    check(recorded_demo(tmp_path), "two-view", "poses of two-view, silhouettes")

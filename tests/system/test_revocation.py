@@ -1,0 +1,324 @@
+"""Revoked, expired and renewed certificates on a real TLS network: a router as a process, members as sessions."""
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from tests.common.rig.test_security import demo_with
+from tests.support.processes import output_of, poses_in, started, wait_until
+from zenocap.common import messages as m
+from zenocap.common.bus.access import ROUTER, Member
+from zenocap.common.bus.certificate import valid_until
+from zenocap.common.bus.protocol import BusError, Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.security import needed_members, security_in
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
+from zenocap.tools.certificates.folder import certify
+from zenocap.tools.launcher.peer_mesh import free_ports
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(200)]
+HOSTS = ("localhost", "127.0.0.1")
+SOON_S = 5.0  # within which a revoked certificate is to be excluded
+WAIT_S = 20.0
+DAY = timedelta(days=1)
+
+
+@pytest.fixture
+def rig_file(tmp_path: Path) -> Path:
+    """A secured rig with the authority in its folder, whose router is on a free port."""
+    (port,) = free_ports(1)
+    table = f'mode = "client"\nconnect = ["tls/127.0.0.1:{port}"]\nmulticast_scouting = false\n'
+    path = demo_with(tmp_path, f"\n[security]\n\n[zenoh]\n{table}")
+    rig = load_rig(path)
+    certify(path.parent / "certs", rig.name, dict.fromkeys(needed_members(rig), HOSTS), datetime.now(UTC), 60)
+    return path
+
+
+def copied(rig_file: Path, machine: str, *names: str) -> Path:
+    """The folder of certificates of another machine."""
+    folder = rig_file.parent / machine
+    folder.mkdir()
+    copy_to(rig_file, folder, "authority.pem", *(f"{name}{end}" for name in names for end in (".pem", "-key.pem")))
+    return folder
+
+
+def copy_to(rig_file: Path, folder: Path, *files: str) -> None:
+    for file in files:
+        shutil.copy(rig_file.parent / "certs" / file, folder / file)
+
+
+def member(rig_file: Path, folder: Path, name: str) -> ZenohBus:
+    options = ZenohOptions(
+        "client", load_rig(rig_file).zenoh.connect, multicast_scouting=False, security=security_in(folder, name)
+    )
+    end_s = time.monotonic() + WAIT_S
+    return ZenohBus.open(options, "demo", RealClock(), lambda: time.monotonic() > end_s)
+
+
+def health(service: str, id: str, frame: int) -> m.Health:
+    return m.Health(frame=frame, captured_ns=1, service=service, id=id, state="", rate=0.0, stages_ms={}, counts={})
+
+
+class Sender:
+    """Sends a health message after the other, whose `frame` counts on."""
+
+    def __init__(self, bus: ZenohBus, id: str) -> None:
+        self.bus, self.id, self.frame = bus, id, 0
+
+    def send(self) -> None:
+        self.frame += 1
+        self.bus.publish(HEALTH, health("viewer", self.id, self.frame))
+
+
+def arrivals(bus: ZenohBus, senders: list[Sender], seconds: float) -> dict[str, list[int]]:
+    """Frames received by id, while the senders send for some time."""
+    found: dict[str, list[int]] = {sender.id: [] for sender in senders}
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        for sender in senders:
+            sender.send()
+        while isinstance(event := bus.receive(0.02), Envelope):
+            found.setdefault(event.message.id, []).append(event.message.frame)
+    return found
+
+
+def arrives(bus: ZenohBus, sender: Sender, within_s: float = WAIT_S) -> bool:
+    """Whether a message that is sent from now on arrives within some time."""
+    first, end_s = sender.frame + 1, time.monotonic() + within_s
+    while time.monotonic() < end_s:
+        if any(frame >= first for frame in arrivals(bus, [sender], 0.2)[sender.id]):
+            return True
+    return False
+
+
+@pytest.fixture
+def joined(rig_file: Path) -> Iterator[Callable[[str, Path], ZenohBus]]:
+    with ExitStack() as stack:
+        yield lambda name, folder: stack.enter_context(member(rig_file, folder, name))
+
+
+def test_a_revoked_viewer_is_excluded_within_seconds_and_its_new_certificate_is_admitted(
+    rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]
+) -> None:
+    stolen, others = copied(rig_file, "stolen", "viewer-1"), copied(rig_file, "others", "viewer-2", "integrator")
+    router_machine = copied(rig_file, "certs-of-router", "router")
+    router_rig = tmp_path / "router" / rig_file.name
+    router_rig.parent.mkdir()
+    shutil.copy(rig_file.with_name("demo-calibration.toml"), router_rig.parent)
+    router_rig.write_text(rig_file.read_text())
+    router_machine.rename(router_rig.parent / "certs")
+    place = load_rig(rig_file).zenoh.connect[0]
+    with started(["router", router_rig, "-l", place, "--no-multicast-scouting"], tmp_path):
+        integrator, thief, two = joined("integrator", others), joined("viewer-1", stolen), joined("viewer-2", others)
+        integrator.subscribe(HEALTH, every=True)
+        thief.subscribe(HEALTH, every=True)
+        one, other = Sender(thief, "1"), Sender(two, "2")
+        assert arrives(integrator, one)
+        assert arrives(integrator, other)
+        assert arrives(thief, other)
+
+        with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
+            revoked_s = time.monotonic()
+            wait_until(lambda: "list 1 received" in output_of(tmp_path), tmp_path)
+            applied_s = time.monotonic() - revoked_s
+            assert command.wait(30) == 0, output_of(tmp_path)
+        assert "revoked: viewer-1 (list 1)" in output_of(tmp_path)
+        assert "excluded by 1 router of the rig" in output_of(tmp_path)
+        while isinstance(integrator.receive(0.0), Envelope):
+            pass
+        assert arrivals(integrator, [one], 0.5)["1"] == []  # it is excluded when the command says so
+        assert arrives(integrator, other)  # the others are back
+        left_s = max(0.0, SOON_S - (time.monotonic() - revoked_s))
+        arrivals(integrator, [one, other], left_s)
+        found = arrivals(integrator, [one, other], 2.0)
+        assert applied_s < SOON_S + 5.0  # most of it is the start of the command
+        assert found["1"] == []
+        assert len(found["2"]) > 10
+        while thief.receive(0.0) is not None:
+            pass
+        assert arrivals(thief, [other], 1.0)["2"] == []  # nor does it receive anything
+
+        thief.close()
+        copy_to(rig_file, stolen, "viewer-1.pem", "viewer-1-key.pem")  # the machine that replaces it
+        new = joined("viewer-1", stolen)
+        assert arrives(integrator, Sender(new, "1"))
+
+    # The router has stored the list: it holds after a restart.
+    with started(["router", router_rig, "-l", place, "--no-multicast-scouting"], tmp_path):
+        assert arrives(integrator, other)
+    assert (router_rig.parent / "certs" / "revoked.json").read_bytes() == (
+        rig_file.parent / "certs" / "revoked.json"
+    ).read_bytes()
+
+
+def test_without_a_router_the_command_says_which_file_to_copy(rig_file: Path, tmp_path: Path) -> None:
+    with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
+        assert command.wait(60) == 3
+    assert "no router of the rig was reached: copy" in output_of(tmp_path)
+    assert "revoked.json beside the certificates of every router" in output_of(tmp_path)
+
+
+def test_a_forged_list_changes_nothing(rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]) -> None:
+    certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
+    forged = b'{"number": 9, "generations": {"demo/viewer/1": 1}, "signature": "AAAA"}'
+    with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path):
+        integrator, one = joined("integrator", certs), Sender(joined("viewer-1", certs), "1")
+        integrator.subscribe(HEALTH, every=True)
+        assert arrives(integrator, one)
+        for name in ("viewer-2", "reader"):  # the first may not even send it
+            publisher = joined(name, certs)._session.declare_publisher("zenocap/demo/certificates/revoked")
+            wait_until(lambda publisher=publisher: publisher.matching_status.matching, tmp_path)
+            publisher.put(forged)
+        wait_until(lambda: "ignored: zenocap/demo/certificates/revoked: not signed" in output_of(tmp_path), tmp_path)
+        assert output_of(tmp_path).count("not signed by the authority") == 1
+        assert arrives(integrator, one)
+
+
+def test_a_renewed_pair_is_taken_up_when_the_old_one_expires(
+    rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]
+) -> None:
+    """No restart: Zenoh reads the files again when its link ends with the old certificate."""
+    certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
+    lasting_s = 8.0
+    short = datetime.now(UTC) - DAY + timedelta(seconds=lasting_s)
+    certify(certs, "demo", {Member("viewer", "1"): HOSTS}, short, 1, renew=True)
+    with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path):
+        started_s = time.monotonic()
+        integrator, bus = joined("integrator", certs), joined("viewer-1", certs)
+        integrator.subscribe(HEALTH, every=True)
+        one = Sender(bus, "1")
+        assert arrives(integrator, one)
+        assert bus.counters.certificate_days == 0
+        certify(certs, "demo", {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 60, renew=True)
+        assert bus.counters.certificate_days == 59
+        arrivals(integrator, [one], max(0.0, lasting_s + 2.0 - (time.monotonic() - started_s)))
+        assert arrives(integrator, one)
+
+
+def test_a_certificate_that_has_expired_ends_the_link_and_is_a_clear_error(
+    rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]
+) -> None:
+    certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
+    lasting_s = 6.0
+    short = datetime.now(UTC) - DAY + timedelta(seconds=lasting_s)
+    certify(certs, "demo", {Member("viewer", "1"): HOSTS}, short, 1, renew=True)
+    with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path):
+        started_s = time.monotonic()
+        integrator, one = joined("integrator", certs), Sender(joined("viewer-1", certs), "1")
+        integrator.subscribe(HEALTH, every=True)
+        assert arrives(integrator, one)
+        arrivals(integrator, [one], max(0.0, lasting_s + 2.0 - (time.monotonic() - started_s)))
+        assert arrivals(integrator, [one], 2.0)["1"] == []
+    with pytest.raises(BusError, match=r"viewer-1\.pem: expired on \d{4}-\d\d-\d\d: renew it with `zenocap certs RIG"):
+        joined("viewer-1", certs)
+
+
+def test_a_router_takes_up_its_own_renewed_certificate(
+    rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]
+) -> None:
+    certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
+    with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path):
+        integrator, one = joined("integrator", certs), Sender(joined("viewer-1", certs), "1")
+        integrator.subscribe(SIGHTING)
+        integrator.subscribe(HEALTH, every=True)
+        assert arrives(integrator, one)
+        wait_until(lambda: "listens on" in output_of(tmp_path), tmp_path)
+        before = output_of(tmp_path).count("listens on")
+        certify(certs, "demo", {Member(ROUTER): HOSTS}, datetime.now(UTC), 90, renew=True)
+        wait_until(lambda: output_of(tmp_path).count("listens on") > before, tmp_path)
+        assert "certificates or revocations have changed" in output_of(tmp_path)
+        assert arrives(integrator, one)
+
+
+def test_a_router_that_starts_later_learns_the_list_from_the_first(rig_file: Path, tmp_path: Path) -> None:
+    place, folders = load_rig(rig_file).zenoh.connect[0], []
+    for name in ("first", "second"):
+        folder = tmp_path / name
+        folder.mkdir()
+        for file in (rig_file, rig_file.with_name("demo-calibration.toml")):
+            shutil.copy(file, folder)
+        copied(rig_file, f"certs-of-{name}", "router").rename(folder / "certs")
+        folders.append(folder)
+    other = f"tls/127.0.0.1:{free_ports(1)[0]}"
+    with started(["router", folders[0] / rig_file.name, "-l", place, "--no-multicast-scouting"], tmp_path):
+        with started(["certs", rig_file, "--revoke", "viewer-2"], tmp_path) as command:
+            assert command.wait(60) == 0, output_of(tmp_path)
+        rig = folders[1] / rig_file.name
+        with started(["router", rig, "-l", other, "-e", place, "--no-multicast-scouting"], tmp_path):
+            wait_until((folders[1] / "certs" / "revoked.json").is_file, tmp_path)
+    assert all(
+        (folder / "certs" / "revoked.json").read_bytes() == (rig_file.parent / "certs" / "revoked.json").read_bytes()
+        for folder in folders
+    )
+
+
+def test_a_router_outlasts_a_certificate_that_is_copied_without_its_key(rig_file: Path, tmp_path: Path) -> None:
+    certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
+    with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path) as router:
+        wait_until(lambda: "listens on" in output_of(tmp_path), tmp_path)
+        before = {name: (certs / name).read_bytes() for name in ("router.pem", "router-key.pem")}
+        (certs / "router-key.pem").unlink()
+        wait_until(lambda: "router-key.pem: No such file" in output_of(tmp_path), tmp_path)
+        listening = output_of(tmp_path).count("listens on")
+        (certs / "router-key.pem").write_bytes(before["router-key.pem"])
+        wait_until(lambda: output_of(tmp_path).count("listens on") > listening, tmp_path)
+        assert router.poll() is None
+
+
+def test_up_renews_certificates_that_expire_soon_where_the_authority_is(rig_file: Path, tmp_path: Path) -> None:
+    certs = rig_file.parent / "certs"
+    certify(certs, "demo", dict.fromkeys(needed_members(load_rig(rig_file)), HOSTS), datetime.now(UTC) - DAY, 2, renew=True)
+    with started(["up", rig_file, "--mode", "peer", "--no-page", "--no-log", "--seconds", "1"], tmp_path) as launcher:
+        wait_until(lambda: "certificates renewed before they expire: viewer-1, viewer-2" in output_of(tmp_path), tmp_path)
+        launcher.terminate()
+        launcher.wait(60)
+    ends = valid_until(certs / "viewer-1.pem")
+    assert ends is not None
+    assert ends - datetime.now(UTC) > 700 * DAY
+
+
+def test_a_running_rig_outlasts_a_revocation(rig_file: Path, tmp_path: Path) -> None:
+    """Every link ends once; the viewer whose certificate was revoked continues with the new pair that is on its disk."""
+    place, take = load_rig(rig_file).zenoh.connect[0], tmp_path / "take.mcap"
+    lines: list[list[object]] = [
+        ["router", rig_file, "-l", place, "--no-multicast-scouting"],
+        ["integrator", rig_file, "-o", take],
+        ["viewer", rig_file, "--id", "1"],
+        ["viewer", rig_file, "--id", "2"],
+    ]
+    with ExitStack() as stack:
+        processes = [stack.enter_context(started(line, tmp_path)) for line in lines]
+        bus = stack.enter_context(member(rig_file, tmp_path / "certs", "recorder"))
+        bus.subscribe(UNIVERSAL_BAP)
+
+        def whole(count: int) -> Callable[[], bool]:
+            poses: list[int] = []
+
+            def reached() -> bool:
+                match bus.receive(0.2):
+                    case Envelope(message=m.UniversalBap(stale=[]) as pose):
+                        poses.append(pose.frame)
+                return len(poses) >= count
+
+            return reached
+
+        wait_until(whole(20), tmp_path)
+        with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
+            assert command.wait(60) == 0, output_of(tmp_path)
+        while bus.receive(0.0) is not None:
+            pass
+        wait_until(whole(60), tmp_path)
+        assert [process.poll() for process in processes] == [None] * len(processes), output_of(tmp_path)
+        for process in reversed(processes):
+            process.terminate()
+            assert process.wait(30) == 0, output_of(tmp_path)
+    assert "Traceback" not in output_of(tmp_path)
+    assert len(poses_in(take)) >= 80

@@ -1,0 +1,70 @@
+"""The ROS 2 output as a user runs it: a replayed take, animator and router as processes, and example 11."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.places import ROOT
+from tests.support.pose_tracks import moving
+from tests.support.processes import output_of, started, wait_until
+from tests.support.ros_listener import RosListener
+from tests.system.test_replay import network
+from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, TF_MESSAGE
+from zenocap.common.formats.take_poses import read_poses
+from zenocap.common.formats.trajectories import convert
+from zenocap.common.rig.rig import demo_rig_file
+from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
+OUTPUT = '\n[animator.page]\nenabled = false\n\n[animator.ros]\nconnect = "{endpoint}"\n'
+
+
+def test_a_replayed_take_reaches_a_node_of_ros_through_zenocaps_router(tmp_path: Path) -> None:
+    demo = demo_rig_file("two-view")
+    shutil.copy(demo.with_name("demo-calibration.toml"), tmp_path)
+    rig = tmp_path / "studio.toml"
+    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
+    rig.write_text(demo.read_text().replace('name = "demo"', 'name = "studio"') + OUTPUT.format(endpoint=endpoint))
+    take = write_take(tmp_path / "take.mcap", messages_of_track(moving(60, rate=30.0)))
+    centres = read_poses(take).trajectories()
+    heads = convert(centres.points[:, centres.names.index("Head")], "ros")
+    here, there = peer_mesh(free_ports(2))
+    (example,) = (ROOT / "examples").glob("11_*.py")
+    with (
+        started(["router", "-l", endpoint, "--no-multicast-scouting"], tmp_path),
+        started(["animator", rig, *network(here)], tmp_path) as animator,
+    ):
+        wait_until(lambda: "ROS: connected as node /studio/zenocap" in output_of(tmp_path), tmp_path)
+        listener = RosListener(endpoint, 0)
+        reader = subprocess.Popen(
+            [sys.executable, example, endpoint, "studio"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        try:
+            assert len(listener.tokens(0, 3)) == 3
+            with started(["replay", take, "--delay", "3", *network(there)], tmp_path) as player:
+                player.wait(60)
+            assert player.returncode == 0, output_of(tmp_path)
+            messages = [one.message for one in listener.received(TF_MESSAGE.name, 30)]
+            figures = listener.received(MARKER_ARRAY.name, 30, lambda message: bool(message.markers[0].points))
+            line = reader.stdout.readline()
+            animator.terminate()
+            assert animator.wait(20) == 0, output_of(tmp_path)
+            listener.received(MARKER_ARRAY.name, 1, lambda message: not message.markers[0].points)  # the figure is removed
+            assert listener.tokens(0, 0) == set()
+        finally:
+            reader.terminate()
+            reader.wait(20)
+            listener.close()
+    assert "Traceback" not in output_of(tmp_path)
+    assert line.startswith("head in map: [")
+    assert all(len(message.transforms) == 10 for message in messages)
+    index = centres.names.index("Head")
+    for figure in figures:
+        place = figure.message.markers[1].points[index]
+        distances = np.linalg.norm(heads - [place.x, place.y, place.z], axis=1)
+        assert distances.min() < 1e-3

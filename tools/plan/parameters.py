@@ -1,0 +1,51 @@
+"""Constants of the plan: limits, and the measured costs of frames, messages and processes, with provenance.
+
+Provenance: docs/load.md and docs/measured.md, measured on two cores of a small server.  `zenocap plan --measure` scales the
+costs of viewers, integrator, tracker and router to the user's machine.
+"""
+
+from zenocap.tools.plan.costs import Costs, Linear
+
+MAX_CAMERAS, MAX_ROUTERS = 10_000, 1_000
+USABLE = 0.6  # share of all cores; docs/load.md: loads are held up to 0.8 to 1.3 of two cores, processes then wait for one
+LOOP_USABLE = 0.85  # cores of a service, whose loop is one thread; as `tools.load_test.costs` has it
+TRACE_EVENT_BYTES = 11.0  # of an event in an input trace: index and time in MessagePack
+FOXGLOVE_SIZE = 1.6  # size of a take with Foxglove channels relative to one without; by hand
+GIGABIT = 1e9 / 8  # bytes per second of a usual network
+
+COSTS = Costs(
+    # docs/load.md: 3.5 % of a core at 160 x 120 and 30/s; docs/measured.md: 1.6 ms at 640 x 480 for the image alone.
+    silhouette=Linear(0.85, 3.6),
+    # docs/load.md, frame rate reached: 0.26 cores at 160 x 120 and 60/s, 0.25 at 640 x 480 and 30/s.
+    two_view=Linear(4.0, 14.0),
+    decoding=Linear(0.05, 0.8),  # docs/measured.md: 0.3 ms at 640 x 480
+    integrator=2.5,  # docs/load.md: 0.16 cores at 60/s
+    tracker=Linear(8.9, 0.15),  # docs/measured.md, tracker in real time: 9.3, 9.4, 9.9 ms with 2, 4 and 7 views
+    timekeeper=5.0,  # of a second; `zenocap load --method hybrid`: 0.01 cores of the integrator without a log
+    logged=0.043,  # docs/measured.md: the log's thread, 1720 messages/s: 7.4 % of a core,
+    logged_foxglove=0.1,  # and 17 % with Foxglove channels
+    forwarded=0.05,  # `zenocap load --rigs 16`: 0.08 cores of the router for about 1400 messages/s
+    animator=5.0,  # docs/page.md: 27 % of a core without a page at 60/s, less the health of the process
+    page=30.0,  # of a second; docs/page.md: 27 % without and 30 % with a page, 39 % with four
+    process=8.0,  # of a second, for health, clock and Zenoh; by hand: fits 32 viewers whose frames are mostly left out
+    # Means of a take of the demo at 160 x 120; its silhouettes in other sizes; a pose of 14 parts, 400 points.
+    silhouette_bytes=Linear(125.0, 300.0),
+    preview_bytes=Linear(3_000.0, 4_000.0),  # JPEG of at most 320 px; by hand
+    sighting_bytes=573.0,
+    bap_bytes=739.0,
+    assignment_bytes=260.0,
+    pose_bytes=634.0,
+    tracker_pose_bytes=2_590.0,
+    points_bytes=2_466.0,
+    health_bytes=700.0,
+    trace_bytes=100.0,
+    overhead_bytes=90.0,  # Zenoh's frame and key, TCP and IP headers of a message that is sent alone
+    stored=0.66,  # size of a take of the demo over that of its messages
+    foxglove_size=FOXGLOVE_SIZE,
+    viewer_mb=115.0,  # docs/load.md, soak test
+    integrator_mb=100.0,
+    tracker_mb=175.0,  # docs/machines.md: 80 to 175 MB
+    animator_mb=220.0,  # docs/page.md
+    router_mb=40.0,
+)
+MEASURED_RATE, MEASURED_S, MEASURED_VIEWS = 15.0, 8.0, 4  # frames/s, seconds and views of the loads of --measure; by hand

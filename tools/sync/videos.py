@@ -1,0 +1,94 @@
+"""What is read of each video to synchronize it: brightness of the frames, and outlines of the person."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from zenocap.common.arrays import Floats, Image
+from zenocap.common.errors import EndedEarly, UserError
+from zenocap.common.messages import Silhouette
+from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.sources import VideoFile
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.video.reader import VideoReader
+from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.viewer import silhouette_step
+from zenocap.services.viewer.shell import silhouette_service
+from zenocap.services.viewer.sources.playback import Playback
+from zenocap.services.viewer.sources.source import open_source
+from zenocap.tools.sync.tangents import Outline, outline_of
+
+CELLS = (8, 6)  # of the image, across and down
+
+
+def from_its_beginning(rig: Rig, viewer: Viewer) -> Viewer:
+    """The viewer without offset and without separate T-pose.  Raises UserError."""
+    if not isinstance(viewer.source, VideoFile):
+        raise UserError(f"rig {rig.name}: viewer {viewer.id} has no video file: allowed for sync: video files")
+    return replace(viewer, source=replace(viewer.source, offset_ns=0, initial=None))
+
+
+def outlines_of(
+    viewers: Mapping[str, Viewer], seconds: float, on_frame: Callable[[int], None] = lambda _: None
+) -> dict[str, list[Outline]]:
+    """Outlines of the silhouettes of each viewer's video, segmented as for tracking.  Raises OpenError and others."""
+    before, count = cv2.getNumThreads(), 0
+    cv2.setNumThreads(1)
+    found: dict[str, list[Outline]] = {}
+    try:
+        for id, viewer in viewers.items():
+            service, outlines = silhouette_service(viewer), found.setdefault(id, [])
+            state: silhouette_step.State = service.state
+            frames = open_source(viewer, Playback(0, ManualClock(0), live=False))
+            while True:
+                try:
+                    frame = next(frames, None)
+                except EndedEarly:
+                    break  # a cut file: what was read of it counts
+                if frame is None or frame.captured_ns > seconds * 1e9:
+                    break
+                state, messages = silhouette_step.step(service.setup, state, frame)
+                for message in messages:
+                    if isinstance(message, Silhouette) and message.data:
+                        mask = unpack(message.size, message.region, message.data)
+                        if (outline := outline_of(viewer.camera, mask, frame.captured_ns / 1e9)) is not None:
+                            outlines.append(outline)
+                count += 1
+                on_frame(count)
+    finally:
+        cv2.setNumThreads(before)
+    return found
+
+
+@dataclass(frozen=True)
+class Brightness:
+    """times_s: (n,) from the first frame on.  cells: (n, cells) mean grey level."""
+
+    times_s: Floats
+    cells: Floats
+
+
+def brightness_of(image: Image) -> Floats:
+    """(cells,) mean grey level of an image (height, width, 3)."""
+    small = cv2.resize(image, CELLS, interpolation=cv2.INTER_AREA)
+    grey: Floats = np.asarray(small, dtype=np.float64).mean(axis=2).ravel()
+    return grey
+
+
+def brightness_in(path: Path, seconds: float) -> Brightness:
+    """Brightness of the first `seconds` of a video.  Raises OpenError."""
+    times, cells = [], []
+    with VideoReader(path) as reader:
+        while True:
+            try:
+                frame = reader.next()
+            except EndedEarly:
+                break  # a cut file: what was read of it counts
+            if frame is None or frame.time_ns > seconds * 1e9:
+                break
+            times.append(frame.time_ns / 1e9)
+            cells.append(brightness_of(frame.image()))
+    return Brightness(np.array(times), np.array(cells).reshape(len(times), -1))

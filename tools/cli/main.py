@@ -30,7 +30,7 @@ from zenocap.tools.cli import (
     track,
     verify,
 )
-from zenocap.tools.cli.calibrate import calibrate
+from zenocap.tools.cli.calibrate.commands import calibrate
 from zenocap.tools.cli.expansion import expanded
 from zenocap.tools.cli.posture.commands import posture
 from zenocap.tools.cli.prior import prior

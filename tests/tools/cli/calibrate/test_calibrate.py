@@ -8,7 +8,8 @@ from typer.testing import CliRunner
 
 from tests.support.places import ROOT
 from zenocap.common.camera.calibration_files import read_calibration
-from zenocap.tools.cli.calibrate import EXAMPLE, calibrate
+from zenocap.tools.cli.calibrate.commands import calibrate
+from zenocap.tools.cli.calibrate.lines import EXAMPLE
 
 DEMO = ROOT / "zenocap" / "data" / "rigs" / "demo-calibration.toml"
 TEXT = "\n".join(line.strip() for line in EXAMPLE.splitlines()[1:])

@@ -1,6 +1,5 @@
-"""Commands: calibrate lines, calibrate check."""
+"""Command calibrate lines."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -9,8 +8,6 @@ import typer
 from zenocap.tools.cli.options import one_line_errors
 
 POOR = 3  # exit status of a calibration with remarks
-
-calibrate = typer.Typer(help="Calibrate cameras, and check calibration files.", no_args_is_help=True)
 
 Pair = tuple[float, float]
 
@@ -25,7 +22,6 @@ EXAMPLE = """A file of measurements has the same names (px from the top left, me
 """
 
 
-@calibrate.command(epilog=EXAMPLE.replace("\n\n    ", "\n\n\b\n    "))
 def lines(
     measurements: Annotated[Path | None, typer.Argument(help="TOML of measurements, instead of the options.")] = None,
     size: Annotated[Pair | None, typer.Option(help="Width and height of the images, px.")] = None,
@@ -53,7 +49,7 @@ def lines(
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.line_calibration import Measurements, Pinnacles, calibrate_lines
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration import read_measurements, solution_report
+    from zenocap.tools.calibration.lines_file import read_measurements, solution_report
 
     options = {"--size": size, "--d-x": d_x, "--d-z": d_z, "--t": t}
     options |= {"--a1": a1, "--b1": b1, "--c1": c1, "--a2": a2, "--b2": b2, "--c2": c2}
@@ -81,18 +77,3 @@ def lines(
     typer.echo("\n  ".join(["verdict: poor" if remarks else "verdict: good", *remarks]))
     if remarks:
         raise typer.Exit(POOR)
-
-
-@calibrate.command()
-def check(
-    file: Annotated[Path, typer.Argument(help="Calibration: anipose or Pose2Sim TOML, OpenCV, Qualisys.")],
-    up_axis: Annotated[str, typer.Option(help="Up axis of the file's world: y or z.")] = "y",
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
-) -> None:
-    """Print position and attitude of the cameras of a file, and the most nearly orthogonal pair."""
-    from zenocap.common.camera.calibration_files import read_calibration
-    from zenocap.tools.calibration import camera_data, camera_report
-
-    with one_line_errors():
-        cameras = read_calibration(file, up_axis)
-    typer.echo(json.dumps(camera_data(cameras), indent=2) if as_json else "\n".join(camera_report(cameras)))

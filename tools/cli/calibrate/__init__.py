@@ -1,0 +1,1 @@
+"""`zenocap calibrate`: calibrate cameras, and check calibrations."""

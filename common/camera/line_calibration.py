@@ -17,7 +17,8 @@ at d + D_X.  With h = row − c_y, the apparent height of a pinnacle, the follow
 
 The remaining three of the six coordinates are checks: A and the object along the axis are on the centre column, and A
 and the object beside it are on one row (roll).  Pinnacles at the camera's height (h = 0) do not determine the distance.
-A wrong distance keeps λ / d: sizes at the centre are right, perspective is wrong.
+A wrong distance keeps λ / d: sizes at the centre are right, perspective is wrong.  A wrong column of A or of the object
+beside it changes λ and Y and contradicts nothing, unless the camera's height is measured: see `line_sensitivity`.
 """
 
 from dataclasses import dataclass
@@ -109,12 +110,17 @@ def calibrate_lines(
             raise UserError(f"{key} = {value}: allowed: {MARKER_M[0]:g} to {MARKER_M[1]:g} m on either side of the origin")
     if not OBJECT_M[0] <= measured.t <= OBJECT_M[1]:
         raise UserError(f"t = {measured.t}: allowed: {OBJECT_M[0]:g} to {OBJECT_M[1]:g} m")
+    return solved_camera(measured, 1, names[0]), solved_camera(measured, 2, names[1])
+
+
+def solved_camera(measured: Measurements, number: int, name: str) -> SolvedCamera:
+    """Return camera 1 or 2 from checked measurements.  Raises UserError."""
     one, two = measured.camera1, measured.camera2
-    to_back = np.diag([1.0, -1.0, -1.0])
+    if number == 1:
+        to_back = np.diag([1.0, -1.0, -1.0])
+        return _solve(_View("camera 1", one, one.c, measured.d_x, one.b, -measured.d_z, to_back), measured, name)
     to_right = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
-    first = _View("camera 1", one, one.c, measured.d_x, one.b, -measured.d_z, to_back)
-    second = _View("camera 2", two, two.b, measured.d_z, two.c, measured.d_x, to_right)
-    return _solve(first, measured, names[0]), _solve(second, measured, names[1])
+    return _solve(_View("camera 2", two, two.b, measured.d_z, two.c, measured.d_x, to_right), measured, name)
 
 
 def _check_pinnacles(label: str, pinnacles: Pinnacles, size: tuple[int, int]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from zenocap.common.camera.line_calibration import Measurements, Pinnacles, SolvedCamera
+from zenocap.common.camera.line_sensitivity import MAX_UNDETECTED, Sensitivity
 from zenocap.common.errors import UserError
 from zenocap.common.toml_file import read_toml
 
@@ -40,15 +41,40 @@ def read_measurements(path: Path) -> Measurements:
     return Measurements(content.size, content.d_x, content.d_z, content.t, one, two)
 
 
-def solution_report(cameras: Sequence[SolvedCamera]) -> list[str]:
-    """Report of each solved camera's position, focal length and residuals, as lines of text."""
-    lines = []
-    for solved in cameras:
-        x, y, z = solved.camera.centre
-        offs = zip("ABC", solved.residuals_px, strict=True)
-        lines += [
-            f"{solved.camera.name}: focal length {solved.focal_px:.1f} px, at ({x:.3f}, {y:.3f}, {z:.3f}) m",
-            f"  distance {solved.distance_m:.3f} ± {solved.distance_error_m:.3f} m",
-            "  residuals px: " + ", ".join(f"{name}' ({x:+.2f}, {y:+.2f})" for name, (x, y) in offs),
-        ]
-    return lines
+def solution_report(solved: SolvedCamera, found: Sensitivity) -> list[str]:
+    """Report of a camera's position, focal length, residuals and sensitivity, as lines of text."""
+    x, y, z = solved.camera.centre
+    offs = zip("ABC", solved.residuals_px, strict=True)
+    return [
+        f"{solved.camera.name}: focal length {solved.focal_px:.1f} px, at ({x:.3f}, {y:.3f}, {z:.3f}) m",
+        f"  distance {solved.distance_m:.3f} ± {solved.distance_error_m:.3f} m",
+        "  residuals px: " + ", ".join(f"{name}' ({x:+.2f}, {y:+.2f})" for name, (x, y) in offs),
+        f"  one pixel in the {found.coordinate} changes the focal length by {found.pixel:.1%}, and with it the place of a "
+        f"person 1 m beside the origin by {1000 * found.pixel:.0f} mm",
+    ]
+
+
+def verdict(measured: Measurements, cameras: Sequence[SolvedCamera], found: Sequence[Sensitivity]) -> tuple[str, list[str]]:
+    """Verdict on a calibration, good, unchecked or poor, and its reasons, for people.
+
+    poor: measurements contradict each other.  unchecked: nothing contradicts them, but an error of a few pixels would not
+    have been noticed and would matter.
+    """
+    if remarks := [remark for solved in cameras for remark in solved.remarks]:
+        return "poor", remarks
+    reasons = []
+    for number, one in enumerate(found, start=1):
+        if not one.checked:
+            pinnacles = measured.camera1 if number == 1 else measured.camera2
+            advice = (
+                "check it again in the image" if pinnacles.height_m is not None else f"measure height{number} to check it"
+            )
+            reasons.append(
+                f"camera {number}: {one.undetected_px:g} px in the {one.undetected_coordinate} would not be noticed and "
+                f"change the focal length by {one.undetected:.0%}: {advice}"
+            )
+    first, second = (solved.focal_px for solved in cameras)
+    if reasons and abs(first / second - 1.0) > MAX_UNDETECTED:
+        difference = f"the focal lengths differ by {abs(first / second - 1.0):.0%}"
+        reasons.append(f"{difference}: with equal cameras and the same zoom, one is wrong")
+    return ("unchecked" if reasons else "good"), reasons

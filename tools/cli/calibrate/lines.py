@@ -17,8 +17,20 @@ EXAMPLE = """A file of measurements has the same names (px from the top left, me
     d_x = 1.0
     d_z = 1.0
     t = 1.7
-    camera1 = { a = [79.5, 39.3], b = [79.5, 34.5], c = [108.3, 39.3], distance = 5.2 }
-    camera2 = { a = [79.5, 39.3], b = [108.3, 39.3], c = [79.5, 42.6], distance = 5.2 }
+
+    [camera1]
+    a = [79.5, 39.3]
+    b = [79.5, 34.5]
+    c = [108.3, 39.3]
+    distance = 5.2
+    height = 1.0
+
+    [camera2]
+    a = [79.5, 39.3]
+    b = [108.3, 39.3]
+    c = [79.5, 42.6]
+    distance = 5.2
+    height = 1.0
 """
 
 
@@ -48,8 +60,9 @@ def lines(
     """
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.line_calibration import Measurements, Pinnacles, calibrate_lines
+    from zenocap.common.camera.line_sensitivity import sensitivity
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration.lines_file import read_measurements, solution_report
+    from zenocap.tools.calibration.lines_file import read_measurements, solution_report, verdict
 
     options = {"--size": size, "--d-x": d_x, "--d-z": d_z, "--t": t}
     options |= {"--a1": a1, "--b1": b1, "--c1": c1, "--a2": a2, "--b2": b2, "--c2": c2}
@@ -72,8 +85,10 @@ def lines(
             write_calibration(output, {one.camera.name: one.camera for one in solved})
         except OSError as error:
             raise UserError(f"{output}: cannot be written: {error.strerror}") from error
-    typer.echo("\n".join([*solution_report(solved), f"written: {output}"]))
-    remarks = [remark for camera in solved for remark in camera.remarks]
-    typer.echo("\n  ".join(["verdict: poor" if remarks else "verdict: good", *remarks]))
-    if remarks:
+    found = [sensitivity(measured, number, camera) for number, camera in enumerate(solved, start=1)]
+    report = [line for camera, effects in zip(solved, found, strict=True) for line in solution_report(camera, effects)]
+    typer.echo("\n".join([*report, f"written: {output}"]))
+    word, reasons = verdict(measured, solved, found)
+    typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
+    if word == "poor":
         raise typer.Exit(POOR)

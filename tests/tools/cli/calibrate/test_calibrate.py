@@ -1,6 +1,7 @@
 """The commands `calibrate lines` and `calibrate check`: input files, options, output and exit statuses."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -45,6 +46,10 @@ OPTIONS = [
     "5.2",
     "--distance2",
     "5.2",
+    "--height1",
+    "1",
+    "--height2",
+    "1",
 ]
 
 
@@ -74,11 +79,33 @@ def test_options_and_file_give_the_same_calibration(tmp_path):
 
 def test_a_poor_calibration_is_written_with_exit_status_3(tmp_path):
     output = tmp_path / "b.toml"
-    result = run("lines", *OPTIONS, "--height1", "1.5", "-o", output)
+    result = run("lines", *OPTIONS[:-4], "--height1", "1.5", "-o", output)
     assert result.exit_code == 3
     assert "verdict: poor" in result.output
     assert "camera 1: measured height 1.50 m, but the pinnacles give 1.00 m" in result.output
     assert output.exists()
+
+
+def test_a_wrong_column_is_noticed_with_the_height_and_else_said_to_be_unchecked(tmp_path):
+    wrong = [*OPTIONS[:-4]]
+    wrong[wrong.index("--c1") + 1] = "113.3"  # 5 px too far to the right: the focal length becomes 17 % too long
+    result = run("lines", *wrong, "-o", tmp_path / "a.toml")
+    assert result.exit_code == 0
+    assert "cam01: focal length 175.8 px" in result.output
+    assert "verdict: unchecked" in result.output
+    assert "camera 1: 8 px in the column of C' would not be noticed and change the focal length by 24%" in result.output
+    assert "the focal lengths differ by 17%: with equal cameras and the same zoom, one is wrong" in result.output
+    result = run("lines", *wrong, *OPTIONS[-4:], "-o", tmp_path / "a.toml")
+    assert result.exit_code == 3
+    assert "verdict: poor" in result.output
+    assert "but the pinnacles give 1.10 m" in result.output
+
+
+def test_the_example_of_the_help_can_be_copied_into_a_file(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = run("lines", "--help").output.partition("px from the top left")[2].partition("\n")[2]
+    text = "\n".join(line.strip() for line in shown.splitlines())
+    assert tomllib.loads(text) == tomllib.loads(TEXT)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ matrix = [[600.0, 0.0, 319.5], [0.0, 600.0, 239.5], [0.0, 0.0, 1.0]]
 distortions = [0.0, 0.0, 0.0, 0.0]
 rotation = [3.14, 0.0, 0.0]          # Rodrigues vector, world to camera
 translation = [0.0, 1.0, 5.2]        # metres
-fisheye = false
+fisheye = false                       # true: matrix and the four distortions are those of OpenCV's fisheye model
 """
 
 import json
@@ -52,14 +52,13 @@ def _camera(entry: Entry, key: str, table: dict[str, object], up_axis: str) -> C
         if required_key not in table:
             raise entry.missing(required_key, table)
     fisheye = table.get("fisheye", False)
-    if fisheye is not False:
-        reason = "false: fisheye lenses are not a pinhole with OpenCV's polynomial; undistort the video first"
-        raise entry.error("fisheye", json.dumps(fisheye, default=str), reason)
+    if not isinstance(fisheye, bool):
+        raise entry.error("fisheye", json.dumps(fisheye, default=str), "true or false")
     name = table.get("name", key)
     if not isinstance(name, str):
         raise entry.error("name", name, "a string")
     size, matrix, distortions, rotation, translation = (table[required_key] for required_key in KEYS)
-    return checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis)
+    return checked_camera(entry, name, size, matrix, distortions, rotation, translation, up_axis, fisheye)
 
 
 def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float = 0.0) -> str:
@@ -70,15 +69,18 @@ def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float 
     blocks = []
     for number, camera in enumerate(cameras, start=1):
         rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
+        lens = camera.fisheye
+        size, matrix = (camera.size, camera.matrix) if lens is None else (lens.size, lens.matrix)
+        distortions = camera.distortions if lens is None else lens.coefficients
         blocks.append(
             f"[cam_{number:02d}]\n"
             f"name = {_string(camera.name)}\n"
-            f"size = {_row(np.array(camera.size))}\n"
-            f"matrix = [{', '.join(_row(row) for row in camera.matrix)}]\n"
-            f"distortions = {_row(camera.distortions)}\n"
+            f"size = {_row(np.array(size))}\n"
+            f"matrix = [{', '.join(_row(row) for row in matrix)}]\n"
+            f"distortions = {_row(distortions)}\n"
             f"rotation = {_row(_rodrigues(rotation))}\n"
             f"translation = {_row(camera.translation)}\n"
-            f"fisheye = false\n"
+            f"fisheye = {str(lens is not None).lower()}\n"
         )
     blocks.append(f"[metadata]\nadjusted = false\nerror = {float(error_px)!r}\n")
     return "\n".join(blocks)

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats
+from zenocap.common.camera.fisheye import FisheyeLens
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,7 @@ class Camera:
 
     size: (width, height) px.  matrix: (3, 3) px.  distortions: (k1, k2, p1, p2[, k3]).
     rotation: (3, 3) world to camera.  translation: (3,) metres.
+    fisheye: lens of the images before they were rectified to this camera; None for images that are used as they are.
     """
 
     name: str
@@ -27,6 +29,7 @@ class Camera:
     distortions: Floats
     rotation: Floats
     translation: Floats
+    fisheye: FisheyeLens | None = None
 
     @cached_property
     def centre(self) -> Floats:

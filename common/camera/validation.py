@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats
+from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 
@@ -18,6 +19,7 @@ MAX_FOCAL_PX = 1e6
 MAX_SKEW = 1e-3  # relative to fx
 ROTATION_TOLERANCE = 1e-3  # of the elements of R R^T
 
+FISHEYE_COUNT = 4  # coefficients of OpenCV's fisheye model
 DISTORTION_COUNTS = (4, 5, 8, 12, 14)  # numbers of coefficients of OpenCV's lens models
 # Z-up world to Y-up world: (x, y, z)_y-up = (y, z, x)_z-up, as in TRC files.
 Z_UP_TO_Y_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
@@ -65,10 +67,12 @@ def checked_camera(
     rotation: object,
     translation: object,
     up_axis: str,
+    fisheye: bool = False,
 ) -> Camera:
     """Return the camera in the Y-up world, from a file's values in OpenCV's convention, world to camera, metres.
 
-    size: 2.  matrix: 3 x 3 px.  rotation: Rodrigues vector (3) or matrix (3 x 3).  Raises UserError.
+    size: 2.  matrix: 3 x 3 px.  rotation: Rodrigues vector (3) or matrix (3 x 3).  fisheye: whether matrix and distortions
+    are those of OpenCV's fisheye model; the camera is that of the rectified images then.  Raises UserError.
     """
     if not name:
         raise entry.error("name", repr(name), "at least one character")
@@ -79,8 +83,20 @@ def checked_camera(
         raise entry.error("translation", translation, f"metres, at most {MAX_DISTANCE_M:g} long; are these millimetres?")
     if up_axis == "z":
         world_to_camera = world_to_camera @ Z_UP_TO_Y_UP.T
-    lens = entry.numbers("distortions", distortions, *((n,) for n in DISTORTION_COUNTS))
-    return Camera(name, (width, height), checked_matrix(entry, matrix, (width, height)), lens, world_to_camera, shift)
+    checked = checked_matrix(entry, matrix, (width, height))
+    if fisheye:
+        lens = checked_fisheye(entry, (width, height), checked, distortions)
+        return Camera(name, (width, height), lens.pinhole_matrix(), np.zeros(4), world_to_camera, shift, lens)
+    coefficients = entry.numbers("distortions", distortions, *((n,) for n in DISTORTION_COUNTS))
+    return Camera(name, (width, height), checked, coefficients, world_to_camera, shift)
+
+
+def checked_fisheye(entry: Entry, size: tuple[int, int], matrix: Floats, coefficients: object) -> FisheyeLens:
+    """Return the fisheye lens of a checked size and matrix."""
+    lens = FisheyeLens(size, matrix, entry.numbers("distortions", coefficients, (FISHEYE_COUNT,)))
+    if not lens.increases:
+        raise entry.error("distortions", coefficients, "a lens that shows no direction twice within 60 degrees of its axis")
+    return lens
 
 
 def checked_size(entry: Entry, size: object) -> tuple[int, int]:

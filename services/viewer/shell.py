@@ -29,7 +29,7 @@ from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.jit_warmup import load_compiled
 from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.resize import Fit
+from zenocap.services.viewer.sources.resize import Fit, rectification
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.video import median_picture
 from zenocap.services.viewer.states import Setup, State, viewer_setup
@@ -75,7 +75,7 @@ def _setup(viewer: Viewer, additions: Additions = IMPROVED) -> Setup:
         case BackgroundImage(path=path), _:
             plate = _picture(viewer, path)
         case _, BackgroundImage(path=path, hardware=hardware):
-            fit = Fit(str(path), viewer.calibrated_size, viewer.camera.size)
+            fit = Fit(str(path), viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
             plate = median_picture(path, fit, hardware=hardware)
         case _:
             pass
@@ -141,4 +141,5 @@ def _picture(viewer: Viewer, path: Path) -> Image:
     image = cv2.imread(str(path), cv2.IMREAD_COLOR)
     if image is None:
         raise OpenError(f"{path}: not a picture that can be decoded")
-    return Fit(str(path), viewer.calibrated_size, viewer.camera.size)(np.asarray(image, dtype=np.uint8))
+    fit = Fit(str(path), viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
+    return fit(np.asarray(image, dtype=np.uint8))

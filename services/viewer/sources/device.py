@@ -14,7 +14,7 @@ from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Device, Stream
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit
+from zenocap.services.viewer.sources.resize import Fit, Rectify
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time
 TIMEOUT_MS = 5000
@@ -68,13 +68,14 @@ def camera_frames(
     working: Size,
     playback: Playback,
     opener: Opener = open_capture,
+    rectify: Rectify | None = None,
 ) -> Iterator[Frame]:
     """Yield frames without end, with the time of grabbing, at most `fps` per second.
 
     Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch for images of a wrong size.  A
     camera that fails later is reported and reopened, with increasing waits, until it delivers images.
     """
-    name, fit = shown(source), Fit(shown(source), calibrated, working)
+    name, fit = shown(source), Fit(shown(source), calibrated, working, rectify)
     capture = _opened(source, calibrated, fps, opener)
     if capture is None:
         raise _open_error(source)

@@ -11,7 +11,7 @@ from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.rig.sources import Images
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit
+from zenocap.services.viewer.sources.resize import Fit, Rectify
 
 
 def numbered(path: Path) -> tuple[tuple[int, str], ...]:
@@ -19,7 +19,9 @@ def numbered(path: Path) -> tuple[tuple[int, str], ...]:
     return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name))
 
 
-def image_frames(source: Images, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
+def image_frames(
+    source: Images, fps: float, calibrated: Size, working: Size, playback: Playback, rectify: Rectify | None = None
+) -> Iterator[Frame]:
     """Yield the pictures in the order of their numbers, as a video of `fps` frames per second.  Raises SourceError."""
     shown = source.folder / source.pattern
     paths = sorted((path for path in source.folder.glob(source.pattern) if path.is_file()), key=numbered)
@@ -46,7 +48,7 @@ def image_frames(source: Images, fps: float, calibrated: Size, working: Size, pl
             image = cv2.imdecode(content, cv2.IMREAD_COLOR) if content.size else None
             if image is None:
                 raise EndedEarly(f"{path}: picture {number} of {len(paths)} cannot be decoded")
-            fit = Fit(str(path), calibrated, working)
+            fit = Fit(str(path), calibrated, working, rectify)
             begun = True
             yield Frame(first + number, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
         if not playback.loop:

@@ -10,17 +10,19 @@ from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Rendered
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit
+from zenocap.services.viewer.sources.resize import Fit, Rectify
 
 
-def rendered_frames(source: Rendered, fps: float, calibrated: Size, working: Size, playback: Playback) -> Iterator[Frame]:
+def rendered_frames(
+    source: Rendered, fps: float, calibrated: Size, working: Size, playback: Playback, rectify: Rectify | None = None
+) -> Iterator[Frame]:
     """Yield frame n with the time `epoch_ns` + n / fps.  Raises OpenError, AccessDenied, SizeMismatch.
 
     Live, the file is played forward and backward without end at its own rate, so that the motion is continuous; late frames
     are dropped.  Otherwise every picture of the file is yielded once, at most `fps` per second.
     """
     pictures = opened(source.path)
-    fit = Fit(str(source.path), calibrated, working)
+    fit = Fit(str(source.path), calibrated, working, rectify)
     index, count = 0, len(pictures)
     while playback.live or index * source.fps / fps < count:
         if playback.live:

@@ -1,25 +1,33 @@
 """Resize a source's images to the working size of the calibrated camera."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image
+from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import SizeMismatch
 from zenocap.services.viewer.sources.playback import Size
 
 NEARLY = 0.02  # relative size difference up to which an image counts as letterboxed
 SAME_SHAPE = 0.01  # relative difference of width : height up to which an image is the calibrated one, scaled
 
+Rectify = Callable[[Image], Image]
+
 
 @dataclass(frozen=True)
 class Fit:
-    """Resizing of images.  calibrated: expected (width, height) of the source, px.  working: resulting size, px."""
+    """Resizing of images.  calibrated: expected (width, height) of the source, px.  working: resulting size, px.
+
+    name: of the source, for errors.  rectify: of images of a fisheye lens at the working size; None for other lenses.
+    """
 
     name: str
     calibrated: Size
     working: Size
+    rectify: Rectify | None = None
 
     def check(self, width: int, height: int) -> None:
         """Raise SizeMismatch when images of this size do not fit the calibrated size."""
@@ -34,7 +42,7 @@ class Fit:
             )
 
     def __call__(self, image: Image) -> Image:
-        """Return the image at the working size, (height, width, 3).  Raises SizeMismatch.
+        """Return the image at the working size, rectified, (height, width, 3).  Raises SizeMismatch.
 
         An image of another size and the same shape is scaled.  A small difference from the calibrated size is treated as
         uniform scaling about the centre followed by padding or cropping, as video converters do; it is reverted.
@@ -43,9 +51,14 @@ class Fit:
         self.check(width, height)
         if (width, height) != self.calibrated and abs(width / self.calibrated[0] - 1.0) < NEARLY:
             image = _unletterboxed(image, self.calibrated)
-        if image.shape[1::-1] == self.working:
-            return image
-        return np.asarray(cv2.resize(image, self.working, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        if image.shape[1::-1] != self.working:
+            image = np.asarray(cv2.resize(image, self.working, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        return image if self.rectify is None else self.rectify(image)
+
+
+def rectification(camera: Camera) -> Rectify | None:
+    """Rectification of the images of a fisheye lens at the size of its camera; None for other lenses."""
+    return None if camera.fisheye is None else camera.fisheye.rectification(camera.matrix, camera.size)
 
 
 def _unletterboxed(image: Image, calibrated: Size) -> Image:

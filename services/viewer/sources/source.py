@@ -9,6 +9,7 @@ from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.images import image_frames
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames
+from zenocap.services.viewer.sources.resize import rectification
 from zenocap.services.viewer.sources.video import declared_frames, video_frames
 
 PREROLL = 30  # frames of empty scene from the simulated person when the background does not define them
@@ -19,17 +20,17 @@ def open_source(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
 
     Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
     """
-    size, fps = viewer.camera.size, viewer.fps
+    size, fps, rectify = viewer.camera.size, viewer.fps, rectification(viewer.camera)
     preroll = viewer.background.count if isinstance(viewer.background, FirstFrames) else 0
     match viewer.source:
         case Device() | Stream():
-            return camera_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+            return camera_frames(viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify)
         case VideoFile():
-            return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll)
+            return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll, rectify)
         case Images():
-            return image_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+            return image_frames(viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify)
         case Rendered():
-            return rendered_frames(viewer.source, fps, viewer.calibrated_size, size, playback)
+            return rendered_frames(viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify)
         case Actor():
             from zenocap.services.viewer.sources.actor import actor_frames  # imported only here: compiles the renderer
 

@@ -11,7 +11,7 @@ from zenocap.common.rig.sources import VideoFile
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit
+from zenocap.services.viewer.sources.resize import Fit, Rectify
 
 LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped
 
@@ -38,7 +38,13 @@ class Thinning:
 
 
 def video_frames(
-    source: VideoFile, fps: float, calibrated: Size, working: Size, playback: Playback, preroll: int = 0
+    source: VideoFile,
+    fps: float,
+    calibrated: Size,
+    working: Size,
+    playback: Playback,
+    preroll: int = 0,
+    rectify: Rectify | None = None,
 ) -> Iterator[Frame]:
     """Yield the frames of a file, at most `fps` per second, preceded by those of its T-pose video, if any.
 
@@ -47,10 +53,10 @@ def video_frames(
     are earlier than `epoch_ns`.
     """
     if source.initial is not None:
-        yield from _initial(source.initial, source.hardware, fps, calibrated, working, playback)
+        yield from _initial(source.initial, source.hardware, fps, calibrated, working, playback, rectify)
     first, first_ns = 0, source.offset_ns
     while True:
-        fit = Fit(str(source.path), calibrated, working)
+        fit = Fit(str(source.path), calibrated, working, rectify)
         count, duration_ns = yield from _pass(source, fps, fit, playback, first, first_ns, preroll)
         if not playback.loop:
             return
@@ -72,10 +78,10 @@ def median_picture(path: Path, fit: Fit, count: int = 41, *, hardware: bool = Fa
 
 
 def _initial(
-    path: Path, hardware: bool, fps: float, calibrated: Size, working: Size, playback: Playback
+    path: Path, hardware: bool, fps: float, calibrated: Size, working: Size, playback: Playback, rectify: Rectify | None
 ) -> Iterator[Frame]:
     """The frames of a T-pose video, which ends one period before the file begins."""
-    fit = Fit(str(path), calibrated, working)
+    fit = Fit(str(path), calibrated, working, rectify)
     length_ns = duration_ns(path)
     with VideoReader(path, hardware) as reader:
         thinning = Thinning(fps, reader.fps)

@@ -109,7 +109,6 @@ def test_a_z_up_world_is_converted_to_y_z_x(tmp_path):
         ("[3.141592653589793, 0.0, 0.0]", "[[-1, 0, 0], [0, 1, 0], [0, 0, 1]]", r"determinant \+1"),
         ("[0.0, 1.0, 5.2]", "[0.0, 1000.0, 5200.0]", "translation = .*at most 1000 long; are these millimetres"),
         ("[0.0, 1.0, 5.2]", "[true, 1.0, 5.2]", "translation = .*3 finite numbers"),
-        ("fisheye = false", "fisheye = true", "cam_01.fisheye = true: allowed: false: fisheye lenses are not"),
         ("[metadata]", GOOD.split("[metadata]")[0].replace("cam_01", "cam_02") + "[metadata]", "cam_02.name = 'left'"),
         (GOOD, "", "no camera in it: allowed: a table"),
         (GOOD, "cam = [", "not TOML"),

@@ -20,6 +20,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.caliscope import caliscope_tables, is_caliscope
+from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
@@ -69,18 +70,16 @@ def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float 
     blocks = []
     for number, camera in enumerate(cameras, start=1):
         rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
-        lens = camera.fisheye
-        size, matrix = (camera.size, camera.matrix) if lens is None else (lens.size, lens.matrix)
-        distortions = camera.distortions if lens is None else lens.coefficients
+        lens = Lens.of(camera)
         blocks.append(
             f"[cam_{number:02d}]\n"
             f"name = {_string(camera.name)}\n"
-            f"size = {_row(np.array(size))}\n"
-            f"matrix = [{', '.join(_row(row) for row in matrix)}]\n"
-            f"distortions = {_row(distortions)}\n"
+            f"size = {_row(np.array(lens.size))}\n"
+            f"matrix = [{', '.join(_row(row) for row in lens.matrix)}]\n"
+            f"distortions = {_row(lens.distortions)}\n"
             f"rotation = {_row(_rodrigues(rotation))}\n"
             f"translation = {_row(camera.translation)}\n"
-            f"fisheye = {str(lens is not None).lower()}\n"
+            f"fisheye = {str(lens.fisheye).lower()}\n"
         )
     blocks.append(f"[metadata]\nadjusted = false\nerror = {float(error_px)!r}\n")
     return "\n".join(blocks)

@@ -11,10 +11,13 @@ translation = [0.0, 1.0, 5.2]        # metres
 ignore = false                       # true: the camera takes no part
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from zenocap.common.camera.validation import Entry
+from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry
 
 KEYS = ("size", "matrix", "distortions", "rotation", "translation", "fisheye")
 
@@ -41,3 +44,32 @@ def caliscope_tables(path: Path, tables: Mapping[str, object]) -> dict[str, obje
         number = table.get("cam_id", table.get("port", key))
         found[f"cam_{number}"] = {name: value for name, value in table.items() if name in KEYS}
     return found
+
+
+def caliscope_text(cameras: Iterable[Camera], up_axis: str = "y") -> str:
+    """Return the file's text for cameras in the Y-up world; up_axis: of the world in the file.
+
+    Caliscope numbers its cameras: by the last number in the name where all have different ones, otherwise from 0.
+    """
+    cameras = list(cameras)
+    ends = [re.findall(r"\d+", camera.name)[-1:] for camera in cameras]
+    numbers = [int(end[0]) for end in ends if end]
+    if len(set(numbers)) < len(cameras):
+        numbers = list(range(len(cameras)))
+    blocks = []
+    for number, camera in zip(numbers, cameras, strict=True):
+        lens = Lens.of(camera)
+        rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
+        blocks.append(
+            f"[cameras.{number}]\n"
+            f"cam_id = {number}\n"
+            f"rotation_count = 0\n"
+            f"ignore = false\n"
+            f"size = {list(lens.size)}\n"
+            f"matrix = {lens.matrix.tolist()}\n"
+            f"distortions = {lens.distortions.tolist()}\n"
+            f"translation = {camera.translation.tolist()}\n"
+            f"rotation = {rotation.tolist()}\n"
+            f"fisheye = {str(lens.fisheye).lower()}\n"
+        )
+    return "\n".join(blocks)

@@ -13,8 +13,8 @@ from tests.support.places import CLIPS
 from zenocap.common import atomic_write as durable
 from zenocap.common.camera.anipose import anipose_text
 from zenocap.common.camera.calibration_files import camera_named, read_calibration, write_calibration
-from zenocap.common.camera.opencv_yaml import read_ros_info
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.ros_camera_info import read_ros_info
 from zenocap.common.errors import UserError
 
 GOOD = """[cam_01]
@@ -238,7 +238,8 @@ def test_ros_camera_info_has_intrinsics_only(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [
-        ("plumb_bob", "equidistant", "distortion_model = equidistant: allowed: plumb_bob or rational_polynomial"),
+        ("plumb_bob", "equidistant", "distortion_coefficients = .*: allowed: 4 finite numbers"),
+        ("plumb_bob", "omni", "distortion_model = omni: allowed: plumb_bob or rational_polynomial or equidistant"),
         ("camera_name: webcam\n", "", "camera_name is missing"),
         ("601.0", "x", "camera_matrix = 'x': allowed: a number"),
         ("image_width: 640", "image_width: 0", "size = .*whole pixels"),

@@ -1,14 +1,11 @@
-"""Calibrations in YAML: OpenCV FileStorage in EasyMocap's layout, and ROS `camera_info`.
+"""Files of OpenCV's FileStorage, YAML or XML: calibrations in EasyMocap's layout, and the matrices of any such file.
 
 EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` Rot_name or R_name and T_name: world to camera, metres.
 `extri.yml` is the file to name; `intri.yml` is beside it.
-
-`camera_info` has intrinsics only.  It is read in the block layout that ROS' camera_calibration writes, for which no YAML
-library is needed.
 """
 
 import re
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 
 import cv2
@@ -16,16 +13,10 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.validation import (
-    DISTORTION_COUNTS,
-    Entry,
-    checked_camera,
-    checked_matrix,
-    checked_size,
-    checked_up_axis,
-)
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
 
+WITH_POSITION = "allowed: a calibration with rotation and translation; zenocap calibrate --help shows how to make one"
 MAX_YAML_BYTES = 1 << 20  # of a file of matrices of a few numbers; chosen by hand
 MAX_MATRIX_SIDE = 1000  # rows or columns declared; calibrations have up to 14; chosen by hand
 
@@ -33,14 +24,21 @@ MAX_MATRIX_SIDE = 1000  # rows or columns declared; calibrations have up to 14; 
 def read_opencv(path: Path, up_axis: str = "y") -> dict[str, Camera]:
     """Return the cameras by name in the Y-up world.  Raises UserError."""
     checked_up_axis(path, up_axis)
-    beside = path.with_name(path.name.replace("extri", "intri"))
-    extrinsics = _matrices(path)
-    intrinsics = extrinsics if beside == path else _matrices(beside)
+    beside = intrinsics_beside(path)
+    extrinsics = stored_matrices(path)
+    intrinsics = extrinsics if beside == path else stored_matrices(beside)
     names = [key[2:] for key in extrinsics if key.startswith("T_")]
+    if not names and {"camera_matrix", "Camera_Matrix"} & set(extrinsics):
+        raise UserError(f"{path}: has intrinsics only, no position and orientation; {WITH_POSITION}")
     if not names:
         allowed = "extri.yml with T_name and Rot_name for each camera, intri.yml beside it with K_name and dist_name"
         raise UserError(f"{path}: no camera in it: there are: {', '.join(extrinsics) or 'none'}; allowed: {allowed}")
     return {name: _camera(path, beside, name, extrinsics, intrinsics, up_axis) for name in names}
+
+
+def intrinsics_beside(path: Path) -> Path:
+    """The file of the intrinsics that belongs to one of extrinsics."""
+    return path.with_name(path.name.replace("extri", "intri"))
 
 
 def _camera(
@@ -67,7 +65,38 @@ def _camera(
     return checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis)
 
 
-def _matrices(path: Path) -> dict[str, Floats]:
+def easymocap_texts(path: Path, cameras: Iterable[Camera], up_axis: str = "y") -> tuple[str, str]:
+    """Content of `extri.yml` and `intri.yml` for cameras in the Y-up world; up_axis: of the world in the files.
+
+    path: of `extri.yml`, for the UserError about a lens that the layout cannot hold.
+    """
+    checked_up_axis(path, up_axis)
+    storages = [cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY) for _ in range(2)]
+    cameras = list(cameras)
+    for storage in storages:
+        storage.startWriteStruct("names", cv2.FILE_NODE_SEQ)
+        for camera in cameras:
+            storage.write("", camera.name)
+        storage.endWriteStruct()
+    extrinsics, intrinsics = storages
+    for camera in cameras:
+        if not re.fullmatch(r"[A-Za-z0-9_-]+", camera.name):
+            raise UserError(f"{path}: camera {camera.name!r}: allowed in this layout: letters, digits, - and _")
+        if camera.fisheye is not None:
+            raise UserError(f"{path}: camera {camera.name!r} has a fisheye lens: allowed in this layout: other lenses")
+        rotation = camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation
+        intrinsics.write(f"K_{camera.name}", camera.matrix)
+        intrinsics.write(f"dist_{camera.name}", camera.distortions.reshape(1, -1))
+        intrinsics.write(f"W_{camera.name}", camera.size[0])
+        intrinsics.write(f"H_{camera.name}", camera.size[1])
+        extrinsics.write(f"R_{camera.name}", np.asarray(cv2.Rodrigues(rotation)[0]))
+        extrinsics.write(f"Rot_{camera.name}", rotation)
+        extrinsics.write(f"T_{camera.name}", camera.translation.reshape(3, 1))
+    return extrinsics.releaseAndGetString(), intrinsics.releaseAndGetString()
+
+
+def stored_matrices(path: Path) -> dict[str, Floats]:
+    """The matrices and numbers, (1,), of a file by their keys.  Raises UserError."""
     if not path.exists():
         raise UserError(f"{path}: no such calibration file; allowed: extri.yml with intri.yml beside it")
     _check_storage(path)
@@ -78,6 +107,13 @@ def _matrices(path: Path) -> dict[str, Floats]:
     except (cv2.error, SystemError) as error:
         raise UserError(f"{path}: not OpenCV FileStorage (%YAML:1.0): {error}") from error
     return {key: value for key, value in found.items() if value is not None}
+
+
+def is_storage(path: Path) -> bool:
+    """Whether a file begins as OpenCV's FileStorage does, in YAML or XML.  Raises OSError."""
+    with path.open("rb") as file:
+        begin = file.read(256)
+    return begin.startswith(b"%YAML") or b"<opencv_storage>" in begin
 
 
 def _value(node: cv2.FileNode) -> Floats | None:
@@ -102,52 +138,3 @@ def _check_storage(path: Path) -> None:
         if len(count) > 4 or int(count) > MAX_MATRIX_SIDE:
             found = f"{key.decode()}: {count[:20].decode()}"
             raise UserError(f"{path}: {found}: allowed: matrices with up to {MAX_MATRIX_SIDE} rows and columns")
-
-
-LENS_MODELS = ("plumb_bob", "rational_polynomial")
-NEEDED_KEYS = ("image_width", "image_height", "camera_name", "distortion_model", "camera_matrix", "distortion_coefficients")
-
-
-@dataclass(frozen=True)
-class Intrinsics:
-    """size: (width, height) px.  matrix: (3, 3) px.  distortions: OpenCV's."""
-
-    name: str
-    size: tuple[int, int]
-    matrix: Floats
-    distortions: Floats
-
-
-def is_ros_info(path: Path) -> bool:
-    """Whether a YAML file has the key of a ROS `camera_info`."""
-    text = path.read_text(encoding="utf-8", errors="replace")
-    return not text.startswith("%YAML") and "image_width" in text
-
-
-def read_ros_info(path: Path) -> Intrinsics:
-    """Return the intrinsics in a ROS `camera_info` file.  Raises UserError."""
-    text, entry = path.read_text(encoding="utf-8", errors="replace"), Entry(path, "")
-    scalars = dict(re.findall(r"^(\w+):[ \t]*(\S+)[ \t]*$", text, re.MULTILINE))
-    lists = dict(re.findall(r"^(\w+):\s*\n(?:[ \t]+\w+:[^\[\n]*\n)*[ \t]+data:\s*\[([^\]]*)\]", text, re.MULTILINE))
-    found = scalars | lists
-    for required_key in NEEDED_KEYS:
-        if required_key not in found:
-            raise entry.missing(required_key, found)
-    if scalars["distortion_model"] not in LENS_MODELS:
-        raise entry.error("distortion_model", scalars["distortion_model"], " or ".join(LENS_MODELS))
-    size = checked_size(entry, [_number(entry, key, scalars[key]) for key in ("image_width", "image_height")])
-    matrix = entry.numbers("camera_matrix", _row(entry, "camera_matrix", lists["camera_matrix"]), (9,)).reshape(3, 3)
-    lens = _row(entry, "distortion_coefficients", lists["distortion_coefficients"])
-    distortions = entry.numbers("distortion_coefficients", lens, *((n,) for n in DISTORTION_COUNTS))
-    return Intrinsics(scalars["camera_name"], size, checked_matrix(entry, matrix, size), distortions)
-
-
-def _row(entry: Entry, key: str, text: str) -> list[float]:
-    return [_number(entry, key, word) for word in text.replace(",", " ").split()]
-
-
-def _number(entry: Entry, key: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise entry.error(key, repr(text), "a number") from None

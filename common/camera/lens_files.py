@@ -1,0 +1,67 @@
+"""Files of lenses: any calibration, ROS' `camera_info`, what OpenCV's calibration programs write, or a folder of these.
+
+OpenCV's programs write image_width, image_height, camera_matrix and distortion_coefficients, or the same names with
+capitals (Camera_Matrix), and fisheye_model for fisheye lenses, as YAML or XML.  Such a file is named after its camera.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.opencv_storage import is_storage, stored_matrices
+from zenocap.common.camera.ros_camera_info import is_ros_info, read_ros_info
+from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
+from zenocap.common.errors import UserError
+
+SUFFIXES = (".yaml", ".yml", ".xml")
+NEEDED_KEYS = ("image_width", "image_height", "camera_matrix", "distortion_coefficients")
+
+
+def read_lenses(path: Path | str) -> dict[str, Lens]:
+    """Return the lenses of a file, or of the files of a folder, by camera.  Raises UserError."""
+    path = Path(path)
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
+        if not files:
+            raise UserError(f"{path}: no {', '.join(SUFFIXES)} in this folder: allowed: one file for each camera")
+        return _by_name(path, [lens for file in files for lens in _lenses(file)])
+    return _by_name(path, _lenses(path))
+
+
+def _by_name(path: Path, lenses: list[Lens]) -> dict[str, Lens]:
+    found: dict[str, Lens] = {}
+    for lens in lenses:
+        if lens.name in found:
+            raise UserError(f"{path}: camera {lens.name!r} twice: allowed: one lens for each camera")
+        found[lens.name] = lens
+    return found
+
+
+def _lenses(path: Path) -> list[Lens]:
+    if path.suffix.lower() in SUFFIXES and path.is_file():
+        try:
+            storage, ros_info = is_storage(path), is_ros_info(path)
+        except OSError as error:
+            raise UserError(f"{path}: cannot be read: {error.strerror}") from error
+        if storage:
+            stored = {key.lower(): value for key, value in stored_matrices(path).items()}
+            if "camera_matrix" in stored:
+                return [_opencv_lens(path, stored)]
+        elif ros_info:
+            return [read_ros_info(path)]
+    return [Lens.of(camera) for camera in read_calibration(path).values()]
+
+
+def _opencv_lens(path: Path, stored: dict[str, Floats]) -> Lens:
+    entry = Entry(path, "")
+    for required_key in NEEDED_KEYS:
+        if required_key not in stored:
+            raise entry.missing(required_key, stored)
+    size = checked_size(entry, [float(stored[key].item()) for key in NEEDED_KEYS[:2]])
+    fisheye = bool(stored.get("fisheye_model", np.zeros(1)).any())
+    counts = (FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS
+    values = entry.numbers("distortion_coefficients", stored["distortion_coefficients"].ravel(), *((n,) for n in counts))
+    return Lens(path.stem, size, checked_matrix(entry, stored["camera_matrix"], size), values, fisheye)

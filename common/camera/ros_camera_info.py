@@ -1,0 +1,73 @@
+"""Intrinsics in ROS' `camera_info` files, in the block layout that ROS' camera_calibration writes.
+
+No YAML library is needed for that layout.  A file has one camera and no position.
+"""
+
+import re
+from pathlib import Path
+
+from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
+
+FISHEYE_MODEL = "equidistant"
+LENS_MODELS = ("plumb_bob", "rational_polynomial", FISHEYE_MODEL)
+NEEDED_KEYS = ("image_width", "image_height", "camera_name", "distortion_model", "camera_matrix", "distortion_coefficients")
+
+
+def is_ros_info(path: Path) -> bool:
+    """Whether a YAML file has the key of a ROS `camera_info`."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return not text.startswith("%YAML") and "image_width" in text
+
+
+def read_ros_info(path: Path) -> Lens:
+    """Return the intrinsics in a ROS `camera_info` file.  Raises UserError."""
+    text, entry = path.read_text(encoding="utf-8", errors="replace"), Entry(path, "")
+    scalars = dict(re.findall(r"^(\w+):[ \t]*(\S+)[ \t]*$", text, re.MULTILINE))
+    lists = dict(re.findall(r"^(\w+):\s*\n(?:[ \t]+\w+:[^\[\n]*\n)*[ \t]+data:\s*\[([^\]]*)\]", text, re.MULTILINE))
+    found = scalars | lists
+    for required_key in NEEDED_KEYS:
+        if required_key not in found:
+            raise entry.missing(required_key, found)
+    if scalars["distortion_model"] not in LENS_MODELS:
+        raise entry.error("distortion_model", scalars["distortion_model"], " or ".join(LENS_MODELS))
+    size = checked_size(entry, [_number(entry, key, scalars[key]) for key in ("image_width", "image_height")])
+    matrix = entry.numbers("camera_matrix", _row(entry, "camera_matrix", lists["camera_matrix"]), (9,)).reshape(3, 3)
+    lens = _row(entry, "distortion_coefficients", lists["distortion_coefficients"])
+    fisheye = scalars["distortion_model"] == FISHEYE_MODEL
+    counts = (FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS
+    distortions = entry.numbers("distortion_coefficients", lens, *((n,) for n in counts))
+    return Lens(scalars["camera_name"], size, checked_matrix(entry, matrix, size), distortions, fisheye)
+
+
+def ros_info_text(lens: Lens) -> str:
+    """Content of a `camera_info` file of a lens."""
+    model = FISHEYE_MODEL if lens.fisheye else LENS_MODELS[len(lens.distortions) > 5]
+    fx, _, cx, _, fy, cy, *_ = lens.matrix.ravel().tolist()
+    projection = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    blocks = (
+        ("camera_matrix", 3, 3, lens.matrix.ravel().tolist()),
+        ("distortion_coefficients", 1, len(lens.distortions), lens.distortions.tolist()),
+        ("rectification_matrix", 3, 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+        ("projection_matrix", 3, 4, projection),
+    )
+    matrices = {name: f"{name}:\n  rows: {rows}\n  cols: {cols}\n  data: {data}\n" for name, rows, cols, data in blocks}
+    return (
+        f"image_width: {lens.size[0]}\nimage_height: {lens.size[1]}\ncamera_name: {lens.name}\n"
+        + matrices["camera_matrix"]
+        + f"distortion_model: {model}\n"
+        + matrices["distortion_coefficients"]
+        + matrices["rectification_matrix"]
+        + matrices["projection_matrix"]
+    )
+
+
+def _row(entry: Entry, key: str, text: str) -> list[float]:
+    return [_number(entry, key, word) for word in text.replace(",", " ").split()]
+
+
+def _number(entry: Entry, key: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise entry.error(key, repr(text), "a number") from None

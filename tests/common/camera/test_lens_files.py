@@ -1,0 +1,99 @@
+"""Lens files: what OpenCV's calibration programs write, folders of them, and wrong ones."""
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.common.camera.test_calibration_files import GOOD, ROS
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.lens_files import read_lenses
+from zenocap.common.errors import UserError
+
+MATRIX = np.array([[600.0, 0, 319.5], [0, 601.0, 239.5], [0, 0, 1]])
+
+
+def opencv_file(path: Path, capitals: bool = False, fisheye: int | None = None) -> Path:
+    """As OpenCV's calibration.cpp and camera_calibration.cpp write it, in YAML or XML by the suffix."""
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    file.write("calibration_time", "Mon Nov 23 2026")
+    file.write("image_width", 640)
+    file.write("image_height", 480)
+    if fisheye is not None:
+        file.write("fisheye_model", fisheye)
+    file.write("Camera_Matrix" if capitals else "camera_matrix", MATRIX)
+    coefficients = np.array([[0.1, -0.2, 0.001, 0.002] + [0.01] * (not fisheye)]).T
+    file.write("Distortion_Coefficients" if capitals else "distortion_coefficients", coefficients)
+    file.release()
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "capitals", "fisheye"), [("a.yml", False, None), ("a.xml", False, 0), ("a.xml", True, 1), ("a.yaml", True, 1)]
+)
+def test_files_of_opencvs_programs_are_read(tmp_path, name, capitals, fisheye):
+    lens = read_lenses(opencv_file(tmp_path / name, capitals, fisheye))["a"]
+    assert (lens.size, lens.fisheye) == ((640, 480), bool(fisheye))
+    np.testing.assert_array_equal(lens.matrix, MATRIX)
+    np.testing.assert_array_equal(lens.distortions[:4], [0.1, -0.2, 0.001, 0.002])
+
+
+def test_a_folder_has_one_file_for_each_camera(tmp_path):
+    opencv_file(tmp_path / "left.xml")
+    (tmp_path / "head.yaml").write_text(ROS)
+    assert list(read_lenses(tmp_path)) == ["webcam", "left"]
+    (tmp_path / "again.yaml").write_text(ROS)
+    with pytest.raises(UserError, match="camera 'webcam' twice"):
+        read_lenses(tmp_path)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(UserError, match=r"no \.yaml, \.yml, \.xml in this folder"):
+        read_lenses(tmp_path / "empty")
+
+
+def test_a_calibration_has_lenses_too_and_a_lens_is_no_calibration(tmp_path):
+    (tmp_path / "calibration.toml").write_text(GOOD)
+    assert read_lenses(tmp_path / "calibration.toml")["left"].size == (640, 480)
+    for path in (opencv_file(tmp_path / "a.yml"), opencv_file(tmp_path / "a.xml")):
+        with pytest.raises(UserError, match="has intrinsics only, no position and orientation; allowed: a calibration"):
+            read_calibration(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("image_width: 640", "image_width: 0", "size = .*whole pixels"),
+        (
+            "image_height: 480\n",
+            "",
+            "image_height is missing; there are: camera_matrix, distortion_coefficients, image_width",
+        ),
+        ("rows: 5", "rows: 3", "distortion_coefficients = .*: allowed: 4 or 5 or 8"),
+    ],
+)
+def test_errors_name_file_and_key(tmp_path, old, new, text):
+    path = opencv_file(tmp_path / "a.yml")
+    content = path.read_text()
+    assert old in content
+    content = content.replace(old, new)
+    if "rows: 3" in new:
+        content = re.sub(r"(rows: 3\n +cols: 1\n +dt: d\n +data: \[)[^]]*", r"\1 0.1, 0.2, 0.3 ", content)
+    path.write_text(content)
+    with pytest.raises(UserError, match=rf"a\.yml: {text}"):
+        read_lenses(path)
+
+
+def test_opencv_xml_in_easymocaps_layout_is_a_calibration(tmp_path):
+    (tmp_path / "calibration.toml").write_text(GOOD)
+    left = read_calibration(tmp_path / "calibration.toml")["left"]
+    for name, values in (
+        ("intri.xml", {"K_left": left.matrix, "dist_left": np.zeros((1, 5))}),
+        ("extri.xml", {"Rot_left": left.rotation, "T_left": left.translation.reshape(3, 1)}),
+    ):
+        file = cv2.FileStorage(str(tmp_path / name), cv2.FILE_STORAGE_WRITE)
+        for key, value in values.items():
+            file.write(key, value)
+        file.release()
+    read = read_calibration(tmp_path / "extri.xml")["left"]
+    np.testing.assert_allclose(read.centre, left.centre)

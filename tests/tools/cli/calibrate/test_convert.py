@@ -1,0 +1,124 @@
+"""`calibrate convert`: every layout is read again, by zenocap and by the readers of other programs."""
+
+import os
+import tomllib
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.common.camera.test_fisheye import FILE as FISHEYE
+from tests.support.places import ROOT
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.lens_files import read_lenses
+from zenocap.common.camera.pinhole import Camera
+from zenocap.tools.cli.calibrate.commands import calibrate
+
+RING = ROOT / "zenocap" / "data" / "rigs" / "ring-calibration.toml"
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(calibrate, ["convert", *(str(a) for a in arguments)])
+
+
+def assert_equal(one: Camera, other: Camera) -> None:
+    assert one.size == other.size
+    np.testing.assert_allclose(one.matrix, other.matrix)
+    np.testing.assert_allclose(one.distortions, other.distortions)
+    np.testing.assert_allclose(one.rotation, other.rotation, atol=1e-12)
+    np.testing.assert_allclose(one.translation, other.translation, atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", ["y", "z"])
+@pytest.mark.parametrize(
+    ("layout", "name"), [("anipose", "a.toml"), ("caliscope", "camera_array.toml"), ("easymocap", "extri.yml")]
+)
+def test_positions_and_lenses_are_the_same_in_every_layout(tmp_path, layout, name, axis):
+    result = run(RING, "-o", tmp_path / name, "--layout", layout, "--output-up-axis", axis)
+    assert result.exit_code == 0, result.output
+    assert f"written: {tmp_path / name}" in result.output
+    cameras = read_calibration(RING)
+    again = read_calibration(tmp_path / name, axis)
+    for one, other in zip(cameras.values(), again.values(), strict=True):
+        assert_equal(one, other)
+    if layout != "caliscope":  # which has numbers instead of names
+        assert list(again) == list(cameras)
+
+
+def test_cameras_of_caliscope_have_the_numbers_of_their_names(tmp_path):
+    run(RING, "-o", tmp_path / "camera_array.toml", "--layout", "caliscope")
+    tables = tomllib.loads((tmp_path / "camera_array.toml").read_text())["cameras"]
+    assert [int(number) for number in tables] == [int(name[-2:]) for name in read_calibration(RING)]
+
+
+def test_easymocap_reads_names_matrices_and_sizes(tmp_path):
+    run(RING, "-o", tmp_path / "extri.yml", "--layout", "easymocap")
+    cameras = read_calibration(RING)
+    for file in ("intri.yml", "extri.yml"):
+        storage = cv2.FileStorage(str(tmp_path / file), cv2.FILE_STORAGE_READ)
+        names = storage.getNode("names")
+        assert [names.at(n).string() for n in range(names.size())] == list(cameras)
+    intrinsics = cv2.FileStorage(str(tmp_path / "intri.yml"), cv2.FILE_STORAGE_READ)
+    extrinsics = cv2.FileStorage(str(tmp_path / "extri.yml"), cv2.FILE_STORAGE_READ)
+    for name, camera in cameras.items():
+        np.testing.assert_array_equal(intrinsics.getNode(f"K_{name}").mat(), camera.matrix)
+        assert (intrinsics.getNode(f"W_{name}").real(), intrinsics.getNode(f"H_{name}").real()) == camera.size
+        rotation = cv2.Rodrigues(extrinsics.getNode(f"R_{name}").mat())[0]
+        np.testing.assert_allclose(rotation, camera.rotation, atol=1e-9)
+
+
+def test_lenses_of_ros_are_read_by_a_yaml_library_and_again(tmp_path):
+    yaml = pytest.importorskip("yaml")
+    result = run(RING, "-o", tmp_path / "info", "--layout", "ros")
+    assert "without the positions" in result.output
+    lenses = read_lenses(tmp_path / "info")
+    for name, camera in read_calibration(RING).items():
+        info = yaml.safe_load((tmp_path / "info" / f"{name}.yaml").read_text())
+        assert (info["image_width"], info["image_height"], info["camera_name"]) == (*camera.size, name)
+        assert info["distortion_model"] == "plumb_bob"
+        np.testing.assert_array_equal(np.reshape(info["camera_matrix"]["data"], (3, 3)), camera.matrix)
+        np.testing.assert_array_equal(lenses[name].matrix, camera.matrix)
+
+
+def test_fisheye_lenses_keep_their_model(tmp_path):
+    (tmp_path / "wide.toml").write_text(FISHEYE)
+    run(tmp_path / "wide.toml", "-o", tmp_path / "info", "--layout", "ros")
+    run(tmp_path / "wide.toml", "-o", tmp_path / "camera_array.toml", "--layout", "caliscope")
+    camera = read_calibration(tmp_path / "wide.toml")["wide"]
+    for lens in (
+        read_lenses(tmp_path / "info")["wide"],
+        read_lenses(tmp_path / "wide.toml")["wide"],
+        Lens.of(read_calibration(tmp_path / "camera_array.toml")["cam_0"]),
+    ):
+        assert lens.fisheye
+        assert camera.fisheye is not None
+        np.testing.assert_array_equal(lens.matrix, camera.fisheye.matrix)
+        np.testing.assert_array_equal(lens.distortions, camera.fisheye.coefficients)
+    result = run(tmp_path / "wide.toml", "-o", tmp_path / "extri.yml", "--layout", "easymocap")
+    assert (result.exit_code, "has a fisheye lens: allowed in this layout" in result.output) == (1, True)
+
+
+def test_nothing_is_overwritten_unless_wanted(tmp_path):
+    target = tmp_path / "a.toml"
+    target.write_text("mine")
+    result = run(RING, "-o", target)
+    assert (result.exit_code, "exists already: allowed: another name, or --force" in result.output) == (1, True)
+    assert target.read_text() == "mine"
+    assert run(RING, "-o", target, "--force").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("layout", "name", "text"),
+    [
+        ("easymocap", "cameras.yml", "allowed: a name with extri in it"),
+        ("easymocap", "extri.toml", "suffix '.toml': allowed in the layout easymocap: .yml"),
+        ("caliscope", "a.yml", "suffix '.yml': allowed in the layout caliscope: .toml"),
+        ("anipose", "none/a.toml", "cannot be written: No such file"),
+    ],
+)
+def test_wrong_outputs_are_refused_and_nothing_is_left(tmp_path, layout, name, text):
+    result = run(RING, "-o", tmp_path / name, "--layout", layout)
+    assert (result.exit_code, text in result.output) == (1, True), result.output
+    assert os.listdir(tmp_path) == []

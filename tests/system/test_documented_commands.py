@@ -20,12 +20,15 @@ from tests.support.places import ROOT
 from tests.support.simulated_cameras import paper_cameras
 from tests.test_readme import BLOCKS, INLINE
 from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.ros_camera_info import ros_info_text
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.data import POSTURES, PRIORS
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.simulation.rendering.video_file import write_video
+from zenocap.tools.cli.calibrate.scene import SCENE_EXAMPLE
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
@@ -117,6 +120,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (place / "machines.toml").read_text(encoding="utf-8") + '\n[security]\ncertificates = "certs"\n', encoding="utf-8"
     )
     shutil.copy(calibration, place / "calibration.toml")
+    (place / "points.toml").write_text(SCENE_EXAMPLE, encoding="utf-8")
+    (place / "lens.yaml").write_text(ros_info_text(Lens.of(paper_cameras((640, 480))[0])), encoding="utf-8")
     shutil.copy(POSTURES / "fifteen.postures", place / "mine.postures")
     shutil.copy(PRIORS / "walking.prior", place / "walk.prior")
     status, output = zenocap(["track", "walk", "-o", "walk.mcap"], place)

@@ -11,31 +11,31 @@ POOR = 3  # exit status of a calibration with remarks
 
 Pair = tuple[float, float]
 
-EXAMPLE = """A file of measurements has the same names (px from the top left, metres):
+EXAMPLE = """# For zenocap calibrate lines: equal objects at A = (0, 0), B = (0, d_z), C = (d_x, 0), and their tops.
+size = [160, 120]      # of the images, px
+d_x = 1.0              # m
+d_z = 1.0
+t = 1.7                # height of the objects, m
 
-    size = [160, 120]
-    d_x = 1.0
-    d_z = 1.0
-    t = 1.7
+[camera1]              # stands on +Z and looks to -Z
+a = [79.5, 39.3]       # column and row of the top of A, px from the top left
+b = [79.5, 34.5]
+c = [108.3, 39.3]
+distance = 5.2         # of the camera from the origin along Z, m, if measured
+height = 1.0           # of the camera, m, if measured
 
-    [camera1]
-    a = [79.5, 39.3]
-    b = [79.5, 34.5]
-    c = [108.3, 39.3]
-    distance = 5.2
-    height = 1.0
-
-    [camera2]
-    a = [79.5, 39.3]
-    b = [108.3, 39.3]
-    c = [79.5, 42.6]
-    distance = 5.2
-    height = 1.0
+[camera2]              # stands on -X and looks to +X
+a = [79.5, 39.3]
+b = [108.3, 39.3]
+c = [79.5, 42.6]
+distance = 5.2
+height = 1.0
 """
 
 
 def lines(
     measurements: Annotated[Path | None, typer.Argument(help="TOML of measurements, instead of the options.")] = None,
+    example: Annotated[bool, typer.Option("--example", help="Print a TOML of measurements, and exit.")] = False,
     size: Annotated[Pair | None, typer.Option(help="Width and height of the images, px.")] = None,
     d_x: Annotated[float | None, typer.Option(help="Position of object C on the X axis, m.")] = None,
     d_z: Annotated[float | None, typer.Option(help="Position of object B on the Z axis, m.")] = None,
@@ -64,6 +64,9 @@ def lines(
     from zenocap.common.errors import UserError
     from zenocap.tools.calibration.lines_file import read_measurements, solution_report, verdict
 
+    if example:
+        typer.echo(EXAMPLE, nl=False)
+        return
     options = {"--size": size, "--d-x": d_x, "--d-z": d_z, "--t": t}
     options |= {"--a1": a1, "--b1": b1, "--c1": c1, "--a2": a2, "--b2": b2, "--c2": c2}
     with one_line_errors():

@@ -1,0 +1,209 @@
+"""Calibration of a rig from views of a printed board: lenses, poses, delays, world, and the error to expect."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from zenocap.common.arrays import Bools, Floats
+from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import UserError
+from zenocap.tools.calibration.board import Board
+from zenocap.tools.calibration.board_views import CameraViews
+from zenocap.tools.calibration.bundle import Adjusted, Corners, RigState, adjusted, seen_corners
+from zenocap.tools.calibration.floor import World, floor_world, guessed_world
+from zenocap.tools.calibration.instants import chosen_instants, shared_counts
+from zenocap.tools.calibration.lens_choice import first_lens, held_out_error, spread_views
+from zenocap.tools.calibration.lens_model import LensModel
+from zenocap.tools.calibration.parameters import CORNER_PX, FLOOR_S, LENS_VIEWS
+from zenocap.tools.calibration.precision import claimed_error, focal_errors
+from zenocap.tools.calibration.rig_start import Instant, board_poses, composed, inverse, start_poses
+
+ROUNDS = 3  # of adjustment, after which delays changed by less than a millisecond on simulated films
+OUTLIER = 6.0  # times the median error of a camera's views, from which a view is left out
+MEDIAN_DISTANCE = 1.177  # median of the length of a vector with two normal components of deviation 1
+FLOOR_INSTANTS = 10  # of each stretch with the board on the floor
+
+
+@dataclass(frozen=True)
+class CalibratedCamera:
+    """A camera of the result.
+
+    views: images with the board.  coverage: share of the image's cells, 0 to 1.  residual_px: root mean square, of all corners.
+    held_out_px: of the first lens, with views it was not fitted to.  delay_s: by which its images are later than their
+    times.  focal_error: relative standard deviation of the focal length.
+    """
+
+    camera: Camera
+    looks: int
+    views: int
+    coverage: float
+    residual_px: float
+    held_out_px: float
+    delay_s: float
+    lens: str
+    given_lens: bool
+    focal_error: float
+
+
+@dataclass(frozen=True)
+class BoardCalibration:
+    """shared: number of moments at which both cameras of a pair saw the board.  error_m: claimed, where the board was seen.
+
+    points: (n, 3) m, corners of the board in the world.  left_out: views that contradicted all others.
+    """
+
+    board: Board
+    cameras: tuple[CalibratedCamera, ...]
+    shared: Mapping[tuple[str, str], int]
+    error_m: float
+    world: World
+    points: Floats
+    left_out: int
+    still: bool
+
+
+def calibrated_rig(
+    board: Board,
+    seen: Sequence[CameraViews],
+    lenses: Mapping[str, Lens] | None = None,
+    floor_s: Sequence[float] = (),
+    delays: bool = True,
+    on_progress: Callable[[str], None] = lambda _: None,
+) -> BoardCalibration:
+    """Calibrate the cameras.  lenses: given ones by camera, which stay.  floor_s: when the board lay on the floor.
+
+    delays: whether to estimate them; else images are of the times that their files say.  Raises UserError.
+    """
+    corners, names = board.corners, [one.name for one in seen]
+    models, held_out = [], []
+    for one in seen:
+        on_progress(f"lens of {one.name}")
+        if lenses is not None:
+            models.append(_given(one, lenses))
+            held_out.append(held_out_error(models[-1], spread_views(one, LENS_VIEWS), corners))
+        else:
+            model, error = first_lens(one, corners)
+            models.append(model)
+            held_out.append(error)
+    own_delay = np.array([delays and not one.still for one in seen])
+    own_lens = np.array([lenses is None] * len(seen))
+    on_progress("poses of the cameras")
+    instants = _instants(seen, np.zeros(len(seen)), floor_s)
+    poses, boards = start_poses(names, models, instants, corners)
+    start = RigState(tuple(models), tuple(poses), np.zeros(len(seen)), tuple(b for b in boards if b is not None))
+    instants = [instant for instant, b in zip(instants, boards, strict=True) if b is not None]
+    result, instants, left_out, observed = _rounds(board, seen, start, instants, own_lens, own_delay, floor_s, on_progress)
+    state = result.state
+    if floor_s:
+        world = floor_world(board, instants, state.boards, floor_s)
+    else:
+        world = guessed_world(board, state.cameras, state.boards)
+    shared_points = [
+        corners @ b[0].T + b[1] for instant, b in zip(instants, state.boards, strict=True) if len(instant.views) > 1
+    ]
+    points = np.concatenate(shared_points) if shared_points else np.zeros((0, 3))
+    focal = focal_errors(result)
+    cameras = []
+    for c, one in enumerate(seen):
+        rotation, shift = composed(state.cameras[c], inverse(world.pose))
+        rows = observed.cameras == c
+        lens = state.lenses[c]
+        cameras.append(
+            CalibratedCamera(
+                lens.camera(one.name, rotation, shift),
+                one.looks,
+                len(one.views),
+                one.coverage,
+                float(np.sqrt((result.residuals[rows] ** 2).sum(axis=1).mean())),
+                held_out[c],
+                float(state.delays[c]),
+                lens.title,
+                lenses is not None,
+                focal[c],
+            )
+        )
+    counts = shared_counts(seen, state.delays)
+    shared = {(names[one], names[other]): count for (one, other), count in counts.items()}
+    in_world = points @ world.pose[0].T + world.pose[1]
+    error = claimed_error(result, points) if len(points) else float("nan")
+    return BoardCalibration(board, tuple(cameras), shared, error, world, in_world, left_out, all(o.still for o in seen))
+
+
+def _given(seen: CameraViews, lenses: Mapping[str, Lens]) -> LensModel:
+    lens = next(iter(lenses.values())) if len(lenses) == 1 else lenses.get(seen.name)
+    if lens is None:
+        raise UserError(
+            f"no lens of {seen.name}; there are: {', '.join(lenses)}; allowed: one for all, or one for each camera"
+        )
+    if lens.size != seen.size:
+        width, height = seen.size
+        raise UserError(
+            f"{seen.name}: images of {width} x {height} px, its lens is of {lens.size[0]} x {lens.size[1]}: "
+            "allowed: equal sizes"
+        )
+    return LensModel.of(lens)
+
+
+def _instants(seen: Sequence[CameraViews], delays: Floats, floor_s: Sequence[float]) -> list[Instant]:
+    """Chosen instants, with some of each stretch on the floor."""
+    chosen = chosen_instants(seen, delays)
+    for time_s in floor_s:
+        near = [replace(one, views=tuple(v for v in one.views if abs(v.time_s - time_s) < FLOOR_S)) for one in seen]
+        chosen += chosen_instants(near, delays, FLOOR_INSTANTS, 2)
+    return sorted(chosen, key=lambda instant: instant.time_s)
+
+
+def _rounds(
+    board: Board,
+    seen: Sequence[CameraViews],
+    state: RigState,
+    instants: list[Instant],
+    own_lens: Bools,
+    own_delay: Bools,
+    floor_s: Sequence[float],
+    on_progress: Callable[[str], None],
+) -> tuple[Adjusted, list[Instant], int, Corners]:
+    """Adjust, find the noise of each camera, leave out wrong views, pair images by the delays found, and again."""
+    noise, left_out = np.full(len(seen), 1.0), 0
+    wrong: set[int] = set()
+    for turn in range(ROUNDS):
+        on_progress(f"adjustment {turn + 1} of {ROUNDS}, {len(instants)} moments")
+        observed = seen_corners(instants, board.corners, noise)
+        result = adjusted(state, observed, own_lens, own_delay)
+        if turn == ROUNDS - 1:
+            break
+        noise = _noise(result, observed, len(seen))
+        wrong |= _wrong_views(result, observed, instants)
+        left_out = len(wrong)
+        kept = [replace(one, views=tuple(v for v in one.views if id(v) not in wrong)) for one in seen]
+        instants = _instants(kept, result.state.delays, floor_s)
+        boards = board_poses(result.state.lenses, result.state.cameras, instants, board.corners)
+        good = [k for k, b in enumerate(boards) if b is not None]
+        instants = [instants[k] for k in good]
+        state = replace(result.state, boards=tuple(b for b in boards if b is not None))
+    return result, instants, left_out, observed
+
+
+def _noise(result: Adjusted, observed: Corners, cameras: int) -> Floats:
+    """Standard deviation of the corners of each camera, px, from the median error, which wrong corners do not move."""
+    found = np.full(cameras, CORNER_PX)
+    for c in range(cameras):
+        rows = observed.cameras == c
+        if rows.any():
+            found[c] = max(CORNER_PX, float(np.median(np.hypot(*result.residuals[rows].T))) / MEDIAN_DISTANCE)
+    return found
+
+
+def _wrong_views(result: Adjusted, observed: Corners, instants: Sequence[Instant]) -> set[int]:
+    """Views whose error is many times the usual one of their camera, relative to what their motion allows."""
+    errors = np.hypot(*result.residuals.T) / observed.sigma
+    by_view = [float(np.median(errors[a:b])) for a, b in zip(observed.starts[:-1], observed.starts[1:], strict=True)]
+    cameras = observed.cameras[observed.starts[:-1]]
+    wrong = set()
+    for begin, camera, error in zip(observed.starts[:-1], cameras, by_view, strict=True):
+        usual = float(np.median([one for one, c in zip(by_view, cameras, strict=True) if c == camera]))
+        if error > OUTLIER * usual and error > OUTLIER / 2:
+            wrong.add(id(instants[observed.instants[begin]].views[int(camera)]))
+    return wrong

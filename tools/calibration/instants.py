@@ -1,0 +1,89 @@
+"""Choice of the instants of the bundle adjustment: which images of several cameras are of one moment."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.tools.calibration.board_views import CameraViews, View
+from zenocap.tools.calibration.parameters import MAX_OWN, MAX_SHARED, PAIRED_PERIODS, SLOW_PX_S
+from zenocap.tools.calibration.rig_start import Instant
+
+
+def chosen_instants(
+    seen: Sequence[CameraViews], delays: Floats, max_shared: int = MAX_SHARED, max_own: int = MAX_OWN
+) -> list[Instant]:
+    """Instants, by time, that cover the images of all cameras and pairs; slow motion first.
+
+    delays: (cameras,) s, by which a camera's images are later than their times.
+    """
+    candidates = _candidates(seen, delays)
+    shared = [one for one in candidates if len(one.views) > 1]
+    chosen = _spread(seen, shared, max_shared)
+    used = {id(view) for instant in chosen for view in instant.views.values()}
+    for number, camera in enumerate(seen):
+        own = [Instant(view.time_s, {number: view}) for view in camera.views if usable(view) and id(view) not in used]
+        chosen += _spread(seen, own, max_own)
+    return sorted(chosen, key=lambda instant: instant.time_s)
+
+
+def usable(view: View) -> bool:
+    """Whether the speed of the corners is known."""
+    return not bool(np.isnan(view.velocities).any())
+
+
+def shared_counts(seen: Sequence[CameraViews], delays: Floats) -> dict[tuple[int, int], int]:
+    """Number of moments, frame periods apart, at which both cameras of a pair, by number, saw the board."""
+    counts = {(one, other): 0 for one in range(len(seen)) for other in range(one + 1, len(seen))}
+    for instant in _candidates(seen, delays):
+        for pair in counts:
+            counts[pair] += set(pair) <= set(instant.views)
+    return counts
+
+
+def _candidates(seen: Sequence[CameraViews], delays: Floats) -> list[Instant]:
+    """Moments on a grid of frame periods, each with the nearest view of each camera within about half a period."""
+    kept = [[view for view in camera.views if usable(view)] for camera in seen]
+    times = [np.array([view.time_s for view in views]) + delay for views, delay in zip(kept, delays, strict=True)]
+    step = max(camera.period_s for camera in seen)
+    if not any(len(one) for one in times):
+        return []
+    begin, end = min(one[0] for one in times if len(one)), max(one[-1] for one in times if len(one))
+    found = []
+    for k in range(round((end - begin) / step) + 1):
+        time_s = begin + k * step
+        views = {}
+        for number, camera in enumerate(seen):
+            if len(kept[number]) == 0:
+                continue
+            nearest = int(np.abs(times[number] - time_s).argmin())
+            if abs(times[number][nearest] - time_s) <= PAIRED_PERIODS * camera.period_s:
+                views[number] = kept[number][nearest]
+        if views:
+            found.append(Instant(time_s, views))
+    return found
+
+
+def _spread(seen: Sequence[CameraViews], candidates: Sequence[Instant], count: int) -> list[Instant]:
+    """Up to `count` candidates, each the one that adds the most cells and pairs that are still rarely covered."""
+    if len(candidates) <= count:
+        return list(candidates)
+    cells = len(candidates[0].views[next(iter(candidates[0].views))].cells((1, 1)))
+    cameras = len(seen)
+    features = np.zeros((len(candidates), cameras * cells + cameras * cameras))
+    slowness = np.ones(len(candidates))
+    for k, instant in enumerate(candidates):
+        for number, view in instant.views.items():
+            features[k, number * cells : (number + 1) * cells] = view.cells(seen[number].size)
+            slowness[k] = min(slowness[k], 1.0 / (1.0 + view.speed / SLOW_PX_S))
+            for other in instant.views:
+                if other > number:
+                    features[k, cameras * cells + number * cameras + other] = 4.0
+    counts = np.zeros(features.shape[1])
+    chosen: list[int] = []
+    for _ in range(count):
+        gains = features @ (1.0 / (1.0 + counts)) * slowness
+        gains[chosen] = -1.0
+        chosen.append(int(gains.argmax()))
+        counts += features[chosen[-1]]
+    return [candidates[k] for k in sorted(chosen)]

@@ -1,0 +1,40 @@
+"""Behavioural constants of the calibration with a printed board."""
+
+from typing import Final
+
+# Detection.
+MARKER_SHARE: Final = 0.75  # side of a marker by that of its square, of printed boards; OpenCV's tutorials use 0.5 to 0.8
+MIN_CORNERS: Final = 6  # of a view: fewer do not fix a pose; chosen by hand
+PROBED_FRAMES: Final = 12  # of a camera, evenly spread, that tell the variant of the board; chosen by hand
+DARK_LEVEL: Final = 25.0  # mean grey of images without a board, below which darkness is named; chosen by hand
+MAX_LOOKS: Final = 1500  # frames of a camera in which the board is searched; 25 ms each at 1280 x 720
+BURST_S: Final = 0.4  # of a longer video, stretches of this length are searched, evenly spread: motion needs neighbours
+
+# Choice of instants.
+MAX_SHARED: Final = 120  # instants at which several cameras see the board; more lowered no error of simulated boards
+MAX_OWN: Final = 25  # further views of each camera, for its lens
+CELLS: Final = (6, 4)  # of the image, across and down, that views ought to cover
+PAIRED_PERIODS: Final = 0.6  # of the frame period, by which an instant and a frame differ at most
+NEIGHBOUR_PERIODS: Final = 2.5  # of the frame period, between frames that give the speed of corners
+SLOW_PX_S: Final = 100.0  # speed of corners that halves the value of a view
+
+# Noise of corners.
+CORNER_PX: Final = 0.1  # least standard deviation: what detection reaches in clean images; simulated boards: 0.05 to 0.1
+SKEW_S: Final = 0.004  # times the speed: rows that are exposed one after the other, and blur
+ROBUST: Final = 2.0  # standard deviations, scale of the soft-L1 loss
+
+# Lenses.
+LENS_VIEWS: Final = 30  # of a camera for its first lens
+HELD_OUT_GAIN: Final = 0.05  # share by which a lens with more coefficients must lower the held-out error
+FISHEYE_GAIN: Final = 0.15  # the same, of a fisheye lens: it costs rectification
+
+# The verdict.
+GOOD_ERROR_M: Final = 0.01  # expected error where the board was seen, of a good calibration; chosen by hand
+GOOD_FOCAL: Final = 0.01  # relative standard deviation of the focal length; chosen by hand
+GOOD_PX: Final = 1.5  # reprojection error at 1280 px width, beyond which something contradicts; chosen by hand
+GOOD_SHARED: Final = 8  # instants shared with other cameras, below which more is asked for; chosen by hand
+GOOD_COVERAGE: Final = 0.4  # of the cells of an image; chosen by hand
+FAR_S: Final = 0.5  # of delays: videos that differ by more did not begin together
+ROLL_DEG: Final = 5.0  # roll of the cameras, against which a guessed vertical is stated
+FLOOR_S: Final = 0.5  # around the time at which the board lies on the floor
+FLOOR_STILL_PX_S: Final = 15.0  # speed of corners up to which the board lies; chosen by hand

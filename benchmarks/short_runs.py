@@ -28,6 +28,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         "--out",
         str(OUT / "hybrid" / "silhouettes"),
     ),
+    "board_calibration": ("--seeds", "1", "--only", "noise"),
     "bodies": ("--people", "1", "--jobs", "1"),
     "clips": ("walk2", "--jobs", "1"),
     "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),

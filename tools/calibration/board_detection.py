@@ -62,9 +62,12 @@ class BoardDetector:
         plane = self.board.corners[found[0], :2].astype(np.float32)
         seen = found[1].astype(np.float32)
         homography, fitting = cv2.findHomography(plane, seen, cv2.RANSAC, 8.0)
-        if homography is None:
+        missing: object = homography  # None where no plane fits, which the stubs do not say
+        if missing is None:
             return False
-        return bool(fitting.mean() > 0.7 and np.linalg.det(homography[:2, :2]) > 0)
+        # The Jacobian of the plane's image is det(H) / w³: positive where the board is seen from its front.
+        depth = float(homography[2] @ np.append(plane.mean(axis=0), 1.0))
+        return bool(fitting.mean() > 0.7 and np.linalg.det(homography) * depth > 0)
 
 
 def board_variant(board: Board, images: Sequence[Image]) -> tuple[Board, int]:

@@ -86,7 +86,7 @@ def check_rig_path(path: Path) -> None:
             files = sorted(file.name for file in path.glob("*.toml"))
             others = f"; or one of its files: {', '.join(files)}" if files else ""
             raise UserError(
-                f"{path}: no calibration.toml in this folder; needed: the cameras' calibration. `zenocap calibrate lines` "
+                f"{path}: no calibration.toml in this folder; needed: the cameras' calibration. `zenocap calibrate board` "
                 f"measures it, `zenocap calibrate check FILE` reads one of anipose, Pose2Sim, OpenCV or Qualisys{others}"
             )
         return

@@ -43,7 +43,8 @@ def test_given_lenses_make_it_accurate_and_the_report_is_read_by_people(pictures
         "cam01: ",
         "given lens",
         "seen together: cam01 and cam02",
-        "verdict: poor\n", "the floor is not known",
+        "verdict: poor\n",
+        "the floor is not known",
         "next: ",
     ):
         assert text in result.output

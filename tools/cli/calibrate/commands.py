@@ -5,10 +5,12 @@ import typer
 from zenocap.tools.cli.calibrate.check import check
 from zenocap.tools.cli.calibrate.convert import convert
 from zenocap.tools.cli.calibrate.lines import lines
+from zenocap.tools.cli.calibrate.print_board import print_board
 from zenocap.tools.cli.calibrate.scene import scene
 
 calibrate = typer.Typer(help="Calibrate cameras; check and convert calibration files.", no_args_is_help=True)
 calibrate.command()(lines)
 calibrate.command()(scene)
+calibrate.command("print")(print_board)
 calibrate.command()(check)
 calibrate.command()(convert)

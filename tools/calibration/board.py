@@ -13,6 +13,9 @@ from zenocap.tools.calibration.parameters import MARKER_SHARE
 
 Kind = Literal["charuco", "chessboard"]
 
+DEFAULT_COLUMNS, DEFAULT_ROWS = 5, 7  # of `calibrate print` and `calibrate board`; a ChArUco board that fits A4
+DEFAULT_CHESSBOARD = 6, 9  # columns, rows of a printed chessboard: one must be even, the other odd
+DEFAULT_DICTIONARY = "4x4_50"
 MIN_SQUARES, MAX_SQUARES = 3, 40
 MIN_SQUARE_M, MAX_SQUARE_M = 0.002, 1.0
 DICTIONARIES = {  # OpenCV's, by the name on the command line
@@ -37,7 +40,7 @@ class Board:
     rows: int
     square_m: float
     marker_m: float
-    dictionary: str = "4x4_50"
+    dictionary: str = DEFAULT_DICTIONARY
     legacy: bool = False
     inverted: bool = False
 
@@ -81,7 +84,12 @@ class Board:
 
 
 def checked_board(
-    kind: Kind, columns: int, rows: int, square_mm: float, marker_mm: float | None = None, dictionary: str = "4x4_50"
+    kind: Kind,
+    columns: int,
+    rows: int,
+    square_mm: float,
+    marker_mm: float | None = None,
+    dictionary: str = DEFAULT_DICTIONARY,
 ) -> Board:
     """The board of these measures; without `marker_mm`, markers have 0.75 of the square's side.  Raises UserError."""
     for option, count in (("--columns", columns), ("--rows", rows)):

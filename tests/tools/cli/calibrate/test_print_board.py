@@ -1,0 +1,78 @@
+"""`calibrate print`: defaults, the command that follows, and wrong options."""
+
+from typing import get_args
+
+import pytest
+from typer.testing import CliRunner
+
+from zenocap.tools.calibration.board import DEFAULT_CHESSBOARD, DEFAULT_COLUMNS, DEFAULT_ROWS
+from zenocap.tools.calibration.board_print import PAPERS
+from zenocap.tools.cli.calibrate.commands import calibrate
+from zenocap.tools.cli.calibrate.print_board import Paper
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(calibrate, ["print", *(str(a) for a in arguments)])
+
+
+@pytest.mark.parametrize(
+    ("options", "follows"),
+    [
+        ((), "--square 35\n"),
+        (("--paper", "letter"), "--square 30\n"),
+        (("--kind", "chessboard"), "--square 25 --kind chessboard --columns 6 --rows 9\n"),
+        (
+            ("--columns", 11, "--rows", 10, "--dictionary", "5x5_100", "--square", 22.5, "--paper", "a3"),
+            "--square 22.5 --columns 11 --rows 10 --dictionary 5x5_100\n",
+        ),
+    ],
+)
+def test_a_board_is_written_and_the_next_command_describes_it(tmp_path, options, follows):
+    result = run("-o", tmp_path / "a.pdf", *options)
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF-1.4")
+    assert result.output.endswith(f"next: zenocap calibrate board FOLDER {follows}")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--square", 40), "error: --square 40: 5 x 7 squares do not fit --paper a4"),
+        (("--square", "nan"), "error: --square nan: allowed: the side of a square, 2 to 1000 mm"),
+        (("--columns", 2), "error: --columns 2: allowed: 3 to 40 squares"),
+        (("--dictionary", "4x4"), "error: --dictionary 4x4: allowed: 4x4_50, "),
+        (
+            ("--kind", "chessboard", "--columns", 7),
+            "error: --columns 7 --rows 9: a chessboard looks the same turned by 180",
+        ),
+    ],
+)
+def test_wrong_options_are_one_line_and_write_nothing(tmp_path, options, message):
+    result = run("-o", tmp_path / "a.pdf", *options)
+    assert result.exit_code == 1
+    assert result.output.startswith(message)
+    assert len(result.output.splitlines()) == 1
+    assert not (tmp_path / "a.pdf").exists()
+
+
+def test_an_existing_file_stays_without_force(tmp_path):
+    (tmp_path / "a.pdf").write_text("other")
+    result = run("-o", tmp_path / "a.pdf")
+    assert result.exit_code == 1
+    assert "a.pdf: exists already: allowed: another name, or --force" in result.output
+    assert (tmp_path / "a.pdf").read_text() == "other"
+    assert run("-o", tmp_path / "a.pdf", "--force").exit_code == 0
+
+
+def test_a_folder_that_is_missing_is_named(tmp_path):
+    result = run("-o", tmp_path / "none" / "a.pdf")
+    assert result.exit_code == 1
+    assert "a.pdf: cannot be written: No such file" in result.output
+
+
+def test_the_help_states_the_papers_and_defaults():
+    assert set(get_args(Paper)) == set(PAPERS)
+    text = " ".join(run("--help").output.replace("│", " ").split())
+    columns, rows = DEFAULT_CHESSBOARD
+    assert f"{DEFAULT_COLUMNS}, of a chessboard {columns}" in text
+    assert f"{DEFAULT_ROWS}, of a chessboard {rows}" in text

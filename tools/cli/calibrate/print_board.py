@@ -1,0 +1,63 @@
+"""Command calibrate print."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from zenocap.tools.cli.options import one_line_errors
+
+Kind = Literal["charuco", "chessboard"]
+Paper = Literal["a5", "a4", "a3", "a2", "a1", "a0", "letter", "legal", "tabloid"]
+
+
+def print_board(
+    output: Annotated[Path, typer.Option("-o", "--output", help="PDF file.")] = Path("board.pdf"),
+    paper: Annotated[Paper, typer.Option(help="Paper.")] = "a4",
+    kind: Annotated[Kind, typer.Option(help="Kind of the board; a ChArUco board may be partly hidden.")] = "charuco",
+    columns: Annotated[int | None, typer.Option(help="Squares in a row.", show_default="5, of a chessboard 6")] = None,
+    rows: Annotated[int | None, typer.Option(help="Squares in a column.", show_default="7, of a chessboard 9")] = None,
+    square: Annotated[
+        float | None,
+        typer.Option(metavar="MM", help="Side of a square.", show_default="the largest multiple of 5 that fits"),
+    ] = None,
+    dictionary: Annotated[
+        str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+) -> None:
+    """Write a board for `zenocap calibrate board` as a PDF, true to scale: print it at 100 %, not "fit to page"."""
+    from zenocap.common.errors import UserError
+    from zenocap.tools.calibration.board import (
+        DEFAULT_CHESSBOARD,
+        DEFAULT_COLUMNS,
+        DEFAULT_DICTIONARY,
+        DEFAULT_ROWS,
+        checked_board,
+    )
+    from zenocap.tools.calibration.board_print import board_pdf, default_square
+
+    usual = DEFAULT_CHESSBOARD if kind == "chessboard" else (DEFAULT_COLUMNS, DEFAULT_ROWS)
+    across, down = usual[0] if columns is None else columns, usual[1] if rows is None else rows
+    markers = dictionary or DEFAULT_DICTIONARY
+    with one_line_errors():
+        checked_board(kind, across, down, 10.0, dictionary=markers)  # the side may depend on the numbers of squares
+        side = default_square(across, down, paper) if square is None else square
+        board = checked_board(kind, across, down, side, dictionary=markers)
+        content = board_pdf(board, paper)
+        if output.exists() and not force:
+            raise UserError(f"{output}: exists already: allowed: another name, or --force")
+        try:
+            output.write_bytes(content)
+        except OSError as error:
+            raise UserError(f"{output}: cannot be written: {error.strerror}") from error
+    options = [f"--square {side:g}"]
+    if kind != "charuco":
+        options.append(f"--kind {kind}")
+    if (across, down) != (DEFAULT_COLUMNS, DEFAULT_ROWS):
+        options.append(f"--columns {across} --rows {down}")
+    if kind == "charuco" and markers != DEFAULT_DICTIONARY:
+        options.append(f"--dictionary {markers}")
+    typer.echo(f"written: {output}: {board}, paper {paper}")
+    typer.echo("print at 100 %, not 'fit to page'; then measure a square, and give its side to --square")
+    typer.echo(f"next: zenocap calibrate board FOLDER {' '.join(options)}")

@@ -9,6 +9,7 @@ import typer
 
 from zenocap.tools.cli import (
     animator,
+    cameras,
     certs,
     doctor,
     evaluate,
@@ -48,8 +49,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="""Markerless human motion capture from ordinary fixed cameras, in real time, without neural network or GPU.
 
-    `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap calibrate`, write a rig file, then
-    `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and others `zenocap export`.
+    `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap cameras`, `zenocap calibrate`, write a
+    rig file, then `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and others `zenocap export`.
 
     Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss.""",
 )
@@ -82,6 +83,7 @@ TABLE = (
     (FILES, replay.replay),
     (FILES, verify.verify),
     (FILES, evaluate.evaluate),
+    (BEFORE, cameras.cameras),
     (BEFORE, doctor.doctor),
     (BEFORE, certs.certs),
     (BEFORE, live.warmup),

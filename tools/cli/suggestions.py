@@ -15,7 +15,7 @@ from zenocap.common.rig.sources import VIDEO_SUFFIXES
 CUTOFF = 0.75  # similarity of a misspelt command, 0 to 1; "cameras" and "certs" have 0.67
 # Words that users try, and the commands that do it.
 OTHER_WORDS = {
-    ("camera", "cameras", "devices"): ("calibrate", "doctor"),
+    ("camera", "devices", "device", "webcam", "webcams", "v4l2", "usb", "rtsp", "stream", "streams", "onvif"): ("cameras",),
     ("calibration", "intrinsics", "extrinsics", "chessboard"): ("calibrate",),
     ("start", "run", "live", "launch", "serve", "capture"): ("up", "demo"),
     ("process", "video", "videos", "offline", "solve", "mocap"): ("track",),

@@ -19,6 +19,7 @@ from zenocap.common.rig.sources import STREAMS
 
 TIMEOUT_S = 5.0  # to open a stream, and for each image; as a viewer has it; chosen by hand
 MEASURED_S = 2.0  # time over which the rate is measured; chosen by hand
+WAITING_S = 0.5  # after the first image, in which those come that FFmpeg kept while it examined the stream; by hand
 AT_ONCE = 16  # streams
 REASONS = (  # part of FFmpeg's text, and what it means to a user
     ("refused", "nothing answers at this port: is the camera on, and are address and port right?"),
@@ -90,14 +91,14 @@ def tried_stream(url: str, seconds: float = MEASURED_S, now_s: Callable[[], floa
                 return TriedStream(address, problem="has sound, but no video")
             stream = container.streams.video[0]
             first: av.VideoFrame | None = None
-            first_s, count, last_s = 0.0, 0, 0.0
+            first_s, arrivals = 0.0, list[float]()
             for frame in container.decode(stream):
-                last_s = now_s() - begin_s
+                arrival_s = now_s() - begin_s
                 if first is None:
-                    first, first_s = frame, last_s
-                else:
-                    count += 1
-                if last_s - first_s >= seconds:
+                    first, first_s = frame, arrival_s
+                if arrival_s - first_s >= WAITING_S:
+                    arrivals.append(arrival_s)
+                if arrival_s - first_s >= WAITING_S + seconds:
                     break
             if first is None:
                 return TriedStream(address, problem="is open, but sends no image that can be decoded")
@@ -105,7 +106,7 @@ def tried_stream(url: str, seconds: float = MEASURED_S, now_s: Callable[[], floa
                 address=address,
                 size=(first.width, first.height),
                 codec=stream.codec_context.name,
-                rate=count / (last_s - first_s) if last_s > first_s else 0.0,
+                rate=(len(arrivals) - 1) / (arrivals[-1] - arrivals[0]) if len(arrivals) > 1 else 0.0,
                 declared_rate=float(stream.average_rate or 0),
                 first_s=first_s,
                 image=np.asarray(first.to_ndarray(format="bgr24"), dtype=np.uint8),

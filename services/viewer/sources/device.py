@@ -14,12 +14,14 @@ import numpy as np
 from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Device, Stream
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback, Size
+from zenocap.services.viewer.sources.playback import Clock, Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time
 TIMEOUT_MS = 5000
+# A grab shorter than this takes an image that was waiting: FFmpeg keeps those of the time in which it examines a stream.
+WAITING_NS, MOST_WAITING = 15_000_000, 300  # the first shorter than a period at 60 frames/s; chosen by hand
 SETTLING_S = 3.0  # in which automatic exposure, white balance and focus find their values; chosen by hand
 # OpenCV keeps the buffer of a grabbed frame until the next one is grabbed.  With one buffer the camera has none while an
 # image is decoded, and its next frame is lost; a viewer grabs without pause, so that no frame grows old in the others.
@@ -108,6 +110,7 @@ def camera_frames(
     index, due_ns, period_ns, last_ns = 0, 0, round(1e9 / fps), 0
     times, rate = CaptureTimes(source, playback), rate or SourceRate()
     try:
+        _leave_out_waiting(capture, source, playback.clock)
         _settle(capture, controls, playback)
         while True:
             if not capture.grab():
@@ -117,6 +120,7 @@ def camera_frames(
                 playback.report(f"{name}: back after {tries} tries")
                 times = CaptureTimes(source, playback)
                 rate.restart()
+                _leave_out_waiting(capture, source, playback.clock)
                 _settle(capture, controls, playback)
                 continue
             captured_ns = last_ns = max(times.of(capture), last_ns + 1)
@@ -155,6 +159,14 @@ class CaptureTimes:
         if self._is_device and sys.platform == "linux":
             return now_ns - buffer_age_ns(capture.get(cv2.CAP_PROP_POS_MSEC), time.monotonic_ns())
         return now_ns
+
+
+def _leave_out_waiting(capture: Capture, source: Device | Stream, clock: Clock) -> None:
+    """Grab the images that waited while a stream was opened: they are up to some seconds old."""
+    for _ in range(MOST_WAITING if isinstance(source, Stream) else 0):
+        begin_ns = clock.now_ns()
+        if not capture.grab() or clock.now_ns() - begin_ns > WAITING_NS:
+            return
 
 
 def _settle(capture: Capture, controls: Controls | None, playback: Playback) -> None:

@@ -2,9 +2,9 @@
 
     python -m benchmarks.streams [--seconds S] [--cut S] [--fps F] [--size WxH]
 
-A server sends JPEG images over RTSP, and one over HTTP, each with a time code drawn into the image.  Age: from drawing to the
-decoded image in a viewer's source.  Jitter: of the capture times that the frames get, 95th percentile of the deviation from
-the median interval; of RTSP after the 10 s in which the stream's clock is checked.
+A server sends JPEG images over RTSP, and one over HTTP, each with a time code drawn into the image.  Age: from drawing to
+the decoded image in a viewer's source.  Jitter: of the capture times that the frames get, 95th percentile of the deviation
+from the median interval; of RTSP after the 10 s in which the stream's clock is checked.
 """
 
 import argparse
@@ -42,7 +42,8 @@ def measured(server: RtspServer | MjpegServer, seconds: float, cut_s: float) -> 
     intervals = np.array([b - a for a, b in pairwise(settled)]) / 1e6
     jitter_ms = np.percentile(np.abs(intervals - np.median(intervals)), 95)
     text = (
-        f"first image {connect_s:.2f} s, age median {np.median(ages):.0f} ms, 99th percentile {np.percentile(ages, 99):.0f} ms, "
+        f"first image {connect_s:.2f} s, age median {np.median(ages):.0f} ms, "
+        f"99th percentile {np.percentile(ages, 99):.0f} ms, "
         f"jitter {jitter_ms:.2f} ms, {max(0, lost)} of {len(ages) + max(0, lost)} frames lost"
     )
     if cut_s and isinstance(server, RtspServer):

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from typing import Self
@@ -31,8 +32,16 @@ def time_in(image: np.ndarray) -> int:
 class MjpegServer:
     """Serves http://127.0.0.1:PORT/stream until it is closed; another path is 404.  `cut` ends all connections."""
 
-    def __init__(self, size: tuple[int, int] = (320, 240), fps: float = 30.0, port: int = 0) -> None:
+    def __init__(
+        self,
+        size: tuple[int, int] = (320, 240),
+        fps: float = 30.0,
+        port: int = 0,
+        picture: Callable[[], np.ndarray] | None = None,
+    ) -> None:
+        """picture: what the camera sees now; None for the time code."""
         self.size, self.fps, self.sent, self.open = size, fps, 0, True
+        self.picture = picture or (lambda: with_time(self.size, time.monotonic_ns() // 1_000_000))
         outer = self
 
         class Handler(BaseHTTPRequestHandler):
@@ -60,8 +69,7 @@ class MjpegServer:
         due = time.monotonic()
         try:
             while self.open:
-                image = with_time(self.size, time.monotonic_ns() // 1_000_000)
-                data = cv2.imencode(".jpg", image)[1].tobytes()
+                data = cv2.imencode(".jpg", self.picture())[1].tobytes()
                 request.wfile.write(b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(data))
                 request.wfile.write(data + b"\r\n")
                 self.sent += 1

@@ -41,7 +41,7 @@ LIVE = {
     "tracker", "up", "viewer",
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, or enough examples.
-MAY_FAIL = {"cameras", "doctor", "health", "posture evaluate", "posture train"}
+MAY_FAIL = {"cameras", "doctor", "film", "health", "posture evaluate", "posture train"}
 UNCERTAIN = {
     "certs": {LOSS},
     "sync": {LOSS},

@@ -43,6 +43,13 @@ def open_source(viewer: Viewer, playback: Playback, rate: SourceRate | None = No
             return actor_frames(viewer.source, fps, viewer.camera, playback, preroll or PREROLL)
 
 
+def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """Images of a camera or stream as it gives them, at the calibrated size and not rectified.  Raises SourceError."""
+    assert isinstance(viewer.source, Device | Stream)
+    size, controls = viewer.calibrated_size, _controls(viewer.source, playback)
+    return camera_frames(viewer.source, viewer.fps, size, size, playback, controls=controls)
+
+
 def _controls(source: Device | Stream, playback: Playback) -> CameraControls | None:
     """Controls of a camera where they can be set: on Linux."""
     if not isinstance(source, Device) or sys.platform != "linux":

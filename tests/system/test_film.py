@@ -58,7 +58,8 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with ExitStack() as servers:
         for number, name in enumerate(cameras):
             server = servers.enter_context(MjpegServer(SIZE, FPS, picture=scene.picture(number)))
-            text += f'[[viewer]]\nid = "{number}"\ncamera = "{name}"\nsource = "{server.url}"\nbackground = "first:15"\nfps = {FPS}\n'
+            text += f'[[viewer]]\nid = "{number}"\ncamera = "{name}"\nsource = "{server.url}"\n'
+            text += f'background = "first:15"\nfps = {FPS}\n'
         (folder / "rig.toml").write_text(text)
         yield folder / "rig.toml"
 

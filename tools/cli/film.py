@@ -55,7 +55,9 @@ def film(
         write_layout(output, viewers, filmed)
     good = not reason
     for one in filmed:
-        losses = [f"{one.lost} frames lost by the writer"] * bool(one.lost) + [f"failed {one.away} times"] * bool(one.away)
+        losses = [f"{one.lost} frames lost by the writer"] * bool(one.lost) + [f"lost and opened again: {one.away}"] * bool(
+            one.away
+        )
         losses += ["no frame"] * (not one.frames)
         typer.echo(f"{one.name}: {one.frames} frames, {one.rate:.2f} frames/s{''.join(f', {text}' for text in losses)}")
         good = good and not losses

@@ -15,7 +15,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import camera_images
-from zenocap.tools.film.parameters import ESTIMATE_S, LOOK_S, QUEUE, READY_S, RESERVE_BYTES, RESERVE_S
+from zenocap.tools.film.parameters import ESTIMATE_S, LONG_S, LOOK_S, QUEUE, READY_S, RESERVE_BYTES, RESERVE_S
 from zenocap.tools.film.video_writer import VideoWriter
 
 Opener = Callable[[Viewer, Playback], Iterator[Frame]]
@@ -206,13 +206,14 @@ def _until_end(
             return ""
         if passed_s - looked_s >= LOOK_S:
             looked_s = passed_s
-            written = sum(camera.writer.path.stat().st_size for camera in cameras)
+            written = sum(camera.writer.bytes for camera in cameras)
             rate, free = written / passed_s, free_bytes(folder)
             if free < RESERVE_BYTES + RESERVE_S * rate:
                 return f"the disk is nearly full: {free / 1e6:.0f} MB are left"
             if not estimated and passed_s >= ESTIMATE_S:
                 estimated, lasts_s = True, (free - RESERVE_BYTES) / max(rate, 1.0)
                 short = "; that is less than --seconds" if seconds is not None and lasts_s < seconds - passed_s else ""
-                report(f"{rate * 60 / 1e6:.0f} MB a minute; the disk lasts for {lasts_s / 60:.0f} minutes{short}")
+                lasts = f"{lasts_s / 60:.0f} minutes" if lasts_s < LONG_S else f"{lasts_s / 3600:.0f} hours"
+                report(f"{rate * 60 / 1e6:.0f} MB a minute; the disk lasts for {lasts}{short}")
         time.sleep(0.02)
     return ""

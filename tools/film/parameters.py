@@ -12,4 +12,5 @@ READY_S = 30.0  # for all cameras to give their first image; chosen by hand
 RESERVE_BYTES = 500_000_000  # of the disk, which stay free; chosen by hand
 RESERVE_S = 5.0  # of writing at the present rate, which stay free besides; chosen by hand
 LOOK_S = 0.5  # between looks at the disk; chosen by hand
+LONG_S = 7200.0  # from which the time that the disk lasts is given in hours; chosen by hand
 ESTIMATE_S = 3.0  # after which the bytes a second are known; chosen by hand

@@ -13,6 +13,8 @@ from zenocap.common.errors import UserError
 from zenocap.tools.film.parameters import CODEC, PIXELS, QP2LAMBDA, QUALITY
 
 TICKS = 1000  # a second; Matroska stores milliseconds
+# What is lost at most when the process is killed: a second; FFmpeg's own limit is 5 s.
+MATROSKA = {"cluster_time_limit": "1000", "flush_packets": "1"}
 
 
 class VideoWriter:
@@ -23,11 +25,11 @@ class VideoWriter:
 
     def __init__(self, path: Path, times: Path, size: tuple[int, int], fps: float) -> None:
         """size: (width, height), px.  fps: nominal.  Raises UserError."""
-        self.path, self.frames, self.first_ns, self.last_ns = path, 0, 0, 0
+        self.path, self.frames, self.bytes, self.first_ns, self.last_ns = path, 0, 0, 0, 0
         self._last_tick, self._times = -1, times
         try:
             self._table = times.open("w", newline="", encoding="ascii")
-            self._container = av.open(str(path), "w")
+            self._container = av.open(str(path), "w", container_options=MATROSKA)
         except (OSError, FFmpegError) as error:
             raise UserError(f"{path}: cannot be written: {error.strerror}") from error
         self._rows = csv.writer(self._table)
@@ -48,7 +50,9 @@ class VideoWriter:
         tick = max(round((captured_ns - self.first_ns) * TICKS / 1e9), self._last_tick + 1)
         frame = av.VideoFrame.from_ndarray(image, format="bgr24")
         frame.pts, frame.time_base = tick, Fraction(1, TICKS)
-        self._container.mux(self._stream.encode(frame))
+        packets = self._stream.encode(frame)
+        self._container.mux(packets)
+        self.bytes += sum(packet.size for packet in packets)
         self._rows.writerow((self.frames, captured_ns))
         self._last_tick, self.last_ns = tick, captured_ns
         self.frames += 1

@@ -4,6 +4,7 @@ import csv
 import itertools
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.errors import OpenError, UserError
+from zenocap.common.errors import EndedEarly, OpenError, UserError
 from zenocap.common.rig.rig import Viewer, demo_rig, load_rig
 from zenocap.common.rig.sources import Device, FirstFrames
 from zenocap.common.video.reader import VideoReader
@@ -90,6 +91,31 @@ def test_it_ends_before_the_disk_is_full_and_says_so(tmp_path):
 
 def viewers_again(folder: Path) -> list[Viewer]:
     return filmed_viewers(load_rig(folder / "rig" / "rig.toml", files=False))
+
+
+def test_the_size_is_estimated_from_what_is_encoded(tmp_path, monkeypatch):
+    monkeypatch.setattr(film_module, "ESTIMATE_S", 0.5)
+    reports: list[str] = []
+    filmed, _ = film(
+        viewers(tmp_path), tmp_path / "a", 1.0, never, reports.append, images, free_bytes=lambda path: 500_400_000
+    )  # fmt: skip
+    rate, lasts = reports[1].split(" MB a minute; the disk lasts for ")
+    size = sum(path.stat().st_size for path in (tmp_path / "a" / "videos").iterdir())
+    seconds = max(one.last_ns - one.first_ns for one in filmed) / 1e9
+    assert float(rate) == pytest.approx(size / seconds * 60 / 1e6, abs=1.5)
+    assert lasts.endswith("minutes")
+
+
+def test_a_film_whose_process_is_killed_lacks_the_last_second_at_most(tmp_path):
+    writer = VideoWriter(tmp_path / "a.mkv", tmp_path / "a.csv", SIZE, FPS)
+    for k in range(200):
+        writer.write(np.full((SIZE[1], SIZE[0], 3), k, np.uint8), round(k * 1e9 / FPS))
+    (tmp_path / "b.mkv").write_bytes((tmp_path / "a.mkv").read_bytes())  # not closed
+    writer.close()
+    with VideoReader(tmp_path / "b.mkv") as reader, suppress(EndedEarly):
+        while reader.next() is not None:
+            pass
+    assert 200 - FPS - 5 <= reader.read <= 200
 
 
 def test_a_signal_ends_the_files(tmp_path):

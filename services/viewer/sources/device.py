@@ -63,7 +63,9 @@ def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
     if sys.platform == "linux":  # a link is followed: the camera may have another number than before
         capture = cv2.VideoCapture(os.path.realpath(source.file), cv2.CAP_V4L2)
     else:
-        capture = cv2.VideoCapture(source.number or 0, cv2.CAP_ANY)
+        if source.number is None:
+            raise OpenError(f"{shown(source)}: allowed on {sys.platform}: a number, such as 0")
+        capture = cv2.VideoCapture(source.number, cv2.CAP_ANY)
     # Most webcams reach their full rate uncompressed only for small images.
     capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*(source.settings.format or "MJPG")))
     capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 
+from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import Actor, Device, FirstFrames, Images, Rendered, Stream, VideoFile
 from zenocap.services.viewer.frame import Frame
@@ -52,7 +53,11 @@ def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
 
 def _controls(source: Device | Stream, playback: Playback) -> CameraControls | None:
     """Controls of a camera where they can be set: on Linux."""
-    if not isinstance(source, Device) or sys.platform != "linux":
+    if not isinstance(source, Device):
+        return None
+    if sys.platform != "linux":
+        if source.settings != CameraSettings():
+            playback.report(f"{shown(source)}: its settings in the rig file are left out: they are set on Linux only")
         return None
     return CameraControls(shown(source), source.file, source.settings, playback.report)
 

@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 from tests.common.runtime.test_frame_rate import reduced
 from tests.support.places import CLIPS, ROOT
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
+from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video import reader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources import device
+from zenocap.services.viewer.sources import device, source
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.images import image_frames
 from zenocap.services.viewer.sources.playback import Playback
@@ -323,6 +324,16 @@ def test_frames_of_a_camera_have_the_time_of_its_buffer(monkeypatch):
     camera.get = lambda propId: 7000.0 - 30.0  # ms
     stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([camera]))
     assert next(stream).captured_ns == S + 2 * S // 10 - 30_000_000
+
+
+def test_on_other_systems_a_stable_name_is_refused_and_settings_are_left_out_with_a_line(monkeypatch):
+    monkeypatch.setattr(device.sys, "platform", "darwin")
+    with pytest.raises(OpenError, match="allowed on darwin: a number, such as 0"):
+        device.open_capture(Device(None, Path("/dev/v4l/by-id/a")), SIZE, 30.0)
+    reports: list[str] = []
+    source._controls(Device(0, settings=CameraSettings(gain=3)), live(FakeTime(), reports=reports))
+    source._controls(Device(0), live(FakeTime(), reports=reports))
+    assert reports == ["0: its settings in the rig file are left out: they are set on Linux only"]
 
 
 def test_a_camera_with_a_stable_name_is_found_under_another_number(tmp_path, monkeypatch):

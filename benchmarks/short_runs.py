@@ -66,6 +66,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "replay_timing": ("--seconds", "12", "--rates", "1", "--runs", "1"),
     "scorer": ("--searches", "20"),
     "starts": ("--people", "1", "--posture", "squat", "--jobs", "1"),
+    "streams": ("--seconds", "2", "--cut", "1", "--size", "160x112"),
     "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
     "sync": ("--quick",),
     "stages": ("--takes", "1"),

@@ -42,7 +42,7 @@ LIVE = {
     "tracker", "up", "viewer",
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, or enough examples.
-MAY_FAIL = {"doctor", "health", "posture evaluate", "posture train"}
+MAY_FAIL = {"cameras", "doctor", "film", "health", "posture evaluate", "posture train"}
 UNCERTAIN = {
     "calibrate board": {LOSS},
     "certs": {LOSS},

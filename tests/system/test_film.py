@@ -123,3 +123,22 @@ def test_a_camera_that_is_not_there_is_one_line(rig: Path) -> None:
     assert "error: http://127.0.0.1" in text
     assert "the stream does not open" in text
     assert "Traceback" not in text
+
+
+def test_cameras_without_a_calibration_are_filmed_by_name(rig: Path) -> None:
+    urls = [line.split('"')[1] for line in rig.read_text().splitlines() if line.startswith("source")]
+    named = [f"{name}={url}" for name, url in zip(("left", "right"), urls, strict=True)]
+    status, text = output(
+        zenocap(rig.parent, "film", *named, "--size", "320x240", "--fps", "15", "--seconds", "2", "-o", "board")
+    )
+    assert status == 0, text
+    assert "next: zenocap calibrate board board --square MM" in text
+    folder = rig.parent / "board"
+    assert sorted(path.name for path in (folder / "videos").iterdir()) == ["left.mkv", "right.mkv"]
+    assert not (folder / "calibration.toml").exists()
+    for path in (folder / "videos").iterdir():
+        with VideoReader(path) as reader:
+            assert reader.size == SIZE
+    status, text = output(zenocap(rig.parent, "film", "left=nonsense.mp4", "-o", "other"))
+    assert status == 1
+    assert "left=nonsense.mp4: no camera and no stream" in text

@@ -31,13 +31,14 @@ def prepare(folder: Path, viewers: Sequence[Viewer], force: bool) -> None:
         raise UserError(f"{folder}: {error.strerror}: allowed: a folder that can be written") from error
 
 
-def write_layout(folder: Path, viewers: Sequence[Viewer], filmed: Sequence[Filmed]) -> None:
+def write_layout(folder: Path, viewers: Sequence[Viewer], filmed: Sequence[Filmed], *, calibrated: bool = True) -> None:
     """Write calibration, beginnings of the videos, and the number of empty frames where all viewers have one.
 
-    Raises UserError, OSError.
+    calibrated: whether the viewers' cameras are; otherwise no calibration is written.  Raises UserError, OSError.
     """
-    cameras = {viewer.camera.name: viewer.camera.resized(viewer.calibrated_size) for viewer in viewers}
-    write_calibration(folder / CALIBRATION, cameras)
+    if calibrated:
+        cameras = {viewer.camera.name: viewer.camera.resized(viewer.calibrated_size) for viewer in viewers}
+        write_calibration(folder / CALIBRATION, cameras)
     first_ns = min(one.first_ns for one in filmed if one.frames)
     offsets = {one.name: (one.first_ns - first_ns) / 1e9 for one in filmed if one.frames}
     write_sync(folder, offsets, "Written by zenocap film, from capture times")

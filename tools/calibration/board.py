@@ -17,6 +17,7 @@ DEFAULT_COLUMNS, DEFAULT_ROWS = 5, 7  # of `calibrate print` and `calibrate boar
 DEFAULT_CHESSBOARD = 6, 9  # columns, rows of a printed chessboard: one must be even, the other odd
 DEFAULT_DICTIONARY = "4x4_50"
 MIN_SQUARES, MAX_SQUARES = 3, 40
+MIN_CHESSBOARD = 4  # squares; OpenCV finds no chessboard with fewer than three inner corners in a row
 MIN_SQUARE_M, MAX_SQUARE_M = 0.002, 1.0
 DICTIONARIES = {  # OpenCV's, by the name on the command line
     f"{bits}_{count}": getattr(cv2.aruco, f"DICT_{bits.upper()}_{count}")
@@ -93,8 +94,9 @@ def checked_board(
 ) -> Board:
     """The board of these measures; without `marker_mm`, markers have 0.75 of the square's side.  Raises UserError."""
     for option, count in (("--columns", columns), ("--rows", rows)):
-        if not MIN_SQUARES <= count <= MAX_SQUARES:
-            raise UserError(f"{option} {count}: allowed: {MIN_SQUARES} to {MAX_SQUARES} squares")
+        least = MIN_CHESSBOARD if kind == "chessboard" else MIN_SQUARES
+        if not least <= count <= MAX_SQUARES:
+            raise UserError(f"{option} {count}: allowed: {least} to {MAX_SQUARES} squares")
     if not MIN_SQUARE_M <= square_mm / 1000 <= MAX_SQUARE_M:
         limits = f"{1000 * MIN_SQUARE_M:g} to {1000 * MAX_SQUARE_M:g} mm"
         raise UserError(f"--square {square_mm:g}: allowed: the side of a square, {limits}, measured on the printed board")
@@ -113,6 +115,7 @@ def checked_board(
     if kind == "charuco":
         held = len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary]).bytesList)
         if (needed := columns * rows // 2) > held:
-            allowed = "a larger one, such as 4x4_250" if needed <= 250 else "a larger one, such as 4x4_1000"
-            raise UserError(f"--dictionary {dictionary}: has {held} markers, the board {needed}: allowed: {allowed}")
+            bits = dictionary[:3] if f"{dictionary[:3]}_1000" in DICTIONARIES else "4x4"
+            larger = f"{bits}_{next(size for size in (100, 250, 1000) if needed <= size)}"
+            raise UserError(f"--dictionary {dictionary}: has {held} markers, the board {needed}: allowed: such as {larger}")
     return board

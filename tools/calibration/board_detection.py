@@ -1,5 +1,6 @@
 """Detection of a printed board in images, and what is wrong where none is found."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -14,9 +15,14 @@ Corners = tuple[Ints, Floats]
 """ids (n,), ascending, and pixels (n, 2) of corners."""
 
 SPREAD = 0.02  # least ratio of the extents of corners: those on one line fix no pose
+IN_ORDER = 0.9  # least share of neighbouring corners that lie as on a board
+MAX_BEND = 0.5  # of the distance of the outer ones of three corners: the middle one is off theirs; equal to 1 : 3 squares
+REFINED_PX = 16.0  # least distance of corners that are refined: smaller windows gain nothing
 LAYOUT_PX, LAYOUT_SHARE = 5.0, 0.9  # of marker corners off a layout, and share of them that fit it
 REASON_IMAGES = 4  # in which other markers are searched: large dictionaries take a third of a second each
 OTHERS = ("4x4_1000", "5x5_1000", "6x6_1000", "7x7_1000", "apriltag_36h11", "original")
+CHESSBOARD_SQUARES = 5  # at least, of a chessboard that is named; between blurred markers fewer are seen
+REFINEMENT = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 30, 0.01)
 
 
 class BoardDetector:
@@ -33,7 +39,7 @@ class BoardDetector:
         if found is None or len(found[0]) < MIN_CORNERS:
             return None
         extents = np.linalg.svd(found[1] - found[1].mean(axis=0), compute_uv=False)
-        if extents[1] < SPREAD * extents[0] or not self._in_line(found):
+        if extents[1] < SPREAD * extents[0] or not self._in_order(found):
             return None
         return found
 
@@ -50,6 +56,12 @@ class BoardDetector:
         good, pixels = cv2.findChessboardCornersSB(image, (across, down), None, cv2.CALIB_CB_NORMALIZE_IMAGE)
         if not good:
             return None
+        steps = [
+            np.hypot(*np.moveaxis(np.diff(pixels.reshape(down, across, 2), axis=axis), -1, 0)).min() for axis in (0, 1)
+        ]
+        if (step := float(min(steps))) >= REFINED_PX:
+            reach = int(np.clip(step / 4, 3, 8))
+            cv2.cornerSubPix(image, pixels, (reach, reach), (-1, -1), REFINEMENT)
         grid = pixels.reshape(down, across, 2).astype(np.float64)
         right, below = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
         if right[0] * below[1] - right[1] * below[0] < 0:  # a board is not seen from behind
@@ -58,17 +70,19 @@ class BoardDetector:
             grid = grid[::-1, ::-1]
         return np.arange(across * down), grid.reshape(-1, 2)
 
-    def _in_line(self, found: Corners) -> bool:
-        """Whether the corners lie as on a plane seen from the front: no mirrored and no wrongly numbered board."""
-        plane = self.board.corners[found[0], :2].astype(np.float32)
-        seen = found[1].astype(np.float32)
-        homography, fitting = cv2.findHomography(plane, seen, cv2.RANSAC, 8.0)
-        missing: object = homography  # None where no plane fits, which the stubs do not say
-        if missing is None:
-            return False
-        # The Jacobian of the plane's image is det(H) / w³: positive where the board is seen from its front.
-        depth = float(homography[2] @ np.append(plane.mean(axis=0), 1.0))
-        return bool(fitting.mean() > 0.7 and np.linalg.det(homography) * depth > 0)
+    def _in_order(self, found: Corners) -> bool:
+        """Whether neighbours lie as on a plane seen from the front: no mirrored and no wrongly numbered board.
+
+        Only neighbours are compared: over the whole image a lens may bend the board by many pixels.
+        """
+        grid = np.full((self.board.rows - 1, self.board.columns - 1, 2), np.nan)
+        grid.reshape(-1, 2)[found[0]] = found[1]
+        square = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]  # clockwise in the image
+        turned = np.concatenate([_area(*(square[k] for k in range(4) if k != left)).ravel() for left in range(4)])
+        bent = np.concatenate([_bend(grid[:, :-2], grid[:, 1:-1], grid[:, 2:]), _bend(grid[:-2], grid[1:-1], grid[2:])])
+        turned, bent = turned[np.isfinite(turned)], bent[np.isfinite(bent)]
+        straight = len(bent) == 0 or bool((bent < MAX_BEND).mean() > IN_ORDER)
+        return straight and len(turned) > 0 and bool((turned > 0).mean() > IN_ORDER)
 
 
 def board_variant(board: Board, images: Sequence[Image]) -> tuple[Board, int]:
@@ -95,6 +109,9 @@ def why_not_found(board: Board, images: Sequence[Image]) -> str:
     name = max(names, key=lambda one: (len(seen[one][0]), one == board.dictionary))
     ids, corners = seen[name]
     if len(ids) < 3:
+        squares = _chessboard_squares(images)
+        if squares is not None and squares[0] >= CHESSBOARD_SQUARES:
+            return f"a chessboard of {squares[0]} and {squares[1]} squares without markers is seen: --kind chessboard"
         return f"no markers are seen: is it a {board}? It must be flat, sharp, lit evenly, and cover a tenth of the image"
     if name != board.dictionary and len(ids) > len(seen[board.dictionary][0]) + 2:
         return f"its markers are of another dictionary: --dictionary {_smallest(name, int(ids.max()))}"
@@ -102,6 +119,18 @@ def why_not_found(board: Board, images: Sequence[Image]) -> str:
         columns, rows = layout
         return f"the board has other numbers of squares: its markers fit --columns {columns} --rows {rows}"
     return f"only {len(ids)} markers are seen at once: show more of the board, nearer and sharper"
+
+
+def _area(one: Floats, next_one: Floats, last: Floats) -> Floats:
+    """Twice the areas of triangles (..., 2), positive when clockwise in the image."""
+    first, second = next_one - one, last - one
+    return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
+
+
+def _bend(one: Floats, middle: Floats, last: Floats) -> Floats:
+    """How far the middle ones of three points (..., 2) are off the outer ones' middles, by the distance of these; (n,)."""
+    off, whole = one + last - 2 * middle, last - one
+    return np.asarray(np.hypot(off[..., 0], off[..., 1]) / np.maximum(np.hypot(whole[..., 0], whole[..., 1]), 1e-9)).ravel()
 
 
 def _first_square_white(image: Image, grid: Floats) -> bool:
@@ -149,10 +178,22 @@ def _layout(board: Board, ids: Ints, corners: Floats) -> tuple[int, int] | None:
 
 
 def _other_chessboard(board: Board, images: Sequence[Image]) -> str:
-    for columns in range(4, 12):
-        for rows in range(3, columns + 1):
-            if {columns, rows} == {board.columns, board.rows}:
-                continue
-            if any(cv2.findChessboardCornersSB(image, (columns - 1, rows - 1), None)[0] for image in images[:3]):
-                return f"the board has other numbers of squares: {columns} and {rows} fit (squares, not inner corners)"
+    for name in OTHERS:
+        ids = max((_markers(name, image)[0] for image in images), key=len)
+        if len(ids) >= 3:
+            return f"the board has markers: --kind charuco --dictionary {_smallest(name, int(ids.max()))}"
+    seen = _chessboard_squares(images)
+    if seen is not None and set(seen) != {board.columns, board.rows}:
+        return f"the board has other numbers of squares: {seen[0]} and {seen[1]} fit (squares, not inner corners)"
     return f"is it a {board}? All of a chessboard must be seen, flat, sharp, and with a white margin"
+
+
+def _chessboard_squares(images: Sequence[Image]) -> tuple[int, int] | None:
+    """Numbers of squares, the smaller first, of the chessboard in most of the images."""
+    flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_LARGER
+    found = (cv2.findChessboardCornersSBWithMeta(image, (3, 3), flags) for image in images)
+    sizes = Counter(tuple(sorted(meta.shape[:2])) for good, _, meta in found if good)
+    if not sizes:
+        return None
+    fewer, more = sizes.most_common(1)[0][0]
+    return fewer + 1, more + 1

@@ -82,7 +82,16 @@ def board_views(
 
 
 def _with_suffix(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() in suffixes and path.is_file())
+    """Files, by name, without hidden ones such as the ._NAME that macOS writes beside files."""
+    found = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and not path.name.startswith("."))
+    return sorted(path for path in found if path.is_file())
+
+
+def _still(path: Path) -> Image:
+    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if picture is None:
+        raise UserError(f"{path}: not an image that can be read: allowed: {', '.join(IMAGE_SUFFIXES)}")
+    return np.asarray(picture, dtype=np.uint8)
 
 
 def _images(film: BoardFilm, wanted: Callable[[float, float], bool]) -> Iterator[tuple[float, Image | None, int]]:
@@ -94,11 +103,9 @@ def _images(film: BoardFilm, wanted: Callable[[float, float], bool]) -> Iterator
     if film.still:
         files = _with_suffix(film.path, IMAGE_SUFFIXES)
         for k, path in enumerate(files):
-            picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-            if picture is None:
-                raise UserError(f"{path}: not an image that can be read: allowed: {', '.join(IMAGE_SUFFIXES)}")
+            picture = _still(path)
             size = _checked_size(path, picture, size)
-            yield float(k), np.asarray(picture, dtype=np.uint8), len(files)
+            yield float(k), picture, len(files)
         return
     with VideoReader(film.path) as reader:
         duration_s = reader.declared / reader.fps
@@ -129,23 +136,19 @@ def _checked_size(path: Path, grey: cv2.typing.MatLike, size: tuple[int, int] | 
 
 def _probes(film: BoardFilm) -> list[Image]:
     """A few images, evenly spread."""
-    kept: list[Image] = []
+    if film.still:
+        files = _with_suffix(film.path, IMAGE_SUFFIXES)
+        return [_still(path) for path in files[:: max(1, len(files) // PROBED_FRAMES)]]
     next_s = 0.0
-    period = [0.0]
 
     def wanted(time_s: float, duration_s: float) -> bool:
         nonlocal next_s
-        period[0] = duration_s / (PROBED_FRAMES + 1)
-        if time_s < next_s + period[0] / 2:
+        if time_s < next_s:
             return False
-        next_s = time_s + period[0] / 2
+        next_s = time_s + duration_s / (2 * PROBED_FRAMES)
         return True
 
-    for _, grey, total in _images(film, wanted):
-        if grey is not None:
-            kept.append(grey)
-            if film.still and len(kept) >= 2 * PROBED_FRAMES and total > len(kept):
-                break
+    kept = [grey for _, grey, _ in _images(film, wanted) if grey is not None]
     return kept[:: max(1, len(kept) // PROBED_FRAMES)]
 
 
@@ -154,7 +157,7 @@ def _in_burst(fps: float) -> Callable[[float, float], bool]:
 
     def wanted(time_s: float, duration_s: float) -> bool:
         every_s = BURST_S * max(1.0, duration_s * fps / MAX_LOOKS)
-        return every_s == BURST_S or time_s % every_s < BURST_S
+        return every_s == BURST_S or (time_s + 1e-6) % every_s < BURST_S
 
     return wanted
 

@@ -1,0 +1,98 @@
+"""Instants: images of several cameras that belong together, with delays and different rates, and their choice."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.board_views import board_views, room
+from zenocap.tools.calibration.board_views import CameraViews, View
+from zenocap.tools.calibration.instants import chosen_instants, shared_counts, usable
+
+SIZE = (600, 400)
+
+
+def view(time_s: float, place=(300.0, 200.0), speed: float = 10.0) -> View:
+    pixels = np.array(place) + 3.0 * np.array([[k % 3, k // 3] for k in range(6)])
+    return View(time_s, np.arange(6), pixels, np.full((6, 2), speed / np.sqrt(2)))
+
+
+def camera(times, period_s: float = 0.1, **options) -> CameraViews:
+    return CameraViews("cam", SIZE, period_s, 99, tuple(view(time, **options) for time in times))
+
+
+def times_of(instants) -> list[tuple[float, ...]]:
+    return [tuple(round(one.views[k].time_s, 3) for k in sorted(one.views)) for one in instants if len(one.views) > 1]
+
+
+def test_views_of_one_moment_are_paired_by_their_delays():
+    times = [0.1 * k for k in range(6)]
+    seen = [camera(times), camera([time + 0.35 for time in times])]  # the second video begins 0.35 s later
+    together = chosen_instants([seen[0], camera(times)], np.zeros(2))
+    assert times_of(together) == [(round(time, 3),) * 2 for time in times]
+    delayed = chosen_instants(seen, np.array([0.0, -0.35]))
+    assert times_of(delayed) == [(round(time, 3), round(time + 0.35, 3)) for time in times]
+    assert [one.time_s for one in delayed] == pytest.approx(times)
+    apart = chosen_instants(seen, np.array([0.0, 10.0]))
+    assert times_of(apart) == []
+    assert len(apart) == 12  # each alone, for its lens
+
+
+def test_cameras_of_different_rates_are_paired_to_the_nearest_frame():
+    seen = [camera([0.1 * k for k in range(11)]), camera([k / 30 for k in range(31)], 1 / 30)]
+    for instant in chosen_instants(seen, np.zeros(2)):
+        if len(instant.views) == 2:
+            assert instant.views[1].time_s == pytest.approx(instant.views[0].time_s, abs=0.6 / 30)
+    assert len(times_of(chosen_instants(seen, np.zeros(2)))) == 11
+
+
+def test_a_simulated_board_is_paired_at_the_true_instants():
+    """Pairing by the true delays gives views of the same pose of the board."""
+    delays = (0.0, 0.27)
+    seen, _ = board_views(room(2), seconds=12.0, noise_px=0.0, delays_s=delays)
+    instants = [one for one in chosen_instants(seen, np.array(delays)) if len(one.views) == 2]
+    assert len(instants) > 20
+    for instant in instants:
+        shown = [instant.views[k].time_s + delays[k] for k in (0, 1)]
+        assert shown[0] == pytest.approx(shown[1], abs=0.12)
+        assert instant.time_s == pytest.approx(np.mean(shown), abs=0.06)
+
+
+def test_views_of_unknown_speed_are_not_used():
+    unknown = replace(view(0.1), velocities=np.full((6, 2), np.nan))
+    assert not usable(unknown)
+    seen = [CameraViews("a", SIZE, 0.1, 9, (view(0.0), unknown, view(0.2))), camera([0.0, 0.1, 0.2])]
+    assert times_of(chosen_instants(seen, np.zeros(2))) == [(0.0, 0.0), (0.2, 0.2)]
+
+
+def test_no_views_give_no_instants():
+    assert chosen_instants([camera([]), camera([])], np.zeros(2)) == []
+    assert len(chosen_instants([camera([]), camera([0.0, 0.1])], np.zeros(2))) == 2
+    assert shared_counts([camera([]), camera([0.0])], np.zeros(2)) == {(0, 1): 0}
+
+
+def test_shared_counts_are_those_of_each_pair():
+    seen = [camera([0.0, 0.1, 0.2, 0.3]), camera([0.2, 0.3]), camera([0.3, 0.4])]
+    assert shared_counts(seen, np.zeros(3)) == {(0, 1): 2, (0, 2): 1, (1, 2): 1}
+    assert shared_counts(seen, np.array([0.0, -0.2, 0.0])) == {(0, 1): 2, (0, 2): 1, (1, 2): 0}
+
+
+def test_slow_views_and_rare_places_come_first():
+    slow = [view(0.1 * k, speed=5.0) for k in range(4)]
+    fast = [view(1.0 + 0.1 * k, speed=900.0) for k in range(20)]
+    seen = [CameraViews("a", SIZE, 0.1, 99, (*slow, *fast))] * 2
+    assert [one.time_s < 0.9 for one in chosen_instants(seen, np.zeros(2), max_shared=3, max_own=0)] == [True] * 3
+    corner = view(3.0, place=(20.0, 20.0))
+    seen = [CameraViews("a", SIZE, 0.1, 99, (*(view(0.1 * k) for k in range(20)), corner))] * 2
+    chosen = chosen_instants(seen, np.zeros(2), max_shared=2, max_own=0)
+    assert any(one.views[0] is corner for one in chosen)
+
+
+def test_numbers_of_instants_are_limited():
+    seen = [camera([0.1 * k for k in range(60)]), camera([0.1 * k for k in range(60)])]
+    chosen = chosen_instants(seen, np.zeros(2), max_shared=10, max_own=4)
+    assert sum(len(one.views) == 2 for one in chosen) == 10
+    assert sum(len(one.views) == 1 for one in chosen) == 8
+    used = {id(view) for one in chosen for view in one.views.values()}
+    assert len(used) == 28
+    assert [one.time_s for one in chosen] == sorted(one.time_s for one in chosen)

@@ -51,7 +51,7 @@ def first_lens(seen: CameraViews, corners: Floats) -> tuple[LensModel, float]:
         lens = _fitted(seen.size, fitted, corners, count)
         if lens is not None:
             error = held_out_error(lens, held, corners)
-            if best is None or error < best[0] * (1.0 - gain):
+            if np.isfinite(error) and (best is None or error < best[0] * (1.0 - gain)):
                 best = (error, count)
     final = None if best is None else _fitted(seen.size, views, corners, best[1])
     if best is None or final is None:
@@ -63,14 +63,12 @@ NO_LENS = "no lens fits the views of the board: show it nearer, tilted to all si
 
 
 def held_out_error(lens: LensModel, views: Sequence[View], corners: Floats) -> float:
-    """Root mean square error of views in which only the pose of the board is fitted, px; infinity where none fits."""
-    squares = []
+    """Median error (rms, px) of views in which only the pose of the board is fitted; infinity where half have none."""
+    errors = []
     for view in views:
         poses = plane_poses(lens, corners[view.ids], view.pixels)
-        if not poses:
-            return float("inf")
-        squares.append(poses[0][2] ** 2)
-    return float(np.sqrt(np.median(squares)))
+        errors.append(poses[0][2] if poses else float("inf"))
+    return float(np.median(errors))
 
 
 def _fitted(size: tuple[int, int], views: Sequence[View], corners: Floats, count: int) -> LensModel | None:

@@ -19,6 +19,7 @@ FISHEYE_FLAG_NAMES = (
 )  # fmt: skip
 FISHEYE_FLAGS = sum(int(getattr(cv2.fisheye, name, None) or getattr(cv2, name)) for name in FISHEYE_FLAG_NAMES)
 MIN_VIEWS = 4  # three fix the focal length and the principal point; one is to spare
+WHOLE_SHARES = (1.0, 0.8, 0.6)  # of the views, those with the most corners, to which a fisheye lens is fitted
 HELD_OUT_VIEWS = 10  # from which several lenses are compared
 
 
@@ -73,6 +74,16 @@ def held_out_error(lens: LensModel, views: Sequence[View], corners: Floats) -> f
 
 def _fitted(size: tuple[int, int], views: Sequence[View], corners: Floats, count: int) -> LensModel | None:
     """The lens with `count` coefficients, 0 for a fisheye lens; None where OpenCV finds none that is plausible."""
+    if count:
+        return _fitted_to(size, views, corners, count)
+    # OpenCV's start of the poses fails for some views with few corners at the edge; without them the lens is found.
+    whole = sorted(views, key=lambda view: -len(view.ids))
+    tries = (whole[: max(MIN_VIEWS, round(share * len(views)))] for share in WHOLE_SHARES)
+    found = [lens for part in tries if (lens := _fitted_to(size, part, corners, 0)) is not None]
+    return min(found, key=lambda lens: held_out_error(lens, views, corners), default=None)
+
+
+def _fitted_to(size: tuple[int, int], views: Sequence[View], corners: Floats, count: int) -> LensModel | None:
     objects = [corners[view.ids].astype(np.float32) for view in views]
     pixels = [view.pixels.astype(np.float32) for view in views]
     try:

@@ -72,6 +72,14 @@ def test_a_pinhole_lens_is_chosen_otherwise_and_is_the_true_one(camera, seed):
     assert error == pytest.approx(np.sqrt(2) * NOISE_PX, rel=0.25)
 
 
+def test_a_view_from_which_opencv_starts_wrongly_does_not_prevent_a_fisheye_lens():
+    """With seven corners at the edge, cv2.fisheye.calibrate ends in an assertion or in a wrong pose."""
+    seen = shown(FISHEYE, 1, 0.12, 0.35, 1.2)
+    lens, _ = first_lens(seen, BOARD.corners)
+    assert lens.fisheye
+    assert worst_px(lens, FISHEYE, seen) < 2.0
+
+
 def test_a_fisheye_camera_whose_board_is_far_away_does_not_need_one():
     """There the models agree: rectification would cost time for nothing."""
     seen = shown(FISHEYE, 0, 0.8, 2.0, 0.3)

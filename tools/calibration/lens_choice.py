@@ -20,6 +20,7 @@ FISHEYE_FLAG_NAMES = (
 )  # fmt: skip
 FISHEYE_FLAGS = sum(int(getattr(cv2.fisheye, name, None) or getattr(cv2, name)) for name in FISHEYE_FLAG_NAMES)
 MIN_VIEWS = 4  # three fix the focal length and the principal point; one is to spare
+WHOLE_SHARES = (1.0, 0.8, 0.6)  # of the views, those with the most corners, to which a fisheye lens is fitted
 HELD_OUT_VIEWS = 10  # from which several lenses are compared
 
 
@@ -41,7 +42,8 @@ def first_lens(seen: CameraViews, corners: Floats) -> tuple[LensModel, float]:
     views = spread_views(seen, LENS_VIEWS)
     if len(views) < MIN_VIEWS:
         raise UserError(
-            f"{seen.name}: the board is found in {len(seen.views)} images: allowed: {MIN_VIEWS} or more; show it longer"
+            f"{seen.name}: the board is found in {len(seen.views)} images, {len(views)} of them of different places: allowed: "
+            f"{MIN_VIEWS} or more; show it longer, and move it"
         )
     if len(views) < HELD_OUT_VIEWS:
         if (only := _fitted(seen.size, views, corners, 4)) is None:
@@ -53,7 +55,7 @@ def first_lens(seen: CameraViews, corners: Floats) -> tuple[LensModel, float]:
         lens = _fitted(seen.size, fitted, corners, count)
         if lens is not None:
             error = held_out_error(lens, held, corners)
-            if best is None or error < best[0] * (1.0 - gain):
+            if np.isfinite(error) and (best is None or error < best[0] * (1.0 - gain)):
                 best = (error, count)
     final = None if best is None else _fitted(seen.size, views, corners, best[1])
     if best is None or final is None:
@@ -65,18 +67,26 @@ NO_LENS = "no lens fits the views of the board: show it nearer, tilted to all si
 
 
 def held_out_error(lens: LensModel, views: Sequence[View], corners: Floats) -> float:
-    """Root mean square error of views in which only the pose of the board is fitted, px; infinity where none fits."""
-    squares = []
+    """Median error (rms, px) of views in which only the pose of the board is fitted; infinity where half have none."""
+    errors = []
     for view in views:
         poses = plane_poses(lens, corners[view.ids], view.pixels)
-        if not poses:
-            return float("inf")
-        squares.append(poses[0][2] ** 2)
-    return float(np.sqrt(np.median(squares)))
+        errors.append(poses[0][2] if poses else float("inf"))
+    return float(np.median(errors))
 
 
 def _fitted(size: tuple[int, int], views: Sequence[View], corners: Floats, count: int) -> LensModel | None:
     """The lens with `count` coefficients, 0 for a fisheye lens; None where OpenCV finds none that is plausible."""
+    if count:
+        return _fitted_to(size, views, corners, count)
+    # OpenCV's start of the poses fails for some views with few corners at the edge; without them the lens is found.
+    whole = sorted(views, key=lambda view: -len(view.ids))
+    tries = (whole[: max(MIN_VIEWS, round(share * len(views)))] for share in WHOLE_SHARES)
+    found = [lens for part in tries if (lens := _fitted_to(size, part, corners, 0)) is not None]
+    return min(found, key=lambda lens: held_out_error(lens, views, corners), default=None)
+
+
+def _fitted_to(size: tuple[int, int], views: Sequence[View], corners: Floats, count: int) -> LensModel | None:
     objects = [corners[view.ids].astype(np.float32) for view in views]
     pixels = [view.pixels.astype(np.float32) for view in views]
     try:

@@ -97,7 +97,9 @@ def test_cameras_that_share_no_view_are_named(rig):
 def test_a_camera_with_few_views_is_named(rig):
     views, _ = board_views(rig, **SHORT)
     few = replace(views[1], views=views[1].views[:3])
-    with pytest.raises(UserError, match="cam02: the board is found in 3 images: allowed: 4 or more"):
+    with pytest.raises(
+        UserError, match="cam02: the board is found in 3 images, 3 of them of different places: allowed: 4 or more"
+    ):
         calibrated_rig(BOARD, [views[0], few, views[2]])
 
 

@@ -42,8 +42,8 @@ def first_lens(seen: CameraViews, corners: Floats) -> tuple[LensModel, float]:
     views = spread_views(seen, LENS_VIEWS)
     if len(views) < MIN_VIEWS:
         raise UserError(
-            f"{seen.name}: the board is found in {len(seen.views)} images, {len(views)} of them of different places: allowed: "
-            f"{MIN_VIEWS} or more; show it longer, and move it"
+            f"{seen.name}: the board is found in {len(seen.views)} images, {len(views)} of them of different places: "
+            f"allowed: {MIN_VIEWS} or more; show it longer, and move it"
         )
     if len(views) < HELD_OUT_VIEWS:
         if (only := _fitted(seen.size, views, corners, 4)) is None:

@@ -87,8 +87,8 @@ def board_image(
     scale = np.array(picture.shape[1::-1]) / np.array(side_m)
     ahead = plane[:, 2] > 0
     places = np.where(ahead[:, None], plane[:, :2] / np.where(ahead, plane[:, 2], 1.0)[:, None], -1.0) * scale - 0.5
-    maps = places.astype(np.float32).reshape(height, width, 2)
-    drawn = cv2.remap(picture, maps, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=190)
+    maps = places.astype(np.float32).reshape(height, width, 2).transpose(2, 0, 1).copy()
+    drawn = cv2.remap(picture, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=190)
     noise = np.random.default_rng(seed).normal(0.0, 3.0, drawn.shape)
     soft = cv2.GaussianBlur(drawn.astype(np.float32), (0, 0), 0.7)
     return np.asarray(np.clip(soft + noise, 0, 255), dtype=np.uint8)

@@ -29,6 +29,7 @@ NAME_ALLOWED = "1 to 64 letters, digits, _ . and -"
 
 Side = Annotated[int, Meta(ge=16, le=16384)]
 Rate = Annotated[float, Meta(gt=0, le=1000)]
+CameraValue = Annotated[int, Meta(ge=-(2**31), le=2**31 - 1)]
 MAX_OFFSET_S = 3600.0
 Offset = Annotated[float, Meta(ge=-MAX_OFFSET_S, le=MAX_OFFSET_S)]
 
@@ -38,6 +39,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
 
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
+    format to focus: of a camera of this machine, see `CameraSettings`.
     """
 
     id: str
@@ -51,6 +53,11 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     hardware_decoding: bool = False
     preview: bool = False
     silhouette: bool = True
+    format: str | None = None
+    exposure: CameraValue | str | None = None
+    gain: CameraValue | str | None = None
+    white_balance: CameraValue | str | None = None
+    focus: CameraValue | str | None = None
 
 
 class ZenohTable(msgspec.Struct, frozen=True, kw_only=True):

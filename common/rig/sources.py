@@ -1,18 +1,20 @@
 """Parsing of `source` and `background` of a viewer in a rig file into types."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
 from zenocap.common.errors import UserError
+from zenocap.common.rig.camera_settings import CameraSettings
 
 SOURCES = (
-    "a device number, /dev/videoN, rtsp://, http:// or https://, a video file, images/*.png, actor:NAME[?seed=N], "
-    "rendered:FILE.npy[?fps=N]"
+    "a device number, /dev/videoN, /dev/v4l/by-id/NAME, rtsp://, http:// or https://, a video file, images/*.png, "
+    "actor:NAME[?seed=N], rendered:FILE.npy[?fps=N]"
 )
 BACKGROUNDS = "first:N, median, image:FILE, mog2"
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 STREAMS = ("rtsp", "rtsps", "http", "https")
+STABLE_NAMES = ("/dev/v4l/by-id/", "/dev/v4l/by-path/")
 MAX_DEVICE = 99
 MAX_SEED = 2**31 - 1
 MAX_FIRST = 10_000
@@ -25,9 +27,19 @@ class SpecError(UserError):
 
 @dataclass(frozen=True)
 class Device:
-    """A camera of this machine: /dev/video`number`."""
+    """A camera of this machine: /dev/video`number`, or the one with the stable name `link`.
 
-    number: int
+    number: None where `link` is given, a link of udev that is followed each time when the camera is opened.
+    """
+
+    number: int | None
+    link: Path | None = None
+    settings: CameraSettings = field(default_factory=CameraSettings)
+
+    @property
+    def file(self) -> Path:
+        """Device file, or the link to it."""
+        return self.link or Path(f"/dev/video{self.number}")
 
 
 @dataclass(frozen=True)
@@ -122,6 +134,10 @@ def parse_source(text: str | int, base: Path) -> Source:
         if not number.isdecimal():
             raise SpecError("/dev/video0 and so on")
         return _device(int(number))
+    if text.startswith("/dev/"):
+        if not text.startswith(STABLE_NAMES) or text.endswith("/") or ".." in Path(text).parts:
+            raise SpecError("/dev/videoN, /dev/v4l/by-id/NAME or /dev/v4l/by-path/NAME, as `zenocap cameras` lists them")
+        return Device(None, Path(text))
     parts = urlsplit(text)
     if parts.scheme in STREAMS:
         if not parts.netloc:

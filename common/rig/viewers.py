@@ -7,12 +7,14 @@ from pathlib import Path
 from zenocap.common.camera.calibration_files import camera_named
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import SourceError, UserError
+from zenocap.common.rig.camera_settings import given_settings, setting_problem, settings_of
 from zenocap.common.rig.file import RigFile, ViewerTable
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.sources import (
     Actor,
     Background,
     BackgroundImage,
+    Device,
     FirstFrames,
     Images,
     MedianFrames,
@@ -185,6 +187,7 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
         if not isinstance(source, VideoFile):
             raise UserError(f"{path}: {key}.hardware_decoding = true: allowed: only where the source is a video file")
         source = replace(source, hardware=True)
+    source = _with_settings(path, key, table, source)
     if not files:
         return source
     match source:
@@ -197,6 +200,20 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
         case Images() if not any(source.folder.glob(source.pattern)):
             raise UserError(f"{path}: {key}.source = {table.source!r}: no file matches {source.folder / source.pattern}")
     return source
+
+
+def _with_settings(path: Path, key: str, table: ViewerTable, source: Source) -> Source:
+    """The source with the camera settings of its table.  Raises UserError."""
+    given = given_settings(table)
+    for name, value in given.items():
+        if not isinstance(source, Device):
+            raise UserError(f"{path}: {key}.{name} = {value!r}: allowed: only where the source is a camera of this machine")
+        problem = setting_problem(name, value)
+        if problem is not None:
+            raise UserError(f"{path}: {key}.{name} = {value!r}: allowed: {problem}")
+    if not isinstance(source, Device) or not given:
+        return source
+    return replace(source, settings=settings_of(table))
 
 
 def _own_fps(path: Path, key: str, source: Source, files: bool) -> float:

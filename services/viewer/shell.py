@@ -31,6 +31,7 @@ from zenocap.services.viewer.jit_warmup import load_compiled
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, rectification
 from zenocap.services.viewer.sources.source import open_source
+from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.video import median_picture
 from zenocap.services.viewer.states import Setup, State, viewer_setup
 from zenocap.services.viewer.step import answered_frame, describe, initial_state, phase_of, step
@@ -116,8 +117,12 @@ def _run(
                 epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
         first_messages = (camera_info(viewer, epoch_ns),)
         choice = FrameChoice(rig.fps)
-        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice))
-        return run(service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice)
+        rate = SourceRate() if isinstance(viewer.source, Device | Stream) else None
+        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate)
+        return run(
+            service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice,
+            extra_counts=rate.counts if rate else dict,
+        )  # fmt: skip
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:

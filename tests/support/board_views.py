@@ -89,7 +89,7 @@ def floor_pose(board: Board) -> Pose:
 
 
 def rig_error_m(cameras: Sequence[Camera], true: Sequence[Camera], points: Floats) -> float:
-    """Root mean square distance of points (n, 3) from where `cameras` put what `true` cameras see; after the best motion."""
+    """Root mean square distance of points (n, 3) from where `cameras` put what `true` ones see, after the best motion."""
     pixels = seen_pixels(*_parts(true), points)
     measured = triangulated(*_parts(cameras), pixels)
     seen = np.isfinite(measured[:, 0])

@@ -13,7 +13,7 @@ from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_views import CameraViews
 from zenocap.tools.calibration.bundle import Adjusted, Corners, RigState, adjusted, seen_corners
 from zenocap.tools.calibration.floor import World, floor_world, guessed_world
-from zenocap.tools.calibration.instants import chosen_instants, shared_counts
+from zenocap.tools.calibration.instants import chosen_instants, instants_near, shared_counts
 from zenocap.tools.calibration.lens_choice import first_lens, held_out_error, spread_views
 from zenocap.tools.calibration.lens_model import LensModel
 from zenocap.tools.calibration.parameters import CORNER_PX, FLOOR_S, LENS_VIEWS
@@ -23,14 +23,14 @@ from zenocap.tools.calibration.rig_start import Instant, board_poses, composed, 
 ROUNDS = 3  # of adjustment, after which delays changed by less than a millisecond on simulated films
 OUTLIER = 6.0  # times the median error of a camera's views, from which a view is left out
 MEDIAN_DISTANCE = 1.177  # median of the length of a vector with two normal components of deviation 1
-FLOOR_INSTANTS = 10  # of each stretch with the board on the floor
+FLOOR_INSTANTS = 3  # of each stretch with the board on the floor
 
 
 @dataclass(frozen=True)
 class CalibratedCamera:
     """A camera of the result.
 
-    views: images with the board.  coverage: share of the image's cells, 0 to 1.  residual_px: root mean square, of all corners.
+    views: images with the board.  coverage: share of the image's cells, 0 to 1.  residual_px: root mean square.
     held_out_px: of the first lens, with views it was not fitted to.  delay_s: by which its images are later than their
     times.  focal_error: relative standard deviation of the focal length.
     """
@@ -150,8 +150,7 @@ def _instants(seen: Sequence[CameraViews], delays: Floats, floor_s: Sequence[flo
     """Chosen instants, with some of each stretch on the floor."""
     chosen = chosen_instants(seen, delays)
     for time_s in floor_s:
-        near = [replace(one, views=tuple(v for v in one.views if abs(v.time_s - time_s) < FLOOR_S)) for one in seen]
-        chosen += chosen_instants(near, delays, FLOOR_INSTANTS, 2)
+        chosen += instants_near(seen, delays, time_s, FLOOR_S, FLOOR_INSTANTS)
     return sorted(chosen, key=lambda instant: instant.time_s)
 
 

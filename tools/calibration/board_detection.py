@@ -19,6 +19,7 @@ IN_ORDER = 0.9  # least share of neighbouring corners that lie as on a board
 MAX_BEND = 0.5  # of the distance of the outer ones of three corners: the middle one is off theirs; equal to 1 : 3 squares
 REFINED_PX = 16.0  # least distance of corners that are refined: smaller windows gain nothing
 LAYOUT_PX, LAYOUT_SHARE = 5.0, 0.9  # of marker corners off a layout, and share of them that fit it
+REASON_IMAGES = 4  # in which other markers are searched: large dictionaries take a third of a second each
 OTHERS = ("4x4_1000", "5x5_1000", "6x6_1000", "7x7_1000", "apriltag_36h11", "original")
 CHESSBOARD_SQUARES = 5  # at least, of a chessboard that is named; between blurred markers fewer are seen
 REFINEMENT = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 30, 0.01)
@@ -98,6 +99,7 @@ def why_not_found(board: Board, images: Sequence[Image]) -> str:
     """Why no view of the board was found in grey images, in words, and what to do."""
     if (level := float(np.mean([image.mean() for image in images]))) < DARK_LEVEL:
         return f"the images are too dark (mean level {level:.0f} of 255): more light, or a longer exposure"
+    images = images[:: max(1, len(images) // REASON_IMAGES)]
     if board.kind == "chessboard":
         return _other_chessboard(board, images)
     if board_variant(board, [np.ascontiguousarray(image[:, ::-1]) for image in images])[1]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.tools.calibration.board_views import CameraViews, View
-from zenocap.tools.calibration.parameters import MAX_OWN, MAX_SHARED, PAIRED_PERIODS, SLOW_PX_S
+from zenocap.tools.calibration.parameters import MAX_OWN, MAX_SHARED, PAIRED_PERIODS, RESTING_PX, SLOW_PX_S
 from zenocap.tools.calibration.rig_start import Instant
 
 
@@ -17,14 +17,44 @@ def chosen_instants(
 
     delays: (cameras,) s, by which a camera's images are later than their times.
     """
-    candidates = _candidates(seen, delays)
+    candidates = _distinct(_candidates(seen, delays))
     shared = [one for one in candidates if len(one.views) > 1]
     chosen = _spread(seen, shared, max_shared)
     used = {id(view) for instant in chosen for view in instant.views.values()}
     for number, camera in enumerate(seen):
         own = [Instant(view.time_s, {number: view}) for view in camera.views if usable(view) and id(view) not in used]
-        chosen += _spread(seen, own, max_own)
+        chosen += _spread(seen, _distinct(own), max_own)
     return sorted(chosen, key=lambda instant: instant.time_s)
+
+
+def instants_near(seen: Sequence[CameraViews], delays: Floats, time_s: float, span_s: float, count: int) -> list[Instant]:
+    """Up to `count` instants within `span_s` of a time, evenly spread, those with most cameras; see `chosen_instants`."""
+    near = [one for one in _candidates(seen, delays) if abs(one.time_s - time_s) < span_s]
+    most = max((len(one.views) for one in near), default=0)
+    best = [one for one in near if len(one.views) == most]
+    return [best[k] for k in sorted({round(k * (len(best) - 1) / max(1, count - 1)) for k in range(count)})] if best else []
+
+
+def _distinct(candidates: Sequence[Instant]) -> list[Instant]:
+    """The candidates, by time, without those in which the board rests where it was: equal views would outweigh others."""
+    last: dict[int, View] = {}
+    kept = []
+    for instant in sorted(candidates, key=lambda one: one.time_s):
+        if any(number not in last or _moved_px(last[number], view) > RESTING_PX for number, view in instant.views.items()):
+            kept.append(instant)
+            last |= instant.views
+    return kept
+
+
+def distinct_views(views: Sequence[View]) -> list[View]:
+    """The views of a camera without those in which the board rests where it was."""
+    return [one.views[0] for one in _distinct([Instant(view.time_s, {0: view}) for view in views])]
+
+
+def _moved_px(before: View, view: View) -> float:
+    """Mean distance between the common corners of two views; infinite without common ones."""
+    _, old, new = np.intersect1d(before.ids, view.ids, return_indices=True)
+    return float(np.hypot(*(view.pixels[new] - before.pixels[old]).T).mean()) if len(old) else float("inf")
 
 
 def usable(view: View) -> bool:

@@ -9,6 +9,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.board_views import CameraViews, View
+from zenocap.tools.calibration.instants import distinct_views
 from zenocap.tools.calibration.lens_model import LensModel, plane_poses
 from zenocap.tools.calibration.parameters import FISHEYE_GAIN, HELD_OUT_GAIN, LENS_VIEWS, SLOW_PX_S
 
@@ -25,14 +26,15 @@ HELD_OUT_VIEWS = 10  # from which several lenses are compared
 
 def spread_views(seen: CameraViews, count: int) -> list[View]:
     """Up to `count` views that cover the image evenly, slow ones first."""
-    features = np.array([view.cells(seen.size) for view in seen.views], dtype=np.float64)
-    slowness = np.array([1.0 / (1.0 + np.nan_to_num(view.speed, nan=SLOW_PX_S) / SLOW_PX_S) for view in seen.views])
+    views = distinct_views(seen.views)
+    features = np.array([view.cells(seen.size) for view in views], dtype=np.float64)
+    slowness = np.array([1.0 / (1.0 + np.nan_to_num(view.speed, nan=SLOW_PX_S) / SLOW_PX_S) for view in views])
     chosen: list[int] = []
-    while len(chosen) < min(count, len(seen.views)):
+    while len(chosen) < min(count, len(views)):
         gains = features @ (1.0 / (1.0 + features[chosen].sum(axis=0))) * slowness
         gains[chosen] = -1.0
         chosen.append(int(gains.argmax()))
-    return [seen.views[k] for k in sorted(chosen)]
+    return [views[k] for k in sorted(chosen)]
 
 
 def first_lens(seen: CameraViews, corners: Floats) -> tuple[LensModel, float]:

@@ -59,7 +59,8 @@ class LensModel:
             by_values, by_point = slopes[:, 6:], slopes[:, 3:6]
         count = len(local)
         pixels: Floats = np.asarray(image, dtype=np.float64).reshape(count, 2)
-        return pixels, by_point.reshape(count, 2, 3), by_values.reshape(count, 2, len(self.values))
+        by_point, by_values = (np.asarray(one, dtype=np.float64).reshape(count, 2, -1) for one in (by_point, by_values))
+        return pixels, by_point, by_values
 
     def rays(self, pixels: Floats) -> Floats:
         """Points (n, 2) at depth 1 of pixels (n, 2)."""

@@ -16,6 +16,7 @@ MAX_OWN: Final = 25  # further views of each camera, for its lens
 CELLS: Final = (6, 4)  # of the image, across and down, that views ought to cover
 PAIRED_PERIODS: Final = 0.6  # of the frame period, by which an instant and a frame differ at most
 NEIGHBOUR_PERIODS: Final = 2.5  # of the frame period, between frames that give the speed of corners
+RESTING_PX: Final = 3.0  # mean motion of the corners, below which the board rests where it was; chosen by hand
 SLOW_PX_S: Final = 100.0  # speed of corners that halves the value of a view
 
 # Noise of corners.

@@ -59,7 +59,7 @@ def aligned_errors(points: Floats, truth: Floats) -> Floats:
 def claimed_error(adjusted: Adjusted, points: Floats) -> float:
     """Expected error (rms, m) of points (n, 3) that the rig triangulates; NaN where no two cameras see them.
 
-    Cameras are drawn from the covariances, and the worse result counts.  Their triangulations are aligned to the points, for
+    Cameras are drawn from the covariances, and the worse result counts.  Their triangulations are aligned to the points:
     only the shape matters.
     """
     state = adjusted.state

@@ -9,10 +9,12 @@ import typer
 
 from zenocap.tools.cli import (
     animator,
+    cameras,
     certs,
     doctor,
     evaluate,
     export,
+    film,
     health,
     live,
     load,
@@ -48,8 +50,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="""Markerless human motion capture from ordinary fixed cameras, in real time, without neural network or GPU.
 
-    `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap calibrate`, write a rig file, then
-    `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and others `zenocap export`.
+    `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap cameras`, `zenocap calibrate`, write a
+    rig file, then `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and others `zenocap export`.
 
     Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss.""",
 )
@@ -71,6 +73,7 @@ TABLE = (
     (NETWORK, load.load),
     (NETWORK, plan.plan),
     (NETWORK, health.health),
+    (FILES, film.film),
     (FILES, sync.sync),
     (FILES, track.track),
     (FILES, show.show),
@@ -82,6 +85,7 @@ TABLE = (
     (FILES, replay.replay),
     (FILES, verify.verify),
     (FILES, evaluate.evaluate),
+    (BEFORE, cameras.cameras),
     (BEFORE, doctor.doctor),
     (BEFORE, certs.certs),
     (BEFORE, live.warmup),

@@ -15,18 +15,19 @@ from zenocap.common.rig.sources import VIDEO_SUFFIXES
 CUTOFF = 0.75  # similarity of a misspelt command, 0 to 1; "cameras" and "certs" have 0.67
 # Words that users try, and the commands that do it.
 OTHER_WORDS = {
-    ("camera", "cameras", "devices"): ("calibrate", "doctor"),
+    ("camera", "devices", "device", "webcam", "webcams", "v4l2", "usb", "rtsp", "stream", "streams", "onvif"): ("cameras",),
     ("calibration", "intrinsics", "extrinsics", "chessboard"): ("calibrate",),
     ("start", "run", "live", "launch", "serve", "capture"): ("up", "demo"),
     ("process", "video", "videos", "offline", "solve", "mocap"): ("track",),
     ("convert", "save", "blender", "bvh", "c3d", "trc", "csv", "mot", "opensim", "fbx", "download"): ("export",),
     ("play", "playback", "player"): ("show", "replay"),
     ("view", "watch", "open", "gui", "ui", "page", "browser", "web", "viz", "visualize"): ("show", "animator"),
-    ("film", "movie", "mp4", "png", "picture", "image", "draw", "animate"): ("render",),
+    ("movie", "mp4", "png", "picture", "image", "draw", "animate"): ("render",),
     ("check", "diagnose", "test", "problems", "setup"): ("doctor",),
     ("monitor", "status", "stats", "ps", "fps", "latency"): ("top",),
     ("ls", "list", "inspect", "summary", "metadata"): ("info",),
-    ("log", "rec"): ("record",),
+    ("log", "rec"): ("record", "film"),
+    ("filming", "shoot", "recording"): ("film",),
     ("benchmark", "bench", "stress", "capacity"): ("load",),
     ("accuracy", "angles", "compare", "error", "errors", "score", "mpjpe"): ("evaluate",),
     ("repair", "fix", "restore"): ("recover",),
@@ -86,7 +87,7 @@ def check_rig_path(path: Path) -> None:
             files = sorted(file.name for file in path.glob("*.toml"))
             others = f"; or one of its files: {', '.join(files)}" if files else ""
             raise UserError(
-                f"{path}: no calibration.toml in this folder; needed: the cameras' calibration. `zenocap calibrate lines` "
+                f"{path}: no calibration.toml in this folder; needed: the cameras' calibration. `zenocap calibrate board` "
                 f"measures it, `zenocap calibrate check FILE` reads one of anipose, Pose2Sim, OpenCV or Qualisys{others}"
             )
         return

@@ -27,6 +27,9 @@ COUNTERS: Mapping[str, tuple[str, str]] = {  # count of a health message: name o
 COUNT_GAUGES: Mapping[str, tuple[str, str, float]] = {  # the same with a factor to the base unit
     "queued": ("zenocap_queued_messages", "Received messages that wait to be processed.", 1.0),
     "kept_percent": ("zenocap_frame_share", "Share of the frames that the viewer processes; 1 without overload.", 0.01),
+    "source_frames_per_1000_s": ("zenocap_source_rate_hertz", "True rate of a camera or stream.", 1e-3),
+    "source_jitter_us": ("zenocap_source_jitter_seconds", "95 % of its intervals are this near the median one.", 1e-6),
+    "source_returns": ("zenocap_source_returns", "How often a camera or stream was lost and came back.", 1.0),
     "log_on": ("zenocap_log_recording", "1 while a take is recorded, else 0.", 1.0),
     "log_stopped": ("zenocap_log_stopped", "1 when the take could not be written any more, else 0.", 1.0),
     "log_free_mb": ("zenocap_log_free_bytes", "Free space of the disk with the takes.", 1e6),

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Protocol
@@ -13,11 +14,18 @@ import numpy as np
 from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Device, Stream
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback, Size
+from zenocap.services.viewer.sources.playback import Clock, Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify
+from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time
 TIMEOUT_MS = 5000
+# A grab shorter than this takes an image that was waiting: FFmpeg keeps those of the time in which it examines a stream.
+WAITING_NS, MOST_WAITING = 15_000_000, 300  # the first shorter than a period at 60 frames/s; chosen by hand
+SETTLING_S = 3.0  # in which automatic exposure, white balance and focus find their values; chosen by hand
+# OpenCV keeps the buffer of a grabbed frame until the next one is grabbed.  With one buffer the camera has none while an
+# image is decoded, and its next frame is lost; a viewer grabs without pause, so that no frame grows old in the others.
+BUFFERS = 3
 EARLY = 0.25  # share of a period by which a frame may be early and still be the next
 
 
@@ -30,7 +38,17 @@ class Capture(Protocol):
 
     def retrieve(self) -> tuple[bool, object]: ...
 
+    def get(self, propId: int) -> float: ...
+
     def release(self) -> None: ...
+
+
+class Controls(Protocol):
+    """Controls of a camera, see `CameraControls`."""
+
+    def begin(self) -> bool: ...
+
+    def lock(self) -> None: ...
 
 
 Opener = Callable[[Device | Stream, Size, float], Capture]
@@ -42,13 +60,18 @@ def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
         timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, TIMEOUT_MS]
         stream: Capture = cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts)
         return stream
-    capture = cv2.VideoCapture(source.number, cv2.CAP_V4L2 if sys.platform == "linux" else cv2.CAP_ANY)
+    if sys.platform == "linux":  # a link is followed: the camera may have another number than before
+        capture = cv2.VideoCapture(os.path.realpath(source.file), cv2.CAP_V4L2)
+    else:
+        if source.number is None:
+            raise OpenError(f"{shown(source)}: allowed on {sys.platform}: a number, such as 0")
+        capture = cv2.VideoCapture(source.number, cv2.CAP_ANY)
     # Most webcams reach their full rate uncompressed only for small images.
-    capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
+    capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*(source.settings.format or "MJPG")))
     capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
     capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
     capture.set(cv2.CAP_PROP_FPS, fps)
-    capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+    capture.set(cv2.CAP_PROP_BUFFERSIZE, BUFFERS)
     device: Capture = capture
     return device
 
@@ -56,6 +79,8 @@ def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
 def shown(source: Device | Stream) -> str:
     """Display name of the source, without password."""
     if isinstance(source, Device):
+        if source.link is not None:
+            return f"camera {source.link}"
         return f"camera {source.number} (/dev/video{source.number})" if sys.platform == "linux" else str(source.number)
     parts = urlsplit(source.url)
     return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
@@ -69,8 +94,13 @@ def camera_frames(
     playback: Playback,
     opener: Opener = open_capture,
     rectify: Rectify | None = None,
+    controls: Controls | None = None,
+    rate: SourceRate | None = None,
 ) -> Iterator[Frame]:
-    """Yield frames without end, with the time of grabbing, at most `fps` per second.
+    """Yield frames without end at most `fps` per second, with capture times as the source gives them (`stamps`).
+
+    controls: of a camera, set each time it is opened; the first SETTLING_S s are left out while they settle.  rate: is
+    given the times of all frames.
 
     Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch for images of a wrong size.  A
     camera that fails later is reported and reopened, with increasing waits, until it delivers images.
@@ -79,16 +109,24 @@ def camera_frames(
     capture = _opened(source, calibrated, fps, opener)
     if capture is None:
         raise _open_error(source)
-    index, due_ns, period_ns = 0, 0, round(1e9 / fps)
+    index, due_ns, period_ns, last_ns = 0, 0, round(1e9 / fps), 0
+    times, rate = CaptureTimes(source, playback), rate or SourceRate()
     try:
+        _leave_out_waiting(capture, source, playback.clock)
+        _settle(capture, controls, playback)
         while True:
             if not capture.grab():
                 capture.release()
                 playback.report(f"{name}: lost after {index} frames: unplugged, or the stream ended; trying again")
                 capture, tries = _reopen(source, calibrated, fps, opener, playback)
                 playback.report(f"{name}: back after {tries} tries")
+                times = CaptureTimes(source, playback)
+                rate.restart()
+                _leave_out_waiting(capture, source, playback.clock)
+                _settle(capture, controls, playback)
                 continue
-            captured_ns = playback.clock.now_ns()
+            captured_ns = last_ns = max(times.of(capture), last_ns + 1)
+            rate.add(captured_ns)
             if captured_ns < due_ns - EARLY * period_ns:
                 continue
             # Jitter stays on the grid of frame periods; a camera slower than requested starts a new grid.
@@ -104,6 +142,44 @@ def camera_frames(
             index += 1
     finally:
         capture.release()
+
+
+class CaptureTimes:
+    """Capture times of the frames of one connection."""
+
+    def __init__(self, source: Device | Stream, playback: Playback) -> None:
+        self._clock = playback.clock
+        self._is_device = isinstance(source, Device)
+        # Only RTSP carries times of the camera; of images over HTTP, FFmpeg assumes a rate.
+        self._stream = StreamClock() if isinstance(source, Stream) and source.url.startswith("rtsp") else None
+
+    def of(self, capture: Capture) -> int:
+        """Of the frame just grabbed, nanoseconds since the Unix epoch."""
+        now_ns = self._clock.now_ns()
+        if self._stream is not None:
+            return self._stream.captured_ns(round(capture.get(cv2.CAP_PROP_POS_MSEC) * 1e6), now_ns)
+        if self._is_device and sys.platform == "linux":
+            return now_ns - buffer_age_ns(capture.get(cv2.CAP_PROP_POS_MSEC), time.monotonic_ns())
+        return now_ns
+
+
+def _leave_out_waiting(capture: Capture, source: Device | Stream, clock: Clock) -> None:
+    """Grab the images that waited while a stream was opened: they are up to some seconds old."""
+    for _ in range(MOST_WAITING if isinstance(source, Stream) else 0):
+        begin_ns = clock.now_ns()
+        if not capture.grab() or clock.now_ns() - begin_ns > WAITING_NS:
+            return
+
+
+def _settle(capture: Capture, controls: Controls | None, playback: Playback) -> None:
+    """Set the controls, and leave out frames while automatic ones find their values.  Raises OpenError."""
+    if controls is None or not controls.begin():
+        return
+    end_ns = playback.clock.now_ns() + round(SETTLING_S * 1e9)
+    while playback.clock.now_ns() < end_ns:
+        if not capture.grab():
+            return  # lost; they settle when it is back
+    controls.lock()
 
 
 def _reopen(source: Device | Stream, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
@@ -130,10 +206,11 @@ def _open_error(source: Device | Stream) -> OpenError | AccessDenied:
     name = shown(source)
     if isinstance(source, Stream):
         return OpenError(f"{name}: the stream does not open within {TIMEOUT_MS // 1000} s: is the address right?")
-    path = Path(f"/dev/video{source.number}")
+    path = source.file
     if path.exists() and not os.access(path, os.R_OK | os.W_OK):
         return AccessDenied(f"{name}: no permission: add this user to the group `video` and log in again")
     if sys.platform == "linux" and not path.exists():
-        cameras = ", ".join(sorted(str(found) for found in Path("/dev").glob("video*"))) or "none"
+        folder, pattern = (path.parent, "*") if source.link else (Path("/dev"), "video*")
+        cameras = ", ".join(sorted(str(found) for found in folder.glob(pattern))) or "none"
         return OpenError(f"{name}: no such camera; there are: {cameras}")
     return OpenError(f"{name}: delivers no image: another program may be using it")

@@ -1,22 +1,26 @@
 """Open the frame source of a viewer."""
 
+import sys
 from collections.abc import Iterator
 
+from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import Actor, Device, FirstFrames, Images, Rendered, Stream, VideoFile
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.device import camera_frames
+from zenocap.services.viewer.sources.camera_controls import CameraControls
+from zenocap.services.viewer.sources.device import camera_frames, shown
 from zenocap.services.viewer.sources.images import image_frames
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames
 from zenocap.services.viewer.sources.resize import rectification
+from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.video import declared_frames, video_frames
 
 PREROLL = 30  # frames of empty scene from the simulated person when the background does not define them
 
 
-def open_source(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
-    """Iterate over the viewer's frames at its working size and rate.
+def open_source(viewer: Viewer, playback: Playback, rate: SourceRate | None = None) -> Iterator[Frame]:
+    """Iterate over the viewer's frames at its working size and rate.  rate: measures that of a camera or stream.
 
     Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
     """
@@ -24,7 +28,10 @@ def open_source(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     preroll = viewer.background.count if isinstance(viewer.background, FirstFrames) else 0
     match viewer.source:
         case Device() | Stream():
-            return camera_frames(viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify)
+            controls = _controls(viewer.source, playback)
+            return camera_frames(
+                viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify, controls=controls, rate=rate
+            )
         case VideoFile():
             return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll, rectify)
         case Images():
@@ -35,6 +42,24 @@ def open_source(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
             from zenocap.services.viewer.sources.actor import actor_frames  # imported only here: compiles the renderer
 
             return actor_frames(viewer.source, fps, viewer.camera, playback, preroll or PREROLL)
+
+
+def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """Images of a camera or stream as it gives them, at the calibrated size and not rectified.  Raises SourceError."""
+    assert isinstance(viewer.source, Device | Stream)
+    size, controls = viewer.calibrated_size, _controls(viewer.source, playback)
+    return camera_frames(viewer.source, viewer.fps, size, size, playback, controls=controls)
+
+
+def _controls(source: Device | Stream, playback: Playback) -> CameraControls | None:
+    """Controls of a camera where they can be set: on Linux."""
+    if not isinstance(source, Device):
+        return None
+    if sys.platform != "linux":
+        if source.settings != CameraSettings():
+            playback.report(f"{shown(source)}: its settings in the rig file are left out: they are set on Linux only")
+        return None
+    return CameraControls(shown(source), source.file, source.settings, playback.report)
 
 
 def frame_count(viewer: Viewer) -> int | None:

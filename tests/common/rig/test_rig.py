@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.places import ROOT
 from zenocap.common.errors import UserError
+from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import demo_rig, load_rig
 from zenocap.common.rig.sources import (
     Actor,
@@ -95,6 +96,12 @@ def test_a_rig_file_is_read(tmp_path):
         rig.viewer("3")
 
 
+def test_settings_of_a_camera_are_read(tmp_path):
+    keys = 'format = "YUYV"\nexposure = 200\nwhite_balance = "auto"\n'
+    one, _ = load_rig(write_rig(tmp_path, RIG.replace("fps = 15", f"fps = 15\n{keys}"))).viewers
+    assert one.source.settings == CameraSettings("YUYV", 200, "locked", "auto", "locked")
+
+
 def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
@@ -118,6 +125,19 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
         ('up_axis = "y"', 'up_axis = "x"', "up_axis = 'x': allowed: 'y', 'z'"),
         ('"two-view"', '"two_view"', "method = 'two_view': allowed: 'auto', 'two-view', .*did you mean 'two-view'"),
         ("fps = 15", "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
+        (
+            "fps = 15",
+            'exposure = "manual"',
+            r"viewer\[0\].exposure = 'manual': allowed: a whole number in the range .* \"locked\"",
+        ),
+        ("fps = 15", "gain = 2.5", r"viewer\[0\].gain = 2.5: allowed: int"),
+        ("fps = 15", "focus = true", r"viewer\[0\].focus = .*: allowed: int"),
+        ("fps = 15", 'format = "H264"', r"viewer\[0\].format = 'H264': allowed: MJPG, JPEG, YUYV"),
+        (
+            'source = "rtsp://host/a"',
+            'source = "rtsp://host/a"\ngain = 3',
+            r"viewer\[1\].gain = 3: allowed: only where the source is a camera of this machine",
+        ),
         ("fps = 15", "fps = 5000", r"viewer\[0\].fps = 5000: allowed: float <= 1000"),
         ("fps = 15", 'fps = "fast"', r"viewer\[0\].fps = 'fast': allowed: float"),
         ("fps = 15", "fsp = 15", r"viewer\[0\].fsp = 15: no such key; .*did you mean 'fps'"),
@@ -292,6 +312,7 @@ def test_errors_of_a_folder(tmp_path):
         (0, Device(0)),
         ("1", Device(1)),
         ("/dev/video2", Device(2)),
+        ("/dev/v4l/by-id/usb-A-index0", Device(None, Path("/dev/v4l/by-id/usb-A-index0"))),
         ("rtsp://u:p@host:554/a", Stream("rtsp://u:p@host:554/a")),
         ("http://host/a.mjpg?x=*", Stream("http://host/a.mjpg?x=*")),
         ("videos/a.mp4", VideoFile(Path("/b/videos/a.mp4"))),
@@ -304,7 +325,10 @@ def test_source_texts_are_parsed(text, source):
     assert parse_source(text, Path("/b")) == source
 
 
-@pytest.mark.parametrize("text", ["", "rtsp://", "actor:", "actor:demo?sead=1", "actor:demo?seed=x", "/dev/videox", -1])
+@pytest.mark.parametrize(
+    "text",
+    ["", "rtsp://", "actor:", "actor:demo?sead=1", "actor:demo?seed=x", "/dev/videox", -1, "/dev/v4l/by-id/", "/dev/sda"],
+)
 def test_invalid_source_texts_are_refused(text):
     with pytest.raises(SpecError):
         parse_source(text, Path("/b"))

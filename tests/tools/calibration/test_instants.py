@@ -7,13 +7,14 @@ import pytest
 
 from tests.support.board_views import board_views, room
 from zenocap.tools.calibration.board_views import CameraViews, View
-from zenocap.tools.calibration.instants import chosen_instants, shared_counts, usable
+from zenocap.tools.calibration.instants import chosen_instants, instants_near, shared_counts, usable
 
 SIZE = (600, 400)
 
 
-def view(time_s: float, place=(300.0, 200.0), speed: float = 10.0) -> View:
-    pixels = np.array(place) + 3.0 * np.array([[k % 3, k // 3] for k in range(6)])
+def view(time_s: float, place=(300.0, 200.0), speed: float = 10.0, moving: float = 60.0) -> View:
+    """A board that moves by `moving` px/s: of one that rests, only the first view is used."""
+    pixels = np.array(place) + np.array([moving * time_s, 0.0]) + 3.0 * np.array([[k % 3, k // 3] for k in range(6)])
     return View(time_s, np.arange(6), pixels, np.full((6, 2), speed / np.sqrt(2)))
 
 
@@ -96,3 +97,20 @@ def test_numbers_of_instants_are_limited():
     used = {id(view) for one in chosen for view in one.views.values()}
     assert len(used) == 28
     assert [one.time_s for one in chosen] == sorted(one.time_s for one in chosen)
+
+
+def test_a_board_that_rests_counts_once():
+    times = [0.1 * k for k in range(30)]
+    resting = [camera(times, moving=0.0), camera(times, moving=0.0)]
+    assert times_of(chosen_instants(resting, np.zeros(2))) == [(0.0, 0.0)]
+    half = [replace(one, views=tuple(view(time, moving=0.0 if time > 1.45 else 60.0) for time in times)) for one in resting]
+    assert len(times_of(chosen_instants(half, np.zeros(2)))) == 16
+
+
+def test_instants_near_a_time_are_spread_over_it_and_have_most_cameras():
+    times = [0.1 * k for k in range(30)]
+    seen = [camera(times, moving=0.0), camera(times[18:], moving=0.0)]
+    near = instants_near(seen, np.zeros(2), 2.0, 0.55, 3)
+    assert [one.time_s for one in near] == pytest.approx([1.8, 2.1, 2.5], abs=0.11)
+    assert all(len(one.views) == 2 for one in near)
+    assert instants_near(seen, np.zeros(2), 99.0, 0.5, 3) == []

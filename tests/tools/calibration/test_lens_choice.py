@@ -129,8 +129,8 @@ def test_spread_views_cover_the_image_and_are_slow():
     def view(number, offset, speed):
         return View(float(number), np.arange(3), place + offset, np.full((3, 2), speed))
 
-    many = [view(k, 0.0, 500.0) for k in range(20)]
-    slow, elsewhere = view(20, 0.0, 1.0), view(21, np.array([900.0, 400.0]), 500.0)
+    many = [view(k, 3.0 * k, 500.0) for k in range(20)]  # all within one cell
+    slow, elsewhere = view(20, np.array([60.0, -60.0]), 1.0), view(21, np.array([900.0, 400.0]), 500.0)
     seen = CameraViews("a", SIZE, 0.1, 22, (*many, slow, elsewhere))
     assert {view.time_s for view in spread_views(seen, 2)} == {20.0, 21.0}
     assert len(spread_views(seen, 100)) == 22

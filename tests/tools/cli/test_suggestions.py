@@ -13,7 +13,7 @@ ALL = [*COMMANDS, "calibrate", "prior", "posture", "show", "render"]
 @pytest.mark.parametrize(
     ("word", "expected"),
     [
-        ("cameras", "did you mean zenocap calibrate or zenocap doctor?"),
+        ("devices", "did you mean zenocap cameras?"),
         ("blender", "did you mean zenocap export?"),
         ("latency", "did you mean zenocap top?"),
         ("Start", "did you mean zenocap up or zenocap demo?"),

@@ -2,6 +2,7 @@
 
 import typer
 
+from zenocap.tools.cli.calibrate.board import board
 from zenocap.tools.cli.calibrate.check import check
 from zenocap.tools.cli.calibrate.convert import convert
 from zenocap.tools.cli.calibrate.lines import lines
@@ -9,6 +10,7 @@ from zenocap.tools.cli.calibrate.print_board import print_board
 from zenocap.tools.cli.calibrate.scene import scene
 
 calibrate = typer.Typer(help="Calibrate cameras; check and convert calibration files.", no_args_is_help=True)
+calibrate.command()(board)
 calibrate.command()(lines)
 calibrate.command()(scene)
 calibrate.command("print")(print_board)

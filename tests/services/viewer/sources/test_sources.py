@@ -15,16 +15,18 @@ from hypothesis import strategies as st
 from tests.common.runtime.test_frame_rate import reduced
 from tests.support.places import CLIPS, ROOT
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError, SizeMismatch
+from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video import reader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources import device
+from zenocap.services.viewer.sources import device, source
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.images import image_frames
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit
 from zenocap.services.viewer.sources.source import open_source
+from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.services.viewer.sources.video import Thinning, video_frames
 
 SIZE, WORKING = (64, 48), (32, 24)
@@ -262,6 +264,9 @@ class FakeCamera:
     def retrieve(self) -> tuple[bool, object]:
         return True, np.zeros((self.size[1], self.size[0], 3), np.uint8)
 
+    def get(self, propId: int) -> float:
+        return 0.0  # no time
+
     def release(self) -> None:
         self.released = True
 
@@ -281,6 +286,74 @@ def test_frames_of_a_camera_have_the_time_when_they_were_grabbed():
     assert [f.captured_ns for f in frames] == [S + k * S // 10 for k in (2, 3, 4)]  # the first was the check
     stream.close()
     assert camera.released
+
+
+class FakeControls:
+    """Controls that settle when they are set first."""
+
+    def __init__(self) -> None:
+        self.calls: list[str] = []
+
+    def begin(self) -> bool:
+        self.calls.append("begin")
+        return self.calls == ["begin"]
+
+    def lock(self) -> None:
+        self.calls.append("lock")
+
+
+def test_frames_are_left_out_while_controls_settle_and_not_when_the_camera_is_back():
+    time, controls, rate = FakeTime(ns=S), FakeControls(), SourceRate()
+    captures = [FakeCamera(time, 40), FakeCamera(time, 50)]
+    stream = camera_frames(
+        Device(0), 10.0, SIZE, WORKING, live(time), opening(captures), controls=controls, rate=rate
+    )  # fmt: skip
+    frames = list(islice(stream, 12))
+    assert frames[0].captured_ns - S == int((0.1 + device.SETTLING_S + 0.1) * S)
+    assert [f.frame for f in frames] == list(range(12))
+    assert frames[9].captured_ns - frames[8].captured_ns < S  # it was lost after the ninth
+    assert controls.calls == ["begin", "lock", "begin"]
+    assert rate.counts()["source_returns"] == 1
+
+
+def test_frames_of_a_camera_have_the_time_of_its_buffer(monkeypatch):
+    monkeypatch.setattr(device.time, "monotonic_ns", lambda: 7 * S)
+    monkeypatch.setattr(device.sys, "platform", "linux")
+    time, camera = FakeTime(ns=S), FakeCamera(FakeTime(), 50)
+    camera.time = time
+    camera.get = lambda propId: 7000.0 - 30.0  # ms
+    stream = camera_frames(Device(0), 10.0, SIZE, WORKING, live(time), opening([camera]))
+    assert next(stream).captured_ns == S + 2 * S // 10 - 30_000_000
+
+
+def test_on_other_systems_a_stable_name_is_refused_and_settings_are_left_out_with_a_line(monkeypatch):
+    monkeypatch.setattr(device.sys, "platform", "darwin")
+    with pytest.raises(OpenError, match="allowed on darwin: a number, such as 0"):
+        device.open_capture(Device(None, Path("/dev/v4l/by-id/a")), SIZE, 30.0)
+    reports: list[str] = []
+    source._controls(Device(0, settings=CameraSettings(gain=3)), live(FakeTime(), reports=reports))
+    source._controls(Device(0), live(FakeTime(), reports=reports))
+    assert reports == ["0: its settings in the rig file are left out: they are set on Linux only"]
+
+
+def test_a_camera_with_a_stable_name_is_found_under_another_number(tmp_path, monkeypatch):
+    opened: list[str] = []
+
+    class Capture:
+        def __init__(self, name: str, backend: int) -> None:
+            opened.append(name)
+
+        def set(self, propId: int, value: float) -> bool:
+            return True
+
+    monkeypatch.setattr(device.cv2, "VideoCapture", Capture)
+    monkeypatch.setattr(device.sys, "platform", "linux")
+    link = tmp_path / "usb-A"
+    for number in (0, 4):
+        link.unlink(missing_ok=True)
+        link.symlink_to(f"/dev/video{number}")
+        device.open_capture(Device(None, link), SIZE, 30.0)
+    assert opened == ["/dev/video0", "/dev/video4"]
 
 
 def test_frames_of_a_fast_camera_are_reduced_to_the_rate():

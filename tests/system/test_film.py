@@ -1,0 +1,144 @@
+"""Film two network cameras that see a simulated person, and track the folder; Ctrl-C; a second try."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.mjpeg_server import MjpegServer
+from tests.support.places import ROOT
+from tests.support.simulated_cameras import paper_cameras
+from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.video.reader import VideoReader
+from zenocap.simulation.body.person import person
+from zenocap.simulation.motion.timeline import demo_timeline
+from zenocap.simulation.rendering.camera import SimulatedCamera
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+SIZE, FPS, EMPTY_S, FILM_S, SHOWN_S = (320, 240), 15.0, 4.0, 12.0, 16.0
+
+
+class Scene:
+    """An empty room, then the simulated person; begins when the first camera is looked at."""
+
+    def __init__(self) -> None:
+        subject = person(0)
+        script = demo_timeline(subject, 0)
+        arrives_s = script.segments[0].end_s
+        self.begin_s: float | None = None
+        self.images: list[list[np.ndarray]] = []
+        for camera in paper_cameras(SIZE):
+            renderer = SimulatedCamera(camera, subject, 0)
+            times = [arrives_s - EMPTY_S + k / FPS for k in range(int(SHOWN_S * FPS))]
+            self.images.append([renderer.render(script.pose_at(max(0.0, t)), k) for k, t in enumerate(times)])
+
+    def picture(self, camera: int) -> Callable[[], np.ndarray]:
+        def now() -> np.ndarray:
+            self.begin_s = self.begin_s or time.monotonic()
+            k = int((time.monotonic() - self.begin_s) * FPS)
+            return self.images[camera][min(k, len(self.images[camera]) - 1)]
+
+        return now
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A rig file of two streams."""
+    folder, scene = tmp_path_factory.mktemp("film"), Scene()
+    cameras = dict(zip(("cam01", "cam02"), paper_cameras(SIZE), strict=True))
+    write_calibration(folder / "calibration.toml", cameras)
+    text = 'name = "film"\ncalibration = "calibration.toml"\n'
+    with ExitStack() as servers:
+        for number, name in enumerate(cameras):
+            server = servers.enter_context(MjpegServer(SIZE, FPS, picture=scene.picture(number)))
+            text += f'[[viewer]]\nid = "{number}"\ncamera = "{name}"\nsource = "{server.url}"\n'
+            text += f'background = "first:15"\nfps = {FPS}\n'
+        (folder / "rig.toml").write_text(text)
+        yield folder / "rig.toml"
+
+
+def zenocap(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-P", "-m", "zenocap", *arguments]
+    return subprocess.Popen(
+        command, cwd=folder, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )  # fmt: skip
+
+
+def output(process: subprocess.Popen[str]) -> tuple[int, str]:
+    text, _ = process.communicate(timeout=200)
+    return process.returncode, text
+
+
+def test_a_film_of_two_streams_is_tracked(rig: Path) -> None:
+    status, text = output(zenocap(rig.parent, "film", "rig.toml", "-o", "walk", "--seconds", str(FILM_S)))
+    assert status == 0, text
+    assert "cam01: " in text
+    assert "next: zenocap track walk -o walk.mcap" in text
+    for name in ("cam01", "cam02"):
+        with VideoReader(rig.parent / "walk" / "videos" / f"{name}.mkv") as reader:
+            while reader.next() is not None:
+                pass
+            timing = reader.summary().timing
+        assert timing.duration_s == pytest.approx(FILM_S, abs=0.5)
+        assert timing.frames == pytest.approx(FILM_S * FPS, rel=0.1)
+    status, text = output(zenocap(rig.parent, "track", "walk", "-o", "walk.mcap"))
+    assert status in (0, 3, 4), text  # two views at 15 frames/s may show too little for a good verdict
+    assert "no pose" not in text
+    status, text = output(zenocap(rig.parent, "film", "rig.toml", "-o", "walk"))
+    assert status == 1
+    assert "exists: allowed: another folder, or --force to replace it" in text
+
+
+def test_ctrl_c_ends_a_film_in_order(rig: Path) -> None:
+    with zenocap(rig.parent, "film", "rig.toml", "-o", "short") as process:
+        videos = [rig.parent / "short" / "videos" / f"{name}.mkv" for name in ("cam01", "cam02")]
+        end_s = time.monotonic() + 60
+        while not all(video.is_file() and video.stat().st_size > 50_000 for video in videos):
+            assert time.monotonic() < end_s
+            assert process.poll() is None
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        status, text = output(process)
+    assert status == 0, text
+    for video in videos:
+        with VideoReader(video) as reader:
+            while reader.next() is not None:
+                pass
+            assert reader.read > 3
+
+
+def test_a_camera_that_is_not_there_is_one_line(rig: Path) -> None:
+    other = rig.with_name("other.toml")
+    other.write_text(rig.read_text().replace("/stream", "/nothing"))
+    status, text = output(zenocap(rig.parent, "film", "other.toml", "-o", "none", "--seconds", "1"))
+    assert status == 1
+    assert "error: http://127.0.0.1" in text
+    assert "the stream does not open" in text
+    assert "Traceback" not in text
+
+
+def test_cameras_without_a_calibration_are_filmed_by_name(rig: Path) -> None:
+    urls = [line.split('"')[1] for line in rig.read_text().splitlines() if line.startswith("source")]
+    named = [f"{name}={url}" for name, url in zip(("left", "right"), urls, strict=True)]
+    status, text = output(
+        zenocap(rig.parent, "film", *named, "--size", "320x240", "--fps", "15", "--seconds", "2", "-o", "board")
+    )
+    assert status == 0, text
+    assert "next: zenocap calibrate board board --square MM" in text
+    folder = rig.parent / "board"
+    assert sorted(path.name for path in (folder / "videos").iterdir()) == ["left.mkv", "right.mkv"]
+    assert not (folder / "calibration.toml").exists()
+    for path in (folder / "videos").iterdir():
+        with VideoReader(path) as reader:
+            assert reader.size == SIZE
+    status, text = output(zenocap(rig.parent, "film", "left=nonsense.mp4", "-o", "other"))
+    assert status == 1
+    assert "left=nonsense.mp4: no camera and no stream" in text

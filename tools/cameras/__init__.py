@@ -1,0 +1,1 @@
+"""What cameras there are: those of this machine and network streams, tried and described."""

@@ -1,0 +1,114 @@
+"""The command that lists cameras and tries streams: cameras."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
+from zenocap.tools.cli.progress import progress
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.video.v4l2.listing import FoundCamera
+    from zenocap.tools.cameras.streams import TriedStream
+
+
+def cameras(
+    urls: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[URL...]",
+            help="Network streams to try (rtsp, rtsps, http, https); default: list the cameras of this machine.",
+            show_default=False,
+        ),
+    ] = None,
+    pictures: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--pictures",
+            metavar="FOLDER",
+            help="Write a small picture of each camera to this folder.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the cameras of this machine: what to write into a rig file, modes, controls. Or try network streams.
+
+    The name in `/dev/v4l/by-id` stays with the camera when it is plugged in again or the machine starts anew, `/dev/video0`
+    need not. Of a stream: size, rate as measured over 2 s, codec, time to the first image; or the reason why there is none.
+    Nothing is changed in the cameras; --pictures fails for one that another program uses.
+
+    Exit status 1: there is no camera, or a camera or stream gave no answer or picture.
+
+    Examples: `zenocap cameras --pictures seen`, `zenocap cameras rtsp://192.168.1.20/stream`
+    """
+    with one_line_errors():
+        good = _streams(urls, pictures, as_json) if urls else _devices(pictures, as_json)
+    raise typer.Exit(DONE if good else FAILED)
+
+
+def _devices(folder: Path | None, as_json: bool) -> bool:
+    from zenocap.common.video.v4l2.listing import found_cameras
+    from zenocap.tools.cameras.pictures import camera_image, written_pictures
+    from zenocap.tools.cameras.text import camera_data, camera_lines
+
+    found = found_cameras()
+    paths: dict[str, str] = {}
+    without: list[FoundCamera] = []
+    if folder is not None:
+        images = {str(one.path): camera_image(one) for one in found if not one.problem}
+        paths = written_pictures(folder, {name: image for name, image in images.items() if image is not None})
+        without = [one for one in found if not one.problem and str(one.path) not in paths]
+    if as_json:
+        reason = "no image: another program uses the camera, or its USB port has no bandwidth left"
+        _print_json([camera_data(one, paths.get(str(one.path)), reason if one in without else "") for one in found])
+    else:
+        for line in camera_lines(found):
+            _print(line)
+        _print_pictures(paths)
+        for one in without:
+            _print(
+                f"{one.path}: no image: another program uses the camera, or its USB port has no bandwidth left", err=True
+            )
+    return bool(found) and not without and not any(one.problem for one in found)
+
+
+def _streams(urls: list[str], folder: Path | None, as_json: bool) -> bool:
+    from zenocap.tools.cameras.pictures import written_pictures
+    from zenocap.tools.cameras.streams import tried_streams
+    from zenocap.tools.cameras.text import stream_data, stream_lines
+
+    with progress("trying the streams"):
+        found: list[TriedStream] = tried_streams(urls)
+    paths: dict[str, str] = {}
+    if folder is not None:
+        paths = written_pictures(folder, {one.address: one.image for one in found if one.image is not None})
+    if as_json:
+        _print_json([stream_data(one, paths.get(one.address)) for one in found])
+    else:
+        for line in stream_lines(found):
+            _print(line)
+        _print_pictures(paths)
+    return all(one.size is not None for one in found)
+
+
+def _print_pictures(paths: dict[str, str]) -> None:
+    for name, path in paths.items():
+        _print(f"picture of {name}: {path}")
+
+
+def _print(line: str, err: bool = False) -> None:
+    """Names come from cameras and servers."""
+    from zenocap.common.runtime.foreign_text import MAX_LINE, printable
+
+    typer.echo(printable(line, MAX_LINE), err=err)
+
+
+def _print_json(rows: list[dict[str, object]]) -> None:
+    import json
+
+    typer.echo(json.dumps(rows, indent=2))

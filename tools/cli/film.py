@@ -1,0 +1,88 @@
+"""The command that records the videos of a rig's cameras: film."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, rig_at
+
+
+def film(
+    rig: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RIG | NAME=SOURCE...",
+            help="Rig file (TOML) with cameras or streams; or the cameras themselves, before they are calibrated.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="FOLDER", help="Folder to write, for `zenocap track`.", show_default=False),
+    ],
+    seconds: Annotated[
+        float | None,
+        typer.Option(min=0.1, max=86400, help="Length of the film (s); default: until Ctrl-C.", show_default=False),
+    ] = None,
+    size: Annotated[
+        str, typer.Option(metavar="WxH", help="Size of the images (px) of NAME=SOURCE; a rig's is that of its calibration.")
+    ] = "1280x720",
+    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Frames/s of NAME=SOURCE; a rig has its own.")] = 30.0,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier film in that folder.")] = False,
+) -> None:
+    """Record the videos of all cameras and streams of a rig that this machine reaches, into a folder for `zenocap track`.
+
+    The rig itself must not run: a camera gives images to one program. All cameras begin together, when each has given its
+    first image and its exposure is fixed, and end together. Images are not reduced; every frame keeps its capture time,
+    from which `track` pairs them. It ends by itself before the disk is full. Where the rig's backgrounds are `first:N`,
+    leave the scene empty at the beginning for that many frames.
+
+    Exit status 3: frames were lost, a camera failed for a time, or the film ended early; what was filmed can be used.
+
+    Example: `zenocap film studio.toml -o monday --seconds 60`, then `zenocap track monday -o monday.mcap`
+
+    To film the board before there is a calibration: `zenocap film left=/dev/video0 right=/dev/video2 -o films`, then
+    `zenocap calibrate board films --square 35`
+    """
+    with one_line_errors():
+        from zenocap.common.runtime.signals import stop_signals
+        from zenocap.tools.cli.track import parsed_size
+        from zenocap.tools.film.film import film as run_film
+        from zenocap.tools.film.film import filmed_viewers
+        from zenocap.tools.film.layout import prepare, write_layout
+        from zenocap.tools.film.sources import named_sources
+
+        calibrated = len(rig) == 1 and ("=" not in rig[0] or Path(rig[0]).exists())
+        if calibrated:
+            loaded = rig_at(Path(rig[0]), files=False)
+            viewers = filmed_viewers(loaded)
+            for viewer in loaded.viewers:
+                if viewer not in viewers:
+                    typer.echo(f"note: viewer {viewer.id}: not a camera or stream: not filmed", err=True)
+        else:
+            viewers = named_sources(rig, parsed_size(size), fps)
+        prepare(output, viewers, force)
+        with stop_signals() as stopped:
+            filmed, reason = run_film(viewers, output, seconds, stopped, typer.echo)
+        if not any(one.frames for one in filmed):
+            typer.echo(f"error: nothing was filmed{f': {reason}' if reason else ''}", err=True)
+            raise typer.Exit(FAILED)
+        write_layout(output, viewers, filmed, calibrated=calibrated)
+    good = not reason
+    for one in filmed:
+        losses = [f"{one.lost} frames lost by the writer"] * bool(one.lost) + [f"lost and opened again: {one.away}"] * bool(
+            one.away
+        )
+        losses += ["no frame"] * (not one.frames)
+        typer.echo(f"{one.name}: {one.frames} frames, {one.rate:.2f} frames/s{''.join(f', {text}' for text in losses)}")
+        good = good and not losses
+    if reason:
+        typer.echo(f"ended early: {reason}", err=True)
+    if calibrated:
+        typer.echo(f"next: zenocap track {output} -o {output.resolve().name}.mcap")
+    else:
+        typer.echo(f"next: zenocap calibrate board {output} --square MM")
+    raise typer.Exit(DONE if good else LOSS)

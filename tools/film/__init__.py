@@ -1,0 +1,1 @@
+"""Record the videos of the cameras of a rig."""

@@ -1,0 +1,47 @@
+"""The folder of a film: what `zenocap track` takes."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from zenocap.common.atomic_write import write_atomically
+from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.common.errors import UserError
+from zenocap.common.rig.rig import Viewer
+from zenocap.common.rig.sources import VIDEO_SUFFIXES, FirstFrames
+from zenocap.tools.film.film import Filmed
+from zenocap.tools.sync.synchronize import write_sync
+
+CALIBRATION, CLIP, SYNC = "calibration.toml", "clip.toml", "sync.toml"
+
+
+def prepare(folder: Path, viewers: Sequence[Viewer], force: bool) -> None:
+    """Make the folder and remove what would be replaced.  Raises UserError when that is there, without `force`."""
+    videos = [path for path in (folder / "videos").glob("*") if path.suffix.lower() in VIDEO_SUFFIXES]
+    own = {viewer.camera.name for viewer in viewers}
+    existing = [*videos, *(path for name in (CALIBRATION, CLIP, SYNC) if (path := folder / name).exists())]
+    if existing and not force:
+        raise UserError(f"{existing[0]} exists: allowed: another folder, or --force to replace it")
+    if others := [path for path in videos if path.stem not in own]:
+        raise UserError(f"{others[0]}: of a camera that is not filmed: allowed: a folder without it")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in existing:
+            path.unlink()
+    except OSError as error:
+        raise UserError(f"{folder}: {error.strerror}: allowed: a folder that can be written") from error
+
+
+def write_layout(folder: Path, viewers: Sequence[Viewer], filmed: Sequence[Filmed], *, calibrated: bool = True) -> None:
+    """Write calibration, beginnings of the videos, and the number of empty frames where all viewers have one.
+
+    calibrated: whether the viewers' cameras are; otherwise no calibration is written.  Raises UserError, OSError.
+    """
+    if calibrated:
+        cameras = {viewer.camera.name: viewer.camera.resized(viewer.calibrated_size) for viewer in viewers}
+        write_calibration(folder / CALIBRATION, cameras)
+    first_ns = min(one.first_ns for one in filmed if one.frames)
+    offsets = {one.name: (one.first_ns - first_ns) / 1e9 for one in filmed if one.frames}
+    write_sync(folder, offsets, "Written by zenocap film, from capture times")
+    empty = [viewer.background.count for viewer in viewers if isinstance(viewer.background, FirstFrames)]
+    if len(empty) == len(viewers):
+        write_atomically(folder / CLIP, f"empty_frames = {min(empty)}\n".encode())

@@ -1,0 +1,39 @@
+"""Cameras that are filmed without a rig file, because there is no calibration yet: NAME=SOURCE."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import plain_name
+from zenocap.common.rig.rig import Viewer
+from zenocap.common.rig.sources import Device, MedianFrames, SpecError, Stream, parse_source
+
+ALLOWED = "NAME=SOURCE, such as cam01=/dev/video0 or cam02=rtsp://192.168.1.20/stream"
+
+
+def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float) -> list[Viewer]:
+    """Viewers of cameras and streams, of images of `size` (width, height) px.  texts: NAME=SOURCE.  Raises UserError.
+
+    Their lens is a placeholder: they are for filming and nothing else.
+    """
+    width, height = size
+    matrix = np.array([[width, 0.0, (width - 1) / 2], [0.0, width, (height - 1) / 2], [0.0, 0.0, 1.0]])
+    viewers: list[Viewer] = []
+    for text in texts:
+        name, equals, where = text.partition("=")
+        if not (equals and name and where) or plain_name(name) != name:
+            raise UserError(f"{text}: allowed: {ALLOWED}; of names: letters, digits, '.', '_' and '-'")
+        try:
+            source = parse_source(where, Path())
+        except SpecError as error:
+            raise UserError(f"{text}: allowed: {error}") from error
+        if not isinstance(source, Device | Stream):
+            raise UserError(f"{text}: no camera and no stream: allowed: {ALLOWED}")
+        if any(one.id == name or one.source == source for one in viewers):
+            raise UserError(f"{text}: this name or this source was given already: allowed: each once")
+        camera = Camera(name, size, matrix, np.zeros(4), np.eye(3), np.zeros(3))
+        viewers.append(Viewer(name, camera, size, source, MedianFrames(), fps, preview=False, silhouette=False))
+    return viewers

@@ -35,6 +35,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "contended": ("--seconds", "3", "--size", "160x120"),
     "damage": ("--count", "6", "--seeds", "0", "--commands", "1"),
     "decoding": ("--sizes", "64x48", "--frames", "10", "--minutes", "0.5"),
+    "drift": ("--views", "3", "--seeds", "1"),
     "faults": ("--short",),
     "flashes": ("--quick",),
     "headings": ("--people", "1", "--every", "180", "--jobs", "1"),

@@ -5,6 +5,7 @@ import typer
 from zenocap.tools.cli.calibrate.board import board
 from zenocap.tools.cli.calibrate.check import check
 from zenocap.tools.cli.calibrate.convert import convert
+from zenocap.tools.cli.calibrate.drift import drift
 from zenocap.tools.cli.calibrate.lines import lines
 from zenocap.tools.cli.calibrate.print_board import print_board
 from zenocap.tools.cli.calibrate.scene import scene
@@ -14,5 +15,6 @@ calibrate.command()(board)
 calibrate.command()(lines)
 calibrate.command()(scene)
 calibrate.command("print")(print_board)
+calibrate.command()(drift)
 calibrate.command()(check)
 calibrate.command()(convert)

@@ -1,0 +1,247 @@
+"""Which camera of a calibrated rig was moved, and how, from the silhouettes of a person in all views.
+
+The planes through the centres of two cameras that touch the person touch both silhouettes, so that their angles about the
+baseline are equal (Sinha and Pollefeys 2010, see `zenocap.tools.sync.tangents`).  After a camera was moved, the angles of
+all its pairs differ, those of the other pairs do not.  For each camera the motion is fitted that makes its pairs agree; the one
+that explains most was moved.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import cv2
+import numpy as np
+from scipy.optimize import least_squares
+
+from zenocap.common.arrays import Bools, Floats
+from zenocap.common.camera.pinhole import Camera
+from zenocap.tools.calibration.drift_parameters import (
+    BLOCKS,
+    EXPLAINED,
+    LEAST_ERROR_PX,
+    LEAST_INSTANTS,
+    LEAST_PX,
+    LOSS_SCALE,
+    MOST_INSTANTS,
+    PRIOR_SHIFT_M,
+    PRIOR_TURN_DEG,
+    SURE_ERRORS,
+)
+from zenocap.tools.sync.tangents import NOISE_PX, WIDEST_RAD, Outline, baseline_of, scene_centre
+
+
+@dataclass(frozen=True)
+class MovedCamera:
+    """turn_deg: angle by which it turned.  shift_m: distance by which its centre moved.  camera: where it is now.
+
+    before_px, after_px: median distance of its silhouettes from where the other cameras put their borders, before and with
+    the new pose.  apart_px: by how far the person appears beside the old place.  Errors: standard errors, of a jackknife.
+    """
+
+    name: str
+    camera: Camera
+    turn_deg: float
+    turn_error_deg: float
+    shift_m: float
+    shift_error_m: float
+    before_px: float
+    after_px: float
+    apart_px: float
+    error_px: float
+
+
+@dataclass(frozen=True)
+class Drift:
+    """moved: in the order in which they were found.  pairs_px: median disagreement of each pair, px, as calibrated.
+
+    instants: number of compared instants.
+    """
+
+    moved: tuple[MovedCamera, ...]
+    pairs_px: Mapping[tuple[str, str], float]
+    instants: int
+
+
+@dataclass(frozen=True)
+class _Rays:
+    """Hull of one camera's silhouettes in its own frame: (n, k, 3), NaN where there is none; cut: (n, k)."""
+
+    local: Floats
+    cut: Bools
+
+
+def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outline]]) -> Drift:
+    """Cameras that were moved since they were calibrated.  instants: outlines by camera at equal times.
+
+    Of two cameras nobody can tell which one moved: none is named.  Raises ValueError for too few instants.
+    """
+    kept = [one for one in instants if len(one) > 1]
+    if len(kept) < LEAST_INSTANTS:
+        raise ValueError(f"the person is seen by two cameras at {len(kept)} instants: allowed: {LEAST_INSTANTS} or more")
+    kept = [kept[k] for k in np.unique(np.linspace(0, len(kept) - 1, MOST_INSTANTS).astype(int))]
+    names = [name for name in cameras if sum(name in one for one in kept) >= LEAST_INSTANTS]
+    rays = {name: _rays(cameras[name], [one.get(name) for one in kept]) for name in names}
+    scene = scene_centre([cameras[name] for name in names], [[one[name] for one in kept if name in one] for name in names])
+    present = {name: cameras[name] for name in names}
+    moved: list[MovedCamera] = []
+    pairs_px = {pair: _median_px(_pair_residuals(present, rays, pair, scene)) for pair in combinations(names, 2)}
+    candidates = list(names) if len(names) > 2 else []
+    while candidates and len(names) - len(moved) > 2:
+        found = _most_moved(present, rays, candidates, scene, cameras)
+        if found is None:
+            break
+        moved.append(found)
+        present[found.name] = found.camera
+        candidates.remove(found.name)
+    return Drift(tuple(moved), pairs_px, len(kept))
+
+
+def _most_moved(
+    cameras: Mapping[str, Camera],
+    rays: Mapping[str, _Rays],
+    candidates: Sequence[str],
+    scene: Floats,
+    calibrated: Mapping[str, Camera],
+) -> MovedCamera | None:
+    """The candidate whose motion explains most, where that is certain."""
+    best: tuple[str, Floats, float] | None = None
+    most = 0.0
+    for name in candidates:
+        motion = _fitted(cameras, rays, name, scene)
+        before = float(_losses(_residuals(cameras, rays, name, scene, np.zeros(6))).sum())
+        after = float(_losses(_residuals(cameras, rays, name, scene, motion)).sum())
+        if before - after > most:
+            best, most = (name, motion, before), before - after
+    if best is None:
+        return None
+    name, motion, before = best
+    camera = moved_camera(cameras[name], motion)
+    others = _left_out(cameras, rays, name, scene)
+    error_px = max(LEAST_ERROR_PX, _jackknife([_apart_px(camera, other, scene) for other in others]))
+    apart_px = _apart_px(cameras[name], camera, scene)
+    if apart_px < max(LEAST_PX, SURE_ERRORS * error_px) or most < EXPLAINED * before:
+        return None
+    pairs = [pair for pair in combinations(cameras, 2) if name in pair]
+    offs = [
+        float(np.nanmedian([_median_px(_pair_residuals(state, rays, pair, scene)) for pair in pairs]))
+        for state in (cameras, {**cameras, name: camera})
+    ]
+    old = calibrated[name]
+    return MovedCamera(
+        name,
+        camera,
+        _turn_deg(camera, old),
+        _jackknife([_turn_deg(other, camera) for other in others]),
+        float(np.linalg.norm(camera.centre - old.centre)),
+        _jackknife([float(np.linalg.norm(other.centre - camera.centre)) for other in others]),
+        offs[0],
+        offs[1],
+        apart_px,
+        error_px,
+    )
+
+
+def _left_out(cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], name: str, scene: Floats) -> list[Camera]:
+    """The moved camera, fitted without one stretch of time each: errors of neighbouring instants are alike."""
+    count = len(rays[name].local)
+    found = []
+    for block in np.array_split(np.arange(count), BLOCKS):
+        kept = np.setdiff1d(np.arange(count), block)
+        part = {other: _Rays(one.local[kept], one.cut[kept]) for other, one in rays.items()}
+        found.append(moved_camera(cameras[name], _fitted(cameras, part, name, scene)))
+    return found
+
+
+def _jackknife(distances: Sequence[float]) -> float:
+    """Standard error from the distances of the results without each block to the whole one."""
+    return float(np.sqrt((len(distances) - 1) / len(distances) * np.sum(np.square(distances))))
+
+
+def _turn_deg(one: Camera, other: Camera) -> float:
+    return float(np.degrees(np.linalg.norm(cv2.Rodrigues(one.rotation @ other.rotation.T)[0])))
+
+
+def moved_camera(camera: Camera, motion: Floats) -> Camera:
+    """The camera moved by (6,): rotation vector and shift in its frame, rad and m."""
+    turn = np.asarray(cv2.Rodrigues(motion[:3])[0], dtype=np.float64)
+    return replace(camera, rotation=turn @ camera.rotation, translation=turn @ camera.translation + motion[3:])
+
+
+def _fitted(cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], name: str, scene: Floats) -> Floats:
+    """Motion (6,) of a camera that makes its pairs agree; small motions are the more likely."""
+    widths = np.array([np.radians(PRIOR_TURN_DEG)] * 3 + [PRIOR_SHIFT_M] * 3)
+
+    def off(scaled: Floats) -> Floats:
+        return np.concatenate([np.sqrt(_losses(_residuals(cameras, rays, name, scene, scaled * widths))), scaled])
+
+    return np.asarray(least_squares(off, np.zeros(6), max_nfev=30).x * widths, dtype=np.float64)
+
+
+def _losses(residuals: Floats) -> Floats:
+    """Cauchy loss of residuals in standard deviations."""
+    found: Floats = LOSS_SCALE**2 * np.log1p((residuals / LOSS_SCALE) ** 2)
+    return found
+
+
+def _residuals(
+    cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], name: str, scene: Floats, motion: Floats
+) -> Floats:
+    """Differences of the tangent angles in all pairs of one moved camera, in standard deviations; 0 where there is none.
+
+    One that the motion makes unknown keeps its value: a motion must not win by what it hides.
+    """
+    moved = {**cameras, name: moved_camera(cameras[name], motion)}
+    pairs = [pair for pair in combinations(cameras, 2) if name in pair]
+    before = np.concatenate([_pair_residuals(cameras, rays, pair, scene) for pair in pairs])
+    after = np.concatenate([_pair_residuals(moved, rays, pair, scene) for pair in pairs])
+    return np.where(np.isfinite(before), np.where(np.isfinite(after), after, before), 0.0)
+
+
+def _pair_residuals(
+    cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], pair: tuple[str, str], scene: Floats
+) -> Floats:
+    """Differences (2 n,) of both tangent angles of a pair, in standard deviations of their noise; NaN where unknown."""
+    one, other = (cameras[name] for name in pair)
+    baseline = baseline_of(one, other, scene)
+    if baseline is None:
+        return np.full(2 * len(rays[pair[0]].local), np.nan)
+    ends, noises = [], []
+    for name, camera in zip(pair, (one, other), strict=True):
+        world = rays[name].local @ camera.rotation
+        angles = np.arctan2(world @ baseline.side, world @ baseline.ahead)
+        known = np.isfinite(angles)
+        low, high = np.where(known, angles, np.inf).argmin(axis=1), np.where(known, angles, -np.inf).argmax(axis=1)
+        rows = np.arange(len(angles))
+        both = np.stack([angles[rows, low], angles[rows, high]])
+        both[:, both[1] - both[0] > WIDEST_RAD] = np.nan
+        both[np.stack([rays[name].cut[rows, low], rays[name].cut[rows, high]])] = np.nan
+        to_scene = scene - camera.centre
+        across = np.linalg.norm(np.cross(to_scene, baseline.axis)) / np.linalg.norm(to_scene)
+        pixel_rad = 2.0 / float(camera.matrix[0, 0] + camera.matrix[1, 1])
+        ends.append(both)
+        noises.append(NOISE_PX * pixel_rad / max(0.05, float(across)))
+    differences: Floats = ((ends[0] - ends[1]) / np.hypot(noises[0], noises[1])).ravel()
+    return differences
+
+
+def _rays(camera: Camera, outlines: Sequence[Outline | None]) -> _Rays:
+    most = max(len(one.rays) for one in outlines if one is not None)
+    local, cut = np.full((len(outlines), most, 3), np.nan), np.zeros((len(outlines), most), dtype=np.bool_)
+    for k, one in enumerate(outlines):
+        if one is not None:
+            local[k, : len(one.rays)] = one.rays @ camera.rotation.T
+            cut[k, : len(one.cut)] = one.cut
+    return _Rays(local, cut)
+
+
+def _median_px(residuals: Floats) -> float:
+    """Median distance in px of residuals in standard deviations; NaN without any."""
+    known = residuals[np.isfinite(residuals)]
+    return float(np.median(np.abs(known))) * 2**0.5 * NOISE_PX if len(known) else float("nan")
+
+
+def _apart_px(one: Camera, other: Camera, scene: Floats) -> float:
+    """Distance in the image between a person as two poses of a camera show it: of the middle, the head and the feet."""
+    body = scene + np.array([[0.0, -0.8, 0.0], [0.0, 0.0, 0.0], [0.0, 0.8, 0.0]])
+    return float(np.nanmean(np.linalg.norm(one.project(body) - other.project(body), axis=1)))

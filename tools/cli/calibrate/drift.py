@@ -1,0 +1,68 @@
+"""Command calibrate drift."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, one_line_errors
+
+
+def drift(
+    take: TakePath,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            help="Calibration that the take was recorded with, to be corrected; default: the cameras of the take."
+        ),
+    ] = None,
+    up_axis: Annotated[str, typer.Option(help="Up axis of the calibration's world: y or z.")] = "y",
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Calibration to write with the new poses of moved cameras.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing calibration.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Check on a take whether a camera was moved since the calibration, by how much, and where it is now.
+
+    Compares the silhouettes of somebody who walks through the area, half a minute of them. With three cameras or more it
+    names the moved one; of two nobody can tell. Exit status 3: a camera was moved, or views disagree without such a reason.
+
+    Example: `zenocap calibrate drift walk.mcap --calibration calibration.toml -o moved.toml`
+    """
+    from zenocap.common.camera.calibration_files import read_calibration, write_calibration
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.folder import plain_name
+    from zenocap.tools.calibration.drift_report import (
+        contradicts,
+        corrected,
+        drift_data,
+        drift_lines,
+        messages_of,
+        take_drift,
+    )
+
+    with one_line_errors():
+        checked_take(take)
+        known = None
+        if calibration is not None:  # takes have names without characters that keys do not allow
+            known = {plain_name(name): camera for name, camera in read_calibration(calibration, up_axis).items()}
+        if output is not None and output.exists() and not force:
+            raise UserError(f"{output}: exists already: allowed: another name, or --force")
+        found, cameras = take_drift(take, messages_of(take))
+        if output is not None and found.moved:
+            try:
+                write_calibration(output, corrected(found, cameras, known), up_axis if known is not None else "y")
+            except OSError as error:
+                raise UserError(f"{output}: cannot be written: {error.strerror}") from error
+    if as_json:
+        typer.echo(json.dumps(drift_data(found) | {"written": str(output) if output and found.moved else None}, indent=2))
+    else:
+        typer.echo("\n".join(drift_lines(found)))
+        if output is not None:
+            typer.echo(f"written: {output}" if found.moved else "nothing is written")
+        elif found.moved:
+            typer.echo("next: the same with --calibration and -o writes a calibration with the new pose")
+    if contradicts(found):
+        raise typer.Exit(LOSS)

@@ -2,8 +2,8 @@
 
 The planes through the centres of two cameras that touch the person touch both silhouettes, so that their angles about the
 baseline are equal (Sinha and Pollefeys 2010, see `zenocap.tools.sync.tangents`).  After a camera was moved, the angles of
-all its pairs differ, those of the other pairs do not.  For each camera the motion is fitted that makes its pairs agree; the one
-that explains most was moved.
+all its pairs differ, those of the other pairs do not.  For each camera the motion is fitted that makes its pairs agree; the
+one that explains most was moved.
 """
 
 from collections.abc import Mapping, Sequence

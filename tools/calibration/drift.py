@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 
 from zenocap.common.arrays import Bools, Floats
 from zenocap.common.camera.pinhole import Camera
-from zenocap.tools.calibration.drift_parameters import (
+from zenocap.tools.calibration.parameters import (
     BLOCKS,
     EXPLAINED,
     LEAST_ERROR_PX,
@@ -53,13 +53,14 @@ class MovedCamera:
 
 @dataclass(frozen=True)
 class Drift:
-    """moved: in the order in which they were found.  pairs_px: median disagreement of each pair, px, as calibrated.
+    """moved: in the order in which they were found.  pairs_px: median disagreement of each compared pair as calibrated, px.
 
-    instants: number of compared instants.
+    unchecked: cameras without a compared pair.  instants: number of compared instants.
     """
 
     moved: tuple[MovedCamera, ...]
     pairs_px: Mapping[tuple[str, str], float]
+    unchecked: tuple[str, ...]
     instants: int
 
 
@@ -74,7 +75,7 @@ class _Rays:
 def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outline]]) -> Drift:
     """Cameras that were moved since they were calibrated.  instants: outlines by camera at equal times.
 
-    Of two cameras nobody can tell which one moved: none is named.  Raises ValueError for too few instants.
+    Two cameras do not determine which one moved: none is named.  Raises ValueError when too little can be compared.
     """
     kept = [one for one in instants if len(one) > 1]
     if len(kept) < LEAST_INSTANTS:
@@ -85,16 +86,20 @@ def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outl
     scene = scene_centre([cameras[name] for name in names], [[one[name] for one in kept if name in one] for name in names])
     present = {name: cameras[name] for name in names}
     moved: list[MovedCamera] = []
-    pairs_px = {pair: _median_px(_pair_residuals(present, rays, pair, scene)) for pair in combinations(names, 2)}
-    candidates = list(names) if len(names) > 2 else []
-    while candidates and len(names) - len(moved) > 2:
+    residuals = {pair: _pair_residuals(present, rays, pair, scene) for pair in combinations(names, 2)}
+    pairs_px = {pair: _median_px(one) for pair, one in residuals.items() if np.isfinite(one).sum() >= LEAST_INSTANTS}
+    checked = [name for name in names if any(name in pair for pair in pairs_px)]
+    if not checked:
+        raise ValueError("no two cameras show the person whole, from different sides, at the same time")
+    candidates = list(checked) if len(checked) > 2 else []
+    while candidates and len(checked) - len(moved) > 2:
         found = _most_moved(present, rays, candidates, scene, cameras)
         if found is None:
             break
         moved.append(found)
         present[found.name] = found.camera
         candidates.remove(found.name)
-    return Drift(tuple(moved), pairs_px, len(kept))
+    return Drift(tuple(moved), pairs_px, tuple(name for name in cameras if name not in checked), len(kept))
 
 
 def _most_moved(

@@ -15,7 +15,7 @@ from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import topic_at
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.tools.calibration.drift import Drift, drift_of
-from zenocap.tools.calibration.drift_parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
+from zenocap.tools.calibration.parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
 from zenocap.tools.sync.tangents import Outline, outline_of
 from zenocap.tools.verdict.evidence import evidence_of
 from zenocap.tools.verdict.parameters import MIN_AREA
@@ -46,7 +46,7 @@ def take_drift(path: Path, messages: Iterable[m.Message]) -> tuple[Drift, dict[s
     instants: list[dict[str, Outline]] = []
     samples = [sample for _, sample in sorted(evidence.samples.items())]
     posed = [sample for sample in samples if sample.pose_ns is not None]
-    # Where nobody is tracked, silhouettes may be noise; a camera that was moved far may be why nobody is.
+    # Silhouettes without a tracked person may be noise; a camera that was moved far may be why none is tracked.
     for sample in posed if len(posed) >= LEAST_INSTANTS else samples:
         seen: dict[str, Outline] = {}
         for viewer, silhouette in sample.silhouettes.items():
@@ -64,13 +64,13 @@ def take_drift(path: Path, messages: Iterable[m.Message]) -> tuple[Drift, dict[s
     try:
         return drift_of(named, instants), named
     except ValueError as error:
-        raise UserError(f"{path}: {error}; film somebody who walks through the whole area for half a minute") from error
+        raise UserError(f"{path}: {error}; film a person who walks through the whole area for half a minute") from error
 
 
 def drift_lines(found: Drift) -> list[str]:
     """Report as lines of text."""
-    pairs = ", ".join(f"{one} and {other} {px:.1f}" for (one, other), px in found.pairs_px.items() if px == px)
-    lines = [f"compared at {found.instants} instants; silhouettes of pairs of cameras disagree, px: {pairs or 'no pair'}"]
+    pairs = ", ".join(f"{one} and {other} {px:.1f}" for (one, other), px in found.pairs_px.items())
+    lines = [f"compared at {found.instants} instants; silhouettes of pairs of cameras disagree, px: {pairs}"]
     for one in found.moved:
         lines.append(
             f"{one.name} was moved: turned by {one.turn_deg:.2f} ± {one.turn_error_deg:.2f} degrees, shifted by "
@@ -78,8 +78,15 @@ def drift_lines(found: Drift) -> list[str]:
             f"{one.error_px:.1f} px beside the old place"
         )
         lines.append(f"  its silhouettes disagree with the others by {one.before_px:.1f} px, now by {one.after_px:.1f} px")
+    if found.unchecked:
+        lines.append(
+            f"not checked: {', '.join(found.unchecked)}: the person is seldom seen whole there and in another view"
+        )
     if not found.moved:
-        lines += _unexplained(found) or ["no camera was moved"]
+        agreed = (
+            "no camera was moved" if len(found.pairs_px) > 1 else "no contradiction; two cameras show only some motions"
+        )
+        lines += _unexplained(found) or [agreed]
     return lines
 
 
@@ -90,15 +97,15 @@ def _unexplained(found: Drift) -> list[str]:
         return []
     pairs = ", ".join(f"{one} and {other}" for one, other in much)
     if len(found.pairs_px) == 1:
-        return [f"{pairs} disagree; of two cameras nobody can tell which one was moved: calibrate again, or check both"]
+        return [f"{pairs} disagree; two cameras do not show which one was moved: calibrate again, or check both"]
     return [
-        f"{pairs} disagree, and no single camera explains it: shadows, somebody else, videos out of step (zenocap sync)"
+        f"{pairs} disagree, and no single camera explains it: shadows, another person, videos out of step (zenocap sync)"
     ]
 
 
 def contradicts(found: Drift) -> bool:
-    """Whether a camera was moved, or a disagreement is left unexplained."""
-    return bool(found.moved or _unexplained(found))
+    """Whether a camera was moved or could not be checked, or a disagreement is left unexplained."""
+    return bool(found.moved or found.unchecked or _unexplained(found))
 
 
 def corrected(found: Drift, cameras: Mapping[str, Camera], calibrated: Mapping[str, Camera] | None) -> dict[str, Camera]:
@@ -153,5 +160,5 @@ def drift_data(found: Drift) -> dict[str, object]:
         }
         for one in found.moved
     ]
-    pairs = [{"cameras": list(pair), "px": px if px == px else None} for pair, px in found.pairs_px.items()]
-    return {"moved": moved, "pairs": pairs, "instants": found.instants}
+    pairs = [{"cameras": list(pair), "px": px} for pair, px in found.pairs_px.items()]
+    return {"moved": moved, "unchecked": list(found.unchecked), "pairs": pairs, "instants": found.instants}

@@ -1,4 +1,4 @@
-"""Behavioural constants of the calibration with a printed board."""
+"""Behavioural constants of the calibration with a printed board, and of the drift check."""
 
 from typing import Final
 
@@ -35,7 +35,21 @@ GOOD_FOCAL: Final = 0.01  # relative standard deviation of the focal length; cho
 GOOD_PX: Final = 1.5  # reprojection error at 1280 px width, beyond which something contradicts; chosen by hand
 GOOD_SHARED: Final = 8  # instants shared with other cameras, below which more is asked for; chosen by hand
 GOOD_COVERAGE: Final = 0.4  # of the cells of an image; chosen by hand
-FAR_S: Final = 0.5  # of delays: videos that differ by more did not begin together
 ROLL_DEG: Final = 5.0  # roll of the cameras, against which a guessed vertical is stated
 FLOOR_S: Final = 0.5  # around the time at which the board lies on the floor
 FLOOR_STILL_PX_S: Final = 15.0  # speed of corners up to which the board lies; chosen by hand
+
+# Drift check.  Checked on simulated people, `benchmarks/drift.py`.
+LEAST_INSTANTS: Final = 12  # compared instants; chosen by hand
+MOST_INSTANTS: Final = 150  # more bring little
+PRIOR_TURN_DEG: Final = 5.0  # standard deviation of a turn that is not yet known; chosen by hand
+PRIOR_SHIFT_M: Final = 0.05  # the same, of a shift
+LOSS_SCALE: Final = 3.0  # standard deviations beyond which a difference counts less: shadows, a person cut by furniture
+LEAST_PX: Final = 1.5  # motion of the person in the image below which no camera is named: errors of silhouettes
+BLOCKS: Final = 5  # of the jackknife; chosen by hand
+LEAST_ERROR_PX: Final = 0.1  # what silhouettes have in common at all times is no part of the jackknife
+SURE_ERRORS: Final = 4.0  # standard errors of that motion, from which it is certain
+EXPLAINED: Final = 0.3  # least share of the disagreement of its pairs that the motion has to explain
+SAME_DEG: Final = 0.01  # up to which a calibration is that of a take; chosen by hand
+SAME_M: Final = 0.001
+MUCH_PX: Final = 3.0  # median disagreement of a pair, from which something is wrong; of simulated people 0.5 to 0.8

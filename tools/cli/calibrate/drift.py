@@ -26,8 +26,9 @@ def drift(
 ) -> None:
     """Check on a take whether a camera was moved since the calibration, by how much, and where it is now.
 
-    Compares the silhouettes of somebody who walks through the area, half a minute of them. With three cameras or more it
-    names the moved one; of two nobody can tell. Exit status 3: a camera was moved, or views disagree without such a reason.
+    Compares the silhouettes of a person who walks through the area, half a minute of them. With three cameras or more it
+    names the moved one; two do not show which one it was. Exit status 3: a camera was moved or could not be checked, or
+    views disagree without such a reason.
 
     Example: `zenocap calibrate drift walk.mcap --calibration calibration.toml -o moved.toml`
     """

@@ -1,4 +1,4 @@
-"""How much an error of one pixel matters in a calibration by lines, and which errors nobody would notice."""
+"""Effect of an error of one pixel on a calibration by lines, and the errors that no check notices."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -28,6 +28,11 @@ DICTIONARIES["apriltag_36h11"] = cv2.aruco.DICT_APRILTAG_36h11
 DICTIONARIES["original"] = cv2.aruco.DICT_ARUCO_ORIGINAL
 
 
+def usual_squares(kind: Kind) -> tuple[int, int]:
+    """Columns and rows of a board that are taken without options."""
+    return DEFAULT_CHESSBOARD if kind == "chessboard" else (DEFAULT_COLUMNS, DEFAULT_ROWS)
+
+
 @dataclass(frozen=True)
 class Board:
     """A printed board.  columns, rows: squares.  square_m, marker_m: their sides.

@@ -51,7 +51,7 @@ class CalibratedCamera:
 class BoardCalibration:
     """shared: number of moments at which both cameras of a pair saw the board.  error_m: claimed, where the board was seen.
 
-    points: (n, 3) m, corners of the board in the world.  left_out: views that contradicted all others.
+    left_out: number of views that contradicted all others.
     """
 
     board: Board
@@ -59,7 +59,6 @@ class BoardCalibration:
     shared: Mapping[tuple[str, str], int]
     error_m: float
     world: World
-    points: Floats
     left_out: int
     still: bool
 
@@ -126,9 +125,8 @@ def calibrated_rig(
         )
     counts = shared_counts(seen, state.delays)
     shared = {(names[one], names[other]): count for (one, other), count in counts.items()}
-    in_world = points @ world.pose[0].T + world.pose[1]
     error = claimed_error(result, points) if len(points) else float("nan")
-    return BoardCalibration(board, tuple(cameras), shared, error, world, in_world, left_out, all(o.still for o in seen))
+    return BoardCalibration(board, tuple(cameras), shared, error, world, left_out, all(o.still for o in seen))
 
 
 def _given(seen: CameraViews, lenses: Mapping[str, Lens]) -> LensModel:

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from zenocap.tools.calibration.board_calibration import BoardCalibration, CalibratedCamera
 from zenocap.tools.calibration.parameters import GOOD_COVERAGE, GOOD_ERROR_M, GOOD_FOCAL, GOOD_PX, GOOD_SHARED
 
@@ -38,7 +40,9 @@ def verdict(found: BoardCalibration) -> tuple[str, list[str]]:
     reasons: list[str] = []
     for one in found.cameras:
         reasons += _camera_reasons(one, found)
-    if found.error_m > GOOD_ERROR_M:
+    if len(found.cameras) > 1 and np.isnan(found.error_m):
+        reasons.append("the expected error is unknown: no two cameras see the board at enough places")
+    elif found.error_m > GOOD_ERROR_M:
         reasons.append(
             f"the expected error is {1000 * found.error_m:.0f} mm, more than {1000 * GOOD_ERROR_M:g}: show the board "
             "longer, nearer, tilted, and to several cameras at once"
@@ -49,10 +53,10 @@ def verdict(found: BoardCalibration) -> tuple[str, list[str]]:
 def _camera_reasons(one: CalibratedCamera, found: BoardCalibration) -> Iterable[str]:
     name = one.camera.name
     limit = GOOD_PX * max(0.5, one.camera.size[0] / GOOD_WIDTH_PX)
-    if one.residual_px > limit:
+    if not one.residual_px <= limit:  # also where it is unknown
         yield (
-            f"{name}: corners are {one.residual_px:.1f} px off, more than {limit:.1f}: is the board flat, the shutter "
-            "short, and are --columns, --rows and --square as printed? Move the board slowly"
+            f"{name}: corners are {one.residual_px:.1f} px off, more than {limit:.1f}: did the videos begin at different "
+            "times (zenocap sync), is the board flat, the shutter short, are --columns and --rows as printed? Move slowly"
         )
     if not one.given_lens and one.focal_error > GOOD_FOCAL:
         known = f"{name}: the focal length is known to {one.focal_error:.1%}"

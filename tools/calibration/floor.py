@@ -26,7 +26,7 @@ class World:
     remarks: tuple[str, ...]
 
 
-def lies_at(instant: Instant, times_s: Sequence[float]) -> bool:
+def _lies_at(instant: Instant, times_s: Sequence[float]) -> bool:
     """Whether the instant is one of a stretch in which the board lies on the floor."""
     return any(abs(instant.time_s - time_s) <= FLOOR_S for time_s in times_s)
 
@@ -38,7 +38,7 @@ def floor_world(board: Board, instants: Sequence[Instant], boards: Sequence[Pose
     """
     corners, ups, first = [], [], None
     for time_s in times_s:
-        near = [k for k, one in enumerate(instants) if lies_at(one, [time_s])]
+        near = [k for k, one in enumerate(instants) if _lies_at(one, [time_s])]
         if not near:
             begin, end = instants[0].time_s, instants[-1].time_s
             seen = f"it is seen from {begin:.1f} to {end:.1f} s, with gaps"

@@ -87,6 +87,24 @@ def test_wrong_views_are_left_out_and_counted(rig):
     assert rig_error_m(cameras_of(found), rig, places()) < 0.002
 
 
+def test_videos_that_began_at_different_times_are_poor_and_the_reason_names_that(rig):
+    views, _ = board_views(rig, floor_s=13.0, **SHORT)
+    late = replace(views[1], views=tuple(replace(one, time_s=one.time_s + 2.0) for one in views[1].views))
+    found = calibrated_rig(BOARD, [views[0], late, views[2]], {one.name: Lens.of(one) for one in rig}, floor_s=[14.5])
+    assert rig_error_m(cameras_of(found), rig, places()) > 0.05
+    word, reasons = verdict(found)
+    assert word == "poor"
+    assert any("did the videos begin at different times (zenocap sync)" in reason for reason in reasons)
+
+
+def test_unknown_errors_are_poor(found):
+    assert verdict(found)[0] == "good"
+    unknown = replace(found, error_m=float("nan"))
+    assert verdict(unknown) == ("poor", ["the expected error is unknown: no two cameras see the board at enough places"])
+    lost = replace(found, cameras=(replace(found.cameras[0], residual_px=float("nan")), *found.cameras[1:]))
+    assert verdict(lost)[0] == "poor"
+
+
 def test_cameras_that_share_no_view_are_named(rig):
     views, _ = board_views(rig, **SHORT)
     early = replace(views[2], views=tuple(replace(one, time_s=one.time_s + 100.0) for one in views[2].views))

@@ -25,8 +25,8 @@ def board(
     square: Annotated[
         float, typer.Option(metavar="MM", help="Side of a square, mm, measured on the print.", show_default=False)
     ],
-    columns: Annotated[int, typer.Option(help="Squares in a row.")] = 5,
-    rows: Annotated[int, typer.Option(help="Squares in a column.")] = 7,
+    columns: Annotated[int | None, typer.Option(help="Squares in a row.", show_default="5, of a chessboard 6")] = None,
+    rows: Annotated[int | None, typer.Option(help="Squares in a column.", show_default="7, of a chessboard 9")] = None,
     kind: Annotated[Kind, typer.Option(help="Kind of the board.")] = "charuco",
     marker: Annotated[
         float | None, typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out.")
@@ -57,13 +57,15 @@ def board(
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration.board import checked_board
+    from zenocap.tools.calibration.board import checked_board, usual_squares
     from zenocap.tools.calibration.board_calibration import calibrated_rig
     from zenocap.tools.calibration.board_films import board_films, board_views
     from zenocap.tools.calibration.board_report import report, report_data, verdict
 
     with one_line_errors():
-        described = checked_board(kind, columns, rows, square, marker, dictionary)
+        usual = usual_squares(kind)
+        squares = usual[0] if columns is None else columns, usual[1] if rows is None else rows
+        described = checked_board(kind, *squares, square, marker, dictionary)
         if output.exists() and not force:
             raise UserError(f"{output}: exists already: allowed: another name, or --force")
         known = None if lenses is None else read_lenses(lenses)

@@ -29,15 +29,13 @@ def print_board(
     """Write a board for `zenocap calibrate board` as a PDF, true to scale: print it at 100 %, not "fit to page"."""
     from zenocap.common.errors import UserError
     from zenocap.tools.calibration.board import (
-        DEFAULT_CHESSBOARD,
-        DEFAULT_COLUMNS,
         DEFAULT_DICTIONARY,
-        DEFAULT_ROWS,
         checked_board,
+        usual_squares,
     )
     from zenocap.tools.calibration.board_print import board_pdf, default_square
 
-    usual = DEFAULT_CHESSBOARD if kind == "chessboard" else (DEFAULT_COLUMNS, DEFAULT_ROWS)
+    usual = usual_squares(kind)
     across, down = usual[0] if columns is None else columns, usual[1] if rows is None else rows
     markers = dictionary or DEFAULT_DICTIONARY
     with one_line_errors():
@@ -54,7 +52,7 @@ def print_board(
     options = [f"--square {side:g}"]
     if kind != "charuco":
         options.append(f"--kind {kind}")
-    if (across, down) != (DEFAULT_COLUMNS, DEFAULT_ROWS):
+    if (across, down) != usual:
         options.append(f"--columns {across} --rows {down}")
     if kind == "charuco" and markers != DEFAULT_DICTIONARY:
         options.append(f"--dictionary {markers}")

@@ -71,7 +71,12 @@ def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
         (("--square", "200", "--columns", "2"), 1, "--columns 2: allowed: 3 to 40 squares"),
         (("--square", "200", "--dictionary", "9x9"), 1, "--dictionary 9x9: allowed: 4x4_50, "),
         (("--square", "200", "--marker", "220"), 1, "--marker 220: allowed: 60 to less than 200 mm"),
-        (("--square", "200", "--kind", "chessboard"), 1, "looks the same turned by 180 degrees"),
+        (
+            ("--square", "200", "--kind", "chessboard", "--columns", "5"),
+            1,
+            "--columns 5 --rows 9: a chessboard looks the same",
+        ),
+        (("--square", "200", "--kind", "chessboard"), 1, "the board has markers"),
         (("--square", "200", "--lenses", "none.toml"), 1, "none.toml: no such calibration file"),
         ((), 2, "--square"),
     ],

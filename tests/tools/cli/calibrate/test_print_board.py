@@ -20,7 +20,7 @@ def run(*arguments: object):
     [
         ((), "--square 35\n"),
         (("--paper", "letter"), "--square 30\n"),
-        (("--kind", "chessboard"), "--square 25 --kind chessboard --columns 6 --rows 9\n"),
+        (("--kind", "chessboard"), "--square 25 --kind chessboard\n"),
         (
             ("--columns", 11, "--rows", 10, "--dictionary", "5x5_100", "--square", 22.5, "--paper", "a3"),
             "--square 22.5 --columns 11 --rows 10 --dictionary 5x5_100\n",

@@ -64,7 +64,7 @@ def film(
                     typer.echo(f"note: viewer {viewer.id}: not a camera or stream: not filmed", err=True)
         else:
             viewers = named_sources(rig, parsed_size(size), fps)
-        prepare(output, viewers, force)
+        prepare(output, viewers, force, calibrated=calibrated)
         with stop_signals() as stopped:
             filmed, reason = run_film(viewers, output, seconds, stopped, typer.echo)
         if not any(one.frames for one in filmed):

@@ -14,11 +14,15 @@ from zenocap.tools.sync.synchronize import write_sync
 CALIBRATION, CLIP, SYNC = "calibration.toml", "clip.toml", "sync.toml"
 
 
-def prepare(folder: Path, viewers: Sequence[Viewer], force: bool) -> None:
-    """Make the folder and remove what would be replaced.  Raises UserError when that is there, without `force`."""
+def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated: bool = True) -> None:
+    """Make the folder and remove what would be replaced.  Raises UserError when that is there, without `force`.
+
+    calibrated: whether a calibration is written; otherwise one that is there is kept.
+    """
+    written = (CALIBRATION, CLIP, SYNC) if calibrated else (CLIP, SYNC)
     videos = [path for path in (folder / "videos").glob("*") if path.suffix.lower() in VIDEO_SUFFIXES]
     own = {viewer.camera.name for viewer in viewers}
-    existing = [*videos, *(path for name in (CALIBRATION, CLIP, SYNC) if (path := folder / name).exists())]
+    existing = [*videos, *(path for name in written if (path := folder / name).exists())]
     if existing and not force:
         raise UserError(f"{existing[0]} exists: allowed: another folder, or --force to replace it")
     if others := [path for path in videos if path.stem not in own]:

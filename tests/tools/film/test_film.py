@@ -195,3 +195,15 @@ def test_a_rig_without_cameras_has_nothing_to_film():
         filmed_viewers(demo_rig())
     assert Filmed("a").rate == 0.0
     assert Device(0).file == Path("/dev/video0")
+
+
+def test_a_film_before_the_calibration_keeps_one_that_was_made_from_an_earlier_film(tmp_path):
+    two, folder = viewers(tmp_path), tmp_path / "a"
+    (folder / "videos").mkdir(parents=True)
+    (folder / "calibration.toml").write_text("mine")
+    prepare(folder, two, force=False, calibrated=False)
+    (folder / "videos" / f"{two[0].camera.name}.mkv").write_text("old")
+    with pytest.raises(UserError, match="exists: allowed: another folder, or --force"):
+        prepare(folder, two, force=False, calibrated=False)
+    prepare(folder, two, force=True, calibrated=False)
+    assert (folder / "calibration.toml").read_text() == "mine"

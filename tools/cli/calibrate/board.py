@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from zenocap.tools.cli.calibrate.lines import POOR
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 
@@ -46,7 +47,7 @@ def board(
         bool, typer.Option("--delays/--no-delays", help="Estimate by how long each camera's images are late.")
     ] = True,
     output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing calibration.")] = False,
+    force: ForceOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate lenses, positions and delays of all cameras from videos of a printed board.
@@ -56,7 +57,6 @@ def board(
     """
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
-    from zenocap.common.errors import UserError
     from zenocap.tools.calibration.board import checked_board, usual_squares
     from zenocap.tools.calibration.board_calibration import calibrated_rig
     from zenocap.tools.calibration.board_films import board_films, board_views
@@ -66,8 +66,7 @@ def board(
         usual = usual_squares(kind)
         squares = usual[0] if columns is None else columns, usual[1] if rows is None else rows
         described = checked_board(kind, *squares, square, marker, dictionary)
-        if output.exists() and not force:
-            raise UserError(f"{output}: exists already: allowed: another name, or --force")
+        check_new(output, force)
         known = None if lenses is None else read_lenses(lenses)
         found, notes = board_films(films)
         for note in notes:
@@ -78,14 +77,12 @@ def board(
             )
             shown.restart("calibrating")
             result = calibrated_rig(seen_board, seen, known, floor or (), delays, lambda step: shown.update(0, note=step))
-        try:
+        with writing(output):
             write_calibration(
                 output,
                 {one.camera.name: one.camera for one in result.cameras},
                 error_px=max(one.residual_px for one in result.cameras),
             )
-        except OSError as error:
-            raise UserError(f"{output}: cannot be written: {error.strerror}") from error
     word, reasons = verdict(result)
     if as_json:
         typer.echo(json.dumps(report_data(result) | {"written": str(output)}, indent=2))

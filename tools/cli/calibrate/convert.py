@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
 
 Layout = Literal["anipose", "caliscope", "easymocap", "ros"]
@@ -22,7 +23,7 @@ def convert(
     layout: Annotated[Layout, typer.Option(help="Layout to write: see below.")] = "anipose",
     up_axis: Annotated[Axis, typer.Option(help="Up axis of the file's world.")] = "y",
     output_up_axis: Annotated[Axis, typer.Option(help="Up axis of the written world.")] = "y",
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    force: ForceOption = False,
 ) -> None:
     """Convert a calibration for another program, or that of another program for zenocap.
 
@@ -30,16 +31,13 @@ def convert(
     ros: a folder with a camera_info file of each camera, which has no position.
     """
     from zenocap.common.camera.calibration_files import read_calibration, write_layout
-    from zenocap.common.errors import UserError
 
     with one_line_errors():
         cameras = read_calibration(file, up_axis)
-        if output.exists() and not force and not (layout == "ros" and output.is_dir() and not any(output.iterdir())):
-            raise UserError(f"{output}: exists already: allowed: another name, or --force")
-        try:
+        if not (layout == "ros" and output.is_dir() and not any(output.iterdir())):
+            check_new(output, force)
+        with writing(output):
             files = write_layout(output, cameras, layout, output_up_axis)
-        except OSError as error:
-            raise UserError(f"{output}: cannot be written: {error.strerror}") from error
     for written in files:
         typer.echo(f"written: {written}")
     if layout == "ros":

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import LOSS, JsonOption, TakePath, checked_take, one_line_errors
 
 
@@ -21,7 +22,7 @@ def drift(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Calibration to write with the new poses of moved cameras.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing calibration.")] = False,
+    force: ForceOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Check on a take whether a camera was moved since the calibration, by how much, and where it is now.
@@ -33,7 +34,6 @@ def drift(
     Example: `zenocap calibrate drift walk.mcap --calibration calibration.toml -o moved.toml`
     """
     from zenocap.common.camera.calibration_files import read_calibration, write_calibration
-    from zenocap.common.errors import UserError
     from zenocap.common.rig.folder import plain_name
     from zenocap.tools.calibration.drift_report import (
         contradicts,
@@ -49,14 +49,12 @@ def drift(
         known = None
         if calibration is not None:  # takes have names without characters that keys do not allow
             known = {plain_name(name): camera for name, camera in read_calibration(calibration, up_axis).items()}
-        if output is not None and output.exists() and not force:
-            raise UserError(f"{output}: exists already: allowed: another name, or --force")
+        if output is not None:
+            check_new(output, force)
         found, cameras = take_drift(take, messages_of(take))
         if output is not None and found.moved:
-            try:
+            with writing(output):
                 write_calibration(output, corrected(found, cameras, known), up_axis if known is not None else "y")
-            except OSError as error:
-                raise UserError(f"{output}: cannot be written: {error.strerror}") from error
     if as_json:
         typer.echo(json.dumps(drift_data(found) | {"written": str(output) if output and found.moved else None}, indent=2))
     else:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
 
 POOR = 3  # exit status of a calibration with remarks
@@ -53,6 +54,7 @@ def lines(
     height1: Annotated[float | None, typer.Option(help="Height of camera 1, m, if measured.")] = None,
     height2: Annotated[float | None, typer.Option(help="Height of camera 2, m, if measured.")] = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
+    force: ForceOption = False,
 ) -> None:
     """Calibrate two level cameras, aimed along the axes, from three upright objects of one height (the paper's method).
 
@@ -61,7 +63,6 @@ def lines(
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.line_calibration import Measurements, Pinnacles, calibrate_lines
     from zenocap.common.camera.line_sensitivity import sensitivity
-    from zenocap.common.errors import UserError
     from zenocap.tools.calibration.lines_file import read_measurements, solution_report, verdict
 
     if example:
@@ -70,6 +71,7 @@ def lines(
     options = {"--size": size, "--d-x": d_x, "--d-z": d_z, "--t": t}
     options |= {"--a1": a1, "--b1": b1, "--c1": c1, "--a2": a2, "--b2": b2, "--c2": c2}
     with one_line_errors():
+        check_new(output, force)
         if measurements is not None:
             if given := [name for name, value in options.items() if value is not None]:
                 raise typer.BadParameter(f"{measurements} has the measurements: leave out {', '.join(given)}")
@@ -84,10 +86,8 @@ def lines(
             missing = ", ".join(name for name, value in options.items() if value is None)
             raise typer.BadParameter(f"give a TOML of measurements, or also {missing}")
         solved = calibrate_lines(measured)
-        try:
+        with writing(output):
             write_calibration(output, {one.camera.name: one.camera for one in solved})
-        except OSError as error:
-            raise UserError(f"{output}: cannot be written: {error.strerror}") from error
     found = [sensitivity(measured, number, camera) for number, camera in enumerate(solved, start=1)]
     report = [line for camera, effects in zip(solved, found, strict=True) for line in solution_report(camera, effects)]
     typer.echo("\n".join([*report, f"written: {output}"]))

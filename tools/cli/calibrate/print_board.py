@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
 
 Kind = Literal["charuco", "chessboard"]
@@ -24,10 +25,9 @@ def print_board(
     dictionary: Annotated[
         str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    force: ForceOption = False,
 ) -> None:
     """Write a board for `zenocap calibrate board` as a PDF, true to scale: print it at 100 %, not "fit to page"."""
-    from zenocap.common.errors import UserError
     from zenocap.tools.calibration.board import (
         DEFAULT_DICTIONARY,
         checked_board,
@@ -43,12 +43,9 @@ def print_board(
         side = default_square(across, down, paper) if square is None else square
         board = checked_board(kind, across, down, side, dictionary=markers)
         content = board_pdf(board, paper)
-        if output.exists() and not force:
-            raise UserError(f"{output}: exists already: allowed: another name, or --force")
-        try:
+        check_new(output, force)
+        with writing(output):
             output.write_bytes(content)
-        except OSError as error:
-            raise UserError(f"{output}: cannot be written: {error.strerror}") from error
     options = [f"--square {side:g}"]
     if kind != "charuco":
         options.append(f"--kind {kind}")

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from zenocap.tools.cli.calibrate.lines import POOR
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 
 SCENE_EXAMPLE = """# For zenocap calibrate scene: points of the room, measured with a tape, and where each camera sees them.
@@ -42,6 +43,7 @@ def scene(
         ),
     ] = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
+    force: ForceOption = False,
     as_json: JsonOption = False,
     example: Annotated[bool, typer.Option("--example", help="Print a TOML of points, and exit.")] = False,
 ) -> None:
@@ -56,15 +58,13 @@ def scene(
         raise typer.BadParameter("give a TOML of points; --example prints one")
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
-    from zenocap.common.errors import UserError
     from zenocap.tools.calibration.scene_file import placed_cameras, read_scene, scene_report, scene_verdict
 
     with one_line_errors():
+        check_new(output, force)
         placed = placed_cameras(read_scene(points), None if lenses is None else read_lenses(lenses))
-        try:
+        with writing(output):
             write_calibration(output, {one.camera.name: one.camera for one in placed})
-        except OSError as error:
-            raise UserError(f"{output}: cannot be written: {error.strerror}") from error
     word, reasons = scene_verdict(placed)
     if as_json:
         cameras = [

@@ -93,7 +93,11 @@ def test_a_wrong_column_is_noticed_with_the_height_and_else_said_to_be_unchecked
     assert "verdict: unchecked" in result.output
     assert "camera 1: 8 px in the column of C' would not be noticed and change the focal length by 24%" in result.output
     assert "the focal lengths differ by 17%: with equal cameras and the same zoom, one is wrong" in result.output
-    result = run("lines", *wrong, *OPTIONS[-4:], "-o", tmp_path / "a.toml")
+    written = (tmp_path / "a.toml").read_text()
+    result = run("lines", *OPTIONS, "-o", tmp_path / "a.toml")
+    assert (result.exit_code, "exists already: allowed: another name, or --force" in result.output) == (1, True)
+    assert (tmp_path / "a.toml").read_text() == written
+    result = run("lines", *wrong, *OPTIONS[-4:], "--force", "-o", tmp_path / "a.toml")
     assert result.exit_code == 3
     assert "verdict: poor" in result.output
     assert "but the pinnacles give 1.10 m" in result.output

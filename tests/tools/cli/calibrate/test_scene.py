@@ -59,7 +59,8 @@ def test_a_wrong_pick_is_poor_and_named_also_in_json(points, tmp_path):
     result = run(points, *options)
     assert result.exit_code == 3
     assert "verdict: poor\n  cam01: pole is " in result.output
-    data = json.loads(run(points, *options, "--json").output)
+    assert "exists already: allowed: another name, or --force" in run(points, *options).output
+    data = json.loads(run(points, *options, "--force", "--json").output)
     assert data["verdict"] == "poor"
     assert data["cameras"][0]["name"] == "cam01"
 

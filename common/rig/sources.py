@@ -1,5 +1,6 @@
 """Parsing of `source` and `background` of a viewer in a rig file into types."""
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
@@ -123,6 +124,11 @@ def learning_frames(background: "Background") -> int:
 
 Source = Device | Stream | VideoFile | Images | Actor | Rendered
 Background = FirstFrames | MedianFrames | BackgroundImage | Mog2
+
+
+def without_password(url: str) -> str:
+    """The address of a stream as it may be shown, also of a wrong one."""
+    return re.sub(r"^([a-z]+:/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
 
 
 def parse_source(text: str | int, base: Path) -> Source:

@@ -1,6 +1,5 @@
 """Try network streams: what they send, how long the first image takes, or why none comes."""
 
-import re
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,7 +14,7 @@ from av.error import FFmpegError
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
-from zenocap.common.rig.sources import STREAMS
+from zenocap.common.rig.sources import STREAMS, without_password
 
 TIMEOUT_S = 5.0  # to open a stream, and for each image; as a viewer has it; chosen by hand
 MEASURED_S = 2.0  # time over which the rate is measured; chosen by hand
@@ -54,11 +53,6 @@ class TriedStream:
     first_s: float = 0.0
     image: Image | None = None
     problem: str = ""
-
-
-def without_password(url: str) -> str:
-    """The address as it may be shown, also of a wrong one."""
-    return re.sub(r"^([a-z]+:/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
 
 
 def check_address(url: str) -> None:

@@ -9,7 +9,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import Device, MedianFrames, SpecError, Stream, parse_source
+from zenocap.common.rig.sources import Device, MedianFrames, SpecError, Stream, parse_source, without_password
 
 ALLOWED = "NAME=SOURCE, such as cam01=/dev/video0 or cam02=rtsp://192.168.1.20/stream"
 
@@ -24,6 +24,7 @@ def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float) -> li
     viewers: list[Viewer] = []
     for text in texts:
         name, equals, where = text.partition("=")
+        text = f"{name}{equals}{without_password(where)}"
         if not (equals and name and where) or plain_name(name) != name:
             raise UserError(f"{text}: allowed: {ALLOWED}; of names: letters, digits, '.', '_' and '-'")
         try:

@@ -6,13 +6,12 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Protocol
-from urllib.parse import urlsplit
 
 import cv2
 import numpy as np
 
 from zenocap.common.errors import AccessDenied, OpenError
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import Device, Stream, without_password
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Clock, Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify
@@ -82,8 +81,7 @@ def shown(source: Device | Stream) -> str:
         if source.link is not None:
             return f"camera {source.link}"
         return f"camera {source.number} (/dev/video{source.number})" if sys.platform == "linux" else str(source.number)
-    parts = urlsplit(source.url)
-    return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
+    return without_password(source.url)
 
 
 def camera_frames(

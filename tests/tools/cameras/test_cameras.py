@@ -12,11 +12,12 @@ from tests.support.fake_v4l2 import METADATA_NODE, FakeDevice, fake_dev
 from tests.support.mjpeg_server import MjpegServer
 from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
+from zenocap.common.rig.sources import without_password
 from zenocap.common.video.v4l2 import listing
 from zenocap.common.video.v4l2.listing import found_cameras
 from zenocap.tools.cameras import pictures
 from zenocap.tools.cameras.pictures import written_pictures
-from zenocap.tools.cameras.streams import check_address, tried_streams, without_password
+from zenocap.tools.cameras.streams import check_address, tried_streams
 from zenocap.tools.cameras.text import camera_data, camera_lines, stream_lines
 
 

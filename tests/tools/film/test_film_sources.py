@@ -31,6 +31,7 @@ def test_stable_names_are_sources():
         (["left=/dev/videoX"], "left=/dev/videoX: allowed: /dev/video0 and so on"),
         (["left=film.mp4"], "left=film.mp4: no camera and no stream"),
         (["left=0", "left=1"], "left=1: this name or this source was given already"),
+        (["a=rtsp://me:secret@host/1", "b=rtsp://me:secret@host/1"], "b=rtsp://host/1: this name or this source"),
         (["left=0", "right=0"], "right=0: this name or this source was given already"),
     ],
 )

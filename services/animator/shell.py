@@ -33,6 +33,7 @@ from zenocap.common.topics import (
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
 )
+from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.animator.outputs.output_group import open_outputs
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.parameters import TICK_NS
@@ -86,6 +87,7 @@ def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable
 
     Raises UserError and ValueError at start.
     """
+    use_one_thread()
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "animator", ID, clock.now_ns()))

@@ -21,6 +21,7 @@ from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import CAMERA, FRAME_RATE, HEALTH, REQUEST, SILHOUETTE, TRACKER_BDP, TRACKER_DETAIL, TRACKER_POSE
+from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.prior.file import parse_prior, read_prior
@@ -113,6 +114,7 @@ def prior_in(rig: RecordedRig, path: Path, attached: bytes | None) -> Prior | No
 
 def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) -> int:
     """Run until `stopped`; returns the exit status.  Raises BusError, UserError, OSError and ValueError at start."""
+    use_one_thread()
     clock = RealClock()
     service = tracker_service(rig)
     with compiling(logger, "tracker-service", "tracker"):

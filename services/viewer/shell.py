@@ -24,6 +24,7 @@ from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
 from zenocap.services.viewer.frame import Frame
@@ -89,6 +90,7 @@ def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], b
     epoch_ns: see `Playback`; None: agreed with the other viewers.  Raises UserError, BusError, SourceError and ValueError
     before the first frame.
     """
+    use_one_thread()
     viewer = rig.viewer(id)
     if rig.tracker is not None:
         return _run(silhouette_service(viewer), rig, viewer, options, stopped, epoch_ns)

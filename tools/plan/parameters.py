@@ -14,13 +14,15 @@ FOXGLOVE_SIZE = 1.6  # size of a take with Foxglove channels relative to one wit
 GIGABIT = 1e9 / 8  # bytes per second of a usual network
 
 COSTS = Costs(
-    # docs/load.md: 3.5 % of a core at 160 x 120 and 30/s; docs/measured.md: 1.6 ms at 640 x 480 for the image alone.
-    silhouette=Linear(0.85, 3.6),
+    # `zenocap load --method hybrid --rate 30`: 0.04 cores of a viewer at 160 x 120, 0.10 at 640 x 480, 0.26 at 1280 x 720.
+    silhouette=Linear(0.9, 7.0),
     # docs/load.md, frame rate reached: 0.26 cores at 160 x 120 and 60/s, 0.25 at 640 x 480 and 30/s.
     two_view=Linear(4.0, 14.0),
     decoding=Linear(0.05, 0.8),  # docs/measured.md: 0.3 ms at 640 x 480
     integrator=2.5,  # docs/load.md: 0.16 cores at 60/s
-    tracker=Linear(8.9, 0.15),  # docs/measured.md, tracker in real time: 9.3, 9.4, 9.9 ms with 2, 4 and 7 views
+    # `zenocap load --method hybrid --rate 30`: 0.50, 0.55, 0.63 cores with 2, 4 and 7 views, both threads; 18 ms of four views
+    # at 8, 15 and 30/s, 14 ms at 60/s.  Longer than the 9.4 ms of an instant in docs/measured.md, where it never waits.
+    tracker=Linear(14.8, 0.85),
     timekeeper=5.0,  # of a second; `zenocap load --method hybrid`: 0.01 cores of the integrator without a log
     logged=0.043,  # docs/measured.md: the log's thread, 1720 messages/s: 7.4 % of a core,
     logged_foxglove=0.1,  # and 17 % with Foxglove channels

@@ -22,9 +22,15 @@ MEDIAN = "median"  # background
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 
-def folder_rig(folder: Path, method: str, cameras: Sequence[str] | None = None) -> tuple[RigFile, tuple[str, ...]]:
-    """Rig file content equivalent to the folder, and notes for the user.  cameras: see `chosen`.  Raises UserError."""
-    calibration = folder / "calibration.toml"
+def folder_rig(
+    folder: Path, method: str, cameras: Sequence[str] | None = None, calibration: Path | None = None
+) -> tuple[RigFile, tuple[str, ...]]:
+    """Rig file content equivalent to the folder, and notes for the user.  cameras: see `chosen`.
+
+    calibration: file to use instead of the folder's own.  Raises UserError.
+    """
+    own = calibration is None
+    calibration = folder / "calibration.toml" if calibration is None else calibration
     if not calibration.is_file():
         raise UserError(f"{folder}: calibration.toml is missing: allowed: a rig file or a folder with it and videos/")
     clip_path = folder / "clip.toml"
@@ -51,7 +57,8 @@ def folder_rig(folder: Path, method: str, cameras: Sequence[str] | None = None) 
             )
         )
     viewers = chosen(folder, viewers, cameras)
-    return _rig_file(folder.resolve().name, calibration.name, viewers, str(up_axis), method), (
+    calibration_name = calibration.name if own else str(calibration.resolve())
+    return _rig_file(folder.resolve().name, calibration_name, viewers, str(up_axis), method), (
         *notes,
         *_median_notes(viewers),
     )

@@ -82,16 +82,18 @@ def load_rig(
     *,
     files: bool = True,
     cameras: Sequence[str] | None = None,
+    calibration: Path | None = None,
 ) -> Rig:
     """The rig of a TOML file or of a folder in the Pose2Sim layout.
 
     method, variant: replace the rig's own.  files: False when the sources may be on other machines; missing videos and
     pictures are then no error.  cameras: names of cameras or ids of viewers, the others are not used; None: all.
+    calibration: file to use instead of a folder's own.
     Raises UserError, whose text contains file, key, value and allowed values.
     """
     path = Path(path)
     if path.is_dir():
-        content, notes = folder_rig(path, method or AUTO, cameras)
+        content, notes = folder_rig(path, method or AUTO, cameras, calibration)
         read = _Read(path, path, content, repr(content).encode(), path / "clip.toml", notes)
     elif path.exists():
         content = rig_file(path, read_toml(path))

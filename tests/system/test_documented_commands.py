@@ -19,6 +19,7 @@ import pytest
 from tests.support.board_films import board_pictures
 from tests.support.places import ROOT
 from tests.support.simulated_cameras import paper_cameras
+from tests.support.walkers import walker
 from tests.test_readme import BLOCKS, INLINE
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.lens import Lens
@@ -46,6 +47,7 @@ MAY_FAIL = {"cameras", "doctor", "film", "health", "posture evaluate", "posture 
 UNCERTAIN = {
     "calibrate board": {LOSS},
     "calibrate drift": {LOSS},
+    "calibrate walk": {LOSS},
     "certs": {LOSS},
     "sync": {LOSS},
     "mirror": {LOSS},
@@ -91,6 +93,18 @@ def film(folder: Path) -> None:
     (folder / "clip.toml").write_text(f"empty_frames = {EMPTY - 1}\n")
 
 
+def walker_film(folder: Path) -> None:
+    """Videos of a simulated person who walks about, and the lenses of the cameras."""
+    one = walker(0, 2)
+    (folder / "videos").mkdir(parents=True)
+    for name, camera in one.cameras.items():
+        renderer, end_s = SimulatedCamera(camera, one.person, 0), one.motion.duration_s
+        poses = [None] * EMPTY + [one.motion.pose_at(k / FPS) for k in range(int(end_s * FPS))]
+        write_video(folder / "videos" / f"{name}.mp4", [renderer.render(pose, k) for k, pose in enumerate(poses)], fps=FPS)
+    write_calibration(folder.parent / "known.toml", dict(one.cameras))
+    (folder / "clip.toml").write_text(f"empty_frames = {EMPTY - 1}\n")
+
+
 def zenocap(arguments: list[str], folder: Path, seconds: float | None = None) -> tuple[int, str]:
     """Status and output of a command.  seconds: terminate it after this time; None: wait for its end."""
     environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
@@ -114,6 +128,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the rigs, videos, takes and models that the documentation names."""
     place = tmp_path_factory.mktemp("documented")
     film(place / "walk")
+    walker_film(place / "tuesday")
     shutil.copytree(ROOT / "deploy", place / "deploy", ignore=shutil.ignore_patterns("certs"))
     calibration = demo_rig_file().with_name("demo-calibration.toml")
     rig = demo_rig_file().read_text(encoding="utf-8").replace("demo-calibration.toml", str(calibration))

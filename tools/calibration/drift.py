@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from scipy.optimize import least_squares
 
-from zenocap.common.arrays import Bools, Floats
+from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.tools.calibration.parameters import (
     BLOCKS,
@@ -22,13 +22,13 @@ from zenocap.tools.calibration.parameters import (
     LEAST_ERROR_PX,
     LEAST_INSTANTS,
     LEAST_PX,
-    LOSS_SCALE,
     MOST_INSTANTS,
     PRIOR_SHIFT_M,
     PRIOR_TURN_DEG,
     SURE_ERRORS,
 )
-from zenocap.tools.sync.tangents import NOISE_PX, WIDEST_RAD, Outline, baseline_of, scene_centre
+from zenocap.tools.calibration.silhouettes import Hulls, hulls_of, losses, median_px, pair_residuals
+from zenocap.tools.sync.tangents import Outline, scene_centre
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,6 @@ class Drift:
     instants: int
 
 
-@dataclass(frozen=True)
-class _Rays:
-    """Hull of one camera's silhouettes in its own frame: (n, k, 3), NaN where there is none; cut: (n, k)."""
-
-    local: Floats
-    cut: Bools
-
-
 def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outline]]) -> Drift:
     """Cameras that were moved since they were calibrated.  instants: outlines by camera at equal times.
 
@@ -82,12 +74,12 @@ def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outl
         raise ValueError(f"the person is seen by two cameras at {len(kept)} instants: allowed: {LEAST_INSTANTS} or more")
     kept = [kept[k] for k in np.unique(np.linspace(0, len(kept) - 1, MOST_INSTANTS).astype(int))]
     names = [name for name in cameras if sum(name in one for one in kept) >= LEAST_INSTANTS]
-    rays = {name: _rays(cameras[name], [one.get(name) for one in kept]) for name in names}
+    rays = {name: hulls_of(cameras[name], [one.get(name) for one in kept]) for name in names}
     scene = scene_centre([cameras[name] for name in names], [[one[name] for one in kept if name in one] for name in names])
     present = {name: cameras[name] for name in names}
     moved: list[MovedCamera] = []
-    residuals = {pair: _pair_residuals(present, rays, pair, scene) for pair in combinations(names, 2)}
-    pairs_px = {pair: _median_px(one) for pair, one in residuals.items() if np.isfinite(one).sum() >= LEAST_INSTANTS}
+    residuals = {pair: pair_residuals(present, rays, pair, scene) for pair in combinations(names, 2)}
+    pairs_px = {pair: median_px(one) for pair, one in residuals.items() if np.isfinite(one).sum() >= LEAST_INSTANTS}
     checked = [name for name in names if any(name in pair for pair in pairs_px)]
     if not checked:
         raise ValueError("no two cameras show the person whole, from different sides, at the same time")
@@ -104,7 +96,7 @@ def drift_of(cameras: Mapping[str, Camera], instants: Sequence[Mapping[str, Outl
 
 def _most_moved(
     cameras: Mapping[str, Camera],
-    rays: Mapping[str, _Rays],
+    rays: Mapping[str, Hulls],
     candidates: Sequence[str],
     scene: Floats,
     calibrated: Mapping[str, Camera],
@@ -114,8 +106,8 @@ def _most_moved(
     most = 0.0
     for name in candidates:
         motion = _fitted(cameras, rays, name, scene)
-        before = float(_losses(_residuals(cameras, rays, name, scene, np.zeros(6))).sum())
-        after = float(_losses(_residuals(cameras, rays, name, scene, motion)).sum())
+        before = float(losses(_residuals(cameras, rays, name, scene, np.zeros(6))).sum())
+        after = float(losses(_residuals(cameras, rays, name, scene, motion)).sum())
         if before - after > most:
             best, most = (name, motion, before), before - after
     if best is None:
@@ -129,7 +121,7 @@ def _most_moved(
         return None
     pairs = [pair for pair in combinations(cameras, 2) if name in pair]
     offs = [
-        float(np.nanmedian([_median_px(_pair_residuals(state, rays, pair, scene)) for pair in pairs]))
+        float(np.nanmedian([median_px(pair_residuals(state, rays, pair, scene)) for pair in pairs]))
         for state in (cameras, {**cameras, name: camera})
     ]
     old = calibrated[name]
@@ -147,13 +139,13 @@ def _most_moved(
     )
 
 
-def _left_out(cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], name: str, scene: Floats) -> list[Camera]:
+def _left_out(cameras: Mapping[str, Camera], rays: Mapping[str, Hulls], name: str, scene: Floats) -> list[Camera]:
     """The moved camera, fitted without one stretch of time each: errors of neighbouring instants are alike."""
     count = len(rays[name].local)
     found = []
     for block in np.array_split(np.arange(count), BLOCKS):
         kept = np.setdiff1d(np.arange(count), block)
-        part = {other: _Rays(one.local[kept], one.cut[kept]) for other, one in rays.items()}
+        part = {other: Hulls(one.local[kept], one.cut[kept]) for other, one in rays.items()}
         found.append(moved_camera(cameras[name], _fitted(cameras, part, name, scene)))
     return found
 
@@ -173,24 +165,18 @@ def moved_camera(camera: Camera, motion: Floats) -> Camera:
     return replace(camera, rotation=turn @ camera.rotation, translation=turn @ camera.translation + motion[3:])
 
 
-def _fitted(cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], name: str, scene: Floats) -> Floats:
+def _fitted(cameras: Mapping[str, Camera], rays: Mapping[str, Hulls], name: str, scene: Floats) -> Floats:
     """Motion (6,) of a camera that makes its pairs agree; small motions are the more likely."""
     widths = np.array([np.radians(PRIOR_TURN_DEG)] * 3 + [PRIOR_SHIFT_M] * 3)
 
     def off(scaled: Floats) -> Floats:
-        return np.concatenate([np.sqrt(_losses(_residuals(cameras, rays, name, scene, scaled * widths))), scaled])
+        return np.concatenate([np.sqrt(losses(_residuals(cameras, rays, name, scene, scaled * widths))), scaled])
 
     return np.asarray(least_squares(off, np.zeros(6), max_nfev=30).x * widths, dtype=np.float64)
 
 
-def _losses(residuals: Floats) -> Floats:
-    """Cauchy loss of residuals in standard deviations."""
-    found: Floats = LOSS_SCALE**2 * np.log1p((residuals / LOSS_SCALE) ** 2)
-    return found
-
-
 def _residuals(
-    cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], name: str, scene: Floats, motion: Floats
+    cameras: Mapping[str, Camera], rays: Mapping[str, Hulls], name: str, scene: Floats, motion: Floats
 ) -> Floats:
     """Differences of the tangent angles in all pairs of one moved camera, in standard deviations; 0 where there is none.
 
@@ -198,52 +184,9 @@ def _residuals(
     """
     moved = {**cameras, name: moved_camera(cameras[name], motion)}
     pairs = [pair for pair in combinations(cameras, 2) if name in pair]
-    before = np.concatenate([_pair_residuals(cameras, rays, pair, scene) for pair in pairs])
-    after = np.concatenate([_pair_residuals(moved, rays, pair, scene) for pair in pairs])
+    before = np.concatenate([pair_residuals(cameras, rays, pair, scene) for pair in pairs])
+    after = np.concatenate([pair_residuals(moved, rays, pair, scene) for pair in pairs])
     return np.where(np.isfinite(before), np.where(np.isfinite(after), after, before), 0.0)
-
-
-def _pair_residuals(
-    cameras: Mapping[str, Camera], rays: Mapping[str, _Rays], pair: tuple[str, str], scene: Floats
-) -> Floats:
-    """Differences (2 n,) of both tangent angles of a pair, in standard deviations of their noise; NaN where unknown."""
-    one, other = (cameras[name] for name in pair)
-    baseline = baseline_of(one, other, scene)
-    if baseline is None:
-        return np.full(2 * len(rays[pair[0]].local), np.nan)
-    ends, noises = [], []
-    for name, camera in zip(pair, (one, other), strict=True):
-        world = rays[name].local @ camera.rotation
-        angles = np.arctan2(world @ baseline.side, world @ baseline.ahead)
-        known = np.isfinite(angles)
-        low, high = np.where(known, angles, np.inf).argmin(axis=1), np.where(known, angles, -np.inf).argmax(axis=1)
-        rows = np.arange(len(angles))
-        both = np.stack([angles[rows, low], angles[rows, high]])
-        both[:, both[1] - both[0] > WIDEST_RAD] = np.nan
-        both[np.stack([rays[name].cut[rows, low], rays[name].cut[rows, high]])] = np.nan
-        to_scene = scene - camera.centre
-        across = np.linalg.norm(np.cross(to_scene, baseline.axis)) / np.linalg.norm(to_scene)
-        pixel_rad = 2.0 / float(camera.matrix[0, 0] + camera.matrix[1, 1])
-        ends.append(both)
-        noises.append(NOISE_PX * pixel_rad / max(0.05, float(across)))
-    differences: Floats = ((ends[0] - ends[1]) / np.hypot(noises[0], noises[1])).ravel()
-    return differences
-
-
-def _rays(camera: Camera, outlines: Sequence[Outline | None]) -> _Rays:
-    most = max(len(one.rays) for one in outlines if one is not None)
-    local, cut = np.full((len(outlines), most, 3), np.nan), np.zeros((len(outlines), most), dtype=np.bool_)
-    for k, one in enumerate(outlines):
-        if one is not None:
-            local[k, : len(one.rays)] = one.rays @ camera.rotation.T
-            cut[k, : len(one.cut)] = one.cut
-    return _Rays(local, cut)
-
-
-def _median_px(residuals: Floats) -> float:
-    """Median distance in px of residuals in standard deviations; NaN without any."""
-    known = residuals[np.isfinite(residuals)]
-    return float(np.median(np.abs(known))) * 2**0.5 * NOISE_PX if len(known) else float("nan")
 
 
 def _apart_px(one: Camera, other: Camera, scene: Floats) -> float:

@@ -20,8 +20,8 @@ COSTS = Costs(
     two_view=Linear(4.0, 14.0),
     decoding=Linear(0.05, 0.8),  # docs/measured.md: 0.3 ms at 640 x 480
     integrator=2.5,  # docs/load.md: 0.16 cores at 60/s
-    # `zenocap load --method hybrid --rate 30`: 0.50, 0.55, 0.63 cores with 2, 4 and 7 views, both threads; 18 ms of four views
-    # at 8, 15 and 30/s, 14 ms at 60/s.  Longer than the 9.4 ms of an instant in docs/measured.md, where it never waits.
+    # `zenocap load --method hybrid --rate 30`: 0.50, 0.55, 0.63 cores with 2, 4 and 7 views, both threads; 18 ms of four
+    # views at 8, 15 and 30/s, 14 ms at 60/s.  Longer than the 9.4 ms of docs/measured.md, where it never waits.
     tracker=Linear(14.8, 0.85),
     timekeeper=5.0,  # of a second; `zenocap load --method hybrid`: 0.01 cores of the integrator without a log
     logged=0.043,  # docs/measured.md: the log's thread, 1720 messages/s: 7.4 % of a core,

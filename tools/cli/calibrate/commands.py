@@ -9,9 +9,11 @@ from zenocap.tools.cli.calibrate.drift import drift
 from zenocap.tools.cli.calibrate.lines import lines
 from zenocap.tools.cli.calibrate.print_board import print_board
 from zenocap.tools.cli.calibrate.scene import scene
+from zenocap.tools.cli.calibrate.walk import walk
 
 calibrate = typer.Typer(help="Calibrate cameras; check and convert calibration files.", no_args_is_help=True)
 calibrate.command()(board)
+calibrate.command()(walk)
 calibrate.command()(lines)
 calibrate.command()(scene)
 calibrate.command("print")(print_board)

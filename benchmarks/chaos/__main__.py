@@ -1,0 +1,59 @@
+"""Random faults against a whole rig: kills, stops, cuts, floods, full disks; and the invariants that must hold.
+
+    python -m benchmarks.chaos [--seconds N] [--seed N] [--only KIND ...] [--schedule] [--keep DIR]
+
+`zenocap up` runs three simulated cameras with tracker, recognizer, page and log around a router; a peer observes.  Needs
+Linux (/proc), and the right to mount a tmpfs for the full disk.  Exit status 1 with a violation, which is printed with
+seed, time and fault.
+"""
+
+import argparse
+import itertools
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.chaos.report import as_text
+from benchmarks.chaos.run import Limits, Run
+from benchmarks.chaos.schedule import KINDS, schedule
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=120.0, help="time for faults, after the start of the rig")
+    parser.add_argument("--seed", type=int, default=1, help="of the schedule: equal seeds give equal schedules")
+    parser.add_argument("--size", default="160x120", help="of the images")
+    parser.add_argument("--fps", type=float, default=15.0)
+    parser.add_argument("--only", nargs="+", default=[], choices=[kind.name for kind in KINDS], metavar="KIND")
+    parser.add_argument("--recovery", type=float, default=5.0, metavar="S", help="longest time until poses are back")
+    parser.add_argument("--schedule", action="store_true", help="print the first rounds of the schedule, and run nothing")
+    parser.add_argument("--keep", type=Path, metavar="DIR", help="empty folder that keeps the output of the services")
+    arguments = parser.parse_args()
+    if arguments.schedule:
+        for round in itertools.islice(schedule(arguments.seed, arguments.only), 40):
+            print(f"after {round.pause_s:.1f} s: {round.name}")
+        return 0
+    if not Path("/proc/self/task").exists():
+        print("error: processes are found in /proc, which this system does not have", file=sys.stderr)
+        return 2
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = arguments.keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            parser.error(f"--keep {folder}: allowed: an empty folder")
+        run = Run(arguments.seed, arguments.seconds, Limits(arguments.recovery), tuple(arguments.only), _say)
+        try:
+            outcome = run.run(folder, arguments.size, arguments.fps)
+        except RuntimeError as error:
+            print(f"error: {error}", file=sys.stderr)
+            return 2
+    print(as_text(outcome))
+    return 1 if outcome.violations else 0
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

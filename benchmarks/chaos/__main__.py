@@ -1,6 +1,6 @@
 """Random faults against a whole rig: kills, stops, cuts, floods, full disks; and the invariants that must hold.
 
-    python -m benchmarks.chaos [--seconds N] [--seed N] [--only KIND ...] [--schedule] [--keep DIR]
+    python -m benchmarks.chaos [--seconds N] [--seed N] [--only NAME ...] [--schedule] [--keep DIR]
 
 `zenocap up` runs three simulated cameras with tracker, recognizer, page and log around a router; a peer observes.  Needs
 Linux (/proc), and the right to mount a tmpfs for the full disk.  Exit status 1 with a violation, which is printed with
@@ -17,6 +17,8 @@ from benchmarks.chaos.report import as_text
 from benchmarks.chaos.run import Limits, Run
 from benchmarks.chaos.schedule import KINDS, schedule
 
+NAMES = sorted({name for kind in KINDS for name in (kind.name, *kind.targets) if name})
+
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -24,7 +26,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the schedule: equal seeds give equal schedules")
     parser.add_argument("--size", default="160x120", help="of the images")
     parser.add_argument("--fps", type=float, default=15.0)
-    parser.add_argument("--only", nargs="+", default=[], choices=[kind.name for kind in KINDS], metavar="KIND")
+    parser.add_argument("--only", nargs="+", default=[], choices=NAMES, metavar="NAME", help=f"of {', '.join(NAMES)}")
     parser.add_argument("--recovery", type=float, default=5.0, metavar="S", help="longest time until poses are back")
     parser.add_argument("--schedule", action="store_true", help="print the first rounds of the schedule, and run nothing")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="empty folder that keeps the output of the services")

@@ -33,7 +33,7 @@ class Injector:
 
     def prepare(self, fault: Fault, rng: random.Random) -> Callable[[], End]:
         """Prepare what takes time; returns the function that begins the fault, which returns the one that ends it."""
-        if fault.kind == "flood":
+        if fault.kind in ("flood", "forgery"):
             return self._flood(fault, rng)
         return lambda: self._begin(fault, rng)
 
@@ -56,9 +56,6 @@ class Injector:
                 return self._fill()
             case "recordings", how:
                 self._remove(how)
-                return lambda: None
-            case "requests", "measure":
-                self._observer.request("measure")
                 return lambda: None
             case "requests", _:
                 return self._orders(rng)

@@ -1,6 +1,7 @@
 """One run: a rig, the rounds of a schedule, and what they did."""
 
 import random
+import shutil
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -15,12 +16,12 @@ from benchmarks.chaos.injection import Injector
 from benchmarks.chaos.observer import Observer, SeenPose, longest_gap_s, settled_ns
 from benchmarks.chaos.page_visitors import answers
 from benchmarks.chaos.running_rig import RunningRig, Seen, rig_file
-from benchmarks.chaos.schedule import INTEGRATOR, ROUTER, SERVICES, VIEWERS, Round, schedule
+from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, ROUTER, SERVICES, VIEWERS, Round, schedule
 from benchmarks.chaos.takes import Content, Span, content, dishonest, missing_poses, uncovered_poses
 
 RIG = "chaos"
 START_S = 180.0  # until the first poses: compilation, empty scene
-PATIENCE_S = 60.0  # for the recovery from a fault, before the run goes on
+PATIENCE_S = 40.0  # for the recovery from a fault, before the run goes on
 UNDISTURBED_GAP_S = 5.0  # longest pause of the poses during faults that do not concern them
 MARGIN_NS = 2_000_000_000  # around a fault of the log in which its messages are excused
 DISK_MB, DISK_MB_PER_S, LARGEST_DISK_MB = 100, 0.5, 1000
@@ -121,7 +122,12 @@ class Run:
             time.sleep(1.0)
             rig.stop()
             observer.close()
-            self._check(sorted((disk or folder / "disk").rglob("*.mcap")))
+            paths = sorted((disk or folder / "disk").rglob("*.mcap"))
+            self._check(paths)
+            if disk is not None:  # which is gone after the run
+                (folder / "takes").mkdir()
+                for number, path in enumerate(paths):
+                    shutil.copy(path, folder / "takes" / f"{number}-{path.name}")
         return outcome
 
     def _round(self, number: int, round: Round, begin_s: float, has_disk: bool) -> None:
@@ -188,7 +194,7 @@ class Run:
         found += invariants.too_many_takes(len(paths), records, starts, self._removals, output[-500:])
         found += self._losses()
         for take in outcome.takes:
-            forged = any(begin <= take.last_ns and end >= take.first_ns for begin, end in self._spans("impostor"))
+            forged = any(begin <= take.last_ns and end >= take.first_ns for begin, end in self._spans(IMPOSTOR))
             found += dishonest(take, forged=forged)
         if rig.status not in (0, 3):
             found.append(f"`zenocap up` ended with status {rig.status}: {output[-500:]}")

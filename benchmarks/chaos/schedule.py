@@ -5,7 +5,7 @@ A schedule is endless and depends on the seed alone; a run takes as much of it a
 
 import random
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 ROUTER, INTEGRATOR, TRACKER, RECOGNIZER, ANIMATOR = "router", "integrator", "tracker", "recognizer", "animator"
 VIEWERS = ("viewer 1", "viewer 2", "viewer 3")
@@ -13,13 +13,17 @@ SERVICES = (*VIEWERS, INTEGRATOR, TRACKER, RECOGNIZER, ANIMATOR)
 POSE_PATH = frozenset((ROUTER, INTEGRATOR, TRACKER, *VIEWERS))  # without these, or some of them, poses may pause
 
 # Kinds of messages of a peer that does not belong to the rig: see `hostile`.
-FLOODS = ("malformed", "strangers", "huge", "impostor", "skewed", "false orders")
+FLOODS = ("malformed", "strangers", "huge", "skewed", "false orders")
+IMPOSTOR = "impostor"
 PAGE_FLOODS = ("connections", "requests", "malformed requests", "never reads")
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of fault.  targets: drawn from.  seconds: shortest and longest.  weight: relative frequency."""
+    """A kind of fault.
+
+    targets: drawn from.  seconds: shortest and longest.  weight: relative frequency; 0: drawn only where it is named.
+    """
 
     name: str
     targets: tuple[str, ...]
@@ -33,10 +37,11 @@ KINDS = (
     Kind("cut", SERVICES, (0.5, 6.0), 2.0),  # its packets vanish
     Kind("disconnect", SERVICES, (0.5, 6.0), 1.0),  # its connections are closed, and refused
     Kind("flood", FLOODS, (1.0, 5.0), 3.0),
+    Kind("forgery", (IMPOSTOR,), (1.0, 5.0), 0.0),  # an open network does not protect against it: docs/machines.md
     Kind("page", PAGE_FLOODS, (1.0, 5.0), 2.0),
     Kind("full disk", ("",), (1.0, 5.0), 1.0),
     Kind("recordings", ("deleted", "moved"), (0.0, 0.0), 1.0),
-    Kind("requests", ("record and stop", "measure"), (1.0, 5.0), 1.0),
+    Kind("requests", ("record and stop",), (1.0, 5.0), 1.0),  # not "measure": the person then has to take the T-pose
 )
 OF_SERVICES = ("kill", "stop", "cut", "disconnect")
 PAUSE_S = (0.5, 3.0)  # from the recovery to the next fault
@@ -66,9 +71,8 @@ class Fault:
     @property
     def disturbs_poses(self) -> bool:
         """Whether poses may pause while it lasts."""
-        by_request = self.target == "measure"
-        false_content = self.target in ("impostor", "skewed", "huge")
-        return bool(self.hits & POSE_PATH and self.kind in OF_SERVICES) or by_request or false_content
+        false_content = self.target in (IMPOSTOR, "skewed", "huge")
+        return bool(self.hits & POSE_PATH and self.kind in OF_SERVICES) or false_content
 
 
 @dataclass(frozen=True)
@@ -84,9 +88,10 @@ class Round:
 
 
 def schedule(seed: int, kinds: Collection[str] = ()) -> Iterator[Round]:
-    """Endless rounds; equal seeds give equal ones.  kinds: names of the only kinds that are drawn; all by default."""
+    """Endless rounds; equal seeds give equal ones.  kinds: the only kinds, or targets, that are drawn; all by default."""
     rng = random.Random(f"chaos {seed}")
-    chosen = [kind for kind in KINDS if not kinds or kind.name in kinds]
+    chosen = [_only(kind, kinds) for kind in KINDS]
+    chosen = [kind for kind in chosen if kind.targets]
     while True:
         pause_s = rng.uniform(*PAUSE_S)
         faults = [_drawn(rng, chosen)]
@@ -95,6 +100,15 @@ def schedule(seed: int, kinds: Collection[str] = ()) -> Iterator[Round]:
             if _compatible(faults[0], other):
                 faults.append(other)
         yield Round(pause_s, tuple(faults))
+
+
+def _only(kind: Kind, names: Collection[str]) -> Kind:
+    """A kind with those of its targets that are named, or all if it is named itself; without names, one with a weight."""
+    if not names and not kind.weight:
+        return replace(kind, targets=())
+    if not names or kind.name in names:
+        return replace(kind, weight=kind.weight or 1.0)
+    return replace(kind, targets=tuple(target for target in kind.targets if target in names), weight=kind.weight or 1.0)
 
 
 def _drawn(rng: random.Random, kinds: list[Kind]) -> Fault:

@@ -1,4 +1,4 @@
-"""A minute of random faults against a whole rig: benchmarks.chaos with one seed, so that the schedule is always the same."""
+"""A minute of random faults against a whole rig: benchmarks.chaos with one seed, and so one schedule."""
 
 import itertools
 from pathlib import Path

@@ -11,7 +11,7 @@ from benchmarks.chaos.takes import Span, within
 LOG_BYTES_PER_MIN = 60_000  # of all services together: a line every 0.1 s
 LOG_BYTES = 40_000  # besides: start, stop and the first error of each kind
 SETTLED_NS = 15_000_000_000  # age of a process from which its memory counts: its kernels are loaded then
-GROWTH_BYTES = 160 << 20  # two queues of 64 MB, which a flood may fill, and 32 MB
+GROWTH_BYTES = 320 << 20  # two queues of 64 MB, which a flood may fill, and Zenoh's buffers of messages of 7 MB
 MEMORY_BYTES = 1 << 30  # the limit of a container of deploy/compose.yaml
 FILES = 512  # open at any time: 128 connections without a handshake, 64 pages, and what the service itself has
 LEFT_OPEN = 40  # files more than after the start, when all faults are over

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from statistics import median
 
+from benchmarks.chaos.invariants import SETTLED_NS
 from benchmarks.chaos.run import Outcome
 from benchmarks.table import Cell, table
 
@@ -31,12 +32,23 @@ def as_text(outcome: Outcome) -> str:
         f"poses seen: {len(outcome.poses)}; takes: {len(outcome.takes)}, of them finished: "
         f"{sum(take.whole for take in outcome.takes)}; messages in them: {sum(take.messages for take in outcome.takes)}",
         f"log: {outcome.log_bytes / 1000:.0f} kB; largest process: {_largest(outcome)}",
+        f"memory after the start, at most, at the end (MB): {_memory(outcome)}",
         f"`zenocap up`: {outcome.summary}",
         *(f"note: {note}" for note in outcome.notes),
         *(f"violation: {text}" for text in outcome.violations),
         f"violations: {len(outcome.violations)}",
     ]
     return "\n".join(lines)
+
+
+def _memory(outcome: Outcome) -> str:
+    """Of the last process of every service: after SETTLED_NS, at most, at the end."""
+    found = {}
+    for seen in outcome.processes:
+        settled = [rss / 1e6 for time_ns, rss in seen.rss_bytes if time_ns - seen.first_ns >= SETTLED_NS]
+        if settled:
+            found[seen.name] = f"{seen.name} {settled[0]:.0f}, {max(settled):.0f}, {settled[-1]:.0f}"
+    return "; ".join(found[name] for name in sorted(found))
 
 
 def _largest(outcome: Outcome) -> str:

@@ -208,19 +208,23 @@ class Run:
         excused = self._excused()
         missing = missing_poses(outcome.poses, outcome.takes, excused)
         counted = max((one.health.counts.get("log_lost", 0) for one in health if one.service == INTEGRATOR), default=0)
-        text = f"{len(missing)} poses are in no take, {counted} messages counted as lost"
+        times = ", ".join(f"{self._run_s(pose.received_ns):.1f}" for pose in missing[:10])
+        at = f" (at {times} s)" if missing else ""
+        text = f"{len(missing)} poses are in no take{at}, {counted} messages counted as lost"
         outcome.notes.append(text)
-        found = []
-        if len(missing) > counted:
-            times = ", ".join(f"{(pose.received_ns - outcome.recoveries[0].begin_ns) / 1e9:.1f}" for pose in missing[:10])
-            found.append(f"{text}; at {times} s after the first fault")
+        found = [text] if len(missing) > counted else []
         covered = [(take.first_ns, take.last_ns + MARGIN_NS) for take in outcome.takes]
         uncovered = uncovered_poses(outcome.poses, self._logging(), [*excused, *covered])
         if uncovered:
-            at_s = (uncovered[0].received_ns - outcome.recoveries[0].begin_ns) / 1e9
+            at_s = self._run_s(uncovered[0].received_ns)
             text = f"{len(uncovered)} poses from {at_s:.1f} s on are in no take, although the integrator records"
             found.append(text)
         return found
+
+    def _run_s(self, time_ns: int) -> float:
+        """Time of the run, as it is printed for the faults (s)."""
+        first = self.outcome.recoveries[0]
+        return (time_ns - first.begin_ns) / 1e9 + first.at_s
 
     def _logging(self) -> list[Span]:
         """Times at which the integrator said that it records, without an error."""

@@ -9,6 +9,7 @@ seed, time and fault.
 
 import argparse
 import itertools
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -38,6 +39,7 @@ def main() -> int:
     if not Path("/proc/self/task").exists():
         print("error: processes are found in /proc, which this system does not have", file=sys.stderr)
         return 2
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(2))  # ends the rig, as Ctrl-C does
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.keep or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,5 @@
 """The invariants of a run.  Each function returns what is wrong, one line each; nothing when all is well."""
 
-import re
 from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
 
@@ -66,13 +65,14 @@ def obeyed_orders(health: Sequence[SeenHealth], spans: Sequence[Span], ordered_n
     return found
 
 
+def counted_losses(health: Sequence[SeenHealth], excused: Sequence[Span]) -> int:
+    """Messages that the log has counted as lost at other than the excused times, at which many are."""
+    states = [(one.received_ns, one.health.counts.get("log_lost", 0)) for one in health if one.service == "integrator"]
+    steps = ((later_ns, after - before) for (_, before), (later_ns, after) in pairwise(states))
+    return sum(max(0, step) for time_ns, step in steps if not within(time_ns, excused))
+
+
 def too_many_takes(takes: int, records: int, starts: int, removals: int, output: str) -> list[str]:
     """Files that nobody ordered.  records: true orders to record.  starts: of integrators.  removals: of the recordings."""
     allowed = records + starts + removals
     return [f"{takes} takes of {allowed} ordered: {output}"] if takes > allowed else []
-
-
-def lost_by_summary(output: str) -> int | None:
-    """Number of lost messages in the last lines of `up`; None when it says that the number is unknown."""
-    numbers = re.findall(r"(\d+) lost", output)
-    return int(numbers[-1]) if numbers else None

@@ -34,8 +34,8 @@ def pose(at_s: float, *, frame: int = 0, lost: bool = False, views: int = 3) -> 
     return SeenPose(round(at_s * S), round(at_s * S) - 1, frame, lost, views)
 
 
-def health(at_s: float, log_on: int) -> SeenHealth:
-    counts = {"log_on": log_on}
+def health(at_s: float, log_on: int, *, lost: int = 0) -> SeenHealth:
+    counts = {"log_on": log_on, "log_lost": lost}
     message = m.Health(
         frame=0, captured_ns=0, service="integrator", id="main", state="", rate=0.0, stages_ms={}, counts=counts
     )
@@ -120,6 +120,12 @@ def test_a_recording_that_changes_without_a_true_order_is_found() -> None:
     assert invariants.obeyed_orders(states, during, [])
     assert not invariants.obeyed_orders(states, during, [10 * S])
     assert not invariants.obeyed_orders([health(10, 1), health(11, 1)], during, [])
+
+
+def test_losses_count_at_other_times_than_those_of_a_deleted_take() -> None:
+    states = [health(10, 1, lost=0), health(11, 1, lost=300), health(12, 1, lost=302)]
+    assert invariants.counted_losses(states, [(round(10.5 * S), round(11.5 * S))]) == 2
+    assert invariants.counted_losses(states, []) == 302
 
 
 @pytest.fixture

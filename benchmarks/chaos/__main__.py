@@ -14,8 +14,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from benchmarks.chaos.outcome import Limits
 from benchmarks.chaos.report import as_text
-from benchmarks.chaos.run import Limits, Run
+from benchmarks.chaos.run import Run
 from benchmarks.chaos.schedule import KINDS, schedule
 
 NAMES = sorted({name for kind in KINDS for name in (kind.name, *kind.targets) if name})

@@ -4,7 +4,7 @@ from collections import defaultdict
 from statistics import median
 
 from benchmarks.chaos.invariants import SETTLED_NS
-from benchmarks.chaos.run import Outcome
+from benchmarks.chaos.outcome import Outcome
 from benchmarks.table import Cell, table
 
 

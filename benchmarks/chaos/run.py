@@ -6,64 +6,23 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
-from itertools import pairwise
 from os import getloadavg
 from pathlib import Path
 
 from benchmarks.chaos import invariants
 from benchmarks.chaos.injection import Injector
-from benchmarks.chaos.observer import Observer, SeenPose, longest_gap_s, settled_ns
+from benchmarks.chaos.losses import losses
+from benchmarks.chaos.observer import Observer, longest_gap_s, settled_ns
+from benchmarks.chaos.outcome import PATIENCE_S, Limits, Outcome, Recovery
 from benchmarks.chaos.page_visitors import answers
-from benchmarks.chaos.running_rig import RunningRig, Seen, rig_file
-from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, ROUTER, SERVICES, VIEWERS, Round, schedule
-from benchmarks.chaos.takes import Content, Span, content, dishonest, missing_poses, uncovered_poses, within
+from benchmarks.chaos.running_rig import RunningRig, rig_file
+from benchmarks.chaos.schedule import IMPOSTOR, INTEGRATOR, SERVICES, VIEWERS, Round, schedule
+from benchmarks.chaos.takes import content, dishonest
 
 RIG = "chaos"
 START_S = 180.0  # until the first poses: compilation, empty scene
-PATIENCE_S = 40.0  # for the recovery from a fault, before the run goes on
 UNDISTURBED_GAP_S = 5.0  # longest pause of the poses during faults that do not concern them
-MARGIN_NS = 2_000_000_000  # around a fault of the log in which its messages are excused
 DISK_MB, DISK_MB_PER_S, LARGEST_DISK_MB = 100, 0.5, 1000
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Longest times after the end of a fault (s).  poses_s: until poses are back.  all_s: until all views contribute."""
-
-    poses_s: float = 5.0
-    all_s: float = 30.0
-
-
-@dataclass(frozen=True)
-class Recovery:
-    """poses_s, views_s, services_s: after the end of the fault; None: not within PATIENCE_S."""
-
-    round: Round
-    at_s: float
-    begin_ns: int
-    end_ns: int
-    poses_s: float | None
-    views_s: float | None
-    services_s: float | None
-    gap_s: float
-    load: float
-
-
-@dataclass
-class Outcome:
-    """Result of a run.  notes: what is worth knowing and no violation."""
-
-    seed: int
-    seconds: float
-    recoveries: list[Recovery] = field(default_factory=list)
-    violations: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    processes: list[Seen] = field(default_factory=list)
-    takes: list[Content] = field(default_factory=list)
-    poses: list[SeenPose] = field(default_factory=list)
-    log_bytes: int = 0
-    summary: str = ""
 
 
 @contextmanager
@@ -111,7 +70,7 @@ class Run:
             self._injector = Injector(rig, RIG, observer, disk, outcome.seed)
             if not self._wait(lambda: self._back_ns(0, len(VIEWERS)) is not None and self._works(0), START_S):
                 raise RuntimeError(f"the rig does not track within {START_S:g} s: {rig.log_text()[-2000:]}")
-            begin_s = time.monotonic()
+            begin_s, outcome.begin_ns = time.monotonic(), time.time_ns()
             for number, round in enumerate(schedule(outcome.seed, self._kinds)):
                 if time.monotonic() - begin_s + round.pause_s >= outcome.seconds or rig.ended:
                     break
@@ -188,82 +147,19 @@ class Run:
         found += invariants.large_processes(outcome.processes)
         found += invariants.log_problems(rig.log_text(), outcome.log_bytes, outcome.seconds)
         orders = [time_ns for time_ns, _ in observer.sent]
-        found += invariants.obeyed_orders(observer.health, self._spans("flood"), orders)
+        found += invariants.obeyed_orders(observer.health, outcome.spans("flood"), orders)
         starts = sum(seen.name == INTEGRATOR for seen in outcome.processes)
         records = sum(what == "record" for _, what in observer.sent)
         found += invariants.too_many_takes(len(paths), records, starts, self._removals, output[-500:])
-        found += self._losses()
+        found += losses(outcome, observer.health, self._injector.deleted_ns)
         for take in outcome.takes:
-            forged = any(begin <= take.last_ns and end >= take.first_ns for begin, end in self._spans(IMPOSTOR))
+            forged = any(begin <= take.last_ns and end >= take.first_ns for begin, end in outcome.spans(IMPOSTOR))
             found += dishonest(take, forged=forged)
         if rig.status not in (0, 3):
             found.append(f"`zenocap up` ended with status {rig.status}: {output[-500:]}")
         if observer.problem or observer.dropped:
             outcome.notes.append(f"the observer lost messages: {observer.problem or observer.dropped}")
         outcome.violations += [f"seed {outcome.seed}: {text}" for text in found]
-
-    def _losses(self) -> list[str]:
-        """Poses that are in no take although one was written, beyond what was counted as lost at other times than these.
-
-        What Zenoh drops before a subscriber, on links that a flood of huge messages fills, is counted by nobody.
-        """
-        outcome, health = self.outcome, self._observer.health
-        excused = self._excused()
-        missing = missing_poses(outcome.poses, outcome.takes, excused)
-        flooded = [pose for pose in missing if within(pose.received_ns, self._spans("huge"))]
-        counted = invariants.counted_losses(health, excused)
-        times = ", ".join(f"{self._run_s(pose.received_ns):.1f}" for pose in missing[:10])
-        at = f" (at {times} s)" if missing else ""
-        text = f"{len(missing)} poses are in no take{at}, {counted} messages counted as lost then"
-        outcome.notes.append(f"{text}; {len(flooded)} of them during floods of huge messages, dropped by the network")
-        found = [text] if len(missing) - len(flooded) > counted else []
-        covered = [(take.first_ns, take.last_ns + MARGIN_NS) for take in outcome.takes]
-        uncovered = uncovered_poses(outcome.poses, self._logging(), [*excused, *covered])
-        if uncovered:
-            at_s = self._run_s(uncovered[0].received_ns)
-            text = f"{len(uncovered)} poses from {at_s:.1f} s on are in no take, although the integrator records"
-            found.append(text)
-        return found
-
-    def _run_s(self, time_ns: int) -> float:
-        """Time of the run, as it is printed for the faults (s)."""
-        first = self.outcome.recoveries[0]
-        return (time_ns - first.begin_ns) / 1e9 + first.at_s
-
-    def _logging(self) -> list[Span]:
-        """Times at which the integrator said that it records, without an error."""
-        states = [one for one in self._observer.health if one.service == INTEGRATOR]
-        spans = []
-        for one, after in pairwise(states):
-            counts = (one.health.counts, after.health.counts)
-            on = all(each.get("log_on") and not each.get("log_stopped") for each in counts)
-            if on and after.received_ns - one.received_ns < MARGIN_NS:
-                spans.append((one.received_ns, after.received_ns))
-        return spans
-
-    def _excused(self) -> list[Span]:
-        """Times at which messages need not be in a take: the log or the network is hit, or a take was deleted with them."""
-        spans = []
-        for recovery in self.outcome.recoveries:
-            until_ns = recovery.end_ns + round_ns(max(recovery.services_s or PATIENCE_S, 1.0)) + MARGIN_NS
-            for fault in recovery.round.faults:
-                hit = fault.hits & {ROUTER, INTEGRATOR} or fault.kind in ("full disk", "requests")
-                if hit:
-                    spans.append((recovery.begin_ns - MARGIN_NS, until_ns))
-        starts = sorted(take.first_ns for take in self.outcome.takes)
-        for deleted_ns in self._injector.deleted_ns:  # the deleted file began after the last one before it
-            begin_ns = max((take.last_ns for take in self.outcome.takes if take.last_ns < deleted_ns), default=0)
-            end_ns = min((start for start in starts if start > deleted_ns), default=deleted_ns)
-            spans.append((begin_ns, end_ns + MARGIN_NS))
-        return spans
-
-    def _spans(self, kind: str) -> list[Span]:
-        """Times of the rounds with a kind of fault."""
-        return [
-            (recovery.begin_ns, recovery.end_ns + MARGIN_NS)
-            for recovery in self.outcome.recoveries
-            if any(kind in (fault.kind, fault.target) for fault in recovery.round.faults)
-        ]
 
     def _back_ns(self, since_ns: int, views: int) -> int | None:
         return settled_ns(self._observer.poses, since_ns, lambda pose: not pose.lost and pose.views >= views)
@@ -282,10 +178,6 @@ class Run:
                 return False
             time.sleep(0.1)
         return True
-
-
-def round_ns(seconds: float) -> int:
-    return int(seconds * 1e9)
 
 
 def _seconds(time_ns: int | None, since_ns: int) -> float | None:

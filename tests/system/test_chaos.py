@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.chaos.outcome import Limits
 from benchmarks.chaos.report import as_text
-from benchmarks.chaos.run import Limits, Run
+from benchmarks.chaos.run import Run
 from benchmarks.chaos.schedule import schedule
 
 pytestmark = [

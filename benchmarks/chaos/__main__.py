@@ -9,6 +9,7 @@ seed, time and fault.
 
 import argparse
 import itertools
+import re
 import signal
 import sys
 import tempfile
@@ -19,6 +20,7 @@ from benchmarks.chaos.report import as_text
 from benchmarks.chaos.run import Run
 from benchmarks.chaos.schedule import KINDS, schedule
 
+MOST_S = 86_400.0  # longest run, a day
 NAMES = sorted({name for kind in KINDS for name in (kind.name, *kind.targets) if name})
 
 
@@ -33,6 +35,17 @@ def main() -> int:
     parser.add_argument("--schedule", action="store_true", help="print the first rounds of the schedule, and run nothing")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="empty folder that keeps the output of the services")
     arguments = parser.parse_args()
+    for name in ("seconds", "fps", "recovery"):
+        if not 0 < getattr(arguments, name) <= MOST_S:
+            parser.error(f"--{name} {getattr(arguments, name):g}: allowed: above 0, up to {MOST_S:g}")
+    if not re.fullmatch(r"[1-9]\d{1,3}x[1-9]\d{1,3}", arguments.size):
+        parser.error(f"--size {arguments.size}: allowed: WIDTHxHEIGHT such as 160x120")
+    if (
+        arguments.keep is not None
+        and arguments.keep.exists()
+        and (not arguments.keep.is_dir() or any(arguments.keep.iterdir()))
+    ):
+        parser.error(f"--keep {arguments.keep}: allowed: a new or an empty folder")
     if arguments.schedule:
         for round in itertools.islice(schedule(arguments.seed, arguments.only), 40):
             print(f"after {round.pause_s:.1f} s: {round.name}")
@@ -42,10 +55,8 @@ def main() -> int:
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(2))  # ends the rig, as Ctrl-C does
     with tempfile.TemporaryDirectory() as temporary:
-        folder = arguments.keep or Path(temporary)
+        folder = (arguments.keep or Path(temporary)).resolve()
         folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
-            parser.error(f"--keep {folder}: allowed: an empty folder")
         run = Run(arguments.seed, arguments.seconds, Limits(arguments.recovery), tuple(arguments.only), _say)
         try:
             outcome = run.run(folder, arguments.size, arguments.fps)

@@ -187,6 +187,15 @@ def test_a_clock_that_was_set_by_decades_takes_neither_minutes_nor_the_memory(si
     assert poses == FRAMES + 1
 
 
+@pytest.mark.parametrize("change", [{"size": (0, 0)}, {"matrix": [0.0] * 9}, {"rotation": [1e9] * 9}])
+def test_a_camera_that_cannot_be_one_is_ignored(change: dict[str, object]) -> None:
+    """As of a program that is not of the rig, on an open network; `zenocap info` ended with a traceback."""
+    every = messages()
+    camera = next(message for message in every if isinstance(message, m.CameraInfo))
+    stranger = msgspec.structs.replace(camera, viewer="stranger", **change)
+    assert verdict_of(evidence_of([stranger, *every])) == verdict_of(evidence_of(every))
+
+
 def test_every_stretch_of_an_ordinary_gap_counts() -> None:
     assert list(stretch_numbers({0, 1, 5, -3, 900}, 10)) == list(range(10))
     hour = LONGEST_GAP_NS // STRETCH_NS

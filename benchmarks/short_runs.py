@@ -30,6 +30,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     ),
     "board_calibration": ("--seeds", "1", "--only", "noise"),
     "bodies": ("--people", "1", "--jobs", "1"),
+    "chaos": ("--seconds", "10"),
     "clips": ("walk2", "--jobs", "1"),
     "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),
     "contended": ("--seconds", "3", "--size", "160x120"),

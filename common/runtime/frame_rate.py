@@ -134,8 +134,12 @@ class FrameChoice:
         return self._grids[2].share
 
     def set_rate(self, message: FrameRate) -> None:
-        """Follow a decision of the integrator; an older one than the last is ignored."""
-        if self._message is not None and message.captured_ns < self._message.captured_ns:
+        """Follow a decision of the integrator, unless it is older than the last.
+
+        One that is older by more than FARTHEST_NS is followed: the time of the last was wrong.
+        """
+        last_ns = self._message.captured_ns if self._message is not None else 0
+        if last_ns - FARTHEST_NS <= message.captured_ns < last_ns:
             return
         self._message = message
         self._grids = (self._grids[2], holds_from_ns(message), Grid(share_of(message), message.phase_ns))

@@ -8,6 +8,8 @@ doubled each time it fails.
 
 from dataclasses import replace
 
+from msgspec import structs
+
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.messages import FrameRate, Health, Message, TrackerDetail
 from zenocap.common.runtime.frame_rate import ViewerCounts, common_phase, farthest_phase, reduced_text, share_of
@@ -34,6 +36,8 @@ def step(setup: RateSetup, state: RateState, event: FrameLike | Envelope | Alive
             return report(setup, state, health), []
         case Envelope(message=FrameRate() as message) if awaits_recovery(state):
             return resume(setup, state, message)
+        case Envelope(message=FrameRate() | TrackerDetail() as message):
+            return hear(setup, state, message), []
         case Tick(received_ns=now_ns):
             return decide(setup, state, now_ns)
         case _:
@@ -55,6 +59,33 @@ def resume(setup: RateSetup, state: RateState, message: FrameRate) -> tuple[Rate
     return replace(state, limiting=tuple(message.viewers)), [message, *_detail(setup, state, now_ns)]
 
 
+def hear(setup: RateSetup, state: RateState, message: FrameRate | TrackerDetail) -> RateState:
+    """Note a decision that is not this integrator's: viewers and tracker follow the last one until there is another.
+
+    As of a second integrator, in the other part of a network that was cut.
+    """
+    match message:
+        case FrameRate():
+            own = state.decided is None or _followed(state.decided) == _followed(message)
+        case TrackerDetail(share=share):
+            own = state.decided is None or not setup.has_tracker or share == DETAIL_LEVELS[state.detail.level]
+    return state if own else replace(state, contradicted=True)
+
+
+def _followed(message: FrameRate) -> tuple[int, int, int, float]:
+    """What viewers and tracker follow in a decision."""
+    return message.keep, message.of, message.phase_ns, message.fps
+
+
+def _repeated(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
+    """The decisions in force once more, after another one was received."""
+    if state.decided is None:
+        return state, []
+    message = structs.replace(state.decided, frame=state.decided.frame + 1, captured_ns=now_ns, from_ns=now_ns)
+    repeated = _settling(replace(state, decided=message, contradicted=False), now_ns)
+    return repeated, [message, *_detail(setup, state, now_ns)]
+
+
 def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, list[Message]]:
     """Levels of the next interval, and a message when they change."""
     state = replace(state, ticks=state.ticks + 1)
@@ -64,6 +95,8 @@ def decide(setup: RateSetup, state: RateState, now_ns: int) -> tuple[RateState, 
         state = replace(state, rate=Ladder(calm_ns=now_ns), detail=Ladder(calm_ns=now_ns))
         state, first = _new_rate(setup, state, now_ns)
         return state, [*first, *_detail(setup, state, now_ns)]
+    if state.contradicted:
+        return _repeated(setup, state, now_ns)
     if now_ns < state.settled_ns or not state.newest:
         return state, []
     found = losses(state)

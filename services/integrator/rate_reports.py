@@ -46,7 +46,7 @@ class RateState:
     before the first report.  busy: share of its time that a viewer's or the tracker's loop works.
     phases: of the capture times by viewer, ns.
     settled_ns: time before which reports are about the rate before.  suspected: the last reports had losses.
-    ticks: decisions so far.
+    ticks: decisions so far.  contradicted: another decision than this integrator's was received since the last one.
     """
 
     decided: FrameRate | None = None
@@ -63,6 +63,7 @@ class RateState:
     limit: Limit = ""
     limiting: tuple[str, ...] = ()
     ticks: int = 0
+    contradicted: bool = False
 
     @property
     def share(self) -> Share:

@@ -24,6 +24,7 @@ from zenocap.common.topics import (
     PARTIAL_BDP,
     REQUEST,
     SIGHTING,
+    TRACKER_DETAIL,
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
     Topic,
@@ -44,7 +45,7 @@ LOSS = 3  # exit status: completed, but the log is incomplete
 def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
     """Integrator of a rig.  Raises ValueError for cameras that do not suit the method."""
     setup = setup_of(recorded_rig(rig))
-    topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST)
+    topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
     return Service(
         "integrator",
         ID,
@@ -81,7 +82,10 @@ def timekeeper_service(rig: Rig) -> Service[RateSetup, RateState, Never]:
         rate_setup_of(recorded_rig(rig)),
         RateState(),
         rate_control.step,
-        tuple(Subscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
+        (
+            *(Subscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
+            *(Subscription(topic) for topic in (FRAME_RATE, TRACKER_DETAIL)),
+        ),
         describe_rate,
         tick_ns=DECISION_NS,
         recovers=lambda state: (FRAME_RATE,) if rate_control.awaits_recovery(state) else (),

@@ -73,6 +73,8 @@ def step(setup: Setup, state: State, event: Event) -> Result:
         case FrameRate() if rate_control.awaits_recovery(state.rate):
             rate, messages = rate_control.resume(setup.rate, state.rate, message)
             return _follow(replace(state, rate=rate), messages)
+        case FrameRate():
+            return replace(state, rate=rate_control.hear(setup.rate, state.rate, message)), []
         case UniversalBdp() | UniversalBap() if awaits_recovery(state):
             return resume(setup, state, message)
         case Request(what="measure"):

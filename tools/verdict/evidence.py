@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,7 @@ from zenocap.common import messages as m
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
-from zenocap.common.conversion import anatomy_of, bdp_of
+from zenocap.common.conversion import anatomy_of, bdp_of, camera_of
 from zenocap.common.formats.take_poses import is_lost
 from zenocap.tools.verdict.parameters import LAG_NS, LAG_STEP_NS, PAIRED_NS, SAMPLE_NS
 
@@ -78,7 +79,9 @@ class Evidence:
             case m.UniversalBdp():
                 self.universal_body = message.body
             case m.CameraInfo():
-                self.cameras[message.viewer] = message
+                with suppress(ValueError):  # no camera: any program may publish one on an open network
+                    camera_of(message)
+                    self.cameras[message.viewer] = message
 
     @property
     def poses(self) -> Mapping[int, PoseRow]:

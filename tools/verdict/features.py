@@ -1,7 +1,7 @@
 """Figures of a take per stretch of about a second."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.tools.verdict.evidence import LIMBS, Evidence, PoseRow, body_of
 from zenocap.tools.verdict.motion_figures import motion_figures
 from zenocap.tools.verdict.overlap import ViewSample
-from zenocap.tools.verdict.parameters import MIN_AREA, MOST_STEPS, SAMPLE_NS, START_NS, STRETCH_NS
+from zenocap.tools.verdict.parameters import LONGEST_GAP_NS, MIN_AREA, MOST_STEPS, SAMPLE_NS, START_NS, STRETCH_NS
 from zenocap.tools.verdict.view_figures import SampleFigures, sample_figures
 
 FEATURES = (
@@ -85,7 +85,8 @@ def stretches_of(evidence: Evidence) -> list[Stretch]:
     missing = np.array([ns for ns in missing_poses(times, step_ns).tolist() if ns // SAMPLE_NS in there], dtype=np.int64)
     missing_numbers = (missing - begin_ns) // STRETCH_NS
     found = []
-    for number in range(max(1, round((end_ns - begin_ns) / STRETCH_NS))):
+    count = max(1, round((end_ns - begin_ns) / STRETCH_NS))
+    for number in stretch_numbers({*numbers.tolist(), *groups}, count):
         inside = np.flatnonzero(numbers == number)
         span = begin_ns + number * STRETCH_NS, min(end_ns, begin_ns + (number + 1) * STRETCH_NS)
         absent = int(np.count_nonzero(missing_numbers == number))
@@ -96,16 +97,24 @@ def stretches_of(evidence: Evidence) -> list[Stretch]:
     return found
 
 
+def stretch_numbers(known: Collection[int], count: int) -> Iterator[int]:
+    """Numbers of the stretches, 0 to `count` - 1; of a gap between `known` ones only the first LONGEST_GAP_NS."""
+    inside = sorted({0, *(number for number in known if 0 <= number < count)})
+    for number, following in zip(inside, [*inside[1:], count], strict=True):
+        yield from range(number, min(following, number + 1 + LONGEST_GAP_NS // STRETCH_NS))
+
+
 def missing_poses(times: Ints, step_ns: float) -> Ints:
     """(n,) times at which poses are missing: between two of `times` (m,) that are more than MOST_STEPS steps apart.
 
-    step_ns: usual time between poses.
+    step_ns: usual time between poses.  Of a gap longer than LONGEST_GAP_NS only those at its beginning.
     """
     gaps = np.diff(times)
     found = [np.zeros(0, dtype=np.int64)]
     for k in np.flatnonzero(gaps > MOST_STEPS * step_ns):
-        count = max(1, round(float(gaps[k]) / step_ns) - 1)
-        found.append(times[k] + np.arange(1, count + 1) * int(gaps[k]) // (count + 1))
+        gap_ns = min(int(gaps[k]), LONGEST_GAP_NS)
+        count = max(1, round(gap_ns / step_ns) - 1)
+        found.append(times[k] + np.arange(1, count + 1) * gap_ns // (count + 1))
     return np.concatenate(found)
 
 

@@ -12,6 +12,9 @@ PERSON_AREA = 0.25  # of the usual area of a view's silhouette; a smaller one do
 START_NS = 1_500_000_000  # in view; the tracker starts within 1.2 s
 FAST_TRUNK, FAST_LIMB = 7.0, 12.0  # m/s: no part of a moving person is faster, in ordinary motion
 LONGEST_STEP_S = 0.25  # between poses, for a speed
+# Without poses and silhouettes; a longer gap counts as this long.  A clock that is set while it records makes one of
+# decades, whose stretches would fill the memory.
+LONGEST_GAP_NS = 3_600_000_000_000
 MOST_STEPS = 2.5  # usual times between poses, from which poses between two are missing: one may be interpolated
 LIMIT_RAD = 0.01  # from the end of a joint's range
 APART_NOISE_M = 0.01  # of tangent planes, in addition to a pixel: edges of silhouettes

@@ -147,6 +147,13 @@ def test_an_older_decision_and_an_impossible_one_are_not_followed() -> None:
     assert len(kept(choice, [9 * S + k * PERIOD for k in range(50)])) == pytest.approx(10, abs=1)
 
 
+def test_a_decision_with_a_time_far_in_the_future_does_not_hold_for_ever() -> None:
+    choice = FrameChoice(30.0)
+    choice.set_rate(decision(1, 30, from_ns=2**62, captured_ns=2**62))
+    choice.set_rate(decision(1, 1, from_ns=9 * S, captured_ns=9 * S))
+    assert choice.share == Share()
+
+
 def test_a_clock_that_is_set_back_stops_no_viewer() -> None:
     choice = reduced(1, 4)
     assert kept(choice, [100 * S + k * PERIOD for k in range(8)])

@@ -230,6 +230,34 @@ def test_a_decision_of_another_rig_is_not_continued() -> None:
     assert step(RateSetup(("1",), FPS), RateState(), envelope(other)) == (RateState(), [])
 
 
+@pytest.mark.parametrize(
+    "other",
+    [
+        FrameRate(frame=9, captured_ns=2**62, keep=1, of=30, from_ns=2**62, phase_ns=0, fps=30.0),
+        TrackerDetail(frame=9, captured_ns=0, share=0.1),
+    ],
+)
+def test_a_decision_of_another_integrator_is_answered_once(other: FrameRate | TrackerDetail) -> None:
+    """As of the one that ran in the other part of a cut network, and as viewers and tracker would follow it for ever."""
+    plant = Plant({"1": 30.0, "2": 30.0}, tracker=30.0).run(10)
+    before = len(plant.published)
+    for _ in range(20):
+        plant.state, answer = step(plant.setup, plant.state, envelope(other))
+        assert answer == []  # a flood of them is not answered by a flood
+    plant.run(3)
+    answers = [message for _, message in plant.published[before:]]
+    assert [type(message) for message in answers] == [FrameRate, TrackerDetail]
+    rate, detail = answers
+    assert isinstance(rate, FrameRate)
+    assert isinstance(detail, TrackerDetail)
+    assert share_of(rate) == Share()
+    assert 11 * S <= rate.captured_ns < 12 * S
+    assert detail.share == 1.0
+    for message in answers:  # its own, which it hears too
+        plant.state, _ = step(plant.setup, plant.state, envelope(message))
+    assert len(plant.run(3).published) == before + 2
+
+
 def test_the_same_events_give_the_same_decisions() -> None:
     runs = [Plant({"1": 11.0, "2": 17.0}, tracker=9.0).run(60).published for _ in range(2)]
     assert runs[0] == runs[1]

@@ -24,11 +24,11 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.segments import limb_directions
-from zenocap.common.bus.protocol import Alive
+from zenocap.common.bus.protocol import Alive, Tick
 from zenocap.common.codec import decode, encode
 from zenocap.common.conversion import bdp_of
 from zenocap.services.integrator import step as integrator
-from zenocap.services.integrator.parameters import INSTANTS_OF_BODY
+from zenocap.services.integrator.parameters import INSTANTS_OF_BODY, RECOVERY_TICKS
 from zenocap.services.integrator.perspective import scaling_factor
 
 
@@ -245,3 +245,18 @@ def test_two_runs_publish_equal_bytes_and_valid_messages() -> None:
     assert len(published) == 2
     for message in (*INITIAL_MESSAGES, *published):
         assert decode(encode(message), type(message)) == message
+
+
+def test_a_frame_rate_of_another_integrator_is_answered() -> None:
+    state = TRACKED
+    for second in range(1, RECOVERY_TICKS + 2):
+        state, _ = integrator.step(SETUP, state, Tick(EPOCH_NS + second * 1_000_000_000))
+    own = state.rate.decided
+    assert own is not None
+    other = m.FrameRate(frame=9, captured_ns=0, keep=1, of=100, from_ns=0, phase_ns=0, fps=own.fps)
+    state, published = integrator.step(SETUP, state, envelope(other))
+    assert published == []
+    state, published = integrator.step(SETUP, state, Tick(EPOCH_NS + 60_000_000_000))
+    (answer,) = (message for message in published if isinstance(message, m.FrameRate))
+    assert (answer.keep, answer.of) == (own.keep, own.of)
+    assert state.sightings.spacing == 1

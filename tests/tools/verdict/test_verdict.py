@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -17,8 +18,9 @@ from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.tools.recordings.track import Tracked
 from zenocap.tools.verdict.evidence import evidence_of
-from zenocap.tools.verdict.features import FEATURES, stretches_of
+from zenocap.tools.verdict.features import FEATURES, stretch_numbers, stretches_of
 from zenocap.tools.verdict.overlap import body_mask, body_points
+from zenocap.tools.verdict.parameters import LONGEST_GAP_NS, STRETCH_NS
 from zenocap.tools.verdict.score import KINDS, expected_errors, used_features
 from zenocap.tools.verdict.text import part_lines, verdict_lines
 from zenocap.tools.verdict.verdict import verdict_of
@@ -172,3 +174,29 @@ def test_the_exit_status_tells_the_class(rating: m.Rating, status: int, tmp_path
         frame=0, captured_ns=0, rating=rating, error=0.1, evidence="one-pass", reasons=[], stretches=[]
     )  # fmt: skip
     assert _status(Tracked(1, 1, 1, (), {}, verdict=verdict)) == status
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("silhouettes", [True, False])
+def test_a_clock_that_was_set_by_decades_takes_neither_minutes_nor_the_memory(silhouettes: bool) -> None:
+    every = messages(silhouettes=silhouettes)
+    pose = next(message for message in every if isinstance(message, m.TrackerPose))
+    stretches = stretches_of(evidence_of([msgspec.structs.replace(pose, captured_ns=1), *every]))
+    assert len(stretches) <= 2 + LONGEST_GAP_NS // STRETCH_NS + FRAMES
+    poses = sum(one.frames for one in stretches)
+    assert poses == FRAMES + 1
+
+
+@pytest.mark.parametrize("change", [{"size": (0, 0)}, {"matrix": [0.0] * 9}, {"rotation": [1e9] * 9}])
+def test_a_camera_that_cannot_be_one_is_ignored(change: dict[str, object]) -> None:
+    """As of a program that is not of the rig, on an open network; `zenocap info` ended with a traceback."""
+    every = messages()
+    camera = next(message for message in every if isinstance(message, m.CameraInfo))
+    stranger = msgspec.structs.replace(camera, viewer="stranger", **change)
+    assert verdict_of(evidence_of([stranger, *every])) == verdict_of(evidence_of(every))
+
+
+def test_every_stretch_of_an_ordinary_gap_counts() -> None:
+    assert list(stretch_numbers({0, 1, 5, -3, 900}, 10)) == list(range(10))
+    hour = LONGEST_GAP_NS // STRETCH_NS
+    assert list(stretch_numbers({0, 10**9}, 10**9 + 2)) == [*range(hour + 1), 10**9, 10**9 + 1]

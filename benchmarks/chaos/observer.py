@@ -1,0 +1,117 @@
+"""What a peer of the rig sees of it: real poses, the health of its services, and nothing of strangers."""
+
+import threading
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from itertools import pairwise
+
+from zenocap.common import messages as m
+from zenocap.common.bus.protocol import BusError, Envelope
+from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.topics import HEALTH, REQUEST, TRACKER_POSE
+
+SETTLED = 5  # consecutive poses that count as recovered, as in benchmarks.faults
+GAP_NS = 500_000_000  # largest interval between two of them
+REAL_AGE_NS = 10_000_000_000  # poses of other times are forged ones
+
+
+@dataclass(frozen=True)
+class SeenPose:
+    """received_ns: by the observer.  lost: the person is searched for.  views: number of viewers used."""
+
+    received_ns: int
+    captured_ns: int
+    frame: int
+    lost: bool
+    views: int
+
+
+@dataclass(frozen=True)
+class SeenHealth:
+    """service: such as "viewer 1"."""
+
+    received_ns: int
+    service: str
+    health: m.Health
+
+
+class Observer(threading.Thread):
+    """Collects poses and health from `start` to `close`, and publishes requests."""
+
+    def __init__(self, endpoint: str, rig: str, viewers: Collection[str], services: Collection[str]) -> None:
+        super().__init__(name="observer", daemon=True)
+        self._options = ZenohOptions("client", (endpoint,), multicast_scouting=False)
+        self._rig, self._viewers, self._services = rig, frozenset(viewers), frozenset(services)
+        self._clock = RealClock()
+        self._ended = threading.Event()
+        self._requests: list[m.Request] = []
+        self.poses: list[SeenPose] = []
+        self.health: list[SeenHealth] = []
+        self.sent: list[tuple[int, str]] = []  # requests: time, and what they ask for
+        self.dropped = 0
+        self.problem: str | None = None
+
+    def request(self, what: str) -> None:
+        """Publish a valid request, as any member of an open network may."""
+        self._requests.append(m.Request(frame=len(self.sent), captured_ns=self._clock.now_ns(), what=what))  # type: ignore[arg-type]
+
+    def close(self) -> None:
+        self._ended.set()
+        self.join(10.0)
+
+    def run(self) -> None:
+        try:
+            with ZenohBus.open(self._options, self._rig, self._clock, self._ended.is_set) as bus:
+                bus.subscribe(TRACKER_POSE, every=True)
+                bus.subscribe(HEALTH)
+                while not self._ended.is_set():
+                    while self._requests:
+                        request = self._requests.pop(0)
+                        bus.publish(REQUEST, request)
+                        self.sent.append((self._clock.now_ns(), request.what))
+                    event = bus.receive(0.1)
+                    if isinstance(event, Envelope):
+                        self._take(event)
+                    self.dropped = bus.counters.dropped.get("queue_full", 0)
+        except BusError as error:
+            self.problem = str(error)
+
+    def _take(self, event: Envelope) -> None:
+        match event.message:
+            case m.TrackerPose(views=views) as pose if self._is_real(pose):
+                seen = SeenPose(event.received_ns, pose.captured_ns, pose.frame, pose.lost, len(views))
+                self.poses.append(seen)
+            case m.Health(service=service, id=id) as health:
+                name = service if id == "main" else f"{service} {id}"
+                if name in self._services and abs(health.captured_ns - event.received_ns) < REAL_AGE_NS:
+                    self.health.append(SeenHealth(event.received_ns, name, health))
+            case _:
+                pass
+
+    def _is_real(self, pose: m.TrackerPose) -> bool:
+        recent = abs(pose.captured_ns - self._clock.now_ns()) < REAL_AGE_NS
+        return recent and bool(pose.views) and self._viewers.issuperset(pose.views)
+
+
+def settled_ns(poses: Collection[SeenPose], since_ns: int, wanted: Callable[[SeenPose], bool]) -> int | None:
+    """Time of the first of SETTLED consecutive wanted poses received after `since_ns`; None without any."""
+    row: list[SeenPose] = []
+    for pose in poses:
+        if pose.received_ns < since_ns:
+            continue
+        if not wanted(pose) or (row and pose.received_ns - row[-1].received_ns > GAP_NS):
+            row = []
+        if wanted(pose):
+            row.append(pose)
+        if len(row) >= SETTLED:
+            return row[0].received_ns
+    return None
+
+
+def longest_gap_s(poses: Collection[SeenPose], begin_ns: int, end_ns: int) -> float:
+    """Longest time without a pose that is not lost between two times (s)."""
+    times = [pose.received_ns for pose in poses if begin_ns <= pose.received_ns <= end_ns and not pose.lost]
+    row = [begin_ns, *times, end_ns]
+    return max(later - earlier for earlier, later in pairwise(row)) / 1e9

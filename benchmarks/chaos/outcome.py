@@ -1,0 +1,63 @@
+"""What a run did: every round with its recovery, and everything that is checked at the end."""
+
+from dataclasses import dataclass, field
+
+from benchmarks.chaos.observer import SeenPose
+from benchmarks.chaos.running_rig import Seen
+from benchmarks.chaos.schedule import Round
+from benchmarks.chaos.takes import Content, Span
+
+PATIENCE_S = 40.0  # for the recovery from a fault, before the run goes on
+MARGIN_NS = 2_000_000_000  # around a fault in which what it does may be seen
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Longest times after the end of a fault (s).  poses_s: until poses are back.  all_s: until all views contribute."""
+
+    poses_s: float = 5.0
+    all_s: float = 30.0
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """poses_s, views_s, services_s: after the end of the fault; None: not within PATIENCE_S."""
+
+    round: Round
+    at_s: float
+    begin_ns: int
+    end_ns: int
+    poses_s: float | None
+    views_s: float | None
+    services_s: float | None
+    gap_s: float
+    load: float
+
+
+@dataclass
+class Outcome:
+    """Result of a run.  notes: what is worth knowing and no violation.  begin_ns: of the time for faults."""
+
+    seed: int
+    seconds: float
+    begin_ns: int = 0
+    recoveries: list[Recovery] = field(default_factory=list)
+    violations: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    processes: list[Seen] = field(default_factory=list)
+    takes: list[Content] = field(default_factory=list)
+    poses: list[SeenPose] = field(default_factory=list)
+    log_bytes: int = 0
+    summary: str = ""
+
+    def run_s(self, time_ns: int) -> float:
+        """Time of the run (s)."""
+        return (time_ns - self.begin_ns) / 1e9
+
+    def spans(self, name: str) -> list[Span]:
+        """Times of the rounds with a kind or a target of faults."""
+        return [
+            (recovery.begin_ns, recovery.end_ns + MARGIN_NS)
+            for recovery in self.recoveries
+            if any(name in (fault.kind, fault.target) for fault in recovery.round.faults)
+        ]

@@ -1,0 +1,178 @@
+"""The schedule, the gate and the invariants of benchmarks.chaos; the run itself is in tests/system/test_chaos.py."""
+
+import itertools
+import os
+import random
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from benchmarks.chaos import invariants
+from benchmarks.chaos.gate import Gate
+from benchmarks.chaos.hostile import false_orders
+from benchmarks.chaos.observer import SeenHealth, SeenPose, settled_ns
+from benchmarks.chaos.running_rig import Seen
+from benchmarks.chaos.schedule import FLOODS, KINDS, PAGE_FLOODS, SERVICES, Round, schedule
+from benchmarks.chaos.takes import Content, missing_poses
+from zenocap.common import codec
+from zenocap.common import messages as m
+from zenocap.common.topics import REQUEST
+from zenocap.tools.launcher.peer_mesh import free_ports
+
+S = 1_000_000_000
+
+
+def rounds(seed: int, count: int, kinds: tuple[str, ...] = ()) -> list[Round]:
+    return list(itertools.islice(schedule(seed, kinds), count))
+
+
+def pose(at_s: float, *, frame: int = 0, lost: bool = False, views: int = 3) -> SeenPose:
+    return SeenPose(round(at_s * S), round(at_s * S) - 1, frame, lost, views)
+
+
+def health(at_s: float, log_on: int, *, lost: int = 0) -> SeenHealth:
+    counts = {"log_on": log_on, "log_lost": lost}
+    message = m.Health(
+        frame=0, captured_ns=0, service="integrator", id="main", state="", rate=0.0, stages_ms={}, counts=counts
+    )
+    return SeenHealth(round(at_s * S), "integrator", message)
+
+
+def seen(name: str = "tracker", *, rss: list[int] | None = None, files: list[int] | None = None) -> Seen:
+    values = rss or [0] * len(files or [])
+    row = [(number * 20 * S, value) for number, value in enumerate(values)]
+    opened = [(number * 20 * S, value) for number, value in enumerate(files or [])]
+    return Seen(name, 7, 0, len(values) * 20 * S, row, opened)
+
+
+def test_equal_seeds_give_equal_schedules_and_others_do_not() -> None:
+    assert rounds(3, 50) == rounds(3, 50)
+    assert rounds(3, 50) != rounds(4, 50)
+
+
+def test_a_schedule_has_every_kind_and_target() -> None:
+    faults = [fault for round in rounds(1, 1000) for fault in round.faults]
+    drawn = [kind for kind in KINDS if kind.weight]
+    assert {(fault.kind, fault.target) for fault in faults} == {(kind.name, one) for kind in drawn for one in kind.targets}
+    assert {*SERVICES, *FLOODS, *PAGE_FLOODS} <= {fault.target for fault in faults}
+
+
+def test_two_faults_of_a_round_can_be_told_apart() -> None:
+    pairs = [round.faults for round in rounds(2, 1000) if len(round.faults) == 2]
+    assert pairs
+    assert all(first.kind != second.kind and not first.hits & second.hits for first, second in pairs)
+
+
+def test_only_the_chosen_kinds_are_drawn() -> None:
+    assert {fault.kind for round in rounds(1, 100, ("kill", "page")) for fault in round.faults} == {"kill", "page"}
+    named = {fault.target for round in rounds(1, 100, ("impostor", "tracker")) for fault in round.faults}
+    assert named == {"impostor", "tracker"}
+
+
+def test_no_false_order_is_a_valid_one_of_the_rig() -> None:
+    for key, data in false_orders("rig", random.Random(1)):
+        if key == REQUEST.at("rig"):
+            with pytest.raises(codec.BadMessage):
+                codec.decode(data, m.Request)
+
+
+def test_poses_count_as_back_only_when_five_follow_each_other() -> None:
+    four = [pose(10 + number / 15) for number in range(4)]
+    assert settled_ns(four, 0, lambda each: not each.lost) is None
+    five = [pose(12 + number / 15) for number in range(5)]
+    assert settled_ns([*four, *five], 0, lambda each: not each.lost) == 12 * S
+    assert settled_ns([*four[:3], pose(11, lost=True), *five[:4]], 0, lambda each: not each.lost) is None
+
+
+def test_a_pose_that_no_take_has_is_missing() -> None:
+    poses = [pose(each, frame=each) for each in range(10, 30)]
+    take = Content(Path("take"), 0, {(each.captured_ns, each.frame) for each in poses if each.frame != 20}, 10 * S, 30 * S)
+    assert [each.frame for each in missing_poses(poses, [take], [])] == [20]
+    assert missing_poses(poses, [take], [(19 * S, 21 * S)]) == []
+
+
+def test_a_service_that_nobody_killed_must_not_end() -> None:
+    ended = Seen("viewer 1", 5, 0, S, ended_ns=S)
+    assert invariants.unexpected_ends([ended], {5}) == []
+    assert "viewer 1" in invariants.unexpected_ends([ended], set())[0]
+
+
+def test_growing_memory_and_open_files_are_found() -> None:
+    assert invariants.large_processes([seen(rss=[100 << 20] * 4, files=[20] * 4)]) == []
+    assert "memory" in invariants.large_processes([seen(rss=[100 << 20] * 3 + [500 << 20])])[0]
+    assert "at the end" in invariants.large_processes([seen(files=[20, 20, 70])])[0]
+    assert "open files" in invariants.large_processes([seen(files=[20, 600, 20])])[0]
+
+
+def test_tracebacks_and_long_logs_are_found() -> None:
+    assert invariants.log_problems("a line", 1000, 60) == []
+    assert invariants.log_problems("Traceback (most recent call last):\nError", 1000, 60)
+    assert invariants.log_problems("", 1_000_000, 60)
+
+
+def test_a_recording_that_changes_without_a_true_order_is_found() -> None:
+    states = [health(10, 1), health(11, 0)]
+    during = [(10 * S, 12 * S)]
+    assert invariants.obeyed_orders(states, during, [])
+    assert not invariants.obeyed_orders(states, during, [10 * S])
+    assert not invariants.obeyed_orders([health(10, 1), health(11, 1)], during, [])
+
+
+def test_losses_count_at_other_times_than_those_of_a_deleted_take() -> None:
+    states = [health(10, 1, lost=0), health(11, 1, lost=300), health(12, 1, lost=302)]
+    assert invariants.counted_losses(states, [(round(10.5 * S), round(11.5 * S))]) == 2
+    assert invariants.counted_losses(states, []) == 302
+
+
+@pytest.fixture
+def echo() -> Iterator[int]:
+    """Port of a server that returns what it gets."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            while True:
+                try:
+                    connection, _ = server.accept()
+                except OSError:
+                    return
+                threading.Thread(target=reply, args=(connection,), daemon=True).start()
+
+        def reply(connection: socket.socket) -> None:
+            with connection:
+                while data := connection.recv(100):
+                    connection.sendall(data)
+
+        threading.Thread(target=serve, daemon=True).start()
+        yield int(server.getsockname()[1])
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="finds connections in /proc")
+def test_the_gate_cuts_the_links_of_one_service(echo: int) -> None:
+    (port,) = free_ports(1)
+    with Gate(port, echo, lambda _: "viewer 1", lambda: [os.getpid()]) as gate:
+        with socket.create_connection(("127.0.0.1", port), 5.0) as link:
+            link.settimeout(5.0)
+            link.sendall(b"a")
+            assert link.recv(1) == b"a"
+            assert gate.links("viewer 1") == 1
+            gate.cut("viewer 2", "silent")
+            gate.cut("viewer 1", "silent")
+            link.sendall(b"b")
+            link.settimeout(0.3)
+            with pytest.raises(TimeoutError):
+                link.recv(1)
+            link.settimeout(5.0)
+            gate.restore("viewer 1")
+            assert link.recv(1) == b"b"
+            gate.cut("viewer 1", "reset")
+            assert link.recv(1) == b""  # closed
+            with socket.create_connection(("127.0.0.1", port), 5.0) as refused:
+                refused.settimeout(5.0)
+                refused.sendall(b"c")
+                with suppress(ConnectionResetError):
+                    assert refused.recv(1) == b""
+        assert gate.unknown == 0

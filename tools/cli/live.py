@@ -105,6 +105,18 @@ def _run(
 def viewer(
     rig: RigPath,
     id: Annotated[str, typer.Option("--id", help="Id of the viewer in the rig file.", show_default=False)],
+    films: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Folder of films that `zenocap film` starts; default: films beside the rig file."
+        ),
+    ] = None,
+    allow_fetch: Annotated[
+        bool,
+        typer.Option(
+            "--allow-fetch", help="Let `zenocap film --fetch` copy films from here without certificates."
+        ),
+    ] = False,
     epoch_ns: Annotated[int | None, typer.Option("--epoch-ns", hidden=True)] = None,
     with_parent: WithParentOption = False,
     *,
@@ -125,7 +137,7 @@ def viewer(
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
         one = rig_at(rig, files=False)
         options = zenoh.options(one, f"viewer-{id}")
-        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns))
+        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch))
 
 
 def integrator(

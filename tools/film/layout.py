@@ -8,7 +8,7 @@ from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, FirstFrames
-from zenocap.tools.film.film import Filmed
+from zenocap.tools.film.camera import Filmed
 from zenocap.tools.sync.synchronize import write_sync
 
 CALIBRATION, CLIP, SYNC = "calibration.toml", "clip.toml", "sync.toml"

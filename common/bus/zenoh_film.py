@@ -1,0 +1,143 @@
+"""Film queries over Zenoh: to the programs that have cameras, and the cameras of camera hosts.
+
+Answers are made on a thread of their own, not on Zenoh's: they open files and cameras.
+"""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable
+from typing import Self, TypeVar
+
+import zenoh
+
+from zenocap.common import codec
+from zenocap.common.bus.zenoh_queries import ENCODING, MAX_REPLIES
+from zenocap.common.messages import CameraHost, FilmQuery, FilmReply, Message
+from zenocap.common.runtime.logs import OncePerSource
+from zenocap.common.topics import HOST_ALIVE, HOST_CAMERAS, checked_name
+
+logger = logging.getLogger(__name__)
+
+WAITING = 32  # queries that wait for their answer; more are not answered; chosen by hand
+IDLE_S = 0.25  # between calls of `idle`; chosen by hand
+
+R = TypeVar("R", bound=Message)
+
+
+class FilmServer:
+    """Answers the film queries on one key until `close`.
+
+    answer, idle: called on one thread; idle every IDLE_S s at least.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key: str,
+        answer: Callable[[FilmQuery], FilmReply],
+        idle: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._answer, self._idle, self._key = answer, idle, key
+        self._queue: queue.Queue[zenoh.Query] = queue.Queue(WAITING)
+        self._stop = threading.Event()
+        self._log_once = OncePerSource(logger)
+        self._thread = threading.Thread(target=self._work, name=f"film {key}", daemon=True)
+        self._thread.start()
+        self._queryable = session.declare_queryable(key, self._enqueue, complete=True)
+
+    def undeclare(self) -> None:
+        self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        self._stop.set()
+        self._thread.join(5.0)
+
+    def _enqueue(self, query: zenoh.Query) -> None:
+        try:
+            self._queue.put_nowait(query)
+        except queue.Full:
+            query.drop()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+
+    def _work(self) -> None:
+        while not self._stop.is_set():
+            try:
+                query = self._queue.get(timeout=IDLE_S)
+            except queue.Empty:
+                self._idle()
+                continue
+            with query:
+                self._reply(query)
+            self._idle()
+
+    def _reply(self, query: zenoh.Query) -> None:
+        try:
+            data = query.payload.to_bytes() if query.payload else b""
+            reply = codec.encode(self._answer(codec.decode(data, FilmQuery)))
+        except codec.BadMessage as error:
+            self._log_once.warn(self._key, "invalid", f"{self._key}: {error}")
+            return
+        try:
+            query.reply(self._key, reply, encoding=ENCODING)
+        except zenoh.ZError as error:
+            logger.debug("%s: the querying process is gone: %s", self._key, error)
+
+
+class HostServer:
+    """Announces a camera host until `undeclare`: a liveliness token, and a queryable that tells its cameras.
+
+    cameras: called on Zenoh's thread.
+    """
+
+    def __init__(self, session: zenoh.Session, machine: str, cameras: Callable[[], CameraHost]) -> None:
+        key = HOST_CAMERAS.format(machine=checked_name("machine", machine))
+
+        def reply(query: zenoh.Query) -> None:
+            with query:
+                try:
+                    query.reply(key, codec.encode(cameras()), encoding=ENCODING)
+                except (codec.BadMessage, zenoh.ZError) as error:
+                    logger.debug("%s: not answered: %s", key, error)
+
+        self._queryable = session.declare_queryable(key, reply, complete=True)
+        self._token = session.liveliness().declare_token(HOST_ALIVE.format(machine=machine))
+
+    def undeclare(self) -> None:
+        self._token.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.undeclare()
+
+
+def query_films(session: zenoh.Session, expression: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
+    """Replies by key; an error text where a reply is invalid.  Raises BadMessage for an invalid query."""
+    return _replies(session, expression, FilmReply, timeout_s, codec.encode(query))
+
+
+def query_hosts(session: zenoh.Session, timeout_s: float) -> dict[str, CameraHost | str]:
+    """Camera hosts of the network by key; an error text where a reply is invalid."""
+    return _replies(session, HOST_CAMERAS.format(machine="*"), CameraHost, timeout_s)
+
+
+def _replies(
+    session: zenoh.Session, expression: str, kind: type[R], timeout_s: float, payload: bytes = b""
+) -> dict[str, R | str]:
+    found: dict[str, R | str] = {}
+    for reply in session.get(
+        expression,
+        payload=payload,
+        encoding=ENCODING,
+        timeout=timeout_s,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        express=True,
+    ):
+        if reply.ok is None or len(found) >= MAX_REPLIES:
+            continue
+        key = str(reply.ok.key_expr)
+        try:
+            found[key] = codec.decode(reply.ok.payload.to_bytes(), kind)
+        except codec.BadMessage as error:
+            found[key] = str(error)
+    return found

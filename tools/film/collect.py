@@ -50,7 +50,7 @@ def collected(
 
 def is_here(camera: RemoteCamera) -> bool:
     """Whether the files are on this machine and may be moved."""
-    if camera.reply.host != socket.gethostname() or not camera.reply.folder:
+    if camera.reply.host != socket.gethostname() or Path(camera.reply.folder).name != camera.film:
         return False
     video = Path(camera.reply.folder) / FILES["video"].format(name=camera.name)
     try:

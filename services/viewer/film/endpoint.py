@@ -163,7 +163,7 @@ class FilmEndpoint:
         self._query, self._failure, self._end_ns = query, "", None
         self._asked_ns = self._opened_ns = self._clock.elapsed_ns()
         self._state = "opening"
-        logger.warning("film %s: opened for %s", query.film, query.sender)
+        logger.warning("film %s: the camera is opened", query.film)
         self._feed.open(query, self._recorder.offer)
 
     def _start(self, query: FilmQuery) -> None:

@@ -111,7 +111,9 @@ def film(
         _print(remote.start_text(filmed))
     if reason:
         _note(f"ended early: {reason}")
-    if away := [one.name for one in remote.cameras if one.reply.frames and not (output / f"videos/{one.name}.mkv").exists()]:
+    if away := [
+        one.name for one in remote.cameras if one.reply.frames and not (output / f"videos/{one.name}.mkv").exists()
+    ]:
         _print(f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then zenocap track {output}")
     elif calibrated:
         typer.echo(f"next: zenocap track {output} -o {output.resolve().name}.mcap")

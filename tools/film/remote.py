@@ -57,7 +57,8 @@ class RemoteCamera:
     @property
     def clock(self) -> Offset | None:
         """Its clock minus this machine's."""
-        return offset_at(self._trips, time.time_ns())
+        own = offset_at(self._trips, time.time_ns())  # this machine's clock minus its
+        return None if own is None else Offset(-own.offset_ns, own.error_ns)
 
     @property
     def is_ready(self) -> bool:
@@ -97,6 +98,8 @@ class RemoteCamera:
         self.ask(
             "open", size=self.viewer.calibrated_size, fps=float(self.viewer.fps), settings=camera_settings(self.viewer)
         )
+        for _ in range(TRIPS):  # the shortest round trip gives the clock
+            self.ask("state")
         self._thread = threading.Thread(target=self._poll, name=f"film-{self.viewer.id}", daemon=True)
         self._thread.start()
 
@@ -104,7 +107,9 @@ class RemoteCamera:
         """Record from a time of this machine's clock on.  A failure is kept in `failure`."""
         clock = self.clock
         try:
-            self.ask("start", begin_ns=begin_ns + (clock.offset_ns if clock else 0), duration_ns=duration_ns)
+            if clock is None:
+                raise UserError(f"{self.name} on {self.host}: its clock is not known")
+            self.ask("start", begin_ns=begin_ns + clock.offset_ns, duration_ns=duration_ns)
         except UserError as error:
             self.failure = f"{error}"
 
@@ -130,10 +135,9 @@ class RemoteCamera:
         return Filmed(self.name, reply.frames, first_ns, last_ns, reply.lost, reply.away)
 
     def _poll(self) -> None:
-        """Keep the film alive; the first queries are fast, to know the clock soon."""
-        answered_s, asked = time.monotonic(), 0
-        while not self._stop.wait(POLL_S if asked >= TRIPS else POLL_S / TRIPS):
-            asked += 1
+        """Keep the film alive, and follow its state and clock."""
+        answered_s = time.monotonic()
+        while not self._stop.wait(POLL_S / 5 if self.reply.state == "opening" else POLL_S):
             try:
                 if self.ask("state").failure and not self.failure:
                     self.failure = f"{self.name} on {self.host}: {printable(self.reply.failure)}"

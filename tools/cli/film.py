@@ -94,7 +94,7 @@ def film(
             if not any(one.frames for one in filmed):
                 _note(f"error: nothing was filmed{f': {reason}' if reason else ''}")
                 raise typer.Exit(FAILED)
-            write_layout(output, viewers, filmed, calibrated=calibrated)
+            write_layout(output, viewers, filmed, calibrated=calibrated, begins_empty=not remote.of_running_rig)
             places, failures = collected(remote, output, fetch=fetch, report=_print)
     good = not reason and not failures
     for one in filmed:
@@ -109,6 +109,8 @@ def film(
         _note(text)
     if remote.cameras:
         _print(remote.start_text(filmed))
+    if remote.of_running_rig:
+        _note("note: of a running rig, so without empty_frames: the background is the median of each video")
     if reason:
         _note(f"ended early: {reason}")
     if away := [

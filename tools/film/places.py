@@ -18,10 +18,11 @@ from zenocap.tools.film.parameters import FIND_S, QUERY_S
 
 @dataclass(frozen=True)
 class Place:
-    """key: that answers film queries of the camera.  reply: its first one."""
+    """key: that answers film queries of the camera.  reply: its first one.  running: whether it is a viewer of the rig."""
 
     key: str
     reply: FilmReply
+    running: bool
 
 
 def places_of(
@@ -56,7 +57,11 @@ def _running(session: zenoh.Session, rig: Rig, viewers: Sequence[Viewer], sender
     for key, reply in replies.items():
         if isinstance(reply, str) and key in keys:
             raise UserError(f"viewer {keys[key]}: {printable(reply)}")
-    return {keys[key]: Place(key, reply) for key, reply in replies.items() if key in keys and isinstance(reply, FilmReply)}
+    return {
+        keys[key]: Place(key, reply, running=True)
+        for key, reply in replies.items()
+        if key in keys and isinstance(reply, FilmReply)
+    }
 
 
 def _hosted(session: zenoh.Session, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:
@@ -73,7 +78,7 @@ def _hosted(session: zenoh.Session, viewers: Sequence[Viewer], sender: str) -> d
         for key in keys:
             reply = query_films(session, key, _state(sender), QUERY_S).get(key)
             if isinstance(reply, FilmReply):
-                found[viewer.id] = Place(key, reply)
+                found[viewer.id] = Place(key, reply, running=False)
     return found
 
 

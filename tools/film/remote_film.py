@@ -28,6 +28,11 @@ class RemoteFilm:
         return all(one.has_ended for one in self.cameras)
 
     @property
+    def of_running_rig(self) -> bool:
+        """Whether the rig was running: the film need not begin with the empty scene."""
+        return any(one.place.running for one in self.cameras)
+
+    @property
     def failures(self) -> list[str]:
         return [one.failure for one in self.cameras if one.failure]
 

@@ -13,6 +13,7 @@ import zenoh
 
 from zenocap.common import codec
 from zenocap.common.bus.zenoh_queries import ENCODING, MAX_REPLIES
+from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.messages import CameraHost, FilmQuery, FilmReply, Message
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import HOST_ALIVE, HOST_CAMERAS, checked_name
@@ -104,12 +105,6 @@ class HostServer:
         self._token.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
         self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.undeclare()
-
 
 def query_films(session: zenoh.Session, expression: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
     """Replies by key; an error text where a reply is invalid.  Raises BadMessage for an invalid query."""
@@ -141,3 +136,40 @@ def _replies(
         except codec.BadMessage as error:
             found[key] = str(error)
     return found
+
+
+class FilmSession:
+    """A connection of who films, or of a camera host.  To be closed: an open session keeps the process alive."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._session = session
+
+    @classmethod
+    def open(cls, options: ZenohOptions, stopped: Callable[[], bool] = lambda: False) -> Self:
+        """Raises BusError as `open_session` does."""
+        return cls(open_session(options, stopped))
+
+    def ask(self, expression: str, query: FilmQuery, timeout_s: float) -> dict[str, FilmReply | str]:
+        """See `query_films`."""
+        return query_films(self._session, expression, query, timeout_s)
+
+    def hosts(self, timeout_s: float) -> dict[str, CameraHost | str]:
+        """See `query_hosts`."""
+        return query_hosts(self._session, timeout_s)
+
+    def serve(self, key: str, answer: Callable[[FilmQuery], FilmReply], idle: Callable[[], None]) -> FilmServer:
+        """See `FilmServer`."""
+        return FilmServer(self._session, key, answer, idle)
+
+    def announce(self, machine: str, cameras: Callable[[], CameraHost]) -> HostServer:
+        """See `HostServer`."""
+        return HostServer(self._session, machine, cameras)
+
+    def close(self) -> None:
+        self._session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -4,20 +4,19 @@ import time
 from collections.abc import Iterator, Sequence
 
 import msgspec
-import zenoh
 
-from zenocap.common.bus.zenoh_film import query_hosts
+from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.messages import CameraHost
 
 PATIENCE_S = 3.0  # for the machines to be found and to answer; chosen by hand
 ANSWER_S = 1.0  # of each query, within that time; chosen by hand
 
 
-def announced(session: zenoh.Session, patience_s: float = PATIENCE_S) -> list[CameraHost]:
+def announced(session: FilmSession, patience_s: float = PATIENCE_S) -> list[CameraHost]:
     """Camera hosts that answer within `patience_s`, sorted by machine; all of it is waited, because others may come."""
     end_s, found = time.monotonic() + patience_s, dict[str, CameraHost]()
     while time.monotonic() < end_s:
-        replies = query_hosts(session, ANSWER_S)
+        replies = session.hosts(ANSWER_S)
         found |= {key: reply for key, reply in replies.items() if isinstance(reply, CameraHost)}
         time.sleep(0.2)
     return sorted(found.values(), key=lambda host: host.machine)

@@ -93,16 +93,13 @@ def _devices(folder: Path | None, as_json: bool) -> bool:
 def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
     import time
 
-    from zenocap.common.bus.zenoh_session import open_session
+    from zenocap.common.bus.zenoh_film import FilmSession
     from zenocap.tools.cameras.hosts import PATIENCE_S, announced, host_data, host_lines
 
     end_s = time.monotonic() + PATIENCE_S
-    with progress("listening for cameras"):
-        session = open_session(zenoh.options(), lambda: time.monotonic() > end_s)
-        try:
-            hosts = announced(session)
-        finally:
-            session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+    options = zenoh.options()
+    with progress("listening for cameras"), FilmSession.open(options, lambda: time.monotonic() > end_s) as session:
+        hosts = announced(session)
     if as_json:
         _print_json(host_data(hosts))
     else:

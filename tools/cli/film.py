@@ -65,7 +65,7 @@ def film(
         from zenocap.common.bus.access import OPERATOR
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.tools.cli.track import parsed_size
-        from zenocap.tools.film.collect import collected
+        from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
         from zenocap.tools.film.layout import prepare, write_layout
@@ -86,6 +86,8 @@ def film(
                 options = zenoh.options(loaded, OPERATOR)
                 name = output.resolve().name
                 own, remote = network.enter_context(cameras_of(loaded, viewers, options, name, _note))
+                if fetch:
+                    check_fetch(remote)
             else:
                 own = viewers = named_sources(rig, parsed_size(size), fps)
                 prepare(output, viewers, force, calibrated=False)

@@ -18,6 +18,16 @@ from zenocap.tools.film.remote_film import RemoteFilm
 FILES = {"video": "videos/{name}.mkv", "times": "times/{name}.csv"}
 
 
+def check_fetch(remote: RemoteFilm) -> None:
+    """Raises UserError when a film could not be copied afterwards."""
+    for camera in remote.cameras:
+        if not camera.reply.may_read and camera.reply.host != socket.gethostname():
+            raise UserError(
+                f"{camera.name} on {camera.host}: pictures do not leave that machine: allowed with --fetch: a rig with "
+                "certificates, or `zenocap viewer --allow-fetch` there"
+            )
+
+
 def collected(
     remote: RemoteFilm, folder: Path, *, fetch: bool, report: Callable[[str], None]
 ) -> tuple[dict[str, tuple[str, ...]], list[str]]:

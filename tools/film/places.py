@@ -4,9 +4,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-import zenoh
-
-from zenocap.common.bus.zenoh_film import query_films, query_hosts
+from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.errors import UserError
 from zenocap.common.messages import CameraHost, FilmQuery, FilmReply
 from zenocap.common.rig.rig import Rig, Viewer
@@ -26,7 +24,7 @@ class Place:
 
 
 def places_of(
-    session: zenoh.Session, rig: Rig, viewers: Sequence[Viewer], sender: str, patience_s: float = FIND_S
+    session: FilmSession, rig: Rig, viewers: Sequence[Viewer], sender: str, patience_s: float = FIND_S
 ) -> dict[str, Place]:
     """Places of the viewers whose camera another program has, by id of the viewer; waits `patience_s` for them.
 
@@ -50,10 +48,10 @@ def places_of(
     return found
 
 
-def _running(session: zenoh.Session, rig: Rig, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:
+def _running(session: FilmSession, rig: Rig, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:
     """Viewers of the rig that are running."""
     keys = {FILM.format(rig=rig.name, viewer=viewer.id): viewer.id for viewer in viewers}
-    replies = query_films(session, FILM.format(rig=rig.name, viewer="*"), _state(sender), QUERY_S)
+    replies = session.ask(FILM.format(rig=rig.name, viewer="*"), _state(sender), QUERY_S)
     for key, reply in replies.items():
         if isinstance(reply, str) and key in keys:
             raise UserError(f"viewer {keys[key]}: {printable(reply)}")
@@ -64,11 +62,11 @@ def _running(session: zenoh.Session, rig: Rig, viewers: Sequence[Viewer], sender
     }
 
 
-def _hosted(session: zenoh.Session, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:
+def _hosted(session: FilmSession, viewers: Sequence[Viewer], sender: str) -> dict[str, Place]:
     """Viewers whose camera a camera host announces: under the name of the camera, or with its stable source."""
     if not viewers:
         return {}
-    hosts = [host for host in query_hosts(session, QUERY_S).values() if isinstance(host, CameraHost)]
+    hosts = [host for host in session.hosts(QUERY_S).values() if isinstance(host, CameraHost)]
     found: dict[str, Place] = {}
     for viewer in viewers:
         keys = matching(viewer, hosts)
@@ -76,7 +74,7 @@ def _hosted(session: zenoh.Session, viewers: Sequence[Viewer], sender: str) -> d
             names = ", ".join(printable(host) for host in keys.values())
             raise UserError(f"camera {viewer.camera.name}: announced by several machines: {names}: allowed: one")
         for key in keys:
-            reply = query_films(session, key, _state(sender), QUERY_S).get(key)
+            reply = session.ask(key, _state(sender), QUERY_S).get(key)
             if isinstance(reply, FilmReply):
                 found[viewer.id] = Place(key, reply, running=False)
     return found

@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import msgspec
-import zenoh
 
 from zenocap.common.bus.protocol import RoundTrip
-from zenocap.common.bus.zenoh_film import query_films
+from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.errors import UserError
 from zenocap.common.messages import FilmQuery, FilmReply
 from zenocap.common.rig.rig import Viewer
@@ -30,7 +29,7 @@ class Unanswered(UserError):
 class RemoteCamera:
     """One camera.  reply: the last one.  failure: why it is given up."""
 
-    session: zenoh.Session
+    session: FilmSession
     viewer: Viewer
     place: Place
     sender: str
@@ -80,7 +79,7 @@ class RemoteCamera:
             frame=self._queries, captured_ns=sent_ns, what=what, sender=self.sender, film=self.film, camera=self.name
         )
         query = msgspec.structs.replace(query, **fields)
-        reply = query_films(self.session, self.place.key, query, timeout_s).get(self.place.key)
+        reply = self.session.ask(self.place.key, query, timeout_s).get(self.place.key)
         received_ns = time.time_ns()
         if reply is None:
             raise Unanswered(f"{self.name} on {self.host}: no answer")

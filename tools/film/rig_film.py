@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 
 from zenocap.common.bus.protocol import BusError
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_film import FilmSession
+from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.tools.film.parameters import ROUTER_S
@@ -45,7 +46,7 @@ def cameras_of(
         return
     end_s = time.monotonic() + ROUTER_S
     try:
-        session = open_session(options, lambda: time.monotonic() > end_s)
+        session = FilmSession.open(options, lambda: time.monotonic() > end_s)
     except BusError as error:
         report(f"note: cameras of other programs are not filmed: {error}")
         yield list(viewers), NOBODY
@@ -57,4 +58,4 @@ def cameras_of(
         remote = [RemoteCamera(session, one, places[one.id], sender, name) for one in viewers if one.id in places]
         yield [one for one in viewers if one.id not in places], RemoteFilm(remote)
     finally:
-        session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        session.close()

@@ -8,10 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import zenoh
-
-from zenocap.common.bus.zenoh_film import FilmServer, HostServer
-from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
+from zenocap.common.bus.zenoh_film import FilmServer, FilmSession
+from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.messages import CameraHost, HostCamera
 from zenocap.common.rig.folder import plain_name
@@ -58,7 +56,7 @@ class CameraHostServer:
 
     def __init__(
         self,
-        session: zenoh.Session,
+        session: FilmSession,
         machine: str,
         named: Mapping[str, Device | Stream],
         folder: Path,
@@ -75,7 +73,7 @@ class CameraHostServer:
         self._offered: dict[str, _Offered] = {}
         self._endpoints: dict[str, tuple[FilmEndpoint, FilmServer]] = {}
         self.look()
-        self._server = HostServer(session, machine, self.announcement)
+        self._server = session.announce(machine, self.announcement)
 
     def look(self) -> None:
         """Look which cameras there are; a camera that is gone is no longer announced."""
@@ -94,7 +92,7 @@ class CameraHostServer:
                 feed = CameraFeed(one.source)
                 endpoint = FilmEndpoint(feed, None, self._folder, self._permission, self._clock, self._machine)
                 key = HOST_FILM.format(machine=self._machine, camera=id)
-                self._endpoints[id] = endpoint, FilmServer(self._session, key, endpoint.answer, endpoint.check)
+                self._endpoints[id] = endpoint, self._session.serve(key, endpoint.answer, endpoint.check)
 
     def announcement(self) -> CameraHost:
         """The cameras that are announced."""
@@ -131,7 +129,7 @@ def run_host(
         raise UserError(f"--machine {name!r}: allowed: 1 to 64 letters, digits, '.', '_' and '-'")
     cameras = dict(map(named_camera, named))
     permission = Permission(film=True, read=allow_fetch, read_advice="--allow-fetch where the camera is")
-    session = open_session(options, stopped)
+    session = FilmSession.open(options, stopped)
     server = None
     try:
         server = CameraHostServer(session, name, cameras, folder, permission, RealClock())
@@ -146,7 +144,7 @@ def run_host(
     finally:
         if server is not None:
             server.close()
-        session.close()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        session.close()
     return 0
 
 

@@ -9,6 +9,7 @@ import msgspec
 
 from zenocap.common.bus.protocol import RoundTrip
 from zenocap.common.bus.zenoh_film import FilmSession
+from zenocap.common.codec import BadMessage
 from zenocap.common.errors import UserError
 from zenocap.common.messages import FilmQuery, FilmReply
 from zenocap.common.rig.rig import Viewer
@@ -25,9 +26,13 @@ class Unanswered(UserError):
     """A query had no answer in time."""
 
 
+class Restarted(UserError):
+    """The program does not know the film any more."""
+
+
 @dataclass
 class RemoteCamera:
-    """One camera.  reply: the last one.  failure: why it is given up."""
+    """One camera.  reply: the last one that obeyed.  failure: why it is given up."""
 
     session: FilmSession
     viewer: Viewer
@@ -79,17 +84,22 @@ class RemoteCamera:
             frame=self._queries, captured_ns=sent_ns, what=what, sender=self.sender, film=self.film, camera=self.name
         )
         query = msgspec.structs.replace(query, **fields)
-        reply = self.session.ask(self.place.key, query, timeout_s).get(self.place.key)
+        try:
+            reply = self.session.ask(self.place.key, query, timeout_s).get(self.place.key)
+        except BadMessage as error:
+            raise UserError(f"{self.name}: {error}") from error
         received_ns = time.time_ns()
         if reply is None:
             raise Unanswered(f"{self.name} on {self.host}: no answer")
         if isinstance(reply, str):
             raise UserError(f"{self.name} on {self.host}: {printable(reply)}")
+        if reply.film != self.film and what != "open":
+            raise Restarted(f"{self.name} on {self.host}: the program was started anew; its film ended")
         if reply.frame == query.frame and what == "state":
             self._trips = observe(self._trips, RoundTrip(sent_ns, reply.captured_ns, received_ns))
-        self.reply = reply
         if reply.refused:
             raise UserError(f"{self.name} on {self.host}: {printable(reply.refused)}")
+        self.reply = reply
         return reply
 
     def open(self) -> None:
@@ -141,6 +151,8 @@ class RemoteCamera:
                 if self.ask("state").failure and not self.failure:
                     self.failure = f"{self.name} on {self.host}: {printable(self.reply.failure)}"
                 answered_s = time.monotonic()
+            except Restarted as error:
+                self.failure = self.failure or f"{error}"
             except UserError as error:
                 if time.monotonic() - answered_s > LOST_S and not self.failure:
                     self.failure = f"{error} for {LOST_S:.0f} s"

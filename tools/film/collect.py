@@ -7,9 +7,10 @@ import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 from zenocap.common.errors import UserError
-from zenocap.common.messages import FilmFile
+from zenocap.common.messages import FilmFile, FilmReply
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.film.parameters import CHECKSUM_S, FETCH_TRIES, POLL_S, QUERY_S
 from zenocap.tools.film.remote import RemoteCamera, Unanswered
@@ -94,7 +95,7 @@ def _checksums(camera: RemoteCamera) -> dict[str, FilmFile]:
     """Sizes and checksums, once they are all known."""
     end_s = time.monotonic() + CHECKSUM_S
     while True:
-        files = camera.ask("files").files
+        files = _asked(camera, "files").files
         if set(files) != set(FILES):
             raise UserError(f"{camera.name} on {camera.host}: its files are gone")
         if all(file.sha256 for file in files.values()):
@@ -113,7 +114,7 @@ def _copy(camera: RemoteCamera, kind: str, file: FilmFile, path: Path, report: C
     try:
         with part.open("wb") as out:
             while done < file.bytes:
-                data = _part(camera, kind, done)
+                data = _asked(camera, "read", file=kind, offset=done).data
                 if not data:
                     raise UserError(f"{camera.name} on {camera.host}: {path.name} has become shorter")
                 out.write(data)
@@ -130,11 +131,11 @@ def _copy(camera: RemoteCamera, kind: str, file: FilmFile, path: Path, report: C
     return done
 
 
-def _part(camera: RemoteCamera, kind: str, offset: int) -> bytes:
-    """Part of a file; a query without an answer is repeated."""
+def _asked(camera: RemoteCamera, what: Literal["files", "read"], **fields: object) -> FilmReply:
+    """The reply to a query, which is repeated while there is none."""
     for last in (*[False] * (FETCH_TRIES - 1), True):
         try:
-            return camera.ask("read", QUERY_S, file=kind, offset=offset).data
+            return camera.ask(what, QUERY_S, **fields)
         except Unanswered:
             if last:
                 raise

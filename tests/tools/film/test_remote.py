@@ -1,5 +1,6 @@
 """A camera that another program films: its failures, and copies that are whole or not there."""
 
+import itertools
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -108,11 +109,8 @@ def test_copies_are_whole_or_not_there(network: Network, tmp_path: Path) -> None
     assert failures == ["cam01: not copied: cam01 on lab1: cam01.mkv: the copy is not the original: wrong checksum"]
     assert not list(folder.rglob("cam01.mkv*"))
     assert notes["cam01"][0].startswith("on lab1:")
-    lost = iter([True, False, True] + [False] * 100)
+    lost = itertools.cycle([True, True, False])
     network.changed = lambda reply: None if next(lost) else reply
-    with pytest.raises(UserError, match="no answer"):
-        one.cameras[0].ask("state")
-    next(lost)
     notes, failures = collected(one, folder, fetch=True, report=print)
     assert failures == []
     copied, original = folder / "videos" / "cam01.mkv", tmp_path / "lab1" / "walk" / "videos" / "cam01.mkv"

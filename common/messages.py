@@ -448,7 +448,7 @@ class HostCamera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     source: Text
     name: Text = ""
     stable: bool = False
-    modes: Annotated[list[Text], Meta(max_length=128)] = []
+    modes: Annotated[list[Text], Meta(max_length=48)] = []
 
 
 class CameraHost(Message, frozen=True, tag="camera_host"):
@@ -456,7 +456,7 @@ class CameraHost(Message, frozen=True, tag="camera_host"):
 
     machine: Name
     host: Text
-    cameras: Annotated[list[HostCamera], Meta(max_length=64)]
+    cameras: Annotated[list[HostCamera], Meta(max_length=16)]
 
 
 AnyMessage = (

@@ -70,8 +70,12 @@ class FilmServer:
             self._idle()
 
     def _reply(self, query: zenoh.Query) -> None:
+        payload, limit = query.payload, codec.size_limit(FilmQuery)
+        if payload is not None and len(payload) > limit:
+            self._log_once.warn(self._key, "size", f"{self._key}: {len(payload)} bytes, more than {limit}")
+            return
         try:
-            data = query.payload.to_bytes() if query.payload else b""
+            data = payload.to_bytes() if payload else b""
             reply = codec.encode(self._answer(codec.decode(data, FilmQuery)))
         except codec.BadMessage as error:
             self._log_once.warn(self._key, "invalid", f"{self._key}: {error}")

@@ -101,8 +101,9 @@ def test_cameras_of_two_machines_begin_together_and_are_copied(rig: Path) -> Non
         assert [viewer.camera.name for viewer in load_rig(rig.parent / "walk").viewers] == list(NAMES)
         status, text = output(zenocap(rig.parent, "cameras", "--discover", *machines.network))
         assert status == 0, text
-        assert "lab0: cam01" in text
-        assert "lab1: cam02" in text
+        host = socket.gethostname()
+        assert f"lab0 ({host}): cam01" in text
+        assert f"lab1 ({host}): cam02" in text
 
 
 def test_pictures_stay_where_they_are_without_permission(rig: Path) -> None:

@@ -25,9 +25,10 @@ def announced(session: FilmSession, patience_s: float = PATIENCE_S) -> list[Came
 def host_lines(hosts: Sequence[CameraHost]) -> Iterator[str]:
     """Lines on the cameras of other machines."""
     for host in hosts:
+        machine = host.machine if host.machine == host.host else f"{host.machine} ({host.host})"
         for camera in host.cameras:
             name = f": {camera.name}" if camera.name not in ("", camera.id) else ""
-            yield f"{host.machine}: {camera.id}{name}"
+            yield f"{machine}: {camera.id}{name}"
             note = "" if camera.stable or "://" in camera.source else "  # may change when plugged in again"
             yield f'  in a rig file: source = "{camera.source}"{note}'
             for mode in camera.modes:

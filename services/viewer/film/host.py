@@ -24,7 +24,7 @@ from zenocap.services.viewer.film.parameters import LOOK_AGAIN_S
 
 logger = logging.getLogger(__name__)
 
-MOST_CAMERAS = 64  # of one machine, as in `CameraHost`
+MOST_CAMERAS, MOST_MODES = 16, 48  # of one machine and one camera, as in `CameraHost`: they fit into one message
 
 
 @dataclass(frozen=True)
@@ -168,5 +168,5 @@ def _announced(id: str, camera: FoundCamera) -> HostCamera:
         source=camera.source,
         name=printable(camera.name),
         stable=camera.is_stable,
-        modes=[printable(mode) for mode in modes][:128],
+        modes=[printable(mode, 80) for mode in modes[:MOST_MODES]],
     )

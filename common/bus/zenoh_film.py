@@ -65,9 +65,12 @@ class FilmServer:
             except queue.Empty:
                 self._idle()
                 continue
-            with query:
-                self._reply(query)
-            self._idle()
+            try:
+                with query:
+                    self._reply(query)
+                self._idle()
+            except Exception as error:  # one bad query must not end the answers: a film could not be stopped any more
+                self._log_once.warn(self._key, "failed", f"{self._key}: {type(error).__name__}: {error}", trace=True)
 
     def _reply(self, query: zenoh.Query) -> None:
         payload, limit = query.payload, codec.size_limit(FilmQuery)

@@ -7,6 +7,7 @@ import logging
 import queue
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Self, TypeVar
 
 import zenoh
@@ -61,12 +62,7 @@ class FilmServer:
     def _work(self) -> None:
         while not self._stop.is_set():
             try:
-                query = self._queue.get(timeout=IDLE_S)
-            except queue.Empty:
-                self._idle()
-                continue
-            try:
-                with query:
+                with suppress(queue.Empty), self._queue.get(timeout=IDLE_S) as query:
                     self._reply(query)
                 self._idle()
             except Exception as error:  # one bad query must not end the answers: a film could not be stopped any more

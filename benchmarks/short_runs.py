@@ -38,6 +38,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "decoding": ("--sizes", "64x48", "--frames", "10", "--minutes", "0.5"),
     "drift": ("--views", "3", "--seeds", "1"),
     "faults": ("--short",),
+    "film": ("--films", "1", "--seconds", "1", "--size", "320x240"),
     "flashes": ("--quick",),
     "headings": ("--people", "1", "--every", "180", "--jobs", "1"),
     "motion_capture": ("--views", "2", "--people", "1", "--motions", "07_01", "--jobs", "1"),

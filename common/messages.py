@@ -23,8 +23,12 @@ Count = Annotated[int, Meta(ge=0, le=2**53)]
 Nanoseconds = Annotated[int, Meta(ge=0, le=2**63 - 1)]  # msgspec refuses bounds beyond 64 bits
 Number = Annotated[float, Meta(ge=-1e9, le=1e9)]  # finite: a range refuses NaN and infinity, a bare float does not
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+(?!\n)$")]  # "$" alone allows "a\n"
+FolderName = Annotated[
+    str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_\-][A-Za-z0-9_.\-]*(?!\n)$")
+]  # never ".."
 Text = Annotated[str, Meta(max_length=1000)]
 Label = Annotated[str, Meta(min_length=1, max_length=64)]  # of a posture, in any script
+Pixels = Annotated[int, Meta(ge=16, le=16384)]  # of an image, px
 Point = tuple[Metres, Metres, Metres]
 View = Literal["facade", "flank"]
 Side = Literal["front", "side"]
@@ -34,6 +38,7 @@ SizeTriple = tuple[Size, Size, Size]
 
 SCHEMA_VERSION = 1
 MOST_POINTS = 16384  # of one `ScenePoints`
+FILM_PART_BYTES = 1 << 20  # of a film, in one reply
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -383,8 +388,79 @@ class PaceQuery(Message, frozen=True, tag="pace_query"):
     sent: Annotated[dict[Text, Count], Meta(max_length=256)] = {}  # by key since the last question; back: those listened to
 
 
+class FilmQuery(Message, frozen=True, tag="film_query"):
+    """A query of the one who films, to the program that has a camera; answered by a `FilmReply`.
+
+    state: asks only.  open: begin to take images, for the film of that name.  start: record those captured from `begin_ns`
+    on, for `duration_ns` (0: until stopped).  stop: end, also a film that has not begun.  files: sizes and checksums of
+    an ended film.  read: a part of one of its files.  Times are by the clock of the one who is asked.
+    """
+
+    what: Literal["state", "open", "start", "stop", "files", "read"]
+    sender: Name  # chosen at random for each film: only who opened a film may start, stop and read it
+    film: FolderName | None = None  # None: for "state" only
+    camera: FolderName | None = None  # name of the camera in the rig, for "open": the name of its files
+    begin_ns: Nanoseconds = 0
+    duration_ns: Nanoseconds = 0
+    file: Literal["video", "times"] = "video"
+    offset: Count = 0  # bytes, for "read"
+    size: tuple[Annotated[int, Meta(ge=16, le=16384)], Annotated[int, Meta(ge=16, le=16384)]] = (
+        1280,
+        720,
+    )  # for a camera host
+    fps: Annotated[float, Meta(ge=0.1, le=1000)] = 30.0  # for a camera host
+    settings: Annotated[dict[Name, Text], Meta(max_length=8)] = {}  # of a camera without rig file, for a camera host
+
+
+class FilmFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """bytes: size.  sha256: of the whole file, hexadecimal; empty while it is being computed."""
+
+    bytes: Count
+    sha256: Annotated[str, Meta(max_length=64)] = ""
+
+
+class FilmReply(Message, frozen=True, tag="film_reply"):
+    """State of the camera's film after the query.  `captured_ns` is the clock of the one who answers."""
+
+    host: Text  # name of the machine
+    state: Literal["idle", "opening", "ready", "filming", "ended"]
+    refused: Text = ""  # why the query was not obeyed
+    failure: Text = ""  # why the film ended early
+    film: FolderName | None = None
+    folder: Text = ""  # of the film, on its machine
+    may_film: bool = False  # whether the program was started with permission
+    may_read: bool = False  # whether pictures may leave the machine
+    frames: Count = 0
+    lost: Count = 0  # frames that the writer could not take
+    away: Count = 0  # how often the camera failed and was opened again
+    first_ns: Nanoseconds = 0  # capture times of the first and the last frame
+    last_ns: Nanoseconds = 0
+    written_bytes: Count = 0
+    free_bytes: Count = 0  # of the disk
+    files: Annotated[dict[Literal["video", "times"], FilmFile], Meta(max_length=2)] = {}
+    data: Annotated[bytes, Meta(max_length=FILM_PART_BYTES)] = b""  # reply to "read"
+
+
+class HostCamera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A camera of a camera host.  source: as in a rig file, without password; stays the same where `stable`."""
+
+    id: Name  # in the keys of its host
+    source: Text
+    name: Text = ""
+    stable: bool = False
+    modes: Annotated[list[Text], Meta(max_length=48)] = []
+
+
+class CameraHost(Message, frozen=True, tag="camera_host"):
+    """Cameras of a machine on which `zenocap viewer --discover` runs; the reply to a query."""
+
+    machine: Name
+    host: Text
+    cameras: Annotated[list[HostCamera], Meta(max_length=16)]
+
+
 AnyMessage = (
     PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | ScenePoints
     | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | FrameRate | TrackerDetail | Request
-    | ClockQuery | PaceQuery
+    | ClockQuery | PaceQuery | FilmQuery | FilmReply | CameraHost
 )  # fmt: skip

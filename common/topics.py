@@ -110,6 +110,10 @@ STATE_RECOVERY = (
     "zenocap/{rig}/recall/{topic}"  # queryable of every reader: the last message of a topic, for its restarted publisher
 )
 REVOKED = "zenocap/{rig}/certificates/revoked"  # the signed list of revoked certificates, for routers
+FILM = "zenocap/{rig}/film/viewer/{viewer}"  # queryable of a viewer: records the images of its camera
+HOST_ALIVE = "zenocap-cameras/{machine}/alive"  # liveliness token of a camera host, which belongs to no rig
+HOST_CAMERAS = "zenocap-cameras/{machine}/cameras"  # queryable: its cameras
+HOST_FILM = "zenocap-cameras/{machine}/film/{camera}"  # queryable: records the images of one of them
 EVERYTHING = "zenocap/{rig}/**"
 ROOT = "zenocap"  # the first chunk of every key
 NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Name` has it

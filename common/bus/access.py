@@ -15,6 +15,7 @@ from zenocap.common.topics import (
     CLAIM,
     CLOCK,
     EVERYTHING,
+    FILM,
     FLOW_CONTROL,
     PREVIEW,
     REQUEST,
@@ -42,12 +43,13 @@ LIVELINESS: tuple[Message, ...] = ("declare_liveliness_subscriber", "liveliness_
 MAX_COMMON_NAME = 64  # letters, limit of X.509
 ROUTER = "router"  # common name of every router; those of other members begin with the name of the rig
 READER, RECORDER, REPLAY = "reader", "recorder", "replay"  # members that are not services
+OPERATOR = "operator"  # of who may film; is a reader besides
 REQUEST_SENDER = "animator"  # its page sends commands to the rig
 
 
 @dataclass(frozen=True)
 class Member:
-    """Holder of a certificate: a service of a rig, or one of READER, RECORDER, REPLAY and ROUTER.
+    """Holder of a certificate: a service of a rig, or one of READER, RECORDER, REPLAY, OPERATOR and ROUTER.
 
     puts: keys that are no topic's, on which it puts for other programs; every member of the rig may subscribe to them.
     """
@@ -101,7 +103,7 @@ def keys_of(rig: str, member: Member) -> dict[Topic, str]:
     """Key expressions on which a member may publish, by topic."""
     if member.service == REPLAY:
         return {topic: topic.on(rig) for topic in TOPICS}
-    if member.service == READER:
+    if member.service in (READER, OPERATOR):
         return {}
     found: dict[Topic, str] = {}
     for topic in TOPICS:
@@ -133,6 +135,8 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
     keys = keys_of(rig, member)
     if member.service == READER:  # passes on the list, which the authority has signed
         return [_rule(f"{rig}: revoke", ("ingress",), ("put", "query"), [REVOKED.format(rig=rig)])]
+    if member.service == OPERATOR:
+        return [_rule(f"{rig}: film", ("ingress",), ("query",), [FILM.format(rig=rig, viewer="*")])]
     if not keys:
         return []
     kept = [expression for topic, expression in keys.items() if topic.queueing is Queueing.LATCHED]
@@ -142,6 +146,8 @@ def _of_one(rig: str, member: Member) -> list[Rule]:
     names = {"rig": rig, "service": service, "id": id}
     claims = CLAIM.format_map(names | {"claim": "*"})
     answers = [FLOW_CONTROL.format_map(names), SERVICE_INFO.format_map(names), claims]
+    if service == "viewer":
+        answers.append(FILM.format(rig=rig, viewer=id))
     if service in ("integrator", "*"):
         answers.append(CLOCK.format(rig=rig))
     tokens = [ALIVE.format_map(names), claims, *advanced]

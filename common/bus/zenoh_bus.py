@@ -19,15 +19,17 @@ from zenocap.common.bus.certificate import Expiry
 from zenocap.common.bus.inbox import Inbox, check_key, outgoing
 from zenocap.common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
 from zenocap.common.bus.zenoh_claims import Claims
+from zenocap.common.bus.zenoh_film import FilmServer
 from zenocap.common.bus.zenoh_flow_control import Readers, Tally, ask_all
 from zenocap.common.bus.zenoh_latched import latched_publisher, latched_subscriber
 from zenocap.common.bus.zenoh_queries import ENCODING, QUERY_TIMEOUT_S, ZenohClock, query_service_info, serve_service_info
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.bus.zenoh_state_recovery import RecoveryStore
-from zenocap.common.messages import Message, PaceQuery, ServiceInfo
+from zenocap.common.messages import FilmQuery, FilmReply, Message, PaceQuery, ServiceInfo
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import (
     ALIVE,
+    FILM,
     FLOW_CONTROL,
     ROOT,
     TOPICS,
@@ -225,6 +227,11 @@ class ZenohBus:
     def serve_service_info(self, about: ServiceInfo) -> None:
         """Answer service information queries with `about`."""
         self._declared.append(serve_service_info(self._session, self._rig, about))
+
+    def serve_films(self, viewer: str, answer: Callable[[FilmQuery], FilmReply], idle: Callable[[], None]) -> None:
+        """Answer film queries to a viewer of this rig until `close`; see `FilmServer`."""
+        key = FILM.format(rig=self._rig, viewer=checked_name("viewer", viewer))
+        self._declared.append(FilmServer(self._session, key, answer, idle))
 
     def query_service_info(self, timeout_s: float) -> dict[tuple[str, str], ServiceInfo | str]:
         """Information of each service of the rig, by name and id, or an error text; waits `timeout_s` at most."""

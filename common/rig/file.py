@@ -90,7 +90,8 @@ class SecurityTable(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RigFile(msgspec.Struct, frozen=True, kw_only=True):
-    """recognizer, security: None for a rig without them.  variant, additions, without: of two-view, see `two_view`."""
+    """recognizer, security: None for a rig without them.  film: whether `zenocap film` may record the cameras while the rig
+    runs.  variant, additions, without: of two-view, see `two_view`."""
 
     name: str
     calibration: str
@@ -107,6 +108,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     log: LogTable = LogTable()
     animator: AnimatorTable = AnimatorTable()
     security: SecurityTable | None = None
+    film: bool = False
 
 
 TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (

@@ -33,6 +33,7 @@ class Rig:
     tracker: None for a method without one.  recognizer: None for a rig without one.
     animator: page and outputs.  security: folder of certificates; None for an open rig.
     additions: to the paper's two-view method, see `zenocap.common.rig.two_view`.
+    film: whether `zenocap film` may record the cameras while the rig runs.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Rig:
     animator: AnimatorTable = field(default_factory=AnimatorTable)
     security: Path | None = None
     additions: Additions = IMPROVED
+    film: bool = False
 
     @classmethod
     def load(
@@ -193,6 +195,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         content.animator,
         None if content.security is None else base / content.security.certificates,
         additions,
+        content.film,
     )
 
 

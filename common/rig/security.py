@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from zenocap.common.bus.access import READER, RECORDER, REPLAY, ROUTER, Member, access_control
+from zenocap.common.bus.access import OPERATOR, READER, RECORDER, REPLAY, ROUTER, Member, access_control
 from zenocap.common.bus.revocations import NO_GENERATIONS, read_revocations
 from zenocap.common.bus.security import RouterFiles, Security
 from zenocap.common.rig.commands import ZenohAction
@@ -41,7 +41,7 @@ def allowed_members(rig: Rig) -> tuple[Member, ...]:
     puts = tuple(one.action.key for one in commands if isinstance(one.action, ZenohAction))
     names = (kind.name for kind in SERVICES if kind.name != "viewer")
     others = (Member(name, puts=puts if name == "recognizer" else ()) for name in names)
-    return (*viewers, *others, *map(Member, (READER, RECORDER, REPLAY)))
+    return (*viewers, *others, *map(Member, (READER, RECORDER, REPLAY, OPERATOR)))
 
 
 def needed_members(rig: Rig) -> tuple[Member, ...]:

@@ -27,6 +27,9 @@ from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, UNIVERSAL_BAP, UNIVERS
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
+from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
+from zenocap.services.viewer.film.feeds import Tap
+from zenocap.services.viewer.film.parameters import FILMS
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.jit_warmup import load_compiled
 from zenocap.services.viewer.sources.playback import Playback
@@ -84,20 +87,33 @@ def _setup(viewer: Viewer, additions: Additions = IMPROVED) -> Setup:
     return viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate, additions=additions)
 
 
-def run_viewer(rig: Rig, id: str, options: ZenohOptions, stopped: Callable[[], bool], epoch_ns: int | None = None) -> int:
+def run_viewer(
+    rig: Rig,
+    id: str,
+    options: ZenohOptions,
+    stopped: Callable[[], bool],
+    epoch_ns: int | None = None,
+    films: Path | None = None,
+    *,
+    allow_fetch: bool = False,
+) -> int:
     """Run until `stopped` or the end of a file; returns the exit status.
 
-    epoch_ns: see `Playback`; None: agreed with the other viewers.  Raises UserError, BusError, SourceError and ValueError
-    before the first frame.
+    epoch_ns: see `Playback`; None: agreed with the other viewers.  films: folder of films that `zenocap film` starts; None:
+    FILMS beside the rig file.  allow_fetch: films may be copied without certificates too.
+
+    Raises UserError, BusError, SourceError and ValueError before the first frame.
     """
     use_one_thread()
     viewer = rig.viewer(id)
+    films = films or rig.base / FILMS
+    permission = Permission(film=rig.film, read=allow_fetch or options.security is not None)
     if rig.tracker is not None:
-        return _run(silhouette_service(viewer), rig, viewer, options, stopped, epoch_ns)
+        return _run(silhouette_service(viewer), rig, viewer, options, stopped, epoch_ns, films, permission)
     service = viewer_service(viewer, rig.additions)
     with compiling(logger, "viewer-service", "tracking"):
         load_compiled(service.setup)
-    return _run(service, rig, viewer, options, stopped, epoch_ns)
+    return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission)
 
 
 def _run(
@@ -107,6 +123,8 @@ def _run(
     options: ZenohOptions,
     stopped: Callable[[], bool],
     epoch_ns: int | None,
+    films: Path,
+    permission: Permission,
 ) -> int:
     clock = RealClock()
     other_ids = [other.id for other in rig.viewers if other is not viewer]
@@ -120,11 +138,20 @@ def _run(
         first_messages = (camera_info(viewer, epoch_ns),)
         choice = FrameChoice(rig.fps)
         rate = SourceRate() if isinstance(viewer.source, Device | Stream) else None
-        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate)
-        return run(
-            service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice,
-            extra_counts=rate.counts if rate else dict,
-        )  # fmt: skip
+        tap = Tap(viewer.calibrated_size, viewer.fps)
+        frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
+        endpoint = None
+        if rate is not None:
+            endpoint = FilmEndpoint(tap, viewer.camera.name, films, permission, clock)
+            bus.serve_films(viewer.id, endpoint.answer, endpoint.check)
+        try:
+            return run(
+                service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice,
+                extra_counts=rate.counts if rate else dict,
+            )  # fmt: skip
+        finally:
+            if endpoint is not None:
+                endpoint.close()
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:

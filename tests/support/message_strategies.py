@@ -1,13 +1,17 @@
 """Hypothesis strategies for every message on the wire, built from the types themselves."""
 
+import re
+
 import msgspec.inspect as mi
 from hypothesis import strategies as st
 
 from zenocap.common import messages as m
-from zenocap.common.messages import ServiceInfo
+from zenocap.common.messages import CameraHost, FilmQuery, FilmReply, ServiceInfo
 from zenocap.common.topics import TOPICS
 
-MESSAGE_TYPES = (*(topic.message for topic in TOPICS), m.ClockQuery, m.PaceQuery, ServiceInfo)
+MESSAGE_TYPES = (
+    *(topic.message for topic in TOPICS), m.ClockQuery, m.PaceQuery, ServiceInfo, FilmQuery, FilmReply, CameraHost
+)  # fmt: skip
 NAMES = st.from_regex(r"[A-Za-z0-9_.\-]{1,12}", fullmatch=True)
 
 
@@ -36,8 +40,8 @@ def values(kind: mi.Type) -> st.SearchStrategy[object]:
             return st.sampled_from(cls)
         case mi.LiteralType(values=allowed):
             return st.sampled_from(allowed)
-        case mi.StrType(pattern=str()):
-            return NAMES
+        case mi.StrType(pattern=str(pattern)):
+            return NAMES.filter(lambda name: re.match(pattern, name) is not None)
         case mi.StrType(min_length=least, max_length=most):
             return st.text(min_size=least or 0, max_size=min(most or 20, 20))
         case mi.NoneType():

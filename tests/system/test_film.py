@@ -14,12 +14,14 @@ import pytest
 
 from tests.support.mjpeg_server import MjpegServer
 from tests.support.places import ROOT
+from tests.support.processes import output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.video.reader import VideoReader
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
+from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 SIZE, FPS, EMPTY_S, FILM_S, SHOWN_S = (320, 240), 15.0, 4.0, 12.0, 16.0
@@ -33,6 +35,7 @@ class Scene:
         script = demo_timeline(subject, 0)
         arrives_s = script.segments[0].end_s
         self.begin_s: float | None = None
+        self.repeated = False
         self.images: list[list[np.ndarray]] = []
         for camera in paper_cameras(SIZE):
             renderer = SimulatedCamera(camera, subject, 0)
@@ -43,18 +46,24 @@ class Scene:
         def now() -> np.ndarray:
             self.begin_s = self.begin_s or time.monotonic()
             k = int((time.monotonic() - self.begin_s) * FPS)
-            return self.images[camera][min(k, len(self.images[camera]) - 1)]
+            count = len(self.images[camera])
+            return self.images[camera][k % count if self.repeated else min(k, count - 1)]
 
         return now
 
 
 @pytest.fixture(scope="module")
-def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def scene() -> Scene:
+    return Scene()
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory, scene: Scene) -> Iterator[Path]:
     """A rig file of two streams."""
-    folder, scene = tmp_path_factory.mktemp("film"), Scene()
+    folder = tmp_path_factory.mktemp("film")
     cameras = dict(zip(("cam01", "cam02"), paper_cameras(SIZE), strict=True))
     write_calibration(folder / "calibration.toml", cameras)
-    text = 'name = "film"\ncalibration = "calibration.toml"\n'
+    text = 'name = "film"\ncalibration = "calibration.toml"\nfilm = true\n'
     with ExitStack() as servers:
         for number, name in enumerate(cameras):
             server = servers.enter_context(MjpegServer(SIZE, FPS, picture=scene.picture(number)))
@@ -142,3 +151,28 @@ def test_cameras_without_a_calibration_are_filmed_by_name(rig: Path) -> None:
     status, text = output(zenocap(rig.parent, "film", "left=nonsense.mp4", "-o", "other"))
     assert status == 1
     assert "left=nonsense.mp4: no camera and no stream" in text
+
+
+def test_a_running_rig_is_filmed_and_goes_on(rig: Path, scene: Scene) -> None:
+    scene.repeated = True
+    (port,) = free_ports(1)
+    place = (f"tcp/127.0.0.1:{port}", "--no-multicast-scouting")
+    with started(["up", "rig.toml", "--no-page", "-l", *place], rig.parent) as up:
+        wait_until(lambda: "tracking" in output_of(rig.parent), rig.parent)
+        status, text = output(
+            zenocap(rig.parent, "film", "rig.toml", "-o", "running", "--seconds", "20", "-e", *place)
+        )  # fmt: skip
+        assert status == 0, text
+        assert "filming 2 cameras; cam01 on " in text
+        assert up.poll() is None
+        up.send_signal(signal.SIGINT)
+        assert up.wait(60) in (0, 3)
+    assert not (rig.parent / "running" / "clip.toml").exists()
+    for name in ("cam01", "cam02"):
+        with VideoReader(rig.parent / "running" / "videos" / f"{name}.mkv") as reader:
+            while reader.next() is not None:
+                pass
+            assert reader.summary().timing.frames > 0.85 * 20 * FPS
+    status, text = output(zenocap(rig.parent, "track", "running", "-o", "running.mcap"))
+    assert status in (0, 3, 4), text
+    assert "next: zenocap show running.mcap" in text

@@ -9,15 +9,17 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 import zenoh
 
 from tests.common.rig.test_security import demo_with
 from tests.support.processes import output_of, poses_in, recomputed_poses, started, wait_until
 from zenocap.common import messages as m
-from zenocap.common.bus.access import REPLAY, ROUTER, Member
+from zenocap.common.bus.access import OPERATOR, REPLAY, ROUTER, Member
 from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envelope, RoundTrip
 from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_film import FilmServer, query_films
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.codec import encode
 from zenocap.common.rig.rig import Rig, load_rig
@@ -26,6 +28,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import (
     CAMERA,
     EVERYTHING,
+    FILM,
     HEALTH,
     POSTURE,
     PREVIEW,
@@ -34,6 +37,8 @@ from zenocap.common.topics import (
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
 )  # fmt: skip
+from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
+from zenocap.services.viewer.film.feeds import Tap
 from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
@@ -43,7 +48,7 @@ SHORT_S = 2.0
 
 
 def certificates(folder: Path, rig: Rig) -> None:
-    members = {member: HOSTS for member in (*needed_members(rig), Member(REPLAY))}
+    members = {member: HOSTS for member in (*needed_members(rig), Member(REPLAY), Member(OPERATOR))}
     certify(folder, rig.name, members, datetime.now(UTC), 1)
 
 
@@ -184,6 +189,51 @@ def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_
         assert isinstance(recovered, Envelope)
         assert recovered.message == true
         assert not queries
+
+
+def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint: str, tmp_path: Path) -> None:
+    """Of all certificates; nor does a viewer answer in place of another one."""
+    clock, tap = RealClock(), Tap((64, 48), 10.0)
+    film = FilmEndpoint(tap, "cam", tmp_path, Permission(film=True, read=True), clock, "lab")
+    key = FILM.format(rig="demo", viewer="1")
+
+    def asked(session: zenoh.Session, what: str, **fields: int) -> m.FilmReply | None:
+        query = m.FilmQuery(frame=1, captured_ns=1, what=what, sender="me", film="walk", camera="cam", **fields)
+        reply = query_films(session, key, query, SHORT_S).get(key)
+        assert not isinstance(reply, str)
+        return reply
+
+    with ExitStack() as stack:
+        one = stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, "viewer-1"), "demo", clock))
+        one.serve_films("1", film.answer, film.check)
+        false = stack.enter_context(open_session(options(secured_rig, endpoint, "viewer-2")))
+        answered: list[str] = []
+
+        def answer(query: m.FilmQuery) -> m.FilmReply:
+            answered.append(query.what)
+            return film.answer(query)
+
+        stack.callback(FilmServer(false, key, answer).undeclare)
+        operator = stack.enter_context(open_session(options(secured_rig, endpoint, OPERATOR)))
+        wait_until(lambda: asked(operator, "open") is not None, tmp_path)
+        tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())
+        ready = asked(operator, "state")
+        assert ready is not None
+        assert ready.state == "ready"
+        for name in ("reader", "viewer-1", "viewer-2", "integrator", "animator", "recorder", "replay"):
+            session = stack.enter_context(open_session(options(secured_rig, endpoint, name)))
+            for what in ("state", "start", "stop", "files", "read"):
+                assert asked(session, what) is None, (name, what)
+        started_film = asked(operator, "start", begin_ns=clock.now_ns())
+        assert started_film is not None
+        assert started_film.refused == ""
+        for _ in range(3):
+            tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())
+        asked(operator, "stop")
+        read = asked(operator, "read")
+        assert read is not None
+        assert len(read.data) > 500
+        assert not answered
 
 
 def test_replay_may_publish_in_place_of_any_service(secured_rig: Path, endpoint: str) -> None:

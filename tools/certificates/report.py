@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from zenocap.common.bus.access import READER, RECORDER, REPLAY, ROUTER
+from zenocap.common.bus.access import OPERATOR, READER, RECORDER, REPLAY, ROUTER
 from zenocap.common.rig.security import AUTHORITY, certificate_file, key_file
 from zenocap.tools.certificates.folder import MemberCertificate
 
@@ -15,6 +15,7 @@ MACHINES = {
     ROUTER: "the router's machine",
     READER: "machines that read: zenocap top, doctor, up",
     RECORDER: "machines that record: zenocap record",
+    OPERATOR: "the machine that films: zenocap film; may copy pictures, protect it",
     REPLAY: "machines that replay takes: may publish on every key, protect it",
 }
 

@@ -9,6 +9,7 @@ import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.video.v4l2.listing import FoundCamera
@@ -35,6 +36,12 @@ def cameras(
         ),
     ] = None,
     as_json: JsonOption = False,
+    discover: Annotated[
+        bool,
+        typer.Option("--discover", help="List the cameras of all machines on which `zenocap viewer --discover` runs."),
+    ] = False,
+    *,
+    zenoh: ZenohArguments,
 ) -> None:
     """List the cameras of this machine: what to write into a rig file, modes, controls. Or try network streams.
 
@@ -42,11 +49,17 @@ def cameras(
     need not. Of a stream: size, rate as measured over 2 s, codec, time to the first image; or the reason why there is none.
     Nothing is changed in the cameras; --pictures fails for one that another program uses.
 
+    With --discover: the cameras of all machines of the network that announce them, none of this one unless it does.
+
     Exit status 1: there is no camera, or a camera or stream gave no answer or picture.
 
     Examples: `zenocap cameras --pictures seen`, `zenocap cameras rtsp://192.168.1.20/stream`
     """
+    if discover and (urls or pictures is not None):
+        raise typer.BadParameter("--discover: allowed without URL and --pictures")
     with one_line_errors():
+        if discover:
+            raise typer.Exit(DONE if _discovered(zenoh, as_json) else FAILED)
         good = _streams(urls, pictures, as_json) if urls else _devices(pictures, as_json)
     raise typer.Exit(DONE if good else FAILED)
 
@@ -75,6 +88,28 @@ def _devices(folder: Path | None, as_json: bool) -> bool:
                 f"{one.path}: no image: another program uses the camera, or its USB port has no bandwidth left", err=True
             )
     return bool(found) and not without and not any(one.problem for one in found)
+
+
+def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
+    import time
+
+    from zenocap.common.bus.zenoh_film import FilmSession
+    from zenocap.tools.cameras.hosts import PATIENCE_S, announced, host_data, host_lines
+
+    end_s = time.monotonic() + PATIENCE_S
+    options = zenoh.options()
+    with progress("listening for cameras"), FilmSession.open(options, lambda: time.monotonic() > end_s) as session:
+        hosts = announced(session)
+    if as_json:
+        _print_json(host_data(hosts))
+    else:
+        for line in host_lines(hosts):
+            _print(line)
+    if not any(host.cameras for host in hosts):
+        advice = "run `zenocap viewer --discover` where the cameras are"
+        _print(f"no machine of this network announces a camera: {advice}", err=True)
+        return False
+    return True
 
 
 def _streams(urls: list[str], folder: Path | None, as_json: bool) -> bool:

@@ -30,7 +30,9 @@ def certs(
     ] = None,
     service: Annotated[
         list[str] | None,
-        typer.Option("--service", metavar="NAME", help="Only this member, such as viewer-1 or replay; may be repeated."),
+        typer.Option(
+            "--service", metavar="NAME", help="Only this member, such as viewer-1, operator or replay; may be repeated."
+        ),
     ] = None,
     days: Annotated[int, typer.Option("--days", min=1, max=3650, help="Validity (days).")] = 730,
     renew: Annotated[bool, typer.Option("--renew", help="Replace existing certificates and keys.")] = False,

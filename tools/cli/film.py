@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, rig_at
+from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
 
 def film(
@@ -32,15 +33,26 @@ def film(
     ] = "1280x720",
     fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Frames/s of NAME=SOURCE; a rig has its own.")] = 30.0,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier film in that folder.")] = False,
+    fetch: Annotated[
+        bool,
+        typer.Option(
+            "--fetch", help="Copy the videos of other machines here; without it they stay there, and the output says where."
+        ),
+    ] = False,
+    *,
+    zenoh: ZenohArguments,
 ) -> None:
-    """Record the videos of all cameras and streams of a rig that this machine reaches, into a folder for `zenocap track`.
+    """Record the videos of all cameras and streams of a rig, of all its machines, into a folder for `zenocap track`.
 
-    The rig itself must not run: a camera gives images to one program. All cameras begin together, when each has given its
-    first image and its exposure is fixed, and end together. Images are not reduced; every frame keeps its capture time,
-    from which `track` pairs them. It ends by itself before the disk is full. Where the rig's backgrounds are `first:N`,
-    leave the scene empty at the beginning for that many frames.
+    Cameras of viewers that are running (with `film = true` in the rig file), and of other machines on which `zenocap viewer
+    --discover` runs, are filmed by them, on their machine; all others are opened here. A rig that is running goes on. All
+    cameras begin together, when each has given its first image and its exposure is fixed, and end together. Images are not
+    reduced; every frame keeps its capture time, from which `track` pairs them; differences of the machines' clocks are
+    measured and corrected. It ends by itself before the disk is full. Where the rig's backgrounds are `first:N`, leave the
+    scene empty at the beginning for that many frames.
 
-    Exit status 3: frames were lost, a camera failed for a time, or the film ended early; what was filmed can be used.
+    Exit status 3: frames were lost, a camera or machine failed, a video could not be copied, or the film ended early; what
+    was filmed can be used.
 
     Example: `zenocap film studio.toml -o monday --seconds 60`, then `zenocap track monday -o monday.mcap`
 
@@ -48,41 +60,78 @@ def film(
     `zenocap calibrate board films --square 35`
     """
     with one_line_errors():
+        from contextlib import ExitStack
+
+        from zenocap.common.bus.access import OPERATOR
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.tools.cli.track import parsed_size
+        from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
         from zenocap.tools.film.layout import prepare, write_layout
+        from zenocap.tools.film.remote_film import NOBODY, RemoteFilm
+        from zenocap.tools.film.rig_film import cameras_of
         from zenocap.tools.film.sources import named_sources
 
         calibrated = len(rig) == 1 and ("=" not in rig[0] or Path(rig[0]).exists())
-        if calibrated:
-            loaded = rig_at(Path(rig[0]), files=False)
-            viewers = filmed_viewers(loaded)
-            for viewer in loaded.viewers:
-                if viewer not in viewers:
-                    typer.echo(f"note: viewer {viewer.id}: not a camera or stream: not filmed", err=True)
-        else:
-            viewers = named_sources(rig, parsed_size(size), fps)
-        prepare(output, viewers, force, calibrated=calibrated)
-        with stop_signals() as stopped:
-            filmed, reason = run_film(viewers, output, seconds, stopped, typer.echo)
-        if not any(one.frames for one in filmed):
-            typer.echo(f"error: nothing was filmed{f': {reason}' if reason else ''}", err=True)
-            raise typer.Exit(FAILED)
-        write_layout(output, viewers, filmed, calibrated=calibrated)
-    good = not reason
+        with ExitStack() as network:
+            remote: RemoteFilm = NOBODY
+            if calibrated:
+                loaded = rig_at(Path(rig[0]), files=False)
+                viewers = filmed_viewers(loaded)
+                for viewer in loaded.viewers:
+                    if viewer not in viewers:
+                        typer.echo(f"note: viewer {viewer.id}: not a camera or stream: not filmed", err=True)
+                prepare(output, viewers, force, calibrated=True)
+                options = zenoh.options(loaded, OPERATOR)
+                name = output.resolve().name
+                own, remote = network.enter_context(cameras_of(loaded, viewers, options, name, _note))
+                if fetch:
+                    check_fetch(remote)
+            else:
+                own = viewers = named_sources(rig, parsed_size(size), fps)
+                prepare(output, viewers, force, calibrated=False)
+            with stop_signals() as stopped:
+                filmed, reason = run_film(own, output, seconds, stopped, _print, remote=remote)
+            if not any(one.frames for one in filmed):
+                _note(f"error: nothing was filmed{f': {reason}' if reason else ''}")
+                raise typer.Exit(FAILED)
+            write_layout(output, viewers, filmed, calibrated=calibrated, begins_empty=not remote.of_running_rig)
+            places, failures = collected(remote, output, fetch=fetch, report=_print)
+    good = not reason and not failures
     for one in filmed:
         losses = [f"{one.lost} frames lost by the writer"] * bool(one.lost) + [f"lost and opened again: {one.away}"] * bool(
             one.away
         )
         losses += ["no frame"] * (not one.frames)
-        typer.echo(f"{one.name}: {one.frames} frames, {one.rate:.2f} frames/s{''.join(f', {text}' for text in losses)}")
+        texts = "".join(f", {text}" for text in (*losses, *places.get(one.name, ())))
+        _print(f"{one.name}: {one.frames} frames, {one.rate:.2f} frames/s{texts}")
         good = good and not losses
+    for text in failures:
+        _note(text)
+    if remote.cameras:
+        _print(remote.start_text(filmed))
+    if remote.of_running_rig:
+        _note("note: of a running rig, so without empty_frames: the background is the median of each video")
     if reason:
-        typer.echo(f"ended early: {reason}", err=True)
-    if calibrated:
+        _note(f"ended early: {reason}")
+    if away := [
+        one.name for one in remote.cameras if one.reply.frames and not (output / f"videos/{one.name}.mkv").exists()
+    ]:
+        _print(f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then zenocap track {output}")
+    elif calibrated:
         typer.echo(f"next: zenocap track {output} -o {output.resolve().name}.mcap")
     else:
         typer.echo(f"next: zenocap calibrate board {output} --square MM")
     raise typer.Exit(DONE if good else LOSS)
+
+
+def _print(line: str, err: bool = False) -> None:
+    """Names come from other machines."""
+    from zenocap.common.runtime.foreign_text import MAX_LINE, printable
+
+    typer.echo(printable(line, MAX_LINE), err=err)
+
+
+def _note(line: str) -> None:
+    _print(line, err=True)

@@ -103,8 +103,36 @@ def _run(
 
 
 def viewer(
-    rig: RigPath,
-    id: Annotated[str, typer.Option("--id", help="Id of the viewer in the rig file.", show_default=False)],
+    rig: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[RIG]",
+            help="Rig file (TOML), or folder with calibration.toml and videos/; none with --discover.",
+            show_default=False,
+        ),
+    ] = None,
+    id: Annotated[str | None, typer.Option("--id", help="Id of the viewer in the rig file.", show_default=False)] = None,
+    discover: Annotated[
+        bool,
+        typer.Option("--discover", help="Announce the cameras of this machine, and let `zenocap film` record them."),
+    ] = False,
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=SOURCE", help="With --discover: a further camera or stream; may be repeated."),
+    ] = None,
+    machine: Annotated[
+        str | None, typer.Option(metavar="NAME", help="With --discover: name of this machine; default: its host name.")
+    ] = None,
+    films: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Folder of the films of `zenocap film`; default: films beside the rig file, or here."
+        ),
+    ] = None,
+    allow_fetch: Annotated[
+        bool,
+        typer.Option("--allow-fetch", help="Let `zenocap film --fetch` copy films from here without certificates."),
+    ] = False,
     epoch_ns: Annotated[int | None, typer.Option("--epoch-ns", hidden=True)] = None,
     with_parent: WithParentOption = False,
     *,
@@ -115,17 +143,35 @@ def viewer(
     Run it on the camera's machine, before or after the other services; images stay there. It ends with Ctrl-C, or with its
     video. Viewers of videos agree on a common start.
 
+    With --discover it needs no rig file: it announces the cameras of this machine (`zenocap cameras --discover` lists
+    them), and records those that `zenocap film` asks for into its folder of films. Everybody on the network can then film.
+
     Example, on two machines: `zenocap viewer studio.toml --id 1`, `zenocap viewer studio.toml --id 2`
     """
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.services.viewer.shell import run_viewer
 
-    logs.configure(f"viewer {id}")
+    if discover and (rig is not None or id is not None):
+        raise typer.BadParameter("--discover: allowed without RIG and --id")
+    if not discover and (rig is None or id is None):
+        raise typer.BadParameter("RIG and --id are missing: allowed: both, or --discover")
+    if not discover and (camera or machine):
+        raise typer.BadParameter("--camera, --machine: allowed with --discover")
+    logs.configure("cameras" if discover else f"viewer {id}")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+        if rig is None or id is None:
+            from zenocap.services.viewer.film.host import run_host
+            from zenocap.services.viewer.film.parameters import FILMS
+
+            folder = films or Path(FILMS)
+            raise typer.Exit(
+                run_host(machine, camera or (), folder, zenoh.options(), stopped, allow_fetch=allow_fetch)
+            )  # fmt: skip
+        from zenocap.services.viewer.shell import run_viewer
+
         one = rig_at(rig, files=False)
         options = zenoh.options(one, f"viewer-{id}")
-        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns))
+        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch))
 
 
 def integrator(

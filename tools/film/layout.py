@@ -8,7 +8,7 @@ from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, FirstFrames
-from zenocap.tools.film.film import Filmed
+from zenocap.tools.film.camera import Filmed
 from zenocap.tools.sync.synchronize import write_sync
 
 CALIBRATION, CLIP, SYNC = "calibration.toml", "clip.toml", "sync.toml"
@@ -35,10 +35,13 @@ def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated:
         raise UserError(f"{folder}: {error.strerror}: allowed: a folder that can be written") from error
 
 
-def write_layout(folder: Path, viewers: Sequence[Viewer], filmed: Sequence[Filmed], *, calibrated: bool = True) -> None:
+def write_layout(
+    folder: Path, viewers: Sequence[Viewer], filmed: Sequence[Filmed], *, calibrated: bool = True, begins_empty: bool = True
+) -> None:
     """Write calibration, beginnings of the videos, and the number of empty frames where all viewers have one.
 
-    calibrated: whether the viewers' cameras are; otherwise no calibration is written.  Raises UserError, OSError.
+    calibrated: whether the viewers' cameras are; otherwise no calibration is written.  begins_empty: whether the number of
+    empty frames is written: a film of a rig that was tracking begins with a person in it.  Raises UserError, OSError.
     """
     if calibrated:
         cameras = {viewer.camera.name: viewer.camera.resized(viewer.calibrated_size) for viewer in viewers}
@@ -47,5 +50,5 @@ def write_layout(folder: Path, viewers: Sequence[Viewer], filmed: Sequence[Filme
     offsets = {one.name: (one.first_ns - first_ns) / 1e9 for one in filmed if one.frames}
     write_sync(folder, offsets, "Written by zenocap film, from capture times")
     empty = [viewer.background.count for viewer in viewers if isinstance(viewer.background, FirstFrames)]
-    if len(empty) == len(viewers):
+    if begins_empty and len(empty) == len(viewers):
         write_atomically(folder / CLIP, f"empty_frames = {min(empty)}\n".encode())

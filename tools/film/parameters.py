@@ -1,16 +1,15 @@
-"""Behavioural constants of filming.
+"""Behavioural constants of filming; those of the files are in `common/video/parameters.py`."""
 
-Codec: of 60 frames of two simulated people with sensor noise (standard deviation 3) at 640x480, MJPEG at quality 3 took 63
-MB a minute at an error of 4.4 grey values (root mean square), H.264 (ultrafast, crf 16) 97 MB at 4.8, FFV1 355 MB at 3.9,
-which is the loss of colour resolution alone; processor time 2, 3 and 7 ms a frame.  A cut MJPEG file loses no other frame.
-"""
-
-CODEC, PIXELS, QUALITY = "mjpeg", "yuvj420p", 3  # measured, see above
-QP2LAMBDA = 118  # FFmpeg's FF_QP2LAMBDA
-QUEUE = 60  # frames that wait for a writer; more are lost and counted; chosen by hand
 READY_S = 30.0  # for all cameras to give their first image; chosen by hand
-RESERVE_BYTES = 500_000_000  # of the disk, which stay free; chosen by hand
-RESERVE_S = 5.0  # of writing at the present rate, which stay free besides; chosen by hand
-LOOK_S = 0.5  # between looks at the disk; chosen by hand
 LONG_S = 7200.0  # from which the time that the disk lasts is given in hours; chosen by hand
 ESTIMATE_S = 3.0  # after which the bytes a second are known; chosen by hand
+FIND_S = 1.5  # to find the programs that have cameras; chosen by hand
+QUERY_S = 2.0  # for the answer to a query; chosen by hand
+STOP_S = 20.0  # for the answer to the query that ends a film, whose last frames are written before; chosen by hand
+POLL_S = 0.5  # between queries of the state, well below the lease of a film; chosen by hand
+TRIPS = 8  # round trips before a film, to know the clock; chosen by hand
+LOST_S = 10.0  # without an answer, after which a camera is given up; as long as the lease of a film
+LEAD_S = 1.0  # from the command to start to the first frame of all cameras; chosen by hand
+CHECKSUM_S = 600.0  # for the checksum of a long film; chosen by hand
+FETCH_TRIES = 20  # queries for one part of a file, about a minute with their waits; chosen by hand
+ROUTER_S = 3.0  # for the router of a rig to answer; without it only cameras of this machine are filmed; chosen by hand

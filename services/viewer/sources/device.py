@@ -10,6 +10,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
+from zenocap.common.arrays import Image
 from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Device, Stream, without_password
 from zenocap.services.viewer.frame import Frame
@@ -48,6 +49,17 @@ class Controls(Protocol):
     def begin(self) -> bool: ...
 
     def lock(self) -> None: ...
+
+
+class FilmTap(Protocol):
+    """A film of the images that a viewer is using, see `Tap` of `services.viewer.film.feeds`."""
+
+    @property
+    def is_open(self) -> bool: ...
+
+    def offer(self, image: Image, captured_ns: int) -> None: ...
+
+    def lost(self) -> None: ...
 
 
 Opener = Callable[[Device | Stream, Size, float], Capture]
@@ -94,16 +106,19 @@ def camera_frames(
     rectify: Rectify | None = None,
     controls: Controls | None = None,
     rate: SourceRate | None = None,
+    film: FilmTap | None = None,
 ) -> Iterator[Frame]:
     """Yield frames without end at most `fps` per second, with capture times as the source gives them (`stamps`).
 
     controls: of a camera, set each time it is opened; the first SETTLING_S s are left out while they settle.  rate: is
-    given the times of all frames.
+    given the times of all frames.  film: while it is open, is given all images at the calibrated size, not rectified, also
+    those that `playback` does not want.
 
     Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch for images of a wrong size.  A
     camera that fails later is reported and reopened, with increasing waits, until it delivers images.
     """
     name, fit = shown(source), Fit(shown(source), calibrated, working, rectify)
+    unreduced = Fit(shown(source), calibrated, calibrated)
     capture = _opened(source, calibrated, fps, opener)
     if capture is None:
         raise _open_error(source)
@@ -115,6 +130,8 @@ def camera_frames(
         while True:
             if not capture.grab():
                 capture.release()
+                if film is not None:
+                    film.lost()
                 playback.report(f"{name}: lost after {index} frames: unplugged, or the stream ended; trying again")
                 capture, tries = _reopen(source, calibrated, fps, opener, playback)
                 playback.report(f"{name}: back after {tries} tries")
@@ -129,13 +146,19 @@ def camera_frames(
                 continue
             # Jitter stays on the grid of frame periods; a camera slower than requested starts a new grid.
             next_due_ns = (captured_ns if index == 0 else max(due_ns, captured_ns - period_ns // 2)) + period_ns
-            if not playback.wants(captured_ns):
+            wanted = playback.wants(captured_ns)
+            if not wanted and (film is None or not film.is_open):
                 index, due_ns = index + 1, next_due_ns
                 continue
             decoded, image = capture.retrieve()
             if not decoded:
                 continue
             due_ns = next_due_ns
+            if film is not None and film.is_open:
+                film.offer(unreduced(np.array(image, dtype=np.uint8)), captured_ns)
+            if not wanted:
+                index += 1
+                continue
             yield Frame(index, captured_ns, fit(np.asarray(image, dtype=np.uint8)))
             index += 1
     finally:

@@ -8,7 +8,7 @@ from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import Actor, Device, FirstFrames, Images, Rendered, Stream, VideoFile
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.camera_controls import CameraControls
-from zenocap.services.viewer.sources.device import camera_frames, shown
+from zenocap.services.viewer.sources.device import FilmTap, camera_frames, shown
 from zenocap.services.viewer.sources.images import image_frames
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames
@@ -19,8 +19,12 @@ from zenocap.services.viewer.sources.video import declared_frames, video_frames
 PREROLL = 30  # frames of empty scene from the simulated person when the background does not define them
 
 
-def open_source(viewer: Viewer, playback: Playback, rate: SourceRate | None = None) -> Iterator[Frame]:
-    """Iterate over the viewer's frames at its working size and rate.  rate: measures that of a camera or stream.
+def open_source(
+    viewer: Viewer, playback: Playback, rate: SourceRate | None = None, film: FilmTap | None = None
+) -> Iterator[Frame]:
+    """Iterate over the viewer's frames at its working size and rate.
+
+    rate: measures that of a camera or stream.  film: is given all their images while a film is open.
 
     Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
     """
@@ -30,8 +34,9 @@ def open_source(viewer: Viewer, playback: Playback, rate: SourceRate | None = No
         case Device() | Stream():
             controls = _controls(viewer.source, playback)
             return camera_frames(
-                viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify, controls=controls, rate=rate
-            )
+                viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify, controls=controls, rate=rate,
+                film=film,
+            )  # fmt: skip
         case VideoFile():
             return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll, rectify)
         case Images():
@@ -47,8 +52,12 @@ def open_source(viewer: Viewer, playback: Playback, rate: SourceRate | None = No
 def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """Images of a camera or stream as it gives them, at the calibrated size and not rectified.  Raises SourceError."""
     assert isinstance(viewer.source, Device | Stream)
-    size, controls = viewer.calibrated_size, _controls(viewer.source, playback)
-    return camera_frames(viewer.source, viewer.fps, size, size, playback, controls=controls)
+    return images_of(viewer.source, viewer.calibrated_size, viewer.fps, playback)
+
+
+def images_of(source: Device | Stream, size: tuple[int, int], fps: float, playback: Playback) -> Iterator[Frame]:
+    """Images of a camera or stream as it gives them, of `size` (width, height) px.  Raises SourceError."""
+    return camera_frames(source, fps, size, size, playback, controls=_controls(source, playback))
 
 
 def _controls(source: Device | Stream, playback: Playback) -> CameraControls | None:

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 
 from tests.support.message_strategies import NAMES
-from zenocap.common.bus.access import READER, RECORDER, REPLAY, ROUTER, Member, access_control, keys_of
+from zenocap.common.bus.access import OPERATOR, READER, RECORDER, REPLAY, ROUTER, Member, access_control, keys_of
 from zenocap.common.topics import (  # fmt: skip
     ALIVE,
     CLOCK,
+    FILM,
     REQUEST,
     REVOKED,
     SIGHTING,
@@ -95,6 +96,18 @@ def test_a_viewer_declares_tokens_and_replies_only_for_itself() -> None:
     assert not [reply for reply in replies if "/viewer/1" not in reply]
     assert CLOCK.format(rig="studio") not in allowed("studio", Member("viewer", "1"), "reply")
     assert CLOCK.format(rig="studio") in allowed("studio", Member("integrator"), "reply")
+
+
+def test_only_the_operator_queries_films_and_only_a_viewer_replies_for_itself() -> None:
+    own, every = (FILM.format(rig="studio", viewer=viewer) for viewer in ("1", "*"))
+    members = (Member("viewer", "1"), Member(READER), Member(RECORDER), Member(REPLAY), Member(OPERATOR), *SERVICES)
+    asking = {member.service for member in members if {own, every} & allowed("studio", member, "query")}
+    assert asking == {OPERATOR}
+    for message in ("reply", "declare_queryable"):
+        replying = {member.service for member in members if {own, every} & allowed("studio", member, message)}
+        assert replying == {"viewer"}
+        assert every not in allowed("studio", Member("viewer", "1"), message)
+    assert not allowed("studio", Member(OPERATOR), "put")
 
 
 def test_only_the_publisher_of_a_topic_queries_its_recovered_state() -> None:

@@ -52,7 +52,7 @@ def test_an_unknown_key_raises_an_error_with_a_suggestion(tmp_path: Path) -> Non
 def test_members_that_need_a_certificate(rig: Rig) -> None:
     needed = [member.name for member in needed_members(rig)]
     assert needed == ["viewer-1", "viewer-2", "integrator", "recognizer", "animator", "reader", "recorder", "router"]
-    assert {member.name for member in allowed_members(rig)} == {*needed, "tracker", "replay"} - {"router"}
+    assert {member.name for member in allowed_members(rig)} == {*needed, "tracker", "replay", "operator"} - {"router"}
 
 
 def test_rigs_of_one_router_must_share_one_folder_of_certificates(rig: Rig, tmp_path: Path) -> None:

@@ -16,12 +16,14 @@ from zenocap.common.errors import EndedEarly, OpenError, UserError
 from zenocap.common.rig.rig import Viewer, demo_rig, load_rig
 from zenocap.common.rig.sources import Device, FirstFrames
 from zenocap.common.video.reader import VideoReader
+from zenocap.common.video.video_writer import VideoWriter
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
+from zenocap.tools.film import camera as camera_module
 from zenocap.tools.film import film as film_module
-from zenocap.tools.film.film import Filmed, film, filmed_viewers
+from zenocap.tools.film.camera import Filmed
+from zenocap.tools.film.film import film, filmed_viewers
 from zenocap.tools.film.layout import prepare, write_layout
-from zenocap.tools.film.video_writer import VideoWriter
 
 SIZE, FPS = (64, 48), 50.0
 
@@ -154,7 +156,7 @@ def test_a_camera_that_does_not_open_is_an_error_and_one_that_is_silent_too(tmp_
 
 
 def test_frames_that_the_writer_cannot_take_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr(film_module, "QUEUE", 1)
+    monkeypatch.setattr(camera_module, "QUEUE", 1)
     write = VideoWriter.write
 
     def slow(self: VideoWriter, image: np.ndarray, captured_ns: int) -> None:

@@ -10,7 +10,7 @@ from av.video.stream import VideoStream
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
-from zenocap.tools.film.parameters import CODEC, PIXELS, QP2LAMBDA, QUALITY
+from zenocap.common.video.parameters import CODEC, PIXELS, QP2LAMBDA, QUALITY
 
 TICKS = 1000  # a second; Matroska stores milliseconds
 # What is lost at most when the process is killed: a second; FFmpeg's own limit is 5 s.

@@ -1,0 +1,13 @@
+"""Behavioural constants of recording videos.
+
+Codec: of 60 frames of two simulated people with sensor noise (standard deviation 3) at 640x480, MJPEG at quality 3 took 63
+MB a minute at an error of 4.4 grey values (root mean square), H.264 (ultrafast, crf 16) 97 MB at 4.8, FFV1 355 MB at 3.9,
+which is the loss of colour resolution alone; processor time 2, 3 and 7 ms a frame.  A cut MJPEG file loses no other frame.
+"""
+
+CODEC, PIXELS, QUALITY = "mjpeg", "yuvj420p", 3  # measured, see above
+QP2LAMBDA = 118  # FFmpeg's FF_QP2LAMBDA
+QUEUE = 60  # frames that wait for a writer; more are lost and counted; chosen by hand
+RESERVE_BYTES = 500_000_000  # of the disk, which stay free; chosen by hand
+RESERVE_S = 5.0  # of writing at the present rate, which stay free besides; chosen by hand
+LOOK_S = 0.5  # between looks at the disk; chosen by hand

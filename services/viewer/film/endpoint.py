@@ -1,0 +1,228 @@
+"""The films of one camera at the command of another program: what is obeyed, and what is refused.
+
+States: idle -> opening -> ready -> filming -> ended -> (open) opening.
+"""
+
+import logging
+import socket
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from zenocap.common.errors import UserError
+from zenocap.common.messages import FilmQuery, FilmReply
+from zenocap.common.runtime.clock import Clock
+from zenocap.common.runtime.foreign_text import printable
+from zenocap.common.video.parameters import RESERVE_BYTES
+from zenocap.services.viewer.film.feeds import Feed
+from zenocap.services.viewer.film.files import FilmFiles
+from zenocap.services.viewer.film.parameters import EARLIEST_S, LATEST_S, LEASE_S, OPEN_S
+from zenocap.services.viewer.film.recorder import Recorder, free_bytes_of
+
+logger = logging.getLogger(__name__)
+
+State = Literal["idle", "opening", "ready", "filming", "ended"]
+
+
+@dataclass(frozen=True)
+class Permission:
+    """What the one who started the program allows.  read: pictures may leave this machine."""
+
+    film: bool = False
+    read: bool = False
+    film_advice: str = "film = true in the rig file"
+    read_advice: str = "certificates (zenocap certs), or --allow-fetch where the camera is"
+
+
+class _Refused(Exception):
+    """The query is not obeyed; the text is the reason."""
+
+
+class FilmEndpoint:
+    """Films of one camera, into `folder`/NAME/videos and `folder`/NAME/times, and nowhere else."""
+
+    def __init__(
+        self,
+        feed: Feed,
+        camera: str | None,
+        folder: Path,
+        permission: Permission,
+        clock: Clock,
+        host: str = "",
+        free_bytes: Callable[[Path], int] = free_bytes_of,
+    ) -> None:
+        """camera: name that the files must have; None: that of the query.  host: default: that of this machine."""
+        self._feed, self._camera, self._folder, self._permission = feed, camera, folder, permission
+        self._clock, self._host, self._free_bytes = clock, host or socket.gethostname(), free_bytes
+        self._lock = threading.RLock()
+        self._state: State = "idle"
+        self._query: FilmQuery | None = None  # that opened the film
+        self._recorder: Recorder | None = None
+        self._files: FilmFiles | None = None
+        self._failure = ""
+        self._end_ns: int | None = None  # of the film, where its length was given
+        self._asked_ns = self._opened_ns = 0  # elapsed, of the last query of who films, and when it opened the film
+
+    @property
+    def is_recording(self) -> bool:
+        return self._state in ("opening", "ready", "filming")
+
+    def answer(self, query: FilmQuery) -> FilmReply:
+        """The reply to one query."""
+        with self._lock:
+            return self._answer(query)
+
+    def _answer(self, query: FilmQuery) -> FilmReply:
+        self.check()
+        refused, data = "", b""
+        if self._query is not None and query.sender == self._query.sender:
+            self._asked_ns = self._clock.elapsed_ns()
+        try:
+            if query.what != "state":
+                data = self._obey(query)
+        except (_Refused, UserError) as error:
+            refused = f"{error}"
+        except OSError as error:
+            refused = f"{printable(error.filename or '')}: {error.strerror or error}"
+        return self._reply(query, refused, data)
+
+    def check(self) -> None:
+        """End a film that is over, that failed, or whose commander is gone."""
+        with self._lock:
+            self._check()
+
+    def _check(self) -> None:
+        if not self.is_recording or self._recorder is None:
+            return
+        now_ns = self._clock.elapsed_ns()
+        if self._feed.failure or self._recorder.failure:
+            self._end(self._recorder.failure or self._feed.failure)
+        elif self._recorder.complete or (
+            self._state == "filming" and self._end_ns is not None and self._clock.now_ns() > self._end_ns + 1_000_000_000
+        ):
+            self._end("")
+        elif now_ns - self._asked_ns > LEASE_S * 1e9:
+            self._end(f"who filmed is gone: no query for {LEASE_S:.0f} s")
+        elif self._state != "filming" and now_ns - self._opened_ns > OPEN_S * 1e9:
+            self._end(f"not started within {OPEN_S:.0f} s")
+        elif self._state == "opening" and self._recorder.ready:
+            self._state = "ready"
+
+    def close(self) -> None:
+        """End a film that is being recorded."""
+        with self._lock:
+            if self.is_recording:
+                self._end("the program that has the camera was ended")
+            if self._files is not None:
+                self._files.close()
+
+    def _obey(self, query: FilmQuery) -> bytes:
+        if not self._permission.film:
+            raise _Refused(f"this camera may not be filmed: allowed with {self._permission.film_advice}")
+        if query.film is None:
+            raise _Refused("film: a name is missing")
+        if query.what == "open":
+            self._open(query)
+            return b""
+        if self._query is None or self._query.film != query.film:
+            raise _Refused(f"no film {query.film} was opened here")
+        if self._query.sender != query.sender:
+            raise _Refused(f"film {query.film} was opened by another program")
+        match query.what:
+            case "start":
+                self._start(query)
+            case "stop":
+                if self.is_recording:
+                    self._end("")
+            case "files" | "read":
+                return self._read(query)
+        return b""
+
+    def _open(self, query: FilmQuery) -> None:
+        if self.is_recording and self._query is not None:
+            raise _Refused(f"film {self._query.film} is being recorded: allowed: one at a time")
+        if query.camera is None or self._camera not in (None, query.camera):
+            raise _Refused(f"camera = {query.camera!r}: allowed: {self._camera or 'the name of the files'}")
+        place = self._folder / str(query.film)
+        video, times = place / "videos" / f"{query.camera}.mkv", place / "times" / f"{query.camera}.csv"
+        if video.exists() or times.exists():
+            raise _Refused(f"{video} exists: allowed: another name for the film")
+        for path in (self._folder, place, video.parent, times.parent):
+            path.mkdir(parents=path is self._folder, exist_ok=True)
+            if path is not self._folder and path.is_symlink():
+                raise _Refused(f"{path}: a link: allowed: a folder")
+        if (free := self._free_bytes(place)) < RESERVE_BYTES:
+            raise _Refused(f"{place}: {free / 1e6:.0f} MB free: allowed: at least {RESERVE_BYTES / 1e6:.0f} MB")
+        if self._files is not None:
+            self._files.close()
+        size, fps = self._feed.size_and_rate(query)
+        self._recorder = Recorder(video, times, size, fps, self._free_bytes)
+        self._files = FilmFiles({"video": video, "times": times})
+        self._query, self._failure, self._end_ns = query, "", None
+        self._asked_ns = self._opened_ns = self._clock.elapsed_ns()
+        self._state = "opening"
+        logger.warning("film %s: the camera is opened", query.film)
+        self._feed.open(query, self._recorder.offer)
+
+    def _start(self, query: FilmQuery) -> None:
+        if self._state != "ready" or self._recorder is None:
+            raise _Refused(f"the camera is not ready: {self._failure or self._state}")
+        late_s = (self._clock.now_ns() - query.begin_ns) / 1e9
+        if not -LATEST_S <= late_s <= EARLIEST_S:
+            raise _Refused(f"begin_ns: {-late_s:.1f} s from now: allowed: {-EARLIEST_S:.0f} to {LATEST_S:.0f} s")
+        self._end_ns = query.begin_ns + query.duration_ns if query.duration_ns else None
+        self._recorder.begin(query.begin_ns, query.duration_ns)
+        self._state = "filming"
+        logger.warning("film %s: recording into %s", query.film, self._folder / str(query.film))
+
+    def _end(self, failure: str) -> None:
+        assert self._recorder is not None
+        self._feed.close()
+        self._recorder.end()
+        self._failure = failure or self._recorder.failure
+        self._state = "ended"
+        logger.warning(
+            "film %s: ended: %d frames%s", self._query.film if self._query else "", self._recorder.frames,
+            f": {printable(self._failure)}" if self._failure else "",
+        )  # fmt: skip
+
+    def _read(self, query: FilmQuery) -> bytes:
+        if not self._permission.read:
+            raise _Refused(f"pictures do not leave this machine: allowed with {self._permission.read_advice}")
+        if self._state != "ended" or self._files is None:
+            raise _Refused("the film has not ended")
+        if query.what == "files":
+            self._files.compute()
+            return b""
+        return self._files.part(query.file, query.offset)
+
+    def _reply(self, query: FilmQuery, refused: str, data: bytes) -> FilmReply:
+        recorder, own = self._recorder, self._query is not None and query.sender == self._query.sender
+        told = self._files.known() if own and self._files is not None and query.what == "files" and not refused else {}
+        try:
+            free = self._free_bytes(self._folder if self._folder.exists() else Path())
+        except OSError:
+            free = 0
+        return FilmReply(
+            frame=query.frame,
+            captured_ns=self._clock.now_ns(),
+            host=printable(self._host),
+            state=self._state,
+            refused=printable(refused, 900),
+            failure=printable(self._failure, 900),
+            film=self._query.film if self._query else None,
+            folder=str((self._folder / str(self._query.film)).resolve())[:1000] if own and self._query else "",
+            may_film=self._permission.film,
+            may_read=self._permission.read,
+            frames=recorder.frames if recorder else 0,
+            lost=recorder.lost if recorder else 0,
+            away=self._feed.away,
+            first_ns=recorder.first_ns if recorder else 0,
+            last_ns=recorder.last_ns if recorder else 0,
+            written_bytes=recorder.written_bytes if recorder else 0,
+            free_bytes=free,
+            files=told,
+            data=data,
+        )

@@ -1,0 +1,199 @@
+"""What a camera's program obeys when it is told to film, and what it refuses."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from zenocap.common import codec
+from zenocap.common.messages import FilmQuery, FilmReply
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.video.reader import VideoReader
+from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
+from zenocap.services.viewer.film.parameters import LEASE_S, OPEN_S
+
+SIZE, S = (64, 48), 1_000_000_000
+ALL = Permission(film=True, read=True)
+
+
+@dataclass
+class Camera:
+    """A feed whose images the test gives."""
+
+    away: int = 0
+    failure: str = ""
+    receive: Callable[..., None] | None = None
+    opened: list[str] = field(default_factory=list)
+
+    def size_and_rate(self, query: FilmQuery) -> tuple[tuple[int, int], float]:
+        return SIZE, 10.0
+
+    def open(self, query: FilmQuery, receive: Callable[..., None]) -> None:
+        self.receive = receive
+        self.opened.append(str(query.film))
+
+    def close(self) -> None:
+        self.receive = None
+
+
+class Place:
+    """An endpoint with its camera and clock."""
+
+    def __init__(self, folder: Path, permission: Permission = ALL, free: int = 10**12) -> None:
+        self.camera, self.clock, self.folder = Camera(), ManualClock(1000 * S), folder / "films"
+        self.endpoint = FilmEndpoint(
+            self.camera, "cam01", self.folder, permission, self.clock, "lab1", free_bytes=lambda _: free
+        )
+
+    def ask(self, what: str, sender: str = "me", film: str | None = "walk", **fields: object):
+        query = FilmQuery(frame=1, captured_ns=0, what=what, sender=sender, film=film, **{"camera": "cam01"} | fields)
+        return codec.decode(codec.encode(self.endpoint.answer(query)), FilmReply)
+
+    def image(self, at_s: float) -> None:
+        self.clock.set(round(at_s * S))
+        if self.camera.receive is not None:
+            self.camera.receive(np.zeros((SIZE[1], SIZE[0], 3), np.uint8), round(at_s * S))
+
+    def filmed(self, duration_s: float = 0.0) -> None:
+        """Film from 1001 s on."""
+        assert self.ask("open").state == "opening"
+        self.image(1000.5)
+        assert self.ask("state").state == "ready"
+        reply = self.ask("start", begin_ns=1001 * S, duration_ns=round(duration_s * S))
+        assert (reply.refused, reply.state) == ("", "filming")
+
+
+def test_images_of_the_interval_and_no_others_are_recorded(tmp_path):
+    place = Place(tmp_path)
+    place.filmed(duration_s=1.0)
+    for k in range(5, 25):
+        place.image(1000 + k / 10)
+    reply = place.ask("state")
+    assert (reply.state, reply.failure, reply.frames) == ("ended", "", 10)
+    assert (reply.first_ns, reply.last_ns) == (1001 * S, round(1001.9 * S))
+    assert reply.folder == str(tmp_path / "films" / "walk")
+    with VideoReader(tmp_path / "films" / "walk" / "videos" / "cam01.mkv") as reader:
+        assert sum(1 for _ in iter(reader.next, None)) == 10
+    assert place.camera.receive is None
+    assert {path.name for path in tmp_path.rglob("*") if path.is_file()} == {"cam01.mkv", "cam01.csv"}
+
+
+def test_nothing_is_obeyed_without_permission(tmp_path):
+    place = Place(tmp_path, Permission())
+    for what in ("open", "start", "stop", "files", "read"):
+        assert "may not be filmed: allowed with film = true" in place.ask(what).refused
+    reply = place.ask("state")
+    assert (reply.refused, reply.may_film, place.camera.opened) == ("", False, [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_pictures_stay_without_permission_to_read(tmp_path):
+    place = Place(tmp_path, Permission(film=True))
+    place.filmed()
+    place.image(1001.5)
+    assert place.ask("stop").frames == 1
+    for what in ("files", "read"):
+        reply = place.ask(what)
+        assert "pictures do not leave this machine" in reply.refused
+        assert (reply.data, reply.files) == (b"", {})
+
+
+@pytest.mark.parametrize("name", ["..", "../x", "a/b", "/etc", ".hidden", "a\nb", "a\x1b", "", "a\n"])
+@pytest.mark.parametrize("key", ["film", "camera"])
+def test_names_that_lead_elsewhere_are_no_message(name, key):
+    query = {"frame": 1, "captured_ns": 0, "what": "open", "sender": "me", "film": "walk", "camera": "cam01"} | {key: name}
+    with pytest.raises(codec.BadMessage):
+        codec.encode(FilmQuery(**query))
+
+
+def test_one_film_at_a_time_and_only_of_the_own_camera(tmp_path):
+    place = Place(tmp_path)
+    assert "camera = 'cam02': allowed: cam01" in place.ask("open", camera="cam02").refused
+    place.filmed()
+    assert "film walk is being recorded: allowed: one at a time" in place.ask("open", "other", "run").refused
+    assert place.ask("state").state == "filming"
+    place.image(1001.5)
+    place.ask("stop")
+    assert "exists: allowed: another name" in place.ask("open").refused
+    assert place.ask("open", "other", "run").refused == ""
+
+
+def test_nobody_else_starts_stops_or_reads_a_film(tmp_path):
+    place = Place(tmp_path)
+    place.filmed()
+    place.image(1001.5)
+    assert "opened by another program" in place.ask("stop", "stranger").refused
+    assert place.ask("state", "stranger").folder == ""
+    assert place.ask("stop").state == "ended"
+    for what in ("files", "read"):
+        reply = place.ask(what, "stranger")
+        assert "opened by another program" in reply.refused
+        assert (reply.data, reply.files) == (b"", {})
+    assert place.ask("read").data[:4] == b"\x1aE\xdf\xa3"  # Matroska
+
+
+def test_a_film_ends_when_its_commander_is_gone(tmp_path):
+    place = Place(tmp_path)
+    place.filmed()
+    for k in range(int(LEASE_S) - 2):
+        place.image(1001.5 + k)
+        place.ask("state", "stranger")  # does not keep it alive
+        place.endpoint.check()
+    assert place.endpoint.is_recording
+    place.image(1001.5 + LEASE_S)
+    place.endpoint.check()
+    reply = place.ask("state")
+    assert (reply.state, reply.failure) == ("ended", "who filmed is gone: no query for 10 s")
+    assert reply.frames >= LEASE_S - 2
+
+
+def test_an_opened_film_that_is_not_started_gives_the_camera_back(tmp_path):
+    place = Place(tmp_path)
+    place.ask("open")
+    for k in range(int(OPEN_S) + 2):
+        place.image(1000.0 + k)
+        place.ask("state")
+    assert place.ask("state").failure == "not started within 60 s"
+    assert place.camera.receive is None
+    assert not list(tmp_path.rglob("*.mkv"))
+
+
+def test_a_start_far_off_is_refused(tmp_path):
+    place = Place(tmp_path)
+    place.ask("open")
+    assert "the camera is not ready: opening" in place.ask("start", begin_ns=1000 * S).refused
+    place.image(1000.5)
+    assert "allowed: -10 to 60 s" in place.ask("start", begin_ns=2000 * S).refused
+    assert "allowed: -10 to 60 s" in place.ask("start", begin_ns=0).refused
+
+
+def test_a_full_disk_and_a_failing_camera_end_a_film(tmp_path):
+    full = Place(tmp_path / "full", free=10)
+    assert "0 MB free: allowed: at least 500 MB" in full.ask("open").refused
+    place = Place(tmp_path / "failing")
+    place.filmed()
+    place.image(1001.5)
+    place.camera.failure = "unplugged"
+    reply = place.ask("state")
+    assert (reply.state, reply.failure, reply.frames) == ("ended", "unplugged", 1)
+
+
+def test_a_link_in_the_folder_of_films_is_not_followed(tmp_path):
+    place = Place(tmp_path)
+    (tmp_path / "films").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "films" / "walk").symlink_to(tmp_path / "elsewhere")
+    assert "a link: allowed: a folder" in place.ask("open").refused
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
+def test_the_program_ends_its_film_in_order(tmp_path):
+    place = Place(tmp_path)
+    place.filmed()
+    place.image(1001.5)
+    place.endpoint.close()
+    reply = place.ask("state")
+    assert (reply.state, reply.frames) == ("ended", 1)
+    assert reply.failure == "the program that has the camera was ended"

@@ -1,0 +1,77 @@
+"""A camera host: which cameras it announces, and the names it refuses."""
+
+from pathlib import Path
+
+import pytest
+
+from zenocap.common import codec
+from zenocap.common.errors import UserError
+from zenocap.common.rig.sources import Stream
+from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.video.v4l2.camera import Mode
+from zenocap.common.video.v4l2.listing import FoundCamera
+from zenocap.services.viewer.film.endpoint import Permission
+from zenocap.services.viewer.film.host import MOST_CAMERAS, CameraHostServer, named_camera
+from zenocap.tools.cameras.hosts import host_data, host_lines
+
+
+class Server:
+    def undeclare(self) -> None:
+        pass
+
+
+class Session:
+    """Of no network."""
+
+    def __init__(self) -> None:
+        self.keys: list[str] = []
+
+    def serve(self, key: str, *_: object) -> Server:
+        self.keys.append(key)
+        return Server()
+
+    def announce(self, *_: object) -> Server:
+        return Server()
+
+
+def camera(number: int, modes: int = 60) -> FoundCamera:
+    all_modes = tuple(Mode("MJPG", (640 + k, 480), (30.0, 15.0)) for k in range(modes))
+    source = f"/dev/v4l/by-id/usb-{number}-video-index0"
+    return FoundCamera(Path(f"/dev/video{number}"), source, f"Webcam \x1b[{number}" + "x" * 400, modes=all_modes)
+
+
+def host(folder: Path, found: list[FoundCamera], session: Session | None = None) -> CameraHostServer:
+    named = {"cam01": Stream("rtsp://user:secret@1.2.3.4/s")}
+    return CameraHostServer(
+        session or Session(), "lab1", named, folder, Permission(film=True), ManualClock(5), lambda: tuple(found)
+    )  # type: ignore[arg-type]
+
+
+def test_cameras_are_announced_without_passwords_and_as_they_come_and_go(tmp_path):
+    found, session = [camera(0)], Session()
+    server = host(tmp_path, found, session)
+    first = server.announcement()
+    assert [one.id for one in first.cameras] == ["cam01", "usb-0-video-index0"]
+    assert first.cameras[0].source == "rtsp://1.2.3.4/s"
+    assert first.cameras[1].stable
+    found[:] = [camera(1)]
+    server.look()
+    assert [one.id for one in server.announcement().cameras] == ["cam01", "usb-1-video-index0"]
+    assert session.keys[-1] == "zenocap-cameras/lab1/film/usb-1-video-index0"
+    lines = list(host_lines([server.announcement()]))
+    assert "secret" not in "".join(lines)
+    assert '  in a rig file: source = "/dev/v4l/by-id/usb-1-video-index0"' in lines
+    assert "  MJPG 640 x 480: 30, 15 frames/s" in lines
+    assert host_data([server.announcement()])[1]["machine"] == "lab1"
+
+
+def test_the_announcement_of_many_cameras_fits_into_a_message(tmp_path):
+    announced = host(tmp_path, [camera(k, 200) for k in range(40)]).announcement()
+    assert len(announced.cameras) == MOST_CAMERAS
+    assert codec.decode(codec.encode(announced), type(announced)) == announced
+
+
+@pytest.mark.parametrize("text", ["", "a", "=0", "a=", "../a=0", ".a=0", "a/b=0", "a=film.mp4", "a=actor:demo"])
+def test_other_cameras_are_refused(text):
+    with pytest.raises(UserError, match=r"--camera .*: "):
+        named_camera(text)

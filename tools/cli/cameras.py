@@ -65,7 +65,7 @@ def cameras(
             from zenocap.tools.live.page import CamerasOnly
 
             table = page_table(host, port, token)
-            run_page(urls or [], size, fps, table, "zenocap cameras --live", lambda _: CamerasOnly())
+            run_page(urls or [], size, fps, table, "zenocap cameras --live", lambda *_: CamerasOnly())
         return
     with one_line_errors():
         good = _streams(urls, pictures, as_json) if urls else _devices(pictures, as_json)

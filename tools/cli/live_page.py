@@ -67,13 +67,14 @@ def run_page(
     fps: float,
     table: PageTable,
     program: str,
-    make_mode: Callable[[Sequence[LiveCamera]], Mode],
+    make_mode: Callable[[Sequence[LiveCamera], int], Mode],
     *,
     loop: bool = True,
 ) -> Mode:
     """Open the cameras and serve their page until Ctrl-C or the end of the mode, which is returned.  Raises UserError.
 
     texts: a rig file, or NAME=SOURCE; none for all cameras.  loop: whether video files are repeated.
+    make_mode: of the cameras, and the capture time of the first frame of files, ns.
     """
     from pathlib import Path
 
@@ -91,7 +92,7 @@ def run_page(
         typer.echo(note, err=True)
     epoch_ns = first_epoch_ns(FILE_DELAY_S)
     cameras = [LiveCamera(viewer, epoch_ns, loop=loop) for viewer in viewers]
-    mode = make_mode(cameras)
+    mode = make_mode(cameras, epoch_ns)
     page = LivePage(cameras, table, program, mode)
     with stop_signals() as stopped:
         try:

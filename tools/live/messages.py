@@ -12,10 +12,14 @@ ModeName = Literal["cameras", "board", "points"]
 
 
 class CameraEntry(msgspec.Struct, frozen=True):
-    """A camera.  source: without password.  expected: size (px) that a calibration is for; None without one."""
+    """A camera.  source: without password.  settles: whether its automatic exposure and focus can settle again.
+
+    expected: size (px) that a calibration is for; None without one.
+    """
 
     name: str
     source: str
+    settles: bool
     expected: tuple[int, int] | None = None
 
 
@@ -45,6 +49,56 @@ class StateUpdate(msgspec.Struct, frozen=True, tag="state", tag_field="type"):
     camera: str
     problem: str
     rows: list[Row]
+
+
+class BoardCamera(msgspec.Struct, frozen=True):
+    """Progress of a camera, see `board_guide.CameraProgress`.
+
+    cells: 1 for a covered cell of the image, row by row; asked: 1 for one in which the board is to be shown, or empty.
+    """
+
+    name: str
+    moments: int
+    coverage: float
+    cells: list[int]
+    asked: list[int]
+    sides: int
+    enough: bool
+
+
+class BoardEdge(msgspec.Struct, frozen=True):
+    """Two cameras, by number, that saw the board together at `moments` places.  enough: they are connected."""
+
+    one: int
+    other: int
+    moments: int
+    enough: bool
+
+
+class BoardResult(msgspec.Struct, frozen=True):
+    """A calibration.  verdict: good, poor or failed.  written: name of the file; "" for none."""
+
+    verdict: str
+    reasons: list[str]
+    lines: list[str]
+    written: str
+
+
+class BoardUpdate(msgspec.Struct, frozen=True, tag="board", tag_field="type", kw_only=True):
+    """Progress with the board.  sentence: what to show next.  missing: cameras that are not connected with the others.
+
+    across: cells in a row.  floors: how often the board was on the floor.  busy: what runs now; "" for nothing.
+    """
+
+    sentence: str
+    ready: bool
+    missing: list[str]
+    cameras: list[BoardCamera]
+    edges: list[BoardEdge]
+    across: int
+    floors: int
+    busy: str
+    result: BoardResult | None
 
 
 class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):

@@ -2,7 +2,7 @@
 
 import queue
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 from weakref import WeakKeyDictionary
@@ -45,6 +45,11 @@ class Mode(Protocol):
     def name(self) -> lm.ModeName: ...
 
     @property
+    def hidden(self) -> Collection[str]:
+        """Keys of measures that say nothing in this mode."""
+        ...
+
+    @property
     def finished(self) -> bool:
         """Whether the command is to end."""
         ...
@@ -66,6 +71,7 @@ class CamerasOnly:
     """No more than pictures and measures."""
 
     name: lm.ModeName = "cameras"
+    hidden: Collection[str] = ()
     finished = False
 
     def corners(self, camera: LiveCamera, frame: Frame) -> Floats | None:
@@ -107,7 +113,7 @@ class LivePage:
     def open(self) -> None:
         """Serve the page.  Raises UserError."""
         self._server.start()
-        entries = [lm.CameraEntry(one.name, _source_text(one), _expected(one)) for one in self._cameras]
+        entries = [lm.CameraEntry(one.name, _source_text(one), self._settles(one), _expected(one)) for one in self._cameras]
         self._publish("hello", lm.HelloUpdate(self._mode.name, versions()["zenocap"], entries))
 
     def close(self) -> None:
@@ -132,6 +138,10 @@ class LivePage:
             self._server.broadcaster.publish(None, updates)
         return busy
 
+    def _settles(self, camera: LiveCamera) -> bool:
+        """Not during a calibration, in which the focus has to stay."""
+        return self._mode.name == "cameras" and isinstance(camera.viewer.source, Device)
+
     def _show(self, camera: LiveCamera) -> bool:
         shown, now_s, frame = self._shown[camera.name], time.monotonic(), camera.newest
         busy = False
@@ -145,8 +155,8 @@ class LivePage:
                 self._publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, jpeg, flat))
         if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._server.broadcaster.pages:
             shown.measured_s, busy = now_s, True
-            found = camera.measures()
-            self._publish(f"state/{camera.name}", lm.StateUpdate(camera.name, camera.problem, rows(found)))
+            found = [row for row in rows(camera.measures()) if row.key not in self._mode.hidden]
+            self._publish(f"state/{camera.name}", lm.StateUpdate(camera.name, camera.problem, found))
         return busy
 
     def _handle(self, command: lm.Command) -> None:

@@ -43,7 +43,9 @@ export class CameraCard {
     this.picture.setAttribute('aria-label', `picture of ${camera.name}: enlarge`);
     this.picture.setAttribute('aria-expanded', 'false');
     this.picture.onclick = handlers.onPicture;
-    this.element.querySelector('.settle').onclick = handlers.onSettle;
+    const settle = this.element.querySelector('.settle');
+    settle.hidden = !camera.settles;
+    settle.onclick = handlers.onSettle;
     parent.append(this.element);
   }
 
@@ -81,6 +83,19 @@ export class CameraCard {
       mark.setAttribute('cy', corners[2 * k + 1]);
       mark.setAttribute('r', radius);
       mark.setAttribute('stroke-width', radius / 2.5);
+    });
+  }
+
+  // cells: 1 for a covered cell of the image, row by row; asked: 1 for one in which the board is to be shown.
+  drawCells(cells, asked, across) {
+    if (!this.size) return;
+    const [width, height] = this.size;
+    const [w, h] = [width / across, height / (cells.length / across)];
+    this.cells.replaceChildren();
+    cells.forEach((covered, k) => {
+      const box = { x: (k % across) * w - 0.5, y: Math.floor(k / across) * h - 0.5, width: w, height: h };
+      if (covered) svg('rect', { ...box, class: 'covered' }, this.cells);
+      if (asked[k]) svg('rect', { ...box, class: 'asked' }, this.cells);
     });
   }
 

@@ -1,5 +1,6 @@
 // The live page of the cameras: cards with pictures and measures, and the panel of the mode.
 
+import { BoardPanel } from './board_panel.js';
 import { CameraCard } from './camera_card.js';
 import { Connection } from './connection.js';
 
@@ -9,6 +10,7 @@ const $ = (id) => document.getElementById(id);
 
 const cards = new Map();
 let large = '';
+let panel = null;  // of the mode
 let noticeTimer = 0;
 
 function enlarge(name) {
@@ -30,7 +32,7 @@ function notice(text) {
   noticeTimer = setTimeout(() => { $('notice').hidden = true; }, NOTICE_MS);
 }
 
-async function hello(update) {
+function hello(update) {
   $('title').textContent = TITLES[update.mode];
   const count = update.cameras.length;
   $('subtitle').textContent = `${count} ${count === 1 ? 'camera' : 'cameras'} · zenocap ${update.version}`;
@@ -42,12 +44,16 @@ async function hello(update) {
       onSettle: () => connection.send({ type: 'settle', camera: camera.name }),
     }));
   if (large && cards.has(large)) enlarge(large);
+  document.body.dataset.mode = update.mode;
+  $('anew').hidden = update.mode !== 'cameras';
+  if (update.mode === 'board') panel = new BoardPanel($('bar'), $('task'), cards, (command) => connection.send(command));
 }
 
 const handlers = {
   hello,
   picture: (update) => cards.get(update.camera)?.show(update),
   state: (update) => cards.get(update.camera)?.setState(update),
+  board: (update) => panel?.show(update),
   notice: ({ text }) => notice(text),
 };
 
@@ -58,7 +64,7 @@ const connection = new Connection(handlers, (open) => {
 
 $('anew').onclick = () => connection.send({ type: 'anew' });
 addEventListener('keydown', (event) => {
-  if (event.target.closest('input, select')) return;
+  if (event.target.closest?.('input, select')) return;
   if (event.key === 'Escape' && large) enlarge('');
   else if (event.key === 'ArrowRight' && large) step(1);
   else if (event.key === 'ArrowLeft' && large) step(-1);

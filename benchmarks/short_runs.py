@@ -29,6 +29,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         str(OUT / "hybrid" / "silhouettes"),
     ),
     "board_calibration": ("--seeds", "1", "--only", "noise"),
+    "board_guide": ("--seeds", "1", "--cameras", "2"),
     "bodies": ("--people", "1", "--jobs", "1"),
     "clips": ("walk2", "--jobs", "1"),
     "confidence": ("--fit", "1", "--check", "1", "--headings", "0", "--postures", "2", "--jobs", "1"),

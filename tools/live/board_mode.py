@@ -20,13 +20,16 @@ from zenocap.tools.calibration.board_views import CameraViews, View, with_veloci
 from zenocap.tools.calibration.parameters import CELLS
 from zenocap.tools.live import messages as lm
 from zenocap.tools.live.board_guide import REGIONS, BoardGuide, CameraProgress
-from zenocap.tools.live.board_search import VariantSearch, searched
+from zenocap.tools.live.board_search import Burst, VariantSearch, searched
 from zenocap.tools.live.camera import LiveCamera
 from zenocap.tools.live.measures import grey_of
 from zenocap.tools.live.parameters import BURST_PERIOD_S, MAX_VIEWS, MIN_MOMENTS, WHY_PERIOD_S
 
 WAIT_S = 0.05  # between looks whether a stretch of images is due; chosen by hand
 END_S = 10.0  # for the threads to end; chosen by hand
+
+Search = Callable[[Board, Sequence[Sequence[Frame]], Sequence[float], int], Burst]
+"""See `board_search.searched`."""
 
 Written = Callable[[BoardCalibration], str]
 """Writes a calibration and returns the name of the file."""
@@ -55,8 +58,10 @@ class BoardMode:
         write: Written,
         lenses: Mapping[str, Lens] | None = None,
         delays: bool = True,
+        search: Search = searched,
     ) -> None:
         """epoch_ns: time 0 of the views.  lenses, delays: see `calibrated_rig`."""
+        self._find = search
         self._cameras, self._epoch_ns, self._write = cameras, epoch_ns, write
         self._lenses, self._delays = lenses, delays
         self._variant = VariantSearch(board)
@@ -145,7 +150,7 @@ class BoardMode:
             if time.monotonic() < due_s or self._busy:
                 continue
             recent = [camera.recent if not camera.problem else [] for camera in self._cameras]
-            burst = searched(self._variant.board, recent, [camera.period_s for camera in self._cameras], self._epoch_ns)
+            burst = self._find(self._variant.board, recent, [camera.period_s for camera in self._cameras], self._epoch_ns)
             with self._lock:
                 for number, (frames, seen) in enumerate(zip(recent, self._seen, strict=True)):
                     if frames:

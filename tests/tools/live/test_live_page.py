@@ -66,7 +66,8 @@ def test_a_page_gets_pictures_and_measures_of_all_cameras():
 
 
 def test_pictures_are_reduced_until_a_page_enlarges_the_camera():
-    camera = camera_of(lambda: paced(lambda k: picture(k, size=(1280, 720)), 20.0))
+    images = [picture(k, size=(1280, 720)) for k in range(2)]
+    camera = camera_of(lambda: paced(lambda k: images[k % 2], 20.0))
 
     async def sizes(connection):
         found = []

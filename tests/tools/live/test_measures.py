@@ -68,10 +68,13 @@ def test_exposure_counts_pixels_at_the_ends_of_the_range():
     assert found.mean == pytest.approx(values.mean())
 
 
+GRAIN = np.random.default_rng(0).normal(size=(4, SIZE[1], SIZE[0], 3))
+
+
 def changing(gains, moving=False) -> list[np.ndarray]:
-    cells = []
+    cells, plain = [], scene()
     for k, gain in enumerate(gains):
-        values = image(gain * scene(), 3.0, k)
+        values = np.clip(gain * plain + 3.0 * GRAIN[k % 4], 0, 255).astype(np.uint8)
         if moving:  # a person of a third of the image
             left = 20 + k % 180
             values[60:, left : left + 100] = 30

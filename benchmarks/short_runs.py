@@ -29,6 +29,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         str(OUT / "hybrid" / "silhouettes"),
     ),
     "board_calibration": ("--seeds", "1", "--only", "noise"),
+    "board_guide": ("--seeds", "1", "--cameras", "2"),
     "bodies": ("--people", "1", "--jobs", "1"),
     "chaos": ("--seconds", "10"),
     "clips": ("walk2", "--jobs", "1"),

@@ -16,7 +16,7 @@ from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
-from zenocap.services.animator.page.server import PageServer
+from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import MAX_REQUESTS, RECORD_PERIOD_NS
 from zenocap.services.animator.playback import Playback
 from zenocap.services.animator.states import Actor, Source, State
@@ -32,7 +32,7 @@ class PageBridge:
         self._source: Source = "tracker" if rig.tracker is not None else "two-view"
         self._sent: Actor | None = None
         self._playback: Playback | None = None
-        self._server: PageServer | None = None
+        self._server: PageServer[pm.Command] | None = None
         self._requests: queue.SimpleQueue[pm.RigRequest] = queue.SimpleQueue()
         self._request_count = 0
         self._recorded_ns: int | None = None  # time of the last command that starts or stops the recording
@@ -41,7 +41,7 @@ class PageBridge:
 
     def open(self, table: PageTable, takes: Path, topics: tuple[Topic, ...]) -> None:
         """Serve the page.  takes: folder of the takes that can be played; topics: shown of them.  Raises UserError."""
-        self._server = PageServer(table, self._receive, self._first_page_opened)
+        self._server = PageServer(table, self._receive, self._first_page_opened, animator_content())
         self._server.start()
         self._playback = Playback(takes, self._server.broadcaster, self._clock, topics)
         logger.info("the page is at %s", self._server.address)

@@ -12,7 +12,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import versions
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
-from zenocap.services.animator.page.server import PageServer
+from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import SHOW_POLL_S
 from zenocap.services.animator.playback import Playback
 from zenocap.services.animator.shell import TOPICS
@@ -25,7 +25,7 @@ class TakePage:
 
     def __init__(self, take: Path, table: PageTable, *, raw: bool = False) -> None:
         self._take, self._raw = take, raw
-        self._server = PageServer(table, self._receive, lambda: None)
+        self._server = PageServer(table, self._receive, lambda: None, animator_content())
         self._player = pm.PlayerUpdate(take.name)
         self._playback: Playback | None = None
 

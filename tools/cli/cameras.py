@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption, page_table, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
@@ -20,8 +21,9 @@ def cameras(
     urls: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[URL...]",
-            help="Network streams to try (rtsp, rtsps, http, https); default: list the cameras of this machine.",
+            metavar="[URL... | RIG | NAME=SOURCE...]",
+            help="Network streams to try (rtsp, rtsps, http, https); default: list the cameras of this machine. With "
+            "--live: a rig file, or NAME=SOURCE as for `zenocap film`, SOURCE also a video file; default: all cameras.",
             show_default=False,
         ),
     ] = None,
@@ -40,6 +42,12 @@ def cameras(
         bool,
         typer.Option("--discover", help="List the cameras of all machines on which `zenocap viewer --discover` runs."),
     ] = False,
+    live: Annotated[bool, typer.Option("--live", help="Show the pictures and measures of the cameras on a page.")] = False,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = None,
+    token: TokenOption = None,
+    size: SizeOption = "1280x720",
+    fps: FpsOption = 30.0,
     *,
     zenoh: ZenohArguments,
 ) -> None:
@@ -53,10 +61,23 @@ def cameras(
 
     Exit status 1: there is no camera, or a camera or stream gave no answer or picture.
 
-    Examples: `zenocap cameras --pictures seen`, `zenocap cameras rtsp://192.168.1.20/stream`
+    With --live, a page at http://127.0.0.1:8090 shows all cameras side by side, with rate, focus, exposure, noise and
+    flicker of each, and what to do where one is bad. Cameras are opened as `zenocap film` opens them. Pictures stay on
+    this machine unless --host is given.
+
+    Examples: `zenocap cameras --pictures seen`, `zenocap cameras rtsp://192.168.1.20/stream`, `zenocap cameras --live`
     """
-    if discover and (urls or pictures is not None):
-        raise typer.BadParameter("--discover: allowed without URL and --pictures")
+    if discover and (urls or pictures is not None or live):
+        raise typer.BadParameter("--discover: allowed without URL, --pictures and --live")
+    if live:
+        if pictures is not None or as_json:
+            raise typer.BadParameter("--live: allowed: without --pictures and --json")
+        with one_line_errors():
+            from zenocap.tools.live.page import CamerasOnly
+
+            table = page_table(host, port, token)
+            run_page(urls or [], size, fps, table, "zenocap cameras --live", lambda *_: CamerasOnly())
+        return
     with one_line_errors():
         if discover:
             raise typer.Exit(DONE if _discovered(zenoh, as_json) else FAILED)

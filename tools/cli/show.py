@@ -42,7 +42,7 @@ def show(
 
         logs.configure("show")
         if port is None:
-            port = DEFAULT_PORT if _is_free(DEFAULT_PORT) else 0
+            port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
             show_take(
                 take,
@@ -53,7 +53,7 @@ def show(
             )
 
 
-def _is_free(port: int) -> bool:
+def is_free(port: int) -> bool:
     """Whether a TCP port of the loopback interface can be listened on."""
     import socket
 

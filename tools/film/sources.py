@@ -9,16 +9,18 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import Device, MedianFrames, SpecError, Stream, parse_source, without_password
+from zenocap.common.rig.sources import Device, MedianFrames, SpecError, Stream, VideoFile, parse_source, without_password
 
 ALLOWED = "NAME=SOURCE, such as cam01=/dev/video0 or cam02=rtsp://192.168.1.20/stream"
 
 
-def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float) -> list[Viewer]:
+def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float, *, files: bool = False) -> list[Viewer]:
     """Viewers of cameras and streams, of images of `size` (width, height) px.  texts: NAME=SOURCE.  Raises UserError.
 
-    Their lens is a placeholder: they are for filming and nothing else.
+    files: whether video files are allowed too.  Their lens is a placeholder: they are for filming, the live page, and
+    nothing else.
     """
+    kinds = (Device, Stream, VideoFile) if files else (Device, Stream)
     width, height = size
     matrix = np.array([[width, 0.0, (width - 1) / 2], [0.0, width, (height - 1) / 2], [0.0, 0.0, 1.0]])
     viewers: list[Viewer] = []
@@ -31,8 +33,8 @@ def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float) -> li
             source = parse_source(where, Path())
         except SpecError as error:
             raise UserError(f"{text}: allowed: {error}") from error
-        if not isinstance(source, Device | Stream):
-            raise UserError(f"{text}: no camera and no stream: allowed: {ALLOWED}")
+        if not isinstance(source, kinds):
+            raise UserError(f"{text}: no camera and no stream{' and no video' * files}: allowed: {ALLOWED}")
         if any(one.id == name or one.source == source for one in viewers):
             raise UserError(f"{text}: this name or this source was given already: allowed: each once")
         camera = Camera(name, size, matrix, np.zeros(4), np.eye(3), np.zeros(3))

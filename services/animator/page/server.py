@@ -12,9 +12,11 @@ import hmac
 import logging
 import threading
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
 from http import HTTPStatus
 from importlib import resources
-from typing import Any, cast
+from typing import Any, Generic, TypeVar, cast
 from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -48,17 +50,51 @@ CONTENT_SECURITY_POLICY = (
 )
 
 
-class PageServer:
-    """Serves the page from `start` to `close`.
+C = TypeVar("C")
+Files = Mapping[str, tuple[bytes, str]]
+"""Content and type of every served file by name; nothing else can be requested."""
+
+
+@dataclass(frozen=True)
+class PageContent(Generic[C]):
+    """What a server serves.  decode: a command of a page; raises ValueError.
+
+    program: that serves it; options: how host, port and origins are set, both for messages to users.
+    """
+
+    files: Files
+    decode: Callable[[str | bytes], C | Acknowledge]
+    program: str
+    options: str
+
+
+@cache
+def page_files(package: str) -> Files:
+    """The files of the folder `static` of a package."""
+    folder = resources.files(package).joinpath("static")
+    files = [file for file in folder.iterdir() if file.is_file()]
+    return {file.name: (file.read_bytes(), CONTENT_TYPES[file.name.rpartition(".")[2]]) for file in files}
+
+
+def animator_content() -> PageContent[Command]:
+    """The page of the animator."""
+    return PageContent(page_files("zenocap.services.animator.page"), decode_command, "animator", "animator.page.")
+
+
+class PageServer(Generic[C]):
+    """Serves a page from `start` to `close`.
 
     on_command: called in the server's thread with every command of a page.  on_first_page: see `Broadcaster`.
     """
 
     def __init__(
-        self, table: PageTable, on_command: Callable[[PageQueue, Command], None], on_first_page: Callable[[], None]
+        self,
+        table: PageTable,
+        on_command: Callable[[PageQueue, C], None],
+        on_first_page: Callable[[], None],
+        content: PageContent[C],
     ) -> None:
-        self._table, self._on_command = table, on_command
-        self._files = _files()
+        self._table, self._on_command, self._content = table, on_command, content
         self._loop = asyncio.new_event_loop()
         self.broadcaster = Broadcaster(self._loop, on_first_page)
         self._waiting = WaitingConnections(MAX_WAITING)
@@ -84,11 +120,17 @@ class PageServer:
         self._started.wait()
         if self._problem is not None:
             self._thread.join()
+            name = self._content.options.rstrip(".-") or "page"
             raise UserError(
-                f"animator.page: {self._table.host}:{self._table.port} cannot be served: "
-                f"{self._problem.strerror or self._problem}: another program, such as a second animator, may use the port; "
-                "allowed: another animator.page.port (or --port), or 0 for any free one"
+                f"{name}: {self._table.host}:{self._table.port} cannot be served: "
+                f"{self._problem.strerror or self._problem}: another program, such as a second {self._content.program}, "
+                f"may use the port; allowed: another {self._port_option}, or 0 for any free one"
             )
+
+    @property
+    def _port_option(self) -> str:
+        option = f"{self._content.options}port"
+        return option if option == "--port" else f"{option} (or --port)"
 
     def counts(self) -> Mapping[str, int]:
         """Counts since the start: connections closed to make room, malformed requests, pages beyond the maximum."""
@@ -165,7 +207,7 @@ class PageServer:
             return _text(HTTPStatus.FORBIDDEN, problem)
         if parts.path == SOCKET_PATH:
             return None
-        found = self._files.get(parts.path.lstrip("/") or "index.html")
+        found = self._content.files.get(parts.path.lstrip("/") or "index.html")
         if found is None:
             return _text(HTTPStatus.NOT_FOUND, "not found")
         return _response(HTTPStatus.OK, *found)
@@ -179,12 +221,17 @@ class PageServer:
             origin = request.headers.get("Origin")
             same = origin is None or urlsplit(origin).netloc == host
             if not (same or origin in self._table.origins or ANY_ORIGIN in self._table.origins):
-                return "requested by a page of another site; allowed: also animator.page.origins of the rig file"
+                return f"requested by a page of another site{self._origins_hint}"
         if self._table.token is not None and path in ("/", "/index.html", SOCKET_PATH):
             given = parse_qs(query).get("token", [""])[0]
             if not hmac.compare_digest(given.encode(), self._table.token.encode()):
-                return "a token is required: open the address that the animator prints"
+                return f"a token is required: open the address that the {self._content.program} prints"
         return None
+
+    @property
+    def _origins_hint(self) -> str:
+        options = self._content.options
+        return "" if options.startswith("-") else f"; allowed: also {options}origins of the rig file"
 
     async def _attend(self, connection: ServerConnection) -> None:
         """Serve one page until it closes."""
@@ -200,7 +247,7 @@ class PageServer:
         try:
             async for text in connection:
                 try:
-                    command = decode_command(text)
+                    command = self._content.decode(text)
                     if isinstance(command, Acknowledge):
                         page.acknowledge()
                     else:
@@ -250,13 +297,6 @@ def _port(server: Server) -> int:
 def _host_name(host: str) -> str:
     """Return the name in a Host header without its port."""
     return urlsplit(f"//{host}").hostname or ""
-
-
-def _files() -> dict[str, tuple[bytes, str]]:
-    """Return content and type of every served file by name; nothing else can be requested."""
-    folder = resources.files("zenocap.services.animator.page").joinpath("static")
-    files = [file for file in folder.iterdir() if file.is_file()]
-    return {file.name: (file.read_bytes(), CONTENT_TYPES[file.name.rpartition(".")[2]]) for file in files}
 
 
 def _text(status: HTTPStatus, text: str) -> Response:

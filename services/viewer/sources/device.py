@@ -107,17 +107,18 @@ def camera_frames(
     controls: Controls | None = None,
     rate: SourceRate | None = None,
     film: FilmTap | None = None,
+    fit: Rectify | None = None,
 ) -> Iterator[Frame]:
     """Yield frames without end at most `fps` per second, with capture times as the source gives them (`stamps`).
 
     controls: of a camera, set each time it is opened; the first SETTLING_S s are left out while they settle.  rate: is
     given the times of all frames.  film: while it is open, is given all images at the calibrated size, not rectified, also
-    those that `playback` does not want.
+    those that `playback` does not want.  fit: applied to every image instead of the resizing to `working`.
 
     Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch for images of a wrong size.  A
     camera that fails later is reported and reopened, with increasing waits, until it delivers images.
     """
-    name, fit = shown(source), Fit(shown(source), calibrated, working, rectify)
+    name, fit = shown(source), fit or Fit(shown(source), calibrated, working, rectify)
     unreduced = Fit(shown(source), calibrated, calibrated)
     capture = _opened(source, calibrated, fps, opener)
     if capture is None:

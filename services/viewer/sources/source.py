@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import Actor, Device, FirstFrames, Images, Rendered, Stream, VideoFile
+from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.camera_controls import CameraControls
 from zenocap.services.viewer.sources.device import FilmTap, camera_frames, shown
@@ -58,6 +59,24 @@ def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
 def images_of(source: Device | Stream, size: tuple[int, int], fps: float, playback: Playback) -> Iterator[Frame]:
     """Images of a camera or stream as it gives them, of `size` (width, height) px.  Raises SourceError."""
     return camera_frames(source, fps, size, size, playback, controls=_controls(source, playback))
+
+
+def live_images(viewer: Viewer, playback: Playback, rate: SourceRate) -> Iterator[Frame]:
+    """Images of any source as it gives them, of whatever size and not rectified.  rate: of a camera or stream.
+
+    Raises SourceError.
+    """
+    if isinstance(viewer.source, Device | Stream):
+        controls = _controls(viewer.source, playback)
+        size = viewer.calibrated_size
+        return camera_frames(
+            viewer.source, viewer.fps, size, size, playback, controls=controls, rate=rate, fit=lambda image: image
+        )
+    if isinstance(viewer.source, VideoFile):
+        with VideoReader(viewer.source.path) as reader:
+            size, fps = reader.size, reader.fps
+        return video_frames(viewer.source, fps, size, size, playback)
+    return open_source(viewer, playback)
 
 
 def _controls(source: Device | Stream, playback: Playback) -> CameraControls | None:

@@ -5,9 +5,11 @@ const MAX_PAUSE_MS = 4000;
 
 export class Connection {
   // handlers: by type of update.  onChange: called with whether the animator is connected.
-  constructor(handlers, onChange) {
+  // patient: a list is acknowledged when what its handlers return is done, such as the decoding of a picture.
+  constructor(handlers, onChange, patient = false) {
     this.handlers = handlers;
     this.onChange = onChange;
+    this.patient = patient;
     this.pause = FIRST_PAUSE_MS;
     this.open();
   }
@@ -17,10 +19,13 @@ export class Connection {
     this.socket = new WebSocket(`${scheme}://${location.host}/socket${location.search}`);
     this.socket.onopen = () => { this.pause = FIRST_PAUSE_MS; this.onChange(true); };
     this.socket.onmessage = ({ data }) => {
+      const results = [];
       try {
-        for (const update of JSON.parse(data)) this.handlers[update.type]?.(update);
+        for (const update of JSON.parse(data)) results.push(this.handlers[update.type]?.(update));
       } finally {
-        this.send({ type: 'acknowledge' });  // only then more is sent, so that a slow page is never behind
+        const acknowledge = () => this.send({ type: 'acknowledge' });  // only then more is sent: a slow page is never behind
+        if (this.patient) Promise.allSettled(results).then(acknowledge);
+        else acknowledge();
       }
     };
     this.socket.onclose = () => {

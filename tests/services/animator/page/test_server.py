@@ -19,7 +19,7 @@ from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Preview, Request
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.page.server import PageServer
+from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import MAX_PAGES, MAX_UNACKNOWLEDGED
 
 TOKEN = "a-token-of-sixteen-letters"
@@ -216,7 +216,7 @@ def test_a_port_in_use_is_one_clear_error() -> None:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        server = PageServer(PageTable(port=port), lambda page, command: None, lambda: None)
+        server = PageServer(PageTable(port=port), lambda page, command: None, lambda: None, animator_content())
         with pytest.raises(
             UserError, match=rf"animator.page: 127.0.0.1:{port} cannot be served.*another animator.page.port"
         ):

@@ -1,0 +1,110 @@
+"""What commands with a live page of cameras share: its options, and its run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenocap.tools.cli.options import rig_at
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.common.rig.animator import PageTable
+    from zenocap.tools.live.camera import LiveCamera
+    from zenocap.tools.live.page import Mode
+
+DEFAULT_PORT = 8090  # beside 8080 of the rig's page
+
+HostOption = Annotated[str, typer.Option("--host", help="With --live: address of the page on this machine.")]
+PortOption = Annotated[
+    int | None,
+    typer.Option(
+        "--port", min=0, max=65535, help=f"With --live: port, 0 for any free one; default: {DEFAULT_PORT} or a free one."
+    ),
+]
+TokenOption = Annotated[
+    str | None,
+    typer.Option(
+        "--token",
+        help="With --live: access token; required with a --host that other machines can reach. `new` generates one.",
+        show_default=False,
+    ),
+]
+SizeOption = Annotated[
+    str, typer.Option(metavar="WxH", help="With --live: size of the images (px) that is requested; a rig file has its own.")
+]
+FpsOption = Annotated[
+    float, typer.Option(min=1.0, max=240.0, help="With --live: frames/s that are requested; a rig file has its own.")
+]
+
+
+def page_table(host: str, port: int | None, token: str | None) -> PageTable:
+    """Address of the page.  Raises UserError."""
+    from secrets import token_urlsafe
+
+    import msgspec
+
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.animator import PageTable, open_page_problem
+    from zenocap.tools.cli.show import is_free
+
+    token = token_urlsafe(24) if token == "new" else token
+    if port is None:
+        port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
+    try:
+        table = msgspec.convert({"host": host, "port": port, "token": token}, PageTable)
+    except msgspec.ValidationError as error:
+        raise UserError(f"page: {error}; a token has 16 to 128 letters, digits, '-' and '_'") from error
+    if (problem := open_page_problem(table)) is not None:
+        raise UserError(f"--host {host}: {problem.replace('page.token', '--token')}")
+    return table
+
+
+def run_page(
+    texts: Sequence[str],
+    size: str,
+    fps: float,
+    table: PageTable,
+    program: str,
+    make_mode: Callable[[Sequence[LiveCamera], int], Mode],
+    *,
+    loop: bool = True,
+) -> Mode:
+    """Open the cameras and serve their page until Ctrl-C or the end of the mode, which is returned.  Raises UserError.
+
+    texts: a rig file, or NAME=SOURCE; none for all cameras.  loop: whether video files are repeated.
+    make_mode: of the cameras, and the capture time of the first frame of files, ns.
+    """
+    from pathlib import Path
+
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.tools.cli.track import parsed_size
+    from zenocap.tools.live.camera import LiveCamera, first_epoch_ns
+    from zenocap.tools.live.page import LivePage, wait_for_images
+    from zenocap.tools.live.parameters import FILE_DELAY_S
+    from zenocap.tools.live.sources import live_viewers
+
+    logs.configure("cameras")
+    viewers, notes = live_viewers(texts, parsed_size(size), fps, lambda path: rig_at(Path(path), files=False))
+    for note in notes:
+        typer.echo(note, err=True)
+    epoch_ns = first_epoch_ns(FILE_DELAY_S)
+    cameras = [LiveCamera(viewer, epoch_ns, loop=loop) for viewer in viewers]
+    mode = make_mode(cameras, epoch_ns)
+    page = LivePage(cameras, table, program, mode)
+    with stop_signals() as stopped:
+        try:
+            page.open()
+            for camera in cameras:
+                camera.start()
+            wait_for_images(cameras, stopped)
+            if not stopped():
+                typer.echo(f"{len(cameras)} cameras: open {page.address} in a browser; Ctrl-C ends")
+            page.run(stopped)
+        finally:
+            for camera in cameras:
+                camera.stop()
+            page.close()
+    return mode

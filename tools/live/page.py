@@ -1,0 +1,234 @@
+"""The live page of cameras: pictures and measures of all of them, and what a mode adds."""
+
+import queue
+import time
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+from weakref import WeakKeyDictionary
+
+import cv2
+import msgspec
+import numpy as np
+
+from zenocap.common.arrays import Floats, Image
+from zenocap.common.errors import UserError
+from zenocap.common.rig.animator import PageTable
+from zenocap.common.rig.sources import Device, Stream, VideoFile, without_password
+from zenocap.common.runtime.service_info import versions
+from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
+from zenocap.services.animator.page.server import PageContent, PageServer, page_files
+from zenocap.services.viewer.frame import Frame
+from zenocap.tools.cameras.streams import small_picture
+from zenocap.tools.live import messages as lm
+from zenocap.tools.live.advice import rows
+from zenocap.tools.live.camera import LiveCamera
+from zenocap.tools.live.parameters import (
+    JPEG_QUALITY,
+    LARGE_JPEG_QUALITY,
+    LARGE_PX,
+    MEASURE_PERIOD_S,
+    PICTURE_PERIOD_S,
+    POLL_S,
+    READY_S,
+    TILE_PX,
+)
+
+SHARED_FILES = ("base.css", "icon.svg", "connection.js")  # of the animator's page
+MOST_COMMANDS = 64  # that wait; further ones are dropped; chosen by hand
+
+
+class Mode(Protocol):
+    """What a page does besides pictures and measures.  Called by the loop of the page only, in its thread."""
+
+    @property
+    def name(self) -> lm.ModeName: ...
+
+    @property
+    def hidden(self) -> Collection[str]:
+        """Keys of measures that say nothing in this mode."""
+        ...
+
+    @property
+    def finished(self) -> bool:
+        """Whether the command is to end."""
+        ...
+
+    def corners(self, camera: LiveCamera, frame: Frame) -> Floats | None:
+        """Corners (n, 2) px to be drawn into the picture of a frame; None where no board is searched."""
+        ...
+
+    def tick(self) -> Sequence[EncodedUpdate]:
+        """Work that is due, and updates of the page."""
+        ...
+
+    def receive(self, command: lm.Command) -> None:
+        """Handle a command.  Raises UserError with the reason for one that is refused."""
+        ...
+
+
+class CamerasOnly:
+    """No more than pictures and measures."""
+
+    name: lm.ModeName = "cameras"
+    hidden: Collection[str] = ()
+    finished = False
+
+    def corners(self, camera: LiveCamera, frame: Frame) -> Floats | None:
+        return None
+
+    def tick(self) -> Sequence[EncodedUpdate]:
+        return ()
+
+    def receive(self, command: lm.Command) -> None:
+        raise UserError("this page shows the cameras only")
+
+
+@dataclass
+class _Shown:
+    """What the pages have of one camera."""
+
+    frame: Frame | None = None
+    picture_s: float = -1e9
+    measured_s: float = -1e9
+
+
+class LivePage:
+    """Serves the page of cameras from `open` to `close`; `run` between them."""
+
+    def __init__(self, cameras: Sequence[LiveCamera], table: PageTable, program: str, mode: Mode) -> None:
+        """program: the command, for messages."""
+        self._cameras, self._mode = cameras, mode
+        content: PageContent[lm.Command] = PageContent(_files(), lm.decode_command, program, "--")
+        self._server = PageServer(table, self._receive, lambda: None, content)
+        self._commands: queue.Queue[lm.Command] = queue.Queue(MOST_COMMANDS)
+        self._large: WeakKeyDictionary[PageQueue, str] = WeakKeyDictionary()
+        self._shown = {camera.name: _Shown() for camera in cameras}
+
+    @property
+    def address(self) -> str:
+        """URL of the page, token included."""
+        return self._server.address
+
+    def open(self) -> None:
+        """Serve the page.  Raises UserError."""
+        self._server.start()
+        entries = [lm.CameraEntry(one.name, _source_text(one), self._settles(one), _expected(one)) for one in self._cameras]
+        self._publish("hello", lm.HelloUpdate(self._mode.name, versions()["zenocap"], entries))
+
+    def close(self) -> None:
+        self._server.close()
+
+    def run(self, stopped: Callable[[], bool]) -> None:
+        """Run until `stopped`, or the mode is finished."""
+        while not stopped() and not self._mode.finished:
+            if not self.turn():
+                time.sleep(POLL_S)
+
+    def turn(self) -> bool:
+        """Publish what is due; returns whether there was anything."""
+        busy = False
+        while not self._commands.empty():
+            self._handle(self._commands.get())
+            busy = True
+        for camera in self._cameras:
+            busy |= self._show(camera)
+        updates = self._mode.tick()
+        if updates:
+            self._server.broadcaster.publish(None, updates)
+        return busy
+
+    def _settles(self, camera: LiveCamera) -> bool:
+        """Not during a calibration, in which the focus has to stay."""
+        return self._mode.name == "cameras" and isinstance(camera.viewer.source, Device)
+
+    def _show(self, camera: LiveCamera) -> bool:
+        shown, now_s, frame = self._shown[camera.name], time.monotonic(), camera.newest
+        busy = False
+        if frame is not None and frame is not shown.frame and now_s - shown.picture_s >= PICTURE_PERIOD_S:
+            shown.frame, shown.picture_s, busy = frame, now_s, True
+            corners = self._mode.corners(camera, frame)
+            if self._server.broadcaster.pages:
+                height, width = frame.image.shape[:2]
+                flat = None if corners is None else [round(float(value), 1) for value in corners.ravel()]
+                jpeg = encoded(frame.image, camera.name in self._large.values())
+                self._publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, jpeg, flat))
+        if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._server.broadcaster.pages:
+            shown.measured_s, busy = now_s, True
+            found = [row for row in rows(camera.measures()) if row.key not in self._mode.hidden]
+            self._publish(f"state/{camera.name}", lm.StateUpdate(camera.name, camera.problem, found))
+        return busy
+
+    def _handle(self, command: lm.Command) -> None:
+        match command:
+            case lm.Anew():
+                for camera in self._cameras:
+                    camera.measure_anew()
+            case lm.Settle(camera=name):
+                for camera in self._cameras:
+                    if camera.name == name:
+                        camera.settle()
+            case _:
+                try:
+                    self._mode.receive(command)
+                except UserError as error:
+                    self._publish("notice", lm.NoticeUpdate(str(error)))
+
+    def _receive(self, page: PageQueue, command: lm.Command) -> None:
+        """Called by the server's thread.  Raises ValueError."""
+        if isinstance(command, lm.Enlarge):
+            self._large[page] = command.camera
+            for shown in self._shown.values():
+                shown.frame = None  # so that the last picture of a file is sent at its new size
+            return
+        try:
+            self._commands.put_nowait(command)
+        except queue.Full:
+            raise ValueError("refused: too many commands wait") from None
+
+    def _publish(self, key: str, update: msgspec.Struct) -> None:
+        self._server.broadcaster.publish(None, [EncodedUpdate(key, lm.encode(update))])
+
+
+def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], seconds: float = READY_S) -> None:
+    """Wait for the first image of any camera.  Raises the failure of the first one when none can be opened."""
+    end_s = time.monotonic() + seconds
+    while not stopped() and time.monotonic() < end_s and not any(one.newest is not None for one in cameras):
+        if all(one.failure is not None for one in cameras):
+            break
+        time.sleep(POLL_S)
+    failures = [one.failure for one in cameras]
+    if failures and failures[0] is not None and all(one is not None for one in failures):
+        raise failures[0]
+
+
+def encoded(image: Image, large: bool) -> bytes:
+    """JPEG of an image, reduced."""
+    small = small_picture(image, LARGE_PX if large else TILE_PX)
+    quality = LARGE_JPEG_QUALITY if large else JPEG_QUALITY
+    good, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    assert good
+    return np.asarray(data, dtype=np.uint8).tobytes()
+
+
+def _files() -> dict[str, tuple[bytes, str]]:
+    shared = page_files("zenocap.services.animator.page")
+    return {name: shared[name] for name in SHARED_FILES} | dict(page_files("zenocap.tools.live"))
+
+
+def _source_text(camera: LiveCamera) -> str:
+    match camera.viewer.source:
+        case Device() as device:
+            return str(device.file)
+        case Stream(url=url):
+            return without_password(url)
+        case VideoFile(path=path):
+            return path.name
+        case other:
+            return type(other).__name__.lower()
+
+
+def _expected(camera: LiveCamera) -> tuple[int, int] | None:
+    """Size of the calibration; None for a camera without one."""
+    lens_known = camera.viewer.camera.translation.any()
+    return camera.viewer.calibrated_size if lens_known else None

@@ -167,13 +167,15 @@ def _unconnected(names: list[str], motions: Mapping[str, Motion], pairs: Mapping
     left = [name for name in names if name not in motions]
     left = left if motions else names
     reasons = []
+    alone = [name for name in left if not any(name in pair for pair in pairs)]
+    if alone:
+        reasons.append(
+            f"{', '.join(alone)}: seldom sees the person at the same time as another camera, or the person moves less than "
+            "a metre"
+        )
     for name in left:
         own = [motion for pair, motion in pairs.items() if name in pair]
-        if not own:
-            reasons.append(
-                f"{name}: seldom sees the person at the same time as another camera, or the person moves less than a metre"
-            )
-        else:
+        if own:
             best = max(own, key=lambda one: one.agreeing / one.common)
             reasons.append(
                 f"{name}: its way of the person agrees with the others' at {best.agreeing} of {best.common} instants: are "

@@ -25,6 +25,7 @@ from zenocap.tools.cli import (
     record,
     render,
     replay,
+    setup,
     show,
     sync,
     takes,
@@ -50,8 +51,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="""Markerless human motion capture from ordinary fixed cameras, in real time, without neural network or GPU.
 
-    `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap cameras`, `zenocap calibrate`, write a
-    rig file, then `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and others `zenocap export`.
+    `zenocap demo` runs it with a simulated person. For your own cameras: `zenocap setup studio`, or `zenocap cameras`,
+    `zenocap calibrate`, a rig file, then `zenocap up studio.toml`; for videos `zenocap track`; for Blender, OpenSim and
+    others `zenocap export`.
 
     Exit status: 0 done, 1 failed, 2 wrong usage, 3 done with loss.""",
 )
@@ -85,6 +87,7 @@ TABLE = (
     (FILES, replay.replay),
     (FILES, verify.verify),
     (FILES, evaluate.evaluate),
+    (BEFORE, setup.setup),
     (BEFORE, cameras.cameras),
     (BEFORE, doctor.doctor),
     (BEFORE, certs.certs),

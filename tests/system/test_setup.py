@@ -1,0 +1,54 @@
+"""The guided set-up, answered from standard input: left, taken up again, and gone through to a first take."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.places import ROOT
+from tests.system.test_documented_commands import walker_film
+from zenocap.tools.launcher.peer_mesh import free_ports
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+
+def setup(folder: Path, answers: str, *options: str) -> tuple[int, str]:
+    """Status and output of `zenocap setup studio`."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    command = [sys.executable, "-P", "-m", "zenocap", "setup", "studio", *options]
+    done = subprocess.run(
+        command, cwd=folder, env=environment, input=answers, text=True, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, timeout=250, check=False,
+    )  # fmt: skip
+    assert "Traceback" not in done.stdout, done.stdout
+    return done.returncode, done.stdout
+
+
+def test_a_set_up_is_left_and_taken_up_again(tmp_path: Path) -> None:
+    walker_film(tmp_path / "films")
+    videos = [f"{name}=films/videos/{name}.mp4" for name in ("cam01", "cam02")]
+    status, text = setup(tmp_path, "", *videos[:1])
+    assert status == 1
+    assert "1 camera(s): cam01: allowed: two or more" in text
+    status, text = setup(tmp_path, "n\n", *videos, "--size", "320x240", "--fps", "15")
+    assert status == 1
+    assert "Step 3 of 5" in text
+    assert "left: the same command goes on here" in text
+    assert setup(tmp_path, "", "--status")[0] == 3
+    status, text = setup(tmp_path, "", "--again", "take")
+    assert status == 1
+    assert "calibration is not done" in text
+    (port,) = free_ports(1)
+    status, text = setup(tmp_path, "q\nf\nnothing.toml\nknown.toml\n")
+    assert "q: allowed: b, w, f" in text
+    assert "nothing.toml: no such file" in text
+    assert "Step 5 of 5" in text
+    rig = tmp_path / "studio" / "rig.toml"
+    rig.write_text(rig.read_text(encoding="utf-8") + f"\n[animator.page]\nport = {port}\n", encoding="utf-8")
+    status, text = setup(tmp_path, "\n", "--seconds", "12")
+    assert status == 0, text
+    assert "verdict" in text
+    assert "zenocap show studio/recordings/" in text
+    assert setup(tmp_path, "", "--status")[0] == 0

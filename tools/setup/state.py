@@ -1,0 +1,135 @@
+"""State of a set-up: what its folder contains, so that it can be left and taken up again.
+
+cameras.toml        names and sources of the cameras, size and rate; looked = true after the cameras were looked at
+calibration.toml    of the cameras
+rig.toml            the rig file
+recordings/         takes
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+from zenocap.common.atomic_write import write_atomically
+from zenocap.common.camera.calibration_files import read_calibration
+from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import plain_name
+from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.sources import SpecError, VideoFile, parse_source, without_password
+from zenocap.common.toml_file import read_toml
+
+Step = Literal["cameras", "look", "calibration", "rig", "take"]
+STEPS: tuple[Step, ...] = get_args(Step)
+CAMERAS, CALIBRATION, RIG, TAKES = "cameras.toml", "calibration.toml", "rig.toml", "recordings"
+EMPTY_S = 3.0  # empty scene at the start of a take, for the background; as in docs/takes.md
+WORKING_WIDTH = 960  # px; wider images are reduced: the tracker needs no more, and segmentation costs by the pixel
+
+
+@dataclass(frozen=True)
+class Cameras:
+    """sources: by name, as in a rig file.  size: (width, height) px.  looked: whether they were looked at."""
+
+    sources: Mapping[str, str]
+    size: tuple[int, int] = (1280, 720)
+    fps: float = 30.0
+    looked: bool = False
+
+
+def named(text: str) -> tuple[str, str]:
+    """Name and source of NAME=SOURCE.  Raises UserError."""
+    name, equals, source = text.partition("=")
+    allowed = "NAME=SOURCE, such as left=/dev/video0; of names: letters, digits, '.', '_' and '-'"
+    if not (equals and name and source) or plain_name(name) != name:
+        raise UserError(f"{name}{equals}{without_password(source)}: allowed: {allowed}")
+    try:
+        parsed = parse_source(source, Path())
+    except SpecError as error:
+        raise UserError(f"{name}={without_password(source)}: allowed: {error}") from error
+    return name, str(Path(source).resolve()) if isinstance(parsed, VideoFile) else source
+
+
+def read_cameras(folder: Path) -> Cameras | None:
+    """Cameras of the set-up; None before the first step.  Raises UserError."""
+    path = folder / CAMERAS
+    if not path.is_file():
+        return None
+    content = read_toml(path)
+    sources, size, fps = content.get("sources"), content.get("size"), content.get("fps")
+    if not isinstance(sources, dict) or len(sources) < 2 or not all(isinstance(one, str) for one in sources.values()):
+        raise UserError(f'{path}: sources: allowed: a table with two cameras or more, NAME = "SOURCE"')
+    if not isinstance(size, list) or len(size) != 2 or not all(isinstance(one, int) and 16 <= one <= 16384 for one in size):
+        raise UserError(f"{path}: size = {size!r}: allowed: [width, height], 16 to 16384 px")
+    if isinstance(fps, bool) or not isinstance(fps, int | float) or not 1 <= fps <= 240:
+        raise UserError(f"{path}: fps = {fps!r}: allowed: 1 to 240")
+    for name, source in sources.items():
+        named(f"{name}={source}")
+    return Cameras(sources, (size[0], size[1]), float(fps), content.get("looked") is True)
+
+
+def write_cameras(folder: Path, cameras: Cameras) -> None:
+    """Write the first step's file; only its owner may read it, for it may have passwords.  Raises OSError."""
+    lines = [f"size = [{cameras.size[0]}, {cameras.size[1]}]", f"fps = {cameras.fps:g}"]
+    lines += [f"looked = {str(cameras.looked).lower()}", "", "[sources]"]
+    lines += [f'{name} = "{_quoted(source)}"' for name, source in cameras.sources.items()]
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / CAMERAS, ("\n".join(lines) + "\n").encode())
+    (folder / CAMERAS).chmod(0o600)
+
+
+def takes_in(folder: Path) -> list[Path]:
+    """Takes of the set-up, oldest first."""
+    return sorted((folder / TAKES).glob("*.mcap"), key=lambda path: path.stat().st_mtime)
+
+
+def next_step(folder: Path) -> Step | None:
+    """The first step that is not done; None after the last.  Raises UserError for files that are not right."""
+    cameras = read_cameras(folder)
+    if cameras is None:
+        return "cameras"
+    if not cameras.looked:
+        return "look"
+    if not (folder / CALIBRATION).is_file():
+        return "calibration"
+    check_calibration(folder, cameras)
+    if not (folder / RIG).is_file():
+        return "rig"
+    load_rig(folder / RIG, files=False)
+    return None if takes_in(folder) else "take"
+
+
+def check_calibration(folder: Path, cameras: Cameras) -> None:
+    """Raise UserError where a camera is not in the calibration."""
+    calibrated = read_calibration(folder / CALIBRATION)
+    if missing := [name for name in cameras.sources if name not in calibrated]:
+        raise UserError(
+            f"{folder / CALIBRATION}: no camera {', '.join(missing)}; there are: {', '.join(calibrated)}: allowed: one for "
+            f"each camera of {CAMERAS}"
+        )
+
+
+def rig_text(name: str, cameras: Cameras) -> str:
+    """The rig file: every camera a viewer, the tracker, takes of all."""
+    width, height = cameras.size
+    lines = [
+        "# Written by zenocap setup; docs/cameras.md and docs/machines.md have all keys.",
+        f'name = "{plain_name(name)}"',
+        f'calibration = "{CALIBRATION}"',
+        'method = "hybrid"',
+        "",
+        "[log]",
+        f'folder = "{TAKES}"',
+    ]
+    for camera, source in cameras.sources.items():
+        lines += ["", "[[viewer]]", f'id = "{camera}"', f'camera = "{camera}"', f'source = "{_quoted(source)}"']
+        lines.append(f'background = "first:{round(EMPTY_S * cameras.fps)}"  # {EMPTY_S:g} s of empty scene at the start')
+        lines.append(f"fps = {cameras.fps:g}")
+        if width > WORKING_WIDTH:
+            factor = -(-width // WORKING_WIDTH)
+            lines.append(f"size = [{width // factor}, {height // factor}]  # images are reduced to this")
+        lines.append("preview = true")
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')

@@ -1,0 +1,164 @@
+"""The live page of the cameras in a real browser: pictures, advice, enlarging, the board, light and dark, small and large.
+
+Skipped where there is no Chromium, or no playwright to drive it.
+"""
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from tests.support.board_bursts import SimulatedSearch, simulated
+from tests.support.board_views import BOARD
+from tests.support.live_cameras import camera_of, paced, picture
+from tests.tools.live.test_live_page import served
+from zenocap.tools.live import board_mode
+from zenocap.tools.live.board_mode import BoardMode
+from zenocap.tools.live.camera import LiveCamera
+from zenocap.tools.live.page import LivePage
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+FLAGS = ["--headless=new", "--no-sandbox"]
+PATIENCE_S = 40.0
+SIZE = (640, 360)
+
+
+class Visit:
+    """An open page.  problems: errors on its console.  foreign: URLs of other servers that it requested."""
+
+    def __init__(
+        self, browser: "playwright.Browser", served_page: LivePage, width: int = 1100, scheme: str = "dark"
+    ) -> None:
+        self.page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
+        self.problems: list[str] = []
+        self.foreign: list[str] = []
+        own = served_page.address.removeprefix("http://").partition("/")[0]
+        self.page.on("request", lambda one: None if own in one.url or "data:" in one.url else self.foreign.append(one.url))
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("console", lambda line: self.problems.append(line.text) if line.type == "error" else None)
+        self.page.goto(served_page.address)
+
+    def until(self, condition: Callable[[], bool], text: str) -> None:
+        end_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < end_s, f"not within {PATIENCE_S:g} s: {text}; {self.problems}"
+            self.page.wait_for_timeout(30)
+
+    def pictures(self, name: str) -> int:
+        return int(self.page.evaluate(f"zenocap.cards.get('{name}')?.pictures ?? 0"))
+
+    def close(self) -> None:
+        self.page.close()
+        assert self.problems == []
+        assert self.foreign == []
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["playwright.Browser"]:
+    with playwright.sync_playwright() as driver:
+        one = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield one
+        one.close()
+
+
+def two_cameras(right_level: float = 120.0) -> list[LiveCamera]:
+    left, right = picture(size=SIZE), picture(level=right_level, size=SIZE)
+    return [
+        camera_of(lambda: paced(lambda k: left, 20.0), "left"),
+        camera_of(lambda: paced(lambda k: right, 20.0), "right"),
+    ]
+
+
+def test_pictures_are_shown_as_the_cameras_give_them(browser) -> None:
+    with served(two_cameras()) as page:
+        visit = Visit(browser, page)
+        visit.until(lambda: min(visit.pictures("left"), visit.pictures("right")) > 3, "pictures of both")
+        levels = visit.page.evaluate(
+            "(() => { const image = zenocap.cards.get('left').image, canvas = new OffscreenCanvas(640, 360); "
+            "const pen = canvas.getContext('2d'); pen.drawImage(image, 0, 0, 640, 360); "
+            "const data = pen.getImageData(0, 0, 640, 360).data; "
+            "return [[4, 4], [300, 200]].map(([x, y]) => [...data.slice(4 * (640 * y + x), 4 * (640 * y + x) + 3)]); })()"
+        )
+        truth = [picture(size=SIZE)[y - 3 : y + 4, x - 3 : x + 4, ::-1].mean(axis=(0, 1)) for x, y in ((4, 4), (300, 200))]
+        assert np.abs(np.array(levels) - truth).max() < 25
+        visit.close()
+
+
+def test_a_dark_camera_has_its_advice_and_the_other_none(browser) -> None:
+    with served(two_cameras(right_level=12.0)) as page:
+        visit = Visit(browser, page)
+        text = lambda name: visit.page.inner_text(f"[data-camera={name}]")  # noqa: E731
+        visit.until(lambda: "Too dark: add light" in text("right"), "the advice")
+        assert "Too dark" not in text("left")
+        assert visit.page.get_attribute("[data-camera=left]", "data-condition") == "ok"
+        visit.close()
+
+
+def test_a_camera_enlarges_by_click_and_by_keys(browser) -> None:
+    with served(two_cameras()) as page:
+        visit = Visit(browser, page)
+        visit.until(lambda: visit.pictures("right") > 1, "pictures")
+        width = lambda name: visit.page.evaluate(f"zenocap.cards.get('{name}').picture.clientWidth")  # noqa: E731
+        before = width("right")
+        visit.page.click("[data-camera=right] .picture")
+        assert width("right") > 1.5 * before
+        visit.page.keyboard.press("ArrowRight")
+        assert width("left") > 1.5 * before
+        assert width("right") <= before
+        visit.page.keyboard.press("Escape")
+        assert width("left") == pytest.approx(before, rel=0.05)
+        visit.page.focus("[data-camera=left] .picture")
+        visit.page.keyboard.press("Enter")
+        assert width("left") > 1.5 * before
+        visit.close()
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (390, "dark"), (1100, "light"), (1920, "dark")])
+def test_nothing_is_wider_than_the_window_and_text_has_contrast(browser, width, scheme) -> None:
+    with served(two_cameras(right_level=12.0)) as page:
+        visit = Visit(browser, page, width, scheme)
+        visit.until(lambda: "Too dark" in visit.page.inner_text("[data-camera=right]"), "the advice")
+        assert visit.page.evaluate("document.documentElement.scrollWidth") <= width
+        ink, back = (
+            np.array(eval(visit.page.evaluate(f"getComputedStyle(document.body).{key}").removeprefix("rgb")), dtype=float)
+            for key in ("color", "backgroundColor")
+        )
+        assert np.abs(ink - back).min() > 150
+        assert (back.mean() > 128) == (scheme == "light")
+        visit.close()
+
+
+def test_the_board_is_guided_to_a_calibration_with_the_keyboard(browser, monkeypatch) -> None:
+    monkeypatch.setattr(board_mode, "BURST_PERIOD_S", 0.2)
+    monkeypatch.setattr(LiveCamera, "period_s", 1 / 15.0, raising=False)
+    image = picture(size=(1280, 720))
+    cameras = [camera_of(lambda: paced(lambda k: image, 5.0), name) for name in ("cam01", "cam02")]
+    search = SimulatedSearch(simulated(2, 18.0), end=18)
+    for camera in cameras:  # the images have their size before the search begins
+        camera.start()
+    while any(camera.newest is None for camera in cameras):
+        time.sleep(0.02)
+    mode = BoardMode(cameras, BOARD, 0, lambda found: "calibration.toml", search=search)
+    monkeypatch.setattr(LiveCamera, "start", lambda self: None)
+    with served(cameras, mode=mode) as page:
+        visit = Visit(browser, page)
+        said = lambda: visit.page.inner_text("#sentence")  # noqa: E731
+        visit.until(lambda: "both see it" in said(), "the request to connect the cameras")
+        assert visit.page.is_disabled("#calibrate")
+        assert "cam0" in visit.page.inner_text("#missing")
+        visit.until(lambda: visit.page.is_enabled("#calibrate"), "the button")
+        visit.until(lambda: search.second >= 18, "all views")
+        visit.until(lambda: visit.page.locator(".covered").count() > 10, "the coverage map")
+        assert visit.page.locator("#graph .edge.enough").count() == 1
+        visit.page.keyboard.press("Enter")
+        visit.until(lambda: visit.page.is_visible("#result"), "the result")
+        assert "Calibration: poor" in visit.page.inner_text("#result")  # the board was not on the floor
+        assert "floor" in visit.page.inner_text("#reasons")
+        visit.page.click("#finish")
+        visit.until(lambda: mode.finished, "the end")
+        visit.close()
+    mode.close()

@@ -8,7 +8,7 @@ from zenocap.common.bus.protocol import Envelope, RoundTrip, Tick
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import run
-from zenocap.common.topics import HEALTH
+from zenocap.common.topics import FRAME_RATE, HEALTH, TRACKER_DETAIL
 from zenocap.services.integrator.shell import timekeeper_service
 
 RIG = replace(demo_rig("two-view"), method="hybrid")
@@ -41,7 +41,7 @@ def test_timekeeper_answers_clock_queries_and_publishes_its_health() -> None:
 
 def test_timekeeper_publishes_the_full_frame_rate_and_nothing_else_while_no_viewer_reports_losses() -> None:
     service = timekeeper_service(RIG)
-    assert {subscription.topic for subscription in service.subscriptions} == {HEALTH}
+    assert {subscription.topic for subscription in service.subscriptions} == {HEALTH, FRAME_RATE, TRACKER_DETAIL}
     state, published = service.state, []
     for second in range(1, 10):
         state, messages = service.step(service.setup, state, Tick(second * 10**9))

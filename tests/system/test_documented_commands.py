@@ -175,7 +175,7 @@ def test_the_documentation_names_many_commands() -> None:
 @pytest.mark.parametrize("line", COMMANDS)
 def test_a_documented_command_runs(line: str, folder: Path) -> None:
     name = name_of(line)
-    live = name in LIVE and "--once" not in line
+    live = (name in LIVE and "--once" not in line) or "--live" in line
     status, output = zenocap(arguments_of(line), folder, RUN_S if live else None)
     assert "Traceback" not in output, output
     allowed = {DONE, FAILED, LOSS, -signal.SIGTERM} if live else {DONE, FAILED} if name in (MAY_FAIL | LIVE) else {DONE}

@@ -40,6 +40,9 @@ def test_a_set_up_is_left_and_taken_up_again(tmp_path: Path) -> None:
     status, text = setup(tmp_path, "", "--again", "take")
     assert status == 1
     assert "calibration is not done" in text
+    status, text = setup(tmp_path, "", *videos)
+    assert status == 1
+    assert "cameras.toml: exists already" in text
     (port,) = free_ports(1)
     status, text = setup(tmp_path, "q\nf\nnothing.toml\nknown.toml\n")
     assert "q: allowed: b, w, f" in text

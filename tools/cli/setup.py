@@ -51,10 +51,13 @@ def setup(
     Examples: `zenocap setup studio`, `zenocap setup studio left=/dev/video0 right=/dev/video2`,
     `zenocap setup studio --status`
     """
+    from zenocap.common.errors import UserError
     from zenocap.tools.cli.track import parsed_size
     from zenocap.tools.setup.state import STEPS, next_step
 
     with one_line_errors():
+        if folder.exists() and not folder.is_dir():
+            raise UserError(f"{folder}: a file: allowed: a folder, which may be new")
         if status:
             raise typer.Exit(_status(folder))
         if cameras:
@@ -164,10 +167,11 @@ def _ask_cameras(folder: Path, size: tuple[int, int], fps: float) -> None:
             typer.echo(f"{error}")
             continue
         chosen.append(text)
-    _write_cameras(folder, chosen, size, fps)
+    _write_cameras(folder, chosen, size, fps, new=False)
 
 
-def _write_cameras(folder: Path, texts: list[str], size: tuple[int, int], fps: float) -> None:
+def _write_cameras(folder: Path, texts: list[str], size: tuple[int, int], fps: float, *, new: bool = True) -> None:
+    """Write the cameras NAME=SOURCE.  new: refuse to replace earlier ones.  Raises UserError."""
     from zenocap.common.errors import UserError
     from zenocap.tools.setup.state import CAMERAS, Cameras, named, write_cameras
 
@@ -175,8 +179,8 @@ def _write_cameras(folder: Path, texts: list[str], size: tuple[int, int], fps: f
     sources = dict(pairs)
     if len(sources) < 2 or len(sources) < len(pairs) or len(set(sources.values())) < len(sources):
         raise UserError(f"{len(pairs)} camera(s): {', '.join(sources) or 'none'}: allowed: two or more, each once")
-    if (folder / CAMERAS).is_file():
-        raise UserError(f"{folder / CAMERAS}: exists already: allowed: another folder, or remove it to begin again")
+    if new and (folder / CAMERAS).is_file():
+        raise UserError(f"{folder / CAMERAS}: exists already: allowed: another folder, or --again cameras")
     write_cameras(folder, Cameras(sources, size, fps))
     typer.echo(f"written: {folder / CAMERAS}: {', '.join(sources)}")
 

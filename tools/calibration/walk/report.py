@@ -21,7 +21,9 @@ def report(found: WalkCalibration) -> list[str]:
     pairs = ", ".join(f"{one} and {other} {px:.1f}" for (one, other), px in found.pairs_px.items() if not math.isnan(px))
     lines.append(f"silhouettes of pairs of cameras disagree, px: {pairs or 'no pair can be compared'}")
     lines.append(f"expected error in the walked area: {1e3 * found.error_m:.0f} mm, and 1 % by each 1 % of the stature")
-    lines.append("lenses are taken as given: a camera whose focal length is 10 % too long is put 10 % too far away, unnoticed")
+    lines.append(
+        "lenses are taken as given: with a focal length 10 % too long a camera is put 10 % too far away, unnoticed"
+    )
     return lines
 
 

@@ -40,7 +40,7 @@ RUN_S, END_S = 4.0, 60.0
 # Commands that run until Ctrl-C, and long ones: stopped after RUN_S.
 LIVE = {
     "animator", "integrator", "load", "metrics", "posture act", "recognizer", "record", "replay", "router", "show", "top",
-    "tracker", "up", "viewer",
+    "traces", "tracker", "up", "viewer",
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, cameras, enough examples, answers.
 MAY_FAIL = {"cameras", "doctor", "film", "health", "posture evaluate", "posture train", "setup"}

@@ -30,6 +30,7 @@ from zenocap.tools.cli import (
     sync,
     takes,
     top,
+    traces,
     track,
     verify,
 )
@@ -72,6 +73,7 @@ TABLE = (
     (SERVICES, record.record),
     (NETWORK, top.top),
     (NETWORK, metrics.metrics),
+    (NETWORK, traces.traces),
     (NETWORK, load.load),
     (NETWORK, plan.plan),
     (NETWORK, health.health),

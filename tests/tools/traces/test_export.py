@@ -1,0 +1,63 @@
+"""Spans as a collector receives them, decoded with OpenTelemetry's own messages."""
+
+import threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+
+from zenocap.tools.traces.instants import InstantWay, Part
+
+pytest.importorskip("opentelemetry.sdk", reason="opentelemetry is not installed")
+from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
+
+from zenocap.tools.traces.export import WayExporter
+
+WAY = InstantWay(
+    Part("rig", "pose by tracker", 1_000, 9_000, {"zenocap.frame": 7, "zenocap.lost": False}),
+    (Part("viewer 1", "silhouette", 1_000, 4_000), Part("tracker", "pose", 4_000, 9_000)),
+)
+
+
+@pytest.fixture
+def collector():
+    """URL of an OTLP receiver, and the requests that it received."""
+    requests = []
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self):
+            body = self.rfile.read(int(self.headers["Content-Length"]))
+            requests.append(ExportTraceServiceRequest.FromString(body))
+            self.send_response(200)
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/v1/traces", requests
+    server.shutdown()
+    server.server_close()
+
+
+def test_a_collector_receives_the_spans_of_an_instant(collector):
+    url, requests = collector
+    exporter = WayExporter(url)
+    exporter.send("studio", WAY)
+    exporter.close()
+    assert exporter.sent == 1
+    found = {}
+    for request in requests:
+        for group in request.resource_spans:
+            names = {one.key: one.value.string_value for one in group.resource.attributes}
+            assert names["service.namespace"] == "studio"
+            for scope in group.scope_spans:
+                (found[names["service.name"]],) = scope.spans
+    assert set(found) == {"zenocap rig", "zenocap viewer 1", "zenocap tracker"}
+    root = found["zenocap rig"]
+    assert (root.start_time_unix_nano, root.end_time_unix_nano) == (1_000, 9_000)
+    for name in ("zenocap viewer 1", "zenocap tracker"):
+        assert found[name].parent_span_id == root.span_id
+        assert found[name].trace_id == root.trace_id
+    assert (found["zenocap tracker"].start_time_unix_nano, found["zenocap tracker"].end_time_unix_nano) == (4_000, 9_000)
+    assert {one.key for one in root.attributes} == {"zenocap.frame", "zenocap.lost"}

@@ -51,6 +51,7 @@ UNCERTAIN = {
     "certs": {LOSS},
     "sync": {LOSS},
     "mirror": {LOSS},
+    "setup": {LOSS},
     "track": {LOSS, UNUSABLE},
 }  # two views at 15 frames/s may show too little; no router runs
 STAND_INS = {

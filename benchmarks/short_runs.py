@@ -73,6 +73,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "streams": ("--seconds", "2", "--cut", "1", "--size", "160x112"),
     "variants": ("--only", "paper", "improved", "--seeds", "1", "--people", "1", "--posture", "squat"),
     "sync": ("--quick",),
+    "router_link": ("--rigs", "1", "--seconds", "1", "--ready", "10"),
     "stages": ("--takes", "1"),
     "verdict": ("--shots", "1"),
     "video_trials": ("--trial", "a third shorter", "--jobs", "1"),

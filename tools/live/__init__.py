@@ -1,1 +1,1 @@
-"""Live page of cameras while a rig is set up: pictures, measures, the printed board, known points."""
+"""Live page of cameras while a rig is set up: pictures, measures, the printed board."""

@@ -8,7 +8,7 @@ from msgspec import Meta
 from zenocap.services.animator.page.page_messages import Acknowledge
 from zenocap.tools.live.advice import Row
 
-ModeName = Literal["cameras", "board", "points"]
+ModeName = Literal["cameras", "board"]
 
 
 class CameraEntry(msgspec.Struct, frozen=True):
@@ -143,21 +143,7 @@ class Finish(msgspec.Struct, frozen=True, tag="finish", tag_field="type", forbid
     """End the command."""
 
 
-class PickPoint(msgspec.Struct, frozen=True, tag="pick", tag_field="type", forbid_unknown_fields=True):
-    """A point was picked in a camera's image, or moved there."""
-
-    camera: Name
-    point: Name
-    x: Pixel
-    y: Pixel
-
-
-class RemovePoint(msgspec.Struct, frozen=True, tag="remove", tag_field="type", forbid_unknown_fields=True):
-    camera: Name
-    point: Name
-
-
-Command: TypeAlias = Enlarge | Anew | Settle | Calibrate | Floor | Discard | Finish | PickPoint | RemovePoint
+Command: TypeAlias = Enlarge | Anew | Settle | Calibrate | Floor | Discard | Finish
 _decoder = msgspec.json.Decoder(Acknowledge | Command)
 encode = msgspec.json.Encoder().encode
 

@@ -4,7 +4,7 @@ import { BoardPanel } from './board_panel.js';
 import { CameraCard } from './camera_card.js';
 import { Connection } from './connection.js';
 
-const TITLES = { cameras: 'Cameras', board: 'Calibration with a board', points: 'Known points' };
+const TITLES = { cameras: 'Cameras', board: 'Calibration with a board' };
 const NOTICE_MS = 8000;
 const $ = (id) => document.getElementById(id);
 

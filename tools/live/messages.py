@@ -108,7 +108,6 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 
 
 Name = Annotated[str, Meta(max_length=200)]
-Pixel = Annotated[float, Meta(ge=-0.5, le=1e5)]
 
 
 class Enlarge(msgspec.Struct, frozen=True, tag="enlarge", tag_field="type", forbid_unknown_fields=True):

@@ -127,7 +127,13 @@ def panel(output: FoxgloveOutput) -> Iterator[Panel]:
 
 
 def connected(output: FoxgloveOutput) -> ClientConnection:
-    return connect(output.title.split()[1], subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None, close_timeout=0.2)
+    address = output.title.split()[1]
+    host, _, port = address.removeprefix("ws://").rstrip("/").rpartition(":")
+    plain = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    plain.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)  # else the system keeps megabytes for a slow reader
+    plain.connect((host, int(port)))
+    subprotocols = [Subprotocol("foxglove.sdk.v1")]
+    return connect(address, sock=plain, subprotocols=subprotocols, max_size=None, close_timeout=0.2)
 
 
 def test_a_client_gets_the_body_of_the_kinematics(output: FoxgloveOutput, panel: Panel) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.options import DONE, one_line_errors, rig_at
+from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, rig_at
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
 DEFAULT_ENDPOINT = "http://127.0.0.1:4318/v1/traces"
@@ -26,6 +26,8 @@ def traces(
     the integrator and the search of arms and legs with the two-view method. Runs on any machine of the network and
     publishes nothing; the rig needs no change. It runs until Ctrl-C. Needs pip install 'zenocap[traces]'.
 
+    Exit status 1: no pose was received; 3: the collector did not take all.
+
     Example: `zenocap traces studio.toml --endpoint http://192.168.1.30:4318/v1/traces`
     """
     from urllib.parse import urlsplit
@@ -44,6 +46,9 @@ def traces(
         except ModuleNotFoundError as error:
             raise UserError(f"no package {error.name}: pip install 'zenocap[traces]'") from error
         loaded = [rig_at(path, files=False) for path in rigs]
-        sent = run_traces([rig.name for rig in loaded], zenoh.options(loaded[0]), endpoint, every, stopped)
-        typer.echo(f"{sent} instants traced")
-        raise typer.Exit(DONE)
+        sent, lost = run_traces([rig.name for rig in loaded], zenoh.options(loaded[0]), endpoint, every, stopped)
+        typer.echo(f"{sent} instants traced, {lost} of their spans not taken by {endpoint}")
+        if not sent:
+            typer.echo("no pose was received: is the rig running, and reached (-m client -e its router)?", err=True)
+            raise typer.Exit(FAILED)
+        raise typer.Exit(LOSS if lost else DONE)

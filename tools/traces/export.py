@@ -1,9 +1,11 @@
 """Ways of instants as OpenTelemetry spans, sent with OTLP over HTTP; every service of a rig is a service of the trace."""
 
+from collections.abc import Sequence
+
 from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
 from opentelemetry.sdk.resources import Resource
-from opentelemetry.sdk.trace import TracerProvider
-from opentelemetry.sdk.trace.export import BatchSpanProcessor, SpanExporter
+from opentelemetry.sdk.trace import ReadableSpan, TracerProvider
+from opentelemetry.sdk.trace.export import BatchSpanProcessor, SpanExporter, SpanExportResult
 from opentelemetry.trace import Tracer, set_span_in_context
 
 from zenocap.common.runtime.service_info import versions
@@ -13,15 +15,39 @@ from zenocap.tools.traces.parameters import EXPORT_TIMEOUT_S
 MOST_SERVICES = 256  # names of services from the network, of which each has a tracer; further ones are left out
 
 
+class _Counted(SpanExporter):
+    """Counts the spans that were delivered."""
+
+    def __init__(self, exporter: SpanExporter) -> None:
+        self._exporter, self.delivered = exporter, 0
+
+    def export(self, spans: Sequence[ReadableSpan]) -> SpanExportResult:
+        result = self._exporter.export(spans)
+        self.delivered += len(spans) if result is SpanExportResult.SUCCESS else 0
+        return result
+
+    def shutdown(self) -> None:
+        self._exporter.shutdown()
+
+
 class WayExporter:
-    """Sends ways until `close`.  A collector that does not answer loses spans, and delays nothing."""
+    """Sends ways until `close`.  A collector that does not answer loses spans, and delays nothing.
+
+    sent: number of ways.  lost: of their spans, after `close`.
+    """
 
     def __init__(self, endpoint: str, exporter: SpanExporter | None = None) -> None:
         """exporter: instead of OTLP over HTTP to `endpoint`."""
-        self._processor = BatchSpanProcessor(exporter or OTLPSpanExporter(endpoint=endpoint, timeout=EXPORT_TIMEOUT_S))
+        self._counted = _Counted(exporter or OTLPSpanExporter(endpoint=endpoint, timeout=EXPORT_TIMEOUT_S))
+        self._processor = BatchSpanProcessor(self._counted)
         self._tracers: dict[tuple[str, str], Tracer] = {}
         self._version = versions()["zenocap"]
-        self.sent = 0
+        self.sent = self._spans = 0
+
+    @property
+    def lost(self) -> int:
+        """Spans that no collector has taken."""
+        return self._spans - self._counted.delivered
 
     def send(self, rig: str, way: InstantWay) -> None:
         """Queue the spans of one way."""
@@ -36,8 +62,9 @@ class WayExporter:
             if own is not None:
                 span = own.start_span(part.name, context, start_time=part.begin_ns, attributes=part.attributes)
                 span.end(part.end_ns)
+                self._spans += 1
         root.end(whole.end_ns)
-        self.sent += 1
+        self.sent, self._spans = self.sent + 1, self._spans + 1
 
     def close(self) -> None:
         """Send what waits, EXPORT_TIMEOUT_S at most."""

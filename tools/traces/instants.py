@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip
 from zenocap.common.messages import Assignment, Health, PartialBap, Sighting, Silhouette, TrackerPose, UniversalBap
 from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at, offset_in, to_integrator_ns
-from zenocap.tools.traces.parameters import KEPT, MATCH_NS, MAX_AGE_NS
+from zenocap.tools.traces.parameters import KEPT, MATCH_NS, MAX_AGE_NS, MOST_VIEWERS
 
 Attribute = str | int | float | bool
 
@@ -56,7 +56,8 @@ class Instants:
             case RoundTrip():
                 self._trips = observe(self._trips, event)
             case Envelope(message=Health(service="viewer", id=id) as health):
-                self._offsets[id] = offset_in(health)
+                if id in self._offsets or len(self._offsets) < MOST_VIEWERS:
+                    self._offsets[id] = offset_in(health)
             case Envelope(message=Silhouette(viewer=viewer) | Sighting(viewer=viewer) as message):
                 self._add("seen", viewer, to_integrator_ns(message.captured_ns, self._offsets.get(viewer)), event)
             case Envelope(message=Assignment() as message):
@@ -72,6 +73,8 @@ class Instants:
         return None
 
     def _add(self, kind: str, viewer: str, captured_ns: int, event: Envelope) -> None:
+        if (kind, viewer) not in self._heard and len(self._heard) >= 3 * MOST_VIEWERS:
+            return
         self._heard[kind, viewer].append(_Heard(captured_ns, self._received_ns(event)))
 
     def _received_ns(self, event: Envelope) -> int:

@@ -21,8 +21,13 @@ BATCH = 256  # events of a rig between two looks at the others
 TOPICS_READ = (HEALTH, SILHOUETTE, SIGHTING, ASSIGNMENT, PARTIAL_BAP, TRACKER_POSE, UNIVERSAL_BAP)
 
 
-def run_traces(rigs: Sequence[str], options: ZenohOptions, endpoint: str, every: int, stopped: Callable[[], bool]) -> int:
-    """Send traces until `stopped`; number of traced instants.  Raises BusError, and ValueError for a bad name."""
+def run_traces(
+    rigs: Sequence[str], options: ZenohOptions, endpoint: str, every: int, stopped: Callable[[], bool]
+) -> tuple[int, int]:
+    """Send traces until `stopped`; numbers of traced instants and of undelivered spans.
+
+    Raises BusError, and ValueError for a bad name.
+    """
     clock, exporter = RealClock(), WayExporter(endpoint)
     try:
         with ExitStack() as stack:
@@ -47,4 +52,4 @@ def run_traces(rigs: Sequence[str], options: ZenohOptions, endpoint: str, every:
                 time.sleep(WAIT_S)
     finally:
         exporter.close()
-    return exporter.sent
+    return exporter.sent, exporter.lost

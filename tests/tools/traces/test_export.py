@@ -9,6 +9,7 @@ from zenocap.tools.traces.instants import InstantWay, Part
 
 pytest.importorskip("opentelemetry.sdk", reason="opentelemetry is not installed")
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
+from opentelemetry.sdk.trace.export import SpanExporter, SpanExportResult
 
 from zenocap.tools.traces.export import WayExporter
 
@@ -45,7 +46,7 @@ def test_a_collector_receives_the_spans_of_an_instant(collector):
     exporter = WayExporter(url)
     exporter.send("studio", WAY)
     exporter.close()
-    assert exporter.sent == 1
+    assert (exporter.sent, exporter.lost) == (1, 0)
     found = {}
     for request in requests:
         for group in request.resource_spans:
@@ -61,3 +62,14 @@ def test_a_collector_receives_the_spans_of_an_instant(collector):
         assert found[name].trace_id == root.trace_id
     assert (found["zenocap tracker"].start_time_unix_nano, found["zenocap tracker"].end_time_unix_nano) == (4_000, 9_000)
     assert {one.key for one in root.attributes} == {"zenocap.frame", "zenocap.lost"}
+
+
+def test_spans_that_no_collector_takes_are_counted():
+    class Refusing(SpanExporter):
+        def export(self, spans):
+            return SpanExportResult.FAILURE
+
+    exporter = WayExporter("", Refusing())
+    exporter.send("studio", WAY)
+    exporter.close()
+    assert (exporter.sent, exporter.lost) == (1, 3)

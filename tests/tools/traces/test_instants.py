@@ -92,3 +92,12 @@ def test_without_a_clock_or_silhouettes_there_is_no_way():
     unknown.receive(silhouette("1", START_NS, START_NS + MS))
     assert unknown.receive(pose(START_NS, START_NS + 2 * MS)) is None
     assert with_clock(Instants("rig", 1)).receive(pose(START_NS, START_NS + 2 * MS)) is None
+
+
+def test_names_from_the_network_are_kept_up_to_a_limit():
+    instants = with_clock(Instants("rig", 1))
+    for k in range(2000):
+        instants.receive(silhouette(f"v{k}", START_NS, START_NS + MS))
+    way = instants.receive(pose(START_NS, START_NS + 2 * MS))
+    assert way is not None
+    assert len(way.parts) <= 3 * 64 + 1

@@ -78,6 +78,9 @@ TRAIL_SPACING_M = 0.01  # points of a trail nearer to each other are merged
 CAPTION_HEIGHT_PX = 720  # picture height for which caption sizes are given
 FONT_OVERSAMPLING = 3  # captions are drawn this much larger and reduced, because OpenCV's lines have whole widths
 
+# Pictures of the videos behind a take
+PICTURES_PER_S = 10.0  # of each camera while the take plays; chosen by hand
+
 
 def parameters() -> Mapping[str, float | int | str]:
     """Return all constants by name."""

@@ -86,7 +86,7 @@ class View {
     Object.assign(this.mask, { width: scale * width, height: scale * height });
     const pen = this.mask.getContext('2d');
     pen.imageSmoothingEnabled = true;
-    pen.globalAlpha = 0.5;
+    pen.globalAlpha = this.preview && drawn.pictures ? 0.2 : 0.5;
     if (drawn.silhouettes) pen.drawImage(bare, 0, 0, scale * width, scale * height);
     pen.globalAlpha = 1;
     pen.lineWidth = Math.max(2, scale * 0.55);
@@ -100,6 +100,7 @@ class View {
       pen.stroke();
     }
     this.card.classList.remove('empty');
+    this.pictured = drawn.pictures;
     this.draw();
     if (!this.silent) this.caption.querySelector('.role').textContent = update.role;
     this.caption.querySelector('.score').textContent = update.score === null ? '' : `score ${update.score.toFixed(2)}`;
@@ -112,8 +113,8 @@ class View {
     const pen = this.canvas.getContext('2d');
     pen.fillStyle = '#0b1018';
     pen.fillRect(0, 0, width, height);
-    if (this.preview) {
-      pen.globalAlpha = 0.6;
+    if (this.preview && this.pictured !== false) {
+      pen.globalAlpha = 0.85;
       pen.drawImage(this.preview, 0, 0, width, height);
       pen.globalAlpha = 1;
     }

@@ -25,14 +25,14 @@ const SLIDES_DISTANCE_M = 3.2;  // of the scene's camera beside the slides: from
 const CAMERA_COLOUR = [0.56, 0.66, 0.8];
 const STALE_COLOUR = [1.0, 0.36, 0.42];
 const LAYERS = {
-  actor: 'virtual actor', floor: 'floor', cameras: 'cameras', silhouettes: 'silhouettes', outlines: 'model outlines',
+  actor: 'virtual actor', floor: 'floor', cameras: 'cameras', pictures: 'camera pictures', silhouettes: 'silhouettes', outlines: 'model outlines',
   trails: 'trails of hands and feet', points: 'scene points', plots: 'joint angles',
 };
 
 const scene = new Scene(el('scene'));
 const orbit = orbitControls(scene);
 const plots = new AnglePlots(el('plots'));
-const drawnInViews = { silhouettes: true, outlines: true };
+const drawnInViews = { pictures: true, silhouettes: true, outlines: true };
 const views = new CameraViews(el('views'), (viewer, picture) => {
   const camera = state.cameras.get(viewer);
   if (camera) { scene.setPicture(viewer, picture, imageCorners(camera)); scene.requestDraw(); }

@@ -34,7 +34,7 @@ def main(folder: Path, seconds: float) -> None:
             address = f"http://127.0.0.1:{port}/"
             await_page(address)
             browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-            page = browser.new_page(viewport=SIZE)
+            page = browser.new_page(viewport=SIZE, color_scheme="dark")
             page.goto(address)
             page.click("[data-tab=setup]")
             page.wait_for_timeout(2000)

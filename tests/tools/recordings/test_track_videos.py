@@ -124,7 +124,7 @@ def test_pictures_behind_a_take_are_those_of_its_silhouettes(walk: Path, tmp_pat
         if silhouette.viewer == "cam01":
             person_px = unpack(silhouette.size, silhouette.region, silhouette.data) != 0
             changed = np.abs(picture.astype(float) - empty).max(axis=2) > 25
-            assert np.mean(changed[person_px]) > 0.6
+            assert np.mean(changed[person_px]) > 0.4
             assert np.mean(changed[~person_px]) < 0.1
             checked += 1
     assert checked > 10
@@ -144,6 +144,8 @@ def test_videos_of_other_cameras_are_refused(walk: Path, tmp_path: Path) -> None
     run("track", walk, "-o", take, "--no-both-ways")
     other = tmp_path / "other"
     shutil.copytree(walk, other)
-    (other / "videos" / "cam02.mp4").unlink()
-    with pytest.raises(UserError, match=r"--videos .*other: cameras cam01: allowed: .* those of the take: cam01, cam02"):
+    (other / "videos" / "cam02.mp4").rename(other / "videos" / "cam03.mp4")
+    text = (other / "calibration.toml").read_text(encoding="utf-8")
+    (other / "calibration.toml").write_text(text.replace("cam02", "cam03"), encoding="utf-8")
+    with pytest.raises(UserError, match=r"--videos .*other: cameras cam01, cam03: allowed: .* those of the take: cam01, cam02"):
         videos_of(take, other)

@@ -147,5 +147,7 @@ def test_videos_of_other_cameras_are_refused(walk: Path, tmp_path: Path) -> None
     (other / "videos" / "cam02.mp4").rename(other / "videos" / "cam03.mp4")
     text = (other / "calibration.toml").read_text(encoding="utf-8")
     (other / "calibration.toml").write_text(text.replace("cam02", "cam03"), encoding="utf-8")
-    with pytest.raises(UserError, match=r"--videos .*other: cameras cam01, cam03: allowed: .* those of the take: cam01, cam02"):
+    with pytest.raises(
+        UserError, match=r"--videos .*other: cameras cam01, cam03: allowed: .* those of the take: cam01, cam02"
+    ):
         videos_of(take, other)

@@ -135,4 +135,4 @@ def _line(place: float, apart: float, thick: float, pixel: float) -> float:
     half = 0.5 * (thick + pixel)
     wide = max(pixel, 1e-6)
     covered = min(max((half - off) / wide, 0.0), min(1.0, thick / wide))
-    return covered * min(max(2.0 - 4.0 * pixel / apart, 0.0), 1.0)
+    return float(covered * min(max(2.0 - 4.0 * pixel / apart, 0.0), 1.0))

@@ -174,8 +174,8 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
 
 
 def _write_scene(output: Path, track: PoseTrack, options: ExportOptions) -> None:
-    package, extra = {"glb": ("pygltflib", "export"), "usd": ("pxr", "usd")}[options.to]
-    if find_spec(package) is None:
+    module, package, extra = PACKAGES[options.to]
+    if find_spec(module) is None:
         raise UserError(f"{output}: {options.to} needs the package {package}: pip install 'zenocap[{extra}]'")
     from zenocap.common.formats.animated_skeleton import animated_skeleton
     from zenocap.services.animator.render.skin import skin_of

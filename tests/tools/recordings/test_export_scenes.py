@@ -72,7 +72,7 @@ def test_usd_has_the_same_frames(take: Path, tmp_path: Path) -> None:
         (("-o", "a.bvh", "--bones", "vrm"), "a.bvh: bones vrm: allowed in glb, usd"),
         (("-o", "a.glb", "--joints", "coco"), "a.glb: joints coco: glb has no points: allowed in trc, c3d, csv"),
         (("-o", "a.x", "--to", "usd"), "a.x: suffix '.x': allowed in usd: .usd, .usda, .usdc, .usdz"),
-        (("-o", "a.glb", "--from", "7", "--until", "8"), "--from and --until leave no frame"),
+        (("-o", "a.glb", "--from", "11", "--until", "12"), "the person is lost in every frame: no pose to hold"),
     ],
 )
 def test_a_wrong_input_is_one_line(
@@ -81,13 +81,13 @@ def test_a_wrong_input_is_one_line(
     monkeypatch.chdir(tmp_path)
     status, _, text = zenocap("export", take, *arguments)
     assert (status, text.count("\n")) == (1, 1)
-    assert error in text or "lost in every frame" in text
+    assert error in text
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_missing_package_is_named(take: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(export_module, "find_spec", lambda name: None)
-    for suffix, package, extra in ((".glb", "pygltflib", "export"), (".usd", "pxr", "usd")):
+    for suffix, package, extra in ((".glb", "pygltflib", "gltf"), (".usd", "usd-core", "usd")):
         with pytest.raises(UserError, match=rf"needs the package {package}: pip install 'zenocap\[{extra}\]'"):
             zenocap_api.open_take(take).export(tmp_path / f"a{suffix}")
 

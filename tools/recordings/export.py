@@ -22,22 +22,16 @@ from zenocap.common.formats.trc import write_trc
 from zenocap.tools.recordings.suffixes import format_name
 
 Format = Literal["trc", "bvh", "c3d", "csv", "mot", "glb", "usd"]
-UNITS: dict[Format, Unit] = {
-    "trc": "m",
-    "bvh": "cm",
-    "c3d": "mm",
-    "csv": "m",
-    "mot": "m",
-    "glb": "m",
-    "usd": "m",
-}  # customary units
+UNITS: dict[Format, Unit] = {  # customary units
+    "trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m", "glb": "m", "usd": "m",
+}  # fmt: skip
 WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv")  # the others have segments and no points
 NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers or times; in the others row k is frame k
 
-SCENES: tuple[Format, ...] = (
-    "glb",
-    "usd",
-)  # skeleton, skin and animation; they say themselves what their axes and unit are
+SCENES: tuple[Format, ...] = ("glb", "usd")  # skeleton, skin, animation; the files state axes and unit
+PACKAGES: dict[Format, tuple[str, str, str]] = {  # module, package and extra of zenocap
+    "glb": ("pygltflib", "pygltflib", "gltf"), "usd": ("pxr", "usd-core", "usd"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,6 @@ ENCODERS: Mapping[str, tuple[str, str, Mapping[str, str]]] = {
         {"deadline": "realtime", "cpu-used": "8", "row-mt": "1", "tile-columns": "1", "crf": "24", "b": "0"},
     ),
     "mpeg4": ("mpeg4", "yuv420p", {"qscale": "3", "flags": "+qscale"}),
-    "webp": ("libwebp_anim", "yuva420p", {"quality": "70", "compression_level": "4"}),
+    "webp": ("libwebp_anim", "yuva420p", {"quality": "80", "compression_level": "4"}),
 }  # fmt: skip
 MAX_WEBP_SIDE_PX = 16383  # of the format

@@ -37,20 +37,21 @@ def _look_at_row(
 
     Without branches, so that several pixels are computed at once.
     """
-    focal, apart, above = float(camera[4, 0]), float(floor[6, 0]), float(camera[3, 1])
+    per_focal, apart, above = 1.0 / float(camera[4, 0]), float(floor[6, 0]), float(camera[3, 1])
     middle, right_x, right_y, right_z = float(camera[4, 1]), camera[0, 0], camera[0, 1], camera[0, 2]
-    eye_x, eye_z, lit_x, lit_z, radius = camera[3, 0], camera[3, 2], floor[5, 0], floor[5, 1], floor[5, 2]
-    v = (row - float(camera[4, 2])) / focal
+    eye_x, eye_z, lit_x, lit_z, per_radius = camera[3, 0], camera[3, 2], floor[5, 0], floor[5, 1], 1.0 / floor[5, 2]
+    v = (row - float(camera[4, 2])) * per_focal
     begin_x, begin_y = camera[1, 0] * v + camera[2, 0], camera[1, 1] * v + camera[2, 1]
     begin_z = camera[1, 2] * v + camera[2, 2]
     for col in range(len(ups)):
-        u = (col - middle) / focal
+        u = (col - middle) * per_focal
         dx, dy, dz = begin_x + right_x * u, begin_y + right_y * u, begin_z + right_z * u
         size = np.sqrt(dx * dx + dy * dy + dz * dz)
         ups[col] = min(max(dy / size * 1.6 + 0.35, 0.0), 1.0)
-        distance = -above / min(dy, -1e-6)
+        per_fall = 1.0 / max(-dy, 1e-6)
+        distance = above * per_fall
         x, z = eye_x + dx * distance, eye_z + dz * distance
-        away_x, away_z = (x - lit_x) / radius, (z - lit_z) / radius
+        away_x, away_z = (x - lit_x) * per_radius, (z - lit_z) * per_radius
         away = min(away_x * away_x + away_z * away_z, FADED)
         seen = _fading(away)
         seen = seen if away < FADED else 0.0
@@ -58,13 +59,14 @@ def _look_at_row(
         seen = seen if distance > 0.0 else 0.0
         sights[col] = seen if seen > 0.002 else 0.0
         # Metres of floor that a pixel covers, along and across; lines are never thinner.
-        footprint = max(distance, 1e-6) * size / focal
-        along = footprint * size / max(-dy, 1e-6)
-        level = max(np.sqrt(dx * dx + dz * dz), 1e-6)
-        wide_x = footprint + (along - footprint) * abs(dx) / level
-        wide_z = footprint + (along - footprint) * abs(dz) / level
-        fines[col] = max(_line(x, apart / 4, 0.004, wide_x), _line(z, apart / 4, 0.004, wide_z))
-        bolds[col] = max(_line(x, apart, 0.010, wide_x), _line(z, apart, 0.010, wide_z))
+        footprint = max(distance, 1e-6) * size * per_focal
+        along = footprint * size * per_fall - footprint
+        per_level = 1.0 / max(np.sqrt(dx * dx + dz * dz), 1e-6)
+        wide_x, wide_z = footprint + along * abs(dx) * per_level, footprint + along * abs(dz) * per_level
+        per_wide_x, per_wide_z = 1.0 / max(wide_x, 1e-6), 1.0 / max(wide_z, 1e-6)
+        fine, bold = 4.0 / apart, 1.0 / apart
+        fines[col] = max(_line(x, fine, 0.004, wide_x, per_wide_x), _line(z, fine, 0.004, wide_z, per_wide_z))
+        bolds[col] = max(_line(x, bold, 0.010, wide_x, per_wide_x), _line(z, bold, 0.010, wide_z, per_wide_z))
 
 
 @kernel
@@ -129,10 +131,12 @@ def _fading(away: float) -> float:
 
 
 @inlined_kernel
-def _line(place: float, apart: float, thick: float, pixel: float) -> float:
-    """Share of a pixel (side `pixel`, metres) that a grid line covers, approximately; 0 where lines would merge."""
-    off = abs(place - np.rint(place / apart) * apart)
-    half = 0.5 * (thick + pixel)
-    wide = max(pixel, 1e-6)
-    covered = min(max((half - off) / wide, 0.0), min(1.0, thick / wide))
-    return float(covered * min(max(2.0 - 4.0 * pixel / apart, 0.0), 1.0))
+def _line(place: float, density: float, thick: float, pixel: float, per_pixel: float) -> float:
+    """Share of a pixel that a grid line covers, approximately; 0 where lines would merge.
+
+    density: lines per metre.  pixel: its side, metres; per_pixel: 1 / pixel.
+    """
+    lines = place * density
+    off = abs(lines - np.rint(lines)) / density
+    covered = min(max((0.5 * (thick + pixel) - off) * per_pixel, 0.0), min(1.0, thick * per_pixel))
+    return float(covered * min(max(2.0 - 4.0 * pixel * density, 0.0), 1.0))

@@ -188,7 +188,7 @@ class Drawing:
 
     def _scene_of(self, row: int) -> Scene:
         camera, ground, sun = self._path.at(row)
-        return Scene(camera, ground, self._theme, sun, self._samples)
+        return Scene(camera, ground, self._theme, sun, self._samples, once=self._path.moving)
 
     def body(self, row: int) -> Surface | None:
         """Return the body surface of a row in the world; None while the person is lost."""

@@ -70,6 +70,7 @@ def write_glb(path: Path, motion: AnimatedSkeleton, title: str) -> None:
     file.bufferViews, file.accessors = buffer.views, buffer.accessors
     file.buffers = [gltf.Buffer(byteLength=len(buffer.content))]
     file.set_binary_blob(bytes(buffer.content))
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, b"".join(file.save_to_bytes()))
 
 

@@ -11,9 +11,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, UsdUtils, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdSkel, UsdUtils, Vt
 
-from zenocap.common.atomic_write import atomic_file
+from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
 from zenocap.common.formats.animated_skeleton import AnimatedSkeleton
 
@@ -22,16 +22,20 @@ SINGLE_RATE = 24.0  # time codes per second of a file with one row; OpenUSD's ow
 
 
 def write_usd(path: Path, motion: AnimatedSkeleton, title: str) -> None:
-    """Write .usda (text), .usdc and .usd (binary) or .usdz (package).  Raises OSError, and UserError."""
-    with atomic_file(path) as unfinished:
-        if path.suffix.lower() != ".usdz":
-            _save(unfinished, motion, title)
-            return
-        with TemporaryDirectory() as folder:
-            layer = Path(folder) / f"{identifier(title)}.usdc"
+    """Write .usda (text), .usdc and .usd (binary) or .usdz (package).  Raises OSError, UserError."""
+    packed = path.suffix.lower() == ".usdz"
+    with TemporaryDirectory() as folder:
+        layer = Path(folder) / f"{identifier(title)}{'.usdc' if packed else path.suffix.lower()}"
+        file = layer.with_suffix(".usdz") if packed else layer
+        try:
             _save(layer, motion, title)
-            if not UsdUtils.CreateNewUsdzPackage(str(layer), str(unfinished)):
-                raise UserError(f"{path}: OpenUSD could not write the package")
+            written = not packed or UsdUtils.CreateNewUsdzPackage(str(layer), str(file))
+        except Tf.ErrorException as error:
+            raise UserError(f"{path}: OpenUSD: {str(error).strip().splitlines()[-1].strip()}") from error
+        if not written:
+            raise UserError(f"{path}: OpenUSD could not write the package")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, file.read_bytes())
 
 
 def identifier(title: str) -> str:

@@ -47,7 +47,7 @@ class FilmWriter:
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float, codec: Codec | None = None) -> None:
-        """size: (width, height), px, both even.  Raises UserError."""
+        """size: (width, height), px, both even.  Raises OSError, and UserError for a codec that does not fit."""
         chosen = codec_of(path, codec)
         encoder, pixels, options = ENCODERS[chosen]
         if chosen == "webp" and max(size) > MAX_WEBP_SIDE_PX:
@@ -69,7 +69,7 @@ class FilmWriter:
             missing = f"the installed PyAV has no {encoder}"
             raise UserError(f"--codec {chosen}: {missing}: allowed: {others or 'another suffix'}") from error
         except (OSError, FFmpegError) as error:
-            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from error
+            raise OSError(error.errno, error.strerror or str(error)) from error
         self._stream, self._pixels, self._webp = stream, pixels, chosen == "webp"
 
     def write(self, image: Image) -> None:

@@ -90,7 +90,10 @@ class Overlay:
         self._seen += 1
         if self._film is None:
             size = (picture.shape[1], picture.shape[0])
-            self._film = FilmWriter(self._folder / "overlay.mp4", size, self._rig.viewers[0].fps)
+            try:
+                self._film = FilmWriter(self._folder / "overlay.mp4", size, self._rig.viewers[0].fps)
+            except OSError as error:
+                raise UserError(f"--overlay {self._folder}: cannot be written: {error.strerror or error}") from error
         self._film.write(picture)
 
     def finish(self) -> int:

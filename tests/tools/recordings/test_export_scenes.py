@@ -64,6 +64,13 @@ def test_usd_has_the_same_frames(take: Path, tmp_path: Path) -> None:
     assert (stage.GetTimeCodesPerSecond(), stage.GetEndTimeCode()) == (60, 66)
 
 
+@pytest.mark.parametrize("suffix", [".glb", pytest.param(".usda", marks=needs_usd), pytest.param(".usdz", marks=needs_usd)])
+def test_a_place_that_cannot_be_written_is_one_line(suffix: str, take: Path) -> None:
+    status, _, text = zenocap("export", take, "-o", f"/proc/a{suffix}")
+    assert (status, text.count("\n")) == (1, 1)
+    assert f"/proc/a{suffix}: cannot be written" in text
+
+
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [

@@ -100,6 +100,8 @@ def test_errors_name_the_option_and_what_is_allowed(take: Path, tmp_path: Path) 
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(UserError, match="cannot be written"):
         render(take, tmp_path / "file" / "a.png", RenderOptions(size=SMALL))
+    with pytest.raises(UserError, match=r"proc/a\.mp4: cannot be written"):
+        render(take, Path("/proc/a.mp4"), RenderOptions(size=SMALL))
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 

@@ -21,6 +21,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO
 
+from zenocap.common.runtime.compiled import is_compiled
 from zenocap.tools.cli.main import main as command_line
 from zenocap.tools.launcher.child_processes import Process, Spawn, spawn
 
@@ -75,8 +76,11 @@ class ForkedProcess:
 class ForkServer:
     """Starts services by `spawn`.  The server ends with this process, or with `close`."""
 
-    def __init__(self, services: Collection[str]) -> None:
-        """services: names of those whose modules are imported at once."""
+    def __init__(self, services: Collection[str], parts: Collection[str] = ()) -> None:
+        """services: names of those whose modules are imported at once.
+
+        parts: of `zenocap warmup`, whose compiled functions are loaded at once if they are cached; they start no thread.
+        """
         self._lock = threading.Lock()
         self._children: dict[int, ForkedProcess] = {}
         self._pids: dict[int, int] = {}  # by request
@@ -85,7 +89,7 @@ class ForkServer:
         self._requests = 0
         self._socket, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         command = [sys.executable, "-P", "-m", "zenocap.tools.launcher.fork_server", str(there.fileno())]
-        command += [*sorted({*services}), " " * ROOM]
+        command += [" ".join(sorted({*services})), " ".join(sorted({*parts})), " " * ROOM]
         self._process = subprocess.Popen(command, pass_fds=[there.fileno()], start_new_session=True)
         there.close()
         threading.Thread(target=self._listen, name="fork server", daemon=True).start()
@@ -222,24 +226,37 @@ def _show_command(words: Sequence[str]) -> None:
 
 
 @contextmanager
-def fork_server(services: Collection[str]) -> Iterator[Spawn]:
-    """Context of a function that starts processes, those of `services` without importing their modules again."""
+def fork_server(services: Collection[str], parts: Collection[str] = ()) -> Iterator[Spawn]:
+    """Context of a function that starts processes, those of `services` without importing their modules again.
+
+    parts: see `ForkServer`.
+    """
     if sys.platform != "linux":
         yield spawn
         return
-    server = ForkServer(services)
+    server = ForkServer(services, parts)
     try:
         yield server.spawn
     finally:
         server.close()
 
 
+def _load(part: str) -> None:
+    from zenocap.common.vision.threads import use_one_thread
+    from zenocap.tools.warmup.parts import PARTS
+
+    use_one_thread()  # OpenCV's others would not exist in forked processes
+    PARTS[part](lambda _: None)
+
+
 def main() -> None:
-    """Entry point of the server.  Arguments: the descriptor of its connection, services, and room for command lines."""
+    """Entry point of the server.  Arguments: descriptor of its connection, services, parts, and room for command lines."""
     before = {number: signal.signal(number, signal.SIG_IGN) for number in IGNORED}
     connection = socket.socket(fileno=int(sys.argv[1]))
-    for name in sys.argv[2:-1]:
+    for name in sys.argv[2].split():
         import_module(f"zenocap.services.{name}.shell")
+    for part in filter(is_compiled, sys.argv[3].split()):
+        _load(part)
     arguments = serve(connection)
     if arguments is None:
         return

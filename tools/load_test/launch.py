@@ -12,6 +12,7 @@ from zenocap.tools.launcher.fork_server import fork_server
 from zenocap.tools.launcher.peer_mesh import HOST, free_ports, peer_mesh
 from zenocap.tools.load_test.plan import Plan
 
+MANY = 8  # processes, from which loading their compiled functions once takes less time than in each; measured
 ROUTER = ("", "router", "main")
 
 
@@ -56,6 +57,8 @@ class LoadProcesses:
             places = [client] * (len(specs) + 1)
         self.own = places[-1]
         self._server = ExitStack()
+        many = not plan.stand_ins and len(specs) >= MANY
+        self._parts = ("silhouettes", *(() if plan.has_tracker else ("tracking",))) if many else ()
         self._spawn: Spawn = spawn
         self._children = ChildProcesses(
             [(spec.title, spec.command) for spec in router]
@@ -67,7 +70,7 @@ class LoadProcesses:
 
     def start(self) -> None:
         services = {spec.service for spec in self.specs.values() if spec.command[:5] == _zenocap(spec.service)}
-        self._spawn = self._server.enter_context(fork_server(services - {"router"}))
+        self._spawn = self._server.enter_context(fork_server(services - {"router"}, self._parts))
         self._children.start()
 
     def poll(self) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.child_processes import Process
 from zenocap.tools.launcher.fork_server import COMMAND, ForkServer
 
@@ -90,3 +91,32 @@ def test_without_the_server_services_go_on_and_new_ones_are_executed() -> None:
     assert router.wait(10.0) == 1  # its status is unknown
     assert time.monotonic() < end_s + 30.0
     server.close()
+
+
+def test_services_and_server_end_with_a_launcher_that_is_killed() -> None:
+    network = ("--mode", "peer", "--listen", ENDPOINT, "--no-multicast-scouting")
+    integrator = ("integrator", str(demo_rig_file("two-view")), "--no-log", "--with-parent", *network)
+    program = (
+        "import sys, time\nfrom zenocap.tools.launcher.fork_server import COMMAND, ForkServer\n"
+        "server = ForkServer(['integrator'])\n"
+        f"service = server.spawn([sys.executable, *COMMAND, *{integrator!r}])\n"
+        "print(service.pid, server._process.pid, flush=True)\ntime.sleep(60)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as launcher:
+        assert launcher.stdout is not None
+        pids = [int(word) for word in launcher.stdout.readline().split()]
+        time.sleep(1.0)  # it handles signals, and not its end by one before
+        assert all(map(_runs, pids))
+        launcher.kill()
+    end_s = time.monotonic() + 20.0
+    while running := [pid for pid in pids if _runs(pid)]:
+        assert time.monotonic() < end_s, running
+        time.sleep(0.05)
+
+
+def _runs(pid: int) -> bool:
+    """Whether a process exists and has not ended; an ended orphan may not have been waited for."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

@@ -13,7 +13,8 @@ from benchmarks.chaos.takes import Span, missing_poses, uncovered_poses, within
 def losses(outcome: Outcome, health: Sequence[SeenHealth], deleted_ns: Sequence[int]) -> list[str]:
     """Poses that are in no take although one was written, beyond what was counted as lost at the same times.
 
-    What Zenoh drops before a subscriber, on links that a flood of huge messages fills, is counted by nobody: it is a note.
+    What Zenoh drops before a subscriber, on links that a flood of huge messages fills, is a note: the log counts it at the
+    publisher's next health (`log_missing`), of which the last may not come.
     deleted_ns: times at which the takes were deleted.
     """
     excused = excused_times(outcome, deleted_ns)

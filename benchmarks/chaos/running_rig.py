@@ -171,9 +171,10 @@ class RunningRig:
         if self._up is None:
             return []
         found = [self._up.pid]
-        with suppress(OSError):
-            for task in Path(f"/proc/{self._up.pid}/task").iterdir():
-                found += [int(pid) for pid in (task / "children").read_text().split()]
+        for parent in found:  # the list grows meanwhile: services are children of a fork server
+            with suppress(OSError):
+                for task in Path(f"/proc/{parent}/task").iterdir():
+                    found += [int(pid) for pid in (task / "children").read_text().split()]
         return found
 
     def _owner(self, pid: int) -> str | None:

@@ -11,7 +11,7 @@ from zenocap.common import codec
 from zenocap.common.bus.protocol import Alive, Counters, Envelope, Received, RoundTrip
 from zenocap.common.messages import Message
 from zenocap.common.runtime.logs import OncePerSource
-from zenocap.common.topics import Queueing, Topic
+from zenocap.common.topics import REQUEST, Queueing, Topic
 
 MAX_QUEUED = 8192  # queued messages of ALL topics
 MAX_QUEUED_BYTES = 64 << 20
@@ -213,6 +213,11 @@ def outgoing(rig: str, topic: Topic, message: Message, names: dict[str, str]) ->
     if disagreement:
         raise ValueError(disagreement)
     return key, codec.encode(message)
+
+
+def counts_as_sent(topic: Topic) -> bool:
+    """Whether a message is in `Counters.sent`: those of LATCHED topics are sent again, and requests are of no service."""
+    return topic.queueing is not Queueing.LATCHED and topic is not REQUEST
 
 
 def check_key(rig: str, topic: Topic, key: str) -> None:

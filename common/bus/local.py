@@ -6,11 +6,11 @@ Messages are delivered in the order of `publish`: equal sequences of calls give 
 import logging
 import re
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import TracebackType
 from typing import Self
 
-from zenocap.common.bus.inbox import Inbox, check_key, outgoing
+from zenocap.common.bus.inbox import Inbox, check_key, counts_as_sent, outgoing
 from zenocap.common.bus.protocol import Alive, Counters, DuplicateService, Received, RoundTrip
 from zenocap.common.messages import Message
 from zenocap.common.runtime.clock import Clock
@@ -61,6 +61,7 @@ class LocalBus:
         self._subscriptions: list[_Subscription] = []
         self._watches_alive = False
         self._sent: set[str] = set()
+        self._sent_in_all = 0
 
     @property
     def rig(self) -> str:
@@ -68,7 +69,7 @@ class LocalBus:
 
     @property
     def counters(self) -> Counters:
-        return self._inbox.counters
+        return replace(self._inbox.counters, sent=self._sent_in_all)
 
     def publish(self, topic: Topic, message: Message, **names: str) -> None:
         key, data = outgoing(self.rig, topic, message, names)
@@ -85,6 +86,7 @@ class LocalBus:
         if topic.queueing is Queueing.LATCHED:
             self._network.kept[key] = (topic, data)
         self._sent.add(key)
+        self._sent_in_all += counts_as_sent(topic)
         for bus in self._network.buses:
             bus.deliver(key, data)
 

@@ -16,7 +16,7 @@ import zenoh
 
 from zenocap.common import codec
 from zenocap.common.bus.certificate import Expiry
-from zenocap.common.bus.inbox import Inbox, check_key, outgoing
+from zenocap.common.bus.inbox import Inbox, check_key, counts_as_sent, outgoing
 from zenocap.common.bus.protocol import Alive, BusError, Counters, DuplicateService, Received
 from zenocap.common.bus.zenoh_claims import Claims
 from zenocap.common.bus.zenoh_film import FilmServer
@@ -98,7 +98,8 @@ class ZenohBus:
         self._duplicate: DuplicateService | None = None
         self._asked = 0
         self._expiry = Expiry(certificate, logger) if certificate is not None else None
-        self._sent: Counter[str] = Counter()
+        self._sent: Counter[str] = Counter()  # by key, since the last flow-control query
+        self._sent_in_all = 0
 
     @classmethod
     def open(cls, options: ZenohOptions, rig: str, clock: Clock, stopped: Callable[[], bool] = lambda: False) -> "ZenohBus":
@@ -113,7 +114,7 @@ class ZenohBus:
 
     @property
     def counters(self) -> Counters:
-        counters = self._inbox.counters
+        counters = replace(self._inbox.counters, sent=self._sent_in_all)
         if self._expiry is None:
             return counters
         return replace(counters, certificate_days=self._expiry.days_left(self._clock.now_ns()))
@@ -149,6 +150,7 @@ class ZenohBus:
         except zenoh.ZError as error:
             raise BusError(f"{key} cannot be published: {error}") from error
         self._sent[key] += 1
+        self._sent_in_all += counts_as_sent(topic)
 
     def _publisher(self, topic: Topic, key: str) -> _Publisher:
         publisher = self._publishers.get(key)
@@ -299,6 +301,8 @@ class ZenohBus:
         self._readers.remove(self._tally)
         self._recovery.close()
         declared, self._declared = self._declared, []
+        if not self._owns_session:
+            declared.reverse()  # what was subscribed to last, such as the health in a log, ends first
         self._claims.clear()
         publishers, self._publishers = list(self._publishers.values()), {}
         for entity in (*declared, *publishers):

@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from time import monotonic, thread_time_ns
 
-from zenocap.common.bus.protocol import Bus, Envelope
+from zenocap.common.bus.protocol import Alive, Bus, Envelope
+from zenocap.common.recording.arrivals import Arrivals
 from zenocap.common.recording.parts import Parts
 from zenocap.common.recording.writer import Recording, Statistics
-from zenocap.common.topics import TOPICS, Topic
+from zenocap.common.topics import HEALTH, TOPICS, Topic
 
 logger = logging.getLogger(__name__)
 
@@ -20,12 +21,18 @@ DRAIN_S = 5.0  # longest time to write queued messages at the end; chosen by han
 
 
 class Log:
-    """Records topics between `start` and `close`.  bus: a separate reader (`bus.reader()`); its queue is the buffer."""
+    """Records topics between `start` and `close`.  bus: a separate reader (`bus.reader()`); its queue is the buffer.
 
-    def __init__(self, bus: Bus, recording: Recording | Parts, topics: Sequence[Topic] = TOPICS) -> None:
+    whole_rig: the bus receives every key of one rig, and all topics are recorded: messages that never arrive are counted.
+    """
+
+    def __init__(
+        self, bus: Bus, recording: Recording | Parts, topics: Sequence[Topic] = TOPICS, *, whole_rig: bool = False
+    ) -> None:
         self._bus = bus
         self._recording = recording
         self._topics = topics
+        self._arrivals = Arrivals() if whole_rig else None
         self._space = DiskSpace(recording.path.parent)
         self._cpu_ns = 0
         self._closing = threading.Event()
@@ -34,16 +41,23 @@ class Log:
     def start(self) -> None:
         """Subscribe and start the thread."""
         if self._recording.failure is None:
-            for topic in self._topics:
+            # The health last: when it arrives, all that was sent after it does.
+            for topic in sorted(self._topics, key=lambda topic: topic is HEALTH):
                 self._bus.subscribe(topic, every=True)
+            if self._arrivals is not None:
+                self._bus.watch_alive()
         self._thread.start()
 
     @property
     def statistics(self) -> Statistics:
-        """Statistics of the recording; `lost` includes messages dropped by the queue."""
+        """Statistics of the recording; `lost` includes messages dropped by the queue and by the network.
+
+        Those dropped by the queue have not arrived either: neither is counted twice.
+        """
         written = self._recording.statistics
         dropped = sum(self._bus.counters.dropped.values())
-        return replace(written, lost=written.lost + dropped)
+        missing = self._arrivals.missing if self._arrivals is not None else 0
+        return replace(written, lost=written.lost + max(dropped, missing), missing=max(0, missing - dropped))
 
     @property
     def cpu_ns(self) -> int:
@@ -60,6 +74,7 @@ class Log:
         now, free = self.statistics, self._space.free_bytes
         counts = {"log_messages": now.messages, "log_lost": now.lost, "log_stopped": int(now.failure is not None)}
         counts |= {"log_unshown": now.unconverted, "log_removed": now.removed}
+        counts |= {"log_missing": now.missing} if now.missing else {}
         counts["log_rejected"] = sum(self._bus.counters.rejected.values())
         return counts if free is None else counts | {"log_free_mb": free // 1_000_000}
 
@@ -77,11 +92,12 @@ class Log:
         end = self.statistics
         logger.log(
             logging.WARNING if end.incomplete else logging.INFO,
-            "%s: %d messages, %d bytes, %d lost%s%s",
+            "%s: %d messages, %d bytes, %d lost%s%s%s",
             self._recording.path,
             end.messages,
             end.bytes,
             end.lost,
+            f" ({end.missing} of them never arrived: dropped by the network)" if end.missing else "",
             ", stopped early" if end.failure else "",
             f"; files deleted or moved while they were written: {end.removed}" if end.removed else "",
         )
@@ -94,6 +110,8 @@ class Log:
         while self._recording.failure is None:
             closing = self._closing.is_set()
             event = self._bus.receive(0.0 if closing else FLUSH_S / 2)
+            if self._arrivals is not None and isinstance(event, Envelope | Alive):
+                self._arrivals.add(event)
             if isinstance(event, Envelope):
                 self._recording.record(event)
             now_s = monotonic()

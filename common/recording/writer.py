@@ -64,6 +64,7 @@ class Statistics:
     failure: reason of an early end, else None.
     unconverted: messages whose conversion failed; the messages themselves are in the take.
     removed: files that were deleted or moved while they were written; the messages of deleted ones are lost.
+    missing: lost messages that services sent and that never arrived, see `Arrivals`.
     """
 
     messages: int
@@ -72,6 +73,7 @@ class Statistics:
     failure: str | None
     unconverted: int = 0
     removed: int = 0
+    missing: int = 0
 
     @property
     def incomplete(self) -> bool:

@@ -65,6 +65,8 @@ class Meter:
         counts = dict(self.counts) | {"received": bus.received, "queued": bus.queued}
         counts |= {f"rejected_{reason}": count for reason, count in bus.rejected.items()}
         counts |= {f"dropped_{reason}": count for reason, count in bus.dropped.items()}
+        if bus.sent is not None:
+            counts["sent"] = bus.sent  # before this health
         if bus.certificate_days is not None:
             counts["certificate_days"] = max(0, bus.certificate_days)
             if bus.certificate_days <= WARNED_DAYS:

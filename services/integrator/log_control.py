@@ -88,6 +88,8 @@ class LogControl:
         ends = list(self._ended)
         counts = {"log_closed": 1, "log_on": 0, "log_messages": sum(end.messages for end in ends)}
         counts |= {"log_lost": sum(end.lost for end in ends), "log_removed": sum(end.removed for end in ends)}
+        missing = sum(end.missing for end in ends)
+        counts |= {"log_missing": missing} if missing else {}
         return counts | {"log_stopped": int(any(end.failure is not None for end in ends))}
 
     def _start_log(self) -> None:

@@ -138,7 +138,7 @@ def _run(
     folder = _folder(rig) if take is None else take.parent
 
     def log(path: Path, *, must_open: bool) -> Log:
-        return Log(bus.reader(), new_parts(rig, path, clock.now_ns(), parameters, must_open=must_open))
+        return Log(bus.reader(), new_parts(rig, path, clock.now_ns(), parameters, must_open=must_open), whole_rig=True)
 
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "integrator", ID, clock.now_ns()))

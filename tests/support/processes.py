@@ -96,11 +96,19 @@ def recomputed_poses(take: Path) -> int:
 
 
 def children_of(pid: int) -> dict[int, str]:
-    """Command lines of the running children of a process, by process id."""
-    found = {}
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+    """Command lines of the running processes that a process has started, and of those that these have, by process id."""
+    found: dict[int, str] = {}
+    waiting = [pid]
+    while waiting:
+        parent = waiting.pop()
         try:
-            found[int(child)] = Path(f"/proc/{child}/cmdline").read_text().replace("\0", " ")
+            children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
         except OSError:
             continue  # ended in the meantime
+        for child in children:
+            try:
+                found[int(child)] = Path(f"/proc/{child}/cmdline").read_text().replace("\0", " ")
+            except OSError:
+                continue
+            waiting.append(int(child))
     return found

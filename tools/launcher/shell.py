@@ -25,6 +25,7 @@ from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.launcher.display import dropped, plain_line, table
+from zenocap.tools.launcher.fork_server import fork_server
 from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
 from zenocap.tools.launcher.rig_status import RigStatus
 from zenocap.tools.warmup.processes import compile_parts
@@ -69,8 +70,11 @@ def run_rig(
         own = {"viewer": ["--id", id], "integrator": _log_arguments(take), "animator": _page_arguments(take, port)}
         arguments += own.get(name, [])
         commands.append((title((name, id)), [*arguments, *_zenoh_arguments(place)]))
-    children = ChildProcesses(commands, time.monotonic)
-    with ZenohBus.open(places[-1], rig.name, clock, stopped) as bus:
+    with (
+        fork_server({name for name, _ in starting}) as start,
+        ZenohBus.open(places[-1], rig.name, clock, stopped) as bus,
+    ):
+        children = ChildProcesses(commands, time.monotonic, start)
         supervisor = Supervisor(children, bus, services, take, console)
         try:
             children.start()

@@ -2,14 +2,17 @@
 
 import sys
 import time
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
+from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses, Spawn, spawn
+from zenocap.tools.launcher.fork_server import fork_server
 from zenocap.tools.launcher.peer_mesh import HOST, free_ports, peer_mesh
 from zenocap.tools.load_test.plan import Plan
 
+MANY = 8  # processes, from which loading their compiled functions once takes less time than in each; measured
 ROUTER = ("", "router", "main")
 
 
@@ -53,14 +56,21 @@ class LoadProcesses:
             client = ZenohOptions("client", connect, config_file=config, multicast_scouting=False)
             places = [client] * (len(specs) + 1)
         self.own = places[-1]
+        self._server = ExitStack()
+        many = not plan.stand_ins and len(specs) >= MANY
+        self._parts = ("silhouettes", *(() if plan.has_tracker else ("tracking",))) if many else ()
+        self._spawn: Spawn = spawn
         self._children = ChildProcesses(
             [(spec.title, spec.command) for spec in router]
             + [(spec.title, _started(spec, epoch_ns, place)) for spec, place in zip(specs, places[:-1], strict=True)],
             time.monotonic,
+            lambda arguments: self._spawn(arguments),
         )
         self.specs = {spec.title: spec for spec in (*router, *specs)}
 
     def start(self) -> None:
+        services = {spec.service for spec in self.specs.values() if spec.command[:5] == _zenocap(spec.service)}
+        self._spawn = self._server.enter_context(fork_server(services - {"router"}, self._parts))
         self._children.start()
 
     def poll(self) -> None:
@@ -90,6 +100,7 @@ class LoadProcesses:
     def stop(self) -> None:
         self._children.stop(lambda title: self.specs[title].service != "router")
         self._children.stop()
+        self._server.close()
 
     def _child(self, title: str) -> ChildProcess:
         for child in self._children.all:

@@ -17,6 +17,7 @@ from zenocap.tools.load_test.subscriber import LoadSubscriber
 STARTING_S, STARTING_EACH_S = 60.0, 3.0  # longest wait for the first poses: constant, and per process
 LATE_S = 1.0  # time for frames that were due in the window and have not arrived yet
 POLL_S = 0.25
+MOST_STATES = 12  # of services in an error text
 
 ReportProgress = Callable[[str, float], None]  # current activity, and its progress from 0 to 1
 
@@ -122,8 +123,9 @@ def _wait_until_ready(
         if len(ready) == plan.rigs:
             return
         if time.monotonic() > end_s:
-            missing = ", ".join(name for name in plan.rig_names if name not in ready)
-            raise LoadError(f"no pose of {missing} within {longest_s:.0f} s{_process_output(processes)}")
+            missing = [name for name in plan.rig_names if name not in ready]
+            states = "".join(f"\n{text}" for text in subscriber.texts(missing)[:MOST_STATES])
+            raise LoadError(f"no pose of {', '.join(missing)} within {longest_s:.0f} s{states}{_process_output(processes)}")
         _poll(processes, subscriber)
 
 

@@ -4,14 +4,15 @@ Arrival times are taken when a message is queued, on Zenoh's thread of this proc
 """
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import monotonic
 
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.messages import Health, Sighting, Silhouette, TrackerPose, UniversalBap
+from zenocap.common.messages import Health, Phase, Sighting, Silhouette, TrackerPose, UniversalBap
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.topics import HEALTH, SIGHTING, SILHOUETTE, TRACKER_POSE, UNIVERSAL_BAP
 from zenocap.tools.load_test.latency import Arrivals
 from zenocap.tools.load_test.plan import Plan
@@ -78,6 +79,15 @@ class LoadSubscriber:
             key: [health for ns, health in reports if start_ns <= ns <= end_ns] for key, reports in self.healths.items()
         }
         return {key: reports for key, reports in every.items() if reports}
+
+    def texts(self, rigs: Sequence[str]) -> list[str]:
+        """The last health text of the services of `rigs`, without viewers that publish silhouettes."""
+        newest = {key: reports[-1][1] for key, reports in sorted(self.healths.items()) if reports and key[0] in rigs}
+        return [
+            f"{rig} {service}: {printable(health.state)}"
+            for (rig, service, _), health in newest.items()
+            if service != "viewer" or health.phase is not Phase.SEGMENTING
+        ]
 
     def discard(self, before_ns: int) -> None:
         """Drop arrivals and reports before a time, to bound the memory of a soak."""

@@ -106,7 +106,8 @@ def run_recorder(
     with ZenohBus.open(options, selection.name, clock, stopped) as bus:
         listener = bus.listener(selection.expression)
         parts = _parts(selection, take, clock.now_ns(), id, limits)
-        log = Log(listener, parts, topics)
+        whole_rig = selection.rig is not None and selection.expression == EVERYTHING.format(rig=selection.name)
+        log = Log(listener, parts, topics, whole_rig=whole_rig and topics == TOPICS)
         log.start()
         try:
             status = _wait(selection, bus, clock, id, log, _Progress(log, parts, clock, stopped, show).ended)

@@ -4,12 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
+from zenocap.common.bus.protocol import Envelope, Tick
 from zenocap.common.camera.pinhole import angle_between_deg
+from zenocap.common.messages import Phase
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import BackgroundImage, Rendered
+from zenocap.common.topics import SILHOUETTE
+from zenocap.services.tracker.shell import tracker_service
 from zenocap.tools.load_test import scene
 from zenocap.tools.load_test.plan import Plan
+from zenocap.tools.load_test.recorded_messages import messages_file, read_messages, record_messages
 from zenocap.tools.load_test.scene import FILM_FPS, cameras, film, pictures, recording_rig_file, rig_files
 
 SMALL = (32, 24)
@@ -71,3 +77,23 @@ def test_stand_ins_measure_no_body_but_the_recording_rig_does(tmp_path: Path) ->
     rehearsal = load_rig(recording_rig_file(tmp_path, plan))
     assert rehearsal.person_height is None
     assert {viewer.fps for viewer in rehearsal.viewers} == {FILM_FPS}
+
+
+def test_a_track_starts_in_the_first_images_of_seven_large_views(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the person and the room before, no track ever started: `zenocap load` had no pose."""
+    monkeypatch.setattr(scene, "LONGEST", 16)
+    monkeypatch.setattr(scene, "SHORTEST", 16)
+    plan = Plan(viewers=7, rate=30.0, size=(640, 480), method="hybrid", name="lab")
+    film(tmp_path, plan)
+    record_messages(recording_rig_file(tmp_path, plan))
+    rig = load_rig(rig_files(tmp_path, plan)[0])
+    service = tracker_service(rig)
+    state = service.state
+    films = {viewer.id: read_messages(messages_file(viewer)) for viewer in rig.viewers}
+    for image in range(0, 16, 2):
+        for viewer, each in films.items():
+            seen = structs.replace(each[image].silhouette, frame=image, captured_ns=10**18 + round(image * 1e9 / FILM_FPS))
+            envelope = Envelope(SILHOUETTE.at("lab-1", viewer=viewer), SILHOUETTE, seen, seen.captured_ns)
+            state, _ = service.step(service.setup, state, envelope)
+        state, _ = service.step(service.setup, state, Tick(10**18))
+    assert service.phase(state) is Phase.TRACKING, service.describe(state)

@@ -22,7 +22,7 @@ from zenocap.tools.cli.progress import progress
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.recordings.export import Format
 
-FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot")
+FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot", "parquet", "npz")
 WITHOUT_POSE = {"bvh": "last pose repeated", "mot": "left out"}
 
 
@@ -30,10 +30,10 @@ def export(
     take: TakePath,
     output: OutputOption,
     to: Annotated[
-        Literal["trc", "bvh", "c3d", "csv", "mot"] | None,
+        Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz"] | None,
         typer.Option(
             help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
-            "csv: joint angles, scores and joint centres. mot: OpenSim's coordinates."
+            "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates."
         ),
     ] = None,
     fps: Annotated[
@@ -47,12 +47,14 @@ def export(
     ] = "y-up",
     units: Annotated[
         Literal["m", "cm", "mm"] | None,
-        typer.Option(help="Unit of length; default: m in trc, csv and mot, cm in bvh, mm in c3d."),
+        typer.Option(help="Unit of length; default: m, but cm in bvh and mm in c3d."),
     ] = None,
-    angles: Annotated[Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv.")] = "deg",
+    angles: Annotated[
+        Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv, parquet and npz.")
+    ] = "deg",
     joints: Annotated[
         Literal["zenocap", "isb", "coco", "halpe"],
-        typer.Option(help="Convention of the joint centres in trc, c3d and csv, see below."),
+        typer.Option(help="Convention of the joint centres, see below."),
     ] = "zenocap",
     smooth: Annotated[
         str,
@@ -63,17 +65,18 @@ def export(
     raw: RawOption = False,
     min_confidence: Annotated[
         float,
-        typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less, in trc, c3d and csv."),
+        typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less; not in bvh and mot."),
     ] = 0.0,
     *,
     span: FrameRange,
 ) -> None:
-    """Export the poses of a take to BVH, TRC, C3D, CSV or MOT, for Blender, OpenSim and others.
+    """Export the poses of a take to BVH, TRC, C3D, CSV, Parquet, NPZ or MOT, for Blender, OpenSim and others.
 
     An existing output is replaced, by the complete file or not at all.
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
-    csv: one row per frame. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
+    csv, parquet (pip install 'zenocap[tables]'), npz: one row per frame; the last two name axes, joints and smoothing
+    too. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
     of every file: in bvh and c3d, rows count from frame 0, or from --from. Rows are blank while the person is lost; bvh
     repeats the last pose, mot leaves the row out.
 
@@ -115,6 +118,9 @@ def export(
         typer.echo(f"note: {written.empty} frames without pose: {WITHOUT_POSE.get(to, 'blank')}", err=True)
     if written.left_out:
         typer.echo(f"note: the take's body has no feet: left out: {', '.join(written.left_out)}", err=True)
+    if written.unsmoothed[0]:
+        stretches, frames = written.unsmoothed
+        typer.echo(f"note: too short to smooth, unchanged: stretches {stretches}, frames {frames}", err=True)
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
     raise typer.Exit(LOSS if written.cut else DONE)

@@ -1,4 +1,4 @@
-"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV or MOT."""
+"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV, Parquet, NPZ or MOT, or as a set-up for OpenSim."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -18,10 +18,13 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Axes, Trajectories, Unit
 from zenocap.common.formats.trc import write_trc
 
-Format = Literal["trc", "bvh", "c3d", "csv", "mot"]
-UNITS: dict[Format, Unit] = {"trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m"}  # customary units
-WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv")  # the others have segments and no points
-NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers or times; in the others row k is frame k
+Format = Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz"]
+UNITS: dict[Format, Unit] = {  # customary units
+    "trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m", "parquet": "m", "npz": "m",
+}  # fmt: skip
+WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv", "parquet", "npz")  # the others have segments and no points
+# Rows have frame numbers or times; in the others row k is frame k.
+NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot", "parquet", "npz")
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Exported:
     """Result of an export.  first, last: frame numbers.  empty: rows without pose (in BVH: last pose repeated).
 
     cut: description of missing content of the take, None when it is complete.  left_out: points of the joint convention
-    that the take's body does not have.
+    that the take's body does not have.  unsmoothed: stretches and frames that the filter left, because they are short.
     """
 
     rows: int
@@ -62,6 +65,7 @@ class Exported:
     empty: int
     cut: str | None
     left_out: tuple[str, ...] = ()
+    unsmoothed: tuple[int, int] = (0, 0)
 
 
 def export(take: Path, output: Path, options: ExportOptions) -> Exported:
@@ -78,21 +82,24 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     whole = poses.track()
     if options.min_confidence and not whole.limbs:
         raise UserError(f"{take}: min confidence: the take states none: allowed with takes of the tracker of this version")
+    filtered, unsmoothed = "none", (0, 0)
     if options.smooth is not None:
-        from zenocap.common.formats.smoothing import smoothed
+        from zenocap.common.formats.smoothing import description, smoothed, too_short
 
-        whole = smoothed(whole, options.smooth)
+        raw, whole = whole, smoothed(whole, options.smooth)
+        unsmoothed = too_short(raw, options.smooth)
+        filtered = description(options.smooth, unsmoothed)
     track = selected(whole, options)
     unit = options.unit or UNITS[options.to]
     _check(output, track, options, unit)
     try:
-        _write(output, track, options, unit)
+        _write(output, track, options, unit, filtered)
     except OSError as error:
         raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
     empty = int(np.count_nonzero(~track.known))
     first, last = int(track.frames[0]), int(track.frames[-1])
     missing = left_out(options.joints, track.anatomy)
-    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing)
+    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed)
 
 
 def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
@@ -121,7 +128,7 @@ def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
         raise UserError(f"{output}: the person is lost in every frame: no row to write")
 
 
-def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
+def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit, smoothing: str) -> None:
     match options.to:
         case "trc":
             write_trc(output, _points(track, options), axes=options.axes, unit=unit)
@@ -131,7 +138,13 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
                 min_confidence=options.min_confidence,
             )  # fmt: skip
         case "mot":
-            write_mot(output, *coordinates_of(track, options.axes))
+            notes = [] if smoothing == "none" else [f"Smoothing: {smoothing}.", ""]
+            write_mot(output, *coordinates_of(track, options.axes), notes)
+        case "parquet" | "npz":
+            from zenocap.common.formats.tables import TableLayout, write_npz, write_parquet
+
+            layout = TableLayout(options.axes, unit, options.angle, options.joints, options.min_confidence, smoothing)
+            (write_parquet if options.to == "parquet" else write_npz)(output, track, layout)
         case "bvh":
             from zenocap.common.formats.bvh_writer import write_bvh
 
@@ -145,6 +158,7 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
                 axes=options.axes,
                 unit=unit,
                 descriptions=_descriptions(track, options.joints),
+                smoothing=smoothing,
             )
 
 

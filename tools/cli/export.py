@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -23,17 +24,18 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.recordings.export import Format
 
 FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot", "parquet", "npz")
-WITHOUT_POSE = {"bvh": "last pose repeated", "mot": "left out"}
+WITHOUT_POSE = {"bvh": "last pose repeated", "mot": "left out", "opensim": "left out"}
 
 
 def export(
     take: TakePath,
     output: OutputOption,
     to: Annotated[
-        Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz"] | None,
+        Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "opensim"] | None,
         typer.Option(
             help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
-            "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates."
+            "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates. "
+            "opensim: a folder that scales --model and finds its motion."
         ),
     ] = None,
     fps: Annotated[
@@ -62,6 +64,10 @@ def export(
             metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off."
         ),
     ] = "off",
+    model: Annotated[
+        Path | None,
+        typer.Option(metavar="MODEL.osim", help="With --to opensim: generic model to scale, such as Rajagopal's."),
+    ] = None,
     raw: RawOption = False,
     min_confidence: Annotated[
         float,
@@ -79,6 +85,9 @@ def export(
     too. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
     of every file: in bvh and c3d, rows count from frame 0, or from --from. Rows are blank while the person is lost; bvh
     repeats the last pose, mot leaves the row out.
+
+    opensim: a folder with the set-ups of OpenSim's Scale and Inverse Kinematics tools, the model, and a README on how to
+    run them; docs, into-opensim.
 
     --fps puts rows at exact multiples of 1/fps s: positions are interpolated linearly, joints along the shortest rotation;
     gaps of more than 0.25 s stay empty. (--to is the format, so the end of a range is --until.)
@@ -109,15 +118,17 @@ def export(
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
-        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence)
+        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, model)
         written = run_export(checked_take(take), output, options)
+    axes = "opensim" if to == "opensim" else axes
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
     if written.empty:
         typer.echo(f"note: {written.empty} frames without pose: {WITHOUT_POSE.get(to, 'blank')}", err=True)
     if written.left_out:
-        typer.echo(f"note: the take's body has no feet: left out: {', '.join(written.left_out)}", err=True)
+        lacking = "the model has no arms" if to == "opensim" else "the take's body has no feet"
+        typer.echo(f"note: {lacking}: left out: {', '.join(written.left_out)}", err=True)
     if written.unsmoothed[0]:
         stretches, frames = written.unsmoothed
         typer.echo(f"note: too short to smooth, unchanged: stretches {stretches}, frames {frames}", err=True)

@@ -18,13 +18,13 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Axes, Trajectories, Unit
 from zenocap.common.formats.trc import write_trc
 
-Format = Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz"]
+Format = Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "opensim"]
 UNITS: dict[Format, Unit] = {  # customary units
-    "trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m", "parquet": "m", "npz": "m",
+    "trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m", "parquet": "m", "npz": "m", "opensim": "m",
 }  # fmt: skip
 WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv", "parquet", "npz")  # the others have segments and no points
 # Rows have frame numbers or times; in the others row k is frame k.
-NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot", "parquet", "npz")
+NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot", "parquet", "npz", "opensim")
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,7 @@ class ExportOptions:
 
     joints: convention of the points.  min_confidence: see `PoseTrack.trajectories`.
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
+    model: generic model (.osim) that a set-up of OpenSim scales.
     raw: poses of the forward pass also where the take was tracked both ways.
     """
 
@@ -47,6 +48,7 @@ class ExportOptions:
     smooth: float | None = None
     raw: bool = False
     min_confidence: float = 0.0
+    model: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,10 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     if options.joints != "zenocap" and options.to not in WITH_POINTS:
         allowed = ", ".join(WITH_POINTS)
         raise UserError(f"{output}: joints {options.joints}: {options.to} has no points: allowed in {allowed}")
-    if options.min_confidence and options.to not in WITH_POINTS:
+    if (options.model is not None) != (options.to == "opensim"):
+        allowed = "an .osim file with --to opensim, and only there"
+        raise UserError(f"{output}: model {options.model or 'not given'}: allowed: {allowed}")
+    if options.min_confidence and options.to not in (*WITH_POINTS, "opensim"):
         allowed = ", ".join(WITH_POINTS)
         raise UserError(f"{output}: min confidence: {options.to} has no points to leave out: allowed in {allowed}")
     poses = read_poses(take, raw=options.raw)
@@ -93,12 +98,12 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     unit = options.unit or UNITS[options.to]
     _check(output, track, options, unit)
     try:
-        _write(output, track, options, unit, filtered)
+        lacking = _write(output, track, options, unit, filtered, take)
     except OSError as error:
         raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
     empty = int(np.count_nonzero(~track.known))
     first, last = int(track.frames[0]), int(track.frames[-1])
-    missing = left_out(options.joints, track.anatomy)
+    missing = (*left_out(options.joints, track.anatomy), *lacking)
     return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed)
 
 
@@ -118,6 +123,12 @@ def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
 
 def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
     """Raise UserError for what OpenSim cannot read: another unit, an axis other than Y up, or a file without rows."""
+    if options.to == "opensim":
+        if unit != UNITS["opensim"] or options.axes not in FRAMES:
+            raise UserError(
+                f"{output}: axes {options.axes}, units {unit}: allowed with --to opensim: none, it has OpenSim's"
+            )
+        return
     if options.to != "mot":
         return
     if unit != UNITS["mot"]:
@@ -128,8 +139,18 @@ def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
         raise UserError(f"{output}: the person is lost in every frame: no row to write")
 
 
-def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit, smoothing: str) -> None:
+def _write(
+    output: Path, track: PoseTrack, options: ExportOptions, unit: Unit, smoothing: str, take: Path
+) -> tuple[str, ...]:
+    """Write the file; return points that a model lacks."""
     match options.to:
+        case "opensim":
+            from zenocap.tools.recordings.opensim_folder import write_opensim
+
+            assert options.model is not None
+            return write_opensim(
+                output, track, options.model, take=take.name, smoothing=smoothing, min_confidence=options.min_confidence
+            )
         case "trc":
             write_trc(output, _points(track, options), axes=options.axes, unit=unit)
         case "csv":
@@ -160,6 +181,7 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit, s
                 descriptions=_descriptions(track, options.joints),
                 smoothing=smoothing,
             )
+    return ()
 
 
 def _points(track: PoseTrack, options: ExportOptions) -> Trajectories:

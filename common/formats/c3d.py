@@ -22,10 +22,11 @@ def write_c3d(
     axes: Axes = "y-up",
     unit: Unit = "mm",
     descriptions: Sequence[str] = (),
+    smoothing: str = "none",
 ) -> None:
     """Write one row per frame; `data` has consecutive frames (`every_frame`).  Missing points have residual -1.
 
-    descriptions: of the points; "joint centre NAME" if empty.
+    descriptions: of the points; "joint centre NAME" if empty.  smoothing: what was done, for ZENOCAP:SMOOTHING.
     C3D counts frames from 1: frame k is written as k + 1, so that frame 0 has index 0.
     Raises OSError, and UserError for frame numbers above C3D's limit.
     """
@@ -46,6 +47,8 @@ def write_c3d(
     file.add_parameter("MANUFACTURER", "COMPANY", "zenocap")
     file.add_parameter("MANUFACTURER", "SOFTWARE", "zenocap")
     file.add_parameter("MANUFACTURER", "VERSION_LABEL", version("zenocap"))
+    if smoothing != "none":
+        file.add_parameter("ZENOCAP", "SMOOTHING", smoothing)
     points = np.ones((4, len(data.names), count))
     points[:3] = convert(data.points, axes, unit).transpose(2, 1, 0)
     missing = np.isnan(points[:3]).any(axis=0)

@@ -1,6 +1,6 @@
 """Motion files of OpenSim (.mot): generalized coordinates by name, one row per time, tab separated."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,10 +29,13 @@ class Mot:
     rate: float
 
 
-def write_mot(path: Path, times_s: Floats, columns: Mapping[str, Floats]) -> None:
-    """Write coordinates.  times_s: (n,) seconds.  columns: (n,) degrees and metres.  Raises OSError."""
+def write_mot(path: Path, times_s: Floats, columns: Mapping[str, Floats], notes: Sequence[str] = ()) -> None:
+    """Write coordinates.  times_s: (n,) seconds.  columns: (n,) degrees and metres.  notes: lines of the header.
+
+    Raises OSError.
+    """
     lines = ["Coordinates", "version=1", f"nRows={len(times_s)}", f"nColumns={len(columns) + 1}", "inDegrees=yes", ""]
-    lines += ["Units are S.I. units (second, meters, Newtons, ...)", "Angles are in degrees.", "", END_OF_HEADER]
+    lines += ["Units are S.I. units (second, meters, Newtons, ...)", "Angles are in degrees.", "", *notes, END_OF_HEADER]
     with atomic_file(path) as unfinished, unfinished.open("w", encoding="ascii", newline="\n") as file:
         file.write("\n".join([*lines, "\t".join(["time", *columns])]) + "\n")
         for row in np.stack([times_s, *columns.values()], axis=1):

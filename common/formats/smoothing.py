@@ -45,9 +45,30 @@ def smoothed(track: PoseTrack, hz: float) -> PoseTrack:
         )
     positions, angles = track.positions.copy(), track.angles.copy()
     for rows in _stretches(track, max(MAX_GAP_S, 1.5 * step_s)):
-        if len(rows) >= max(MIN_ROWS, 1.0 / (hz * step_s)):
+        if _long_enough(rows, hz, step_s):
             positions[rows], angles[rows] = _smoothed_stretch(track, rows, hz)
     return replace(track, positions=positions, angles=angles)
+
+
+def too_short(track: PoseTrack, hz: float) -> tuple[int, int]:
+    """Number of stretches, and of the frames in them, that `smoothed` leaves unchanged because they are too short."""
+    step_s = float(np.median(np.diff(track.times_s))) if len(track.times_s) > 1 else 0.0
+    if not step_s > 0.0:
+        return int(track.known.any()), int(np.count_nonzero(track.known))
+    left = [len(rows) for rows in _stretches(track, max(MAX_GAP_S, 1.5 * step_s)) if not _long_enough(rows, hz, step_s)]
+    return len(left), sum(left)
+
+
+def description(hz: float | None, left: tuple[int, int] = (0, 0)) -> str:
+    """What was done to exported poses, in one line for the metadata of files.  left: of `too_short`."""
+    if hz is None:
+        return "none"
+    text = f"Butterworth low-pass, -3 dB at {hz:g} Hz, order {2 * ORDER}, forwards and backwards (zero phase)"
+    return f"{text}; {left[0]} stretches, {left[1]} frames, too short: unchanged" if left[0] else text
+
+
+def _long_enough(rows: Ints, hz: float, step_s: float) -> bool:
+    return len(rows) >= max(MIN_ROWS, 1.0 / (hz * step_s))
 
 
 def _stretches(track: PoseTrack, gap_s: float) -> Iterator[Ints]:

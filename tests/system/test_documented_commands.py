@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.board_films import board_pictures
+from tests.support.opensim_models import write_model
 from tests.support.places import ROOT
 from tests.support.simulated_cameras import paper_cameras
 from tests.support.walkers import walker
@@ -145,6 +146,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "points.toml").write_text(SCENE_EXAMPLE, encoding="utf-8")
     (place / "lens.yaml").write_text(ros_info_text(Lens.of(paper_cameras((640, 480))[0])), encoding="utf-8")
     shutil.copy(POSTURES / "fifteen.postures", place / "mine.postures")
+    write_model(place / "Rajagopal2016.osim")
     shutil.copy(PRIORS / "walking.prior", place / "walk.prior")
     status, output = zenocap(["track", "walk", "-o", "walk.mcap"], place)
     assert status in (DONE, LOSS), output

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -23,9 +24,10 @@ from zenocap.tools.recordings.suffixes import OTHER_SUFFIXES, format_name
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.recordings.export import Format
 
-FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot", "glb", "usd")
+FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "glb", "usd")
 WITHOUT_POSE = {
-    "bvh": "last pose repeated", "mot": "left out", "glb": "last pose repeated", "usd": "last pose repeated, invisible",
+    "bvh": "last pose repeated", "mot": "left out", "opensim": "left out", "glb": "last pose repeated",
+    "usd": "last pose repeated, invisible",
 }  # fmt: skip
 
 
@@ -33,10 +35,11 @@ def export(
     take: TakePath,
     output: OutputOption,
     to: Annotated[
-        Literal["trc", "bvh", "c3d", "csv", "mot", "glb", "usd"] | None,
+        Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "opensim", "glb", "usd"] | None,
         typer.Option(
             help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
-            "csv: joint angles, scores and joint centres. mot: OpenSim's coordinates. glb, usd: body, skeleton, animation."
+            "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates. "
+            "opensim: a folder that scales --model and finds its motion. glb, usd: body, skeleton, animation."
         ),
     ] = None,
     fps: Annotated[
@@ -50,12 +53,14 @@ def export(
     ] = "y-up",
     units: Annotated[
         Literal["m", "cm", "mm"] | None,
-        typer.Option(help="Unit of length; default: m in trc, csv and mot, cm in bvh, mm in c3d."),
+        typer.Option(help="Unit of length; default: m, but cm in bvh and mm in c3d."),
     ] = None,
-    angles: Annotated[Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv.")] = "deg",
+    angles: Annotated[
+        Literal["deg", "rad"], typer.Option(help="Unit of the joint angles in csv, parquet and npz.")
+    ] = "deg",
     joints: Annotated[
         Literal["zenocap", "isb", "coco", "halpe"],
-        typer.Option(help="Convention of the joint centres in trc, c3d and csv, see below."),
+        typer.Option(help="Convention of the joint centres, see below."),
     ] = "zenocap",
     bones: Annotated[
         Literal["zenocap", "vrm"], typer.Option(help="Names of the bones in glb and usd, see below.")
@@ -66,25 +71,33 @@ def export(
             metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6, before all else; or off."
         ),
     ] = "off",
+    model: Annotated[
+        Path | None,
+        typer.Option(metavar="MODEL.osim", help="With --to opensim: generic model to scale, such as Rajagopal's."),
+    ] = None,
     raw: RawOption = False,
     min_confidence: Annotated[
         float,
-        typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less, in trc, c3d and csv."),
+        typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less; not in bvh and mot."),
     ] = 0.0,
     *,
     span: FrameRange,
 ) -> None:
-    """Export the poses of a take to BVH, glTF, USD, TRC, C3D, CSV or MOT, for Blender, Unity, OpenSim and others.
+    """Export the poses of a take: BVH, glTF, USD, TRC, C3D, CSV, Parquet, NPZ, MOT, for Blender, Unity, OpenSim and others.
 
     An existing output is replaced, by the complete file or not at all.
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
-    csv: one row per frame. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
+    csv, parquet (pip install 'zenocap[tables]'), npz: one row per frame; the last two name axes, joints and smoothing
+    too. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
     of every file: in bvh, glb, usd and c3d, rows count from frame 0, or from --from. Rows are blank while the person is
     lost; bvh, glb and usd repeat the last pose (usd hides the body), mot leaves the row out.
 
     glb (glTF 2.0, also .vrma for VRM avatars), usd (.usd, .usda, .usdc, .usdz): metres, Y up. --bones zenocap: Hips,
     LeftArm ... as in bvh. vrm: hips, leftUpperArm ... of VRM 1.0.
+
+    opensim: a folder with the set-ups of OpenSim's Scale and Inverse Kinematics tools, the model, and a README on how to
+    run them; docs, into-opensim.
 
     --fps puts rows at exact multiples of 1/fps s: positions are interpolated linearly, joints along the shortest rotation;
     gaps of more than 0.25 s stay empty. (--to is the format, so the end of a range is --until.)
@@ -115,15 +128,22 @@ def export(
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
-        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones)
+        options = ExportOptions(
+            to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones, model
+        )
         written = run_export(checked_take(take), output, options)
+    axes = "opensim" if to == "opensim" else axes
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
     if written.empty:
         typer.echo(f"note: {written.empty} frames without pose: {WITHOUT_POSE.get(to, 'blank')}", err=True)
     if written.left_out:
-        typer.echo(f"note: the take's body has no feet: left out: {', '.join(written.left_out)}", err=True)
+        lacking = "the model has no arms" if to == "opensim" else "the take's body has no feet"
+        typer.echo(f"note: {lacking}: left out: {', '.join(written.left_out)}", err=True)
+    if written.unsmoothed[0]:
+        stretches, frames = written.unsmoothed
+        typer.echo(f"note: too short to smooth, unchanged: stretches {stretches}, frames {frames}", err=True)
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
     raise typer.Exit(LOSS if written.cut else DONE)

@@ -98,9 +98,11 @@ TABLE = (
 # The extra that installs an optional module.
 EXTRAS = {
     "cryptography": "certs", "ezc3d": "export", "hmmlearn": "training", "matplotlib": "plots",
-    "prometheus_client": "metrics", "psutil": "load", "pylsl": "lsl", "sklearn": "training", "threadpoolctl": "training",
+    "prometheus_client": "metrics", "psutil": "load", "pyarrow": "tables", "pylsl": "lsl",
+    "sklearn": "training", "threadpoolctl": "training",
     "xxhash": "ros",
 }  # fmt: skip
+NOT_IN_ALL = ("lsl", "tables")
 for panel, command in TABLE:
     app.command(command.__name__, rich_help_panel=panel)(expanded(command))
 app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
@@ -139,7 +141,8 @@ def main() -> None:
         extra = EXTRAS.get((error.name or "").partition(".")[0])
         if extra is None:
             raise
-        typer.echo(f"error: {error.name} is not installed here: pip install 'zenocap[{extra}]', or [all]", err=True)
+        also = "" if extra in NOT_IN_ALL else ", or [all]"
+        typer.echo(f"error: {error.name} is not installed here: pip install 'zenocap[{extra}]'{also}", err=True)
         raise SystemExit(1) from None
 
 

@@ -1,4 +1,4 @@
-"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV, MOT, glTF or USD."""
+"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV, Parquet, NPZ, MOT, glTF or USD, or as a set-up for OpenSim."""
 
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -21,12 +21,14 @@ from zenocap.common.formats.trajectories import Axes, Trajectories, Unit
 from zenocap.common.formats.trc import write_trc
 from zenocap.tools.recordings.suffixes import format_name
 
-Format = Literal["trc", "bvh", "c3d", "csv", "mot", "glb", "usd"]
+Format = Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "opensim", "glb", "usd"]
 UNITS: dict[Format, Unit] = {  # customary units
-    "trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m", "glb": "m", "usd": "m",
+    "trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m", "parquet": "m", "npz": "m", "opensim": "m", "glb": "m",
+    "usd": "m",
 }  # fmt: skip
-WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv")  # the others have segments and no points
-NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers or times; in the others row k is frame k
+WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv", "parquet", "npz")  # the others have segments and no points
+# Rows have frame numbers or times; in the others row k is frame k.
+NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot", "parquet", "npz", "opensim")
 
 SCENES: tuple[Format, ...] = ("glb", "usd")  # skeleton, skin, animation; the files state axes and unit
 PACKAGES: dict[Format, tuple[str, str, str]] = {  # module, package and extra of zenocap
@@ -41,6 +43,7 @@ class ExportOptions:
     joints: convention of the points.  min_confidence: see `PoseTrack.trajectories`.
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
     raw: poses of the forward pass also where the take was tracked both ways.  bones: names of the bones in SCENES.
+    model: generic model (.osim) that a set-up of OpenSim scales.
     """
 
     to: Format
@@ -55,6 +58,7 @@ class ExportOptions:
     raw: bool = False
     min_confidence: float = 0.0
     bones: BoneNames = "zenocap"
+    model: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,7 @@ class Exported:
     """Result of an export.  first, last: frame numbers.  empty: rows without pose (BVH, SCENES: last pose repeated).
 
     cut: description of missing content of the take, None when it is complete.  left_out: points of the joint convention
-    that the take's body does not have.
+    that the take's body does not have.  unsmoothed: stretches and frames that the filter left, because they are short.
     """
 
     rows: int
@@ -73,6 +77,7 @@ class Exported:
     empty: int
     cut: str | None
     left_out: tuple[str, ...] = ()
+    unsmoothed: tuple[int, int] = (0, 0)
 
 
 def export(take: Path, output: Path, options: ExportOptions) -> Exported:
@@ -82,28 +87,34 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     if options.joints != "zenocap" and options.to not in WITH_POINTS:
         allowed = ", ".join(WITH_POINTS)
         raise UserError(f"{output}: joints {options.joints}: {options.to} has no points: allowed in {allowed}")
-    if options.min_confidence and options.to not in WITH_POINTS:
+    if (options.model is not None) != (options.to == "opensim"):
+        allowed = "an .osim file with --to opensim, and only there"
+        raise UserError(f"{output}: model {options.model or 'not given'}: allowed: {allowed}")
+    if options.min_confidence and options.to not in (*WITH_POINTS, "opensim"):
         allowed = ", ".join(WITH_POINTS)
         raise UserError(f"{output}: min confidence: {options.to} has no points to leave out: allowed in {allowed}")
     poses = read_poses(take, raw=options.raw)
     whole = poses.track()
     if options.min_confidence and not whole.limbs:
         raise UserError(f"{take}: min confidence: the take states none: allowed with takes of the tracker of this version")
+    filtered, unsmoothed = "none", (0, 0)
     if options.smooth is not None:
-        from zenocap.common.formats.smoothing import smoothed
+        from zenocap.common.formats.smoothing import description, smoothed, too_short
 
-        whole = smoothed(whole, options.smooth)
+        raw, whole = whole, smoothed(whole, options.smooth)
+        unsmoothed = too_short(raw, options.smooth)
+        filtered = description(options.smooth, unsmoothed)
     track = selected(whole, options)
     unit = options.unit or UNITS[options.to]
     _check(output, track, options, unit)
     try:
-        _write(output, track, options, unit)
+        lacking = _write(output, track, options, unit, filtered, take)
     except OSError as error:
         raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
     empty = int(np.count_nonzero(~track.known))
     first, last = int(track.frames[0]), int(track.frames[-1])
-    missing = left_out(options.joints, track.anatomy)
-    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing)
+    missing = (*left_out(options.joints, track.anatomy), *lacking)
+    return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed)
 
 
 def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
@@ -128,6 +139,12 @@ def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
         raise UserError(f"{output}: units {unit}, axes {options.axes}: allowed in {options.to}: m, y-up; importers convert")
     if options.to == "usd" and format_name(output.suffix) != "usd":
         raise UserError(f"{output}: suffix {output.suffix!r}: allowed in usd: .usd, .usda, .usdc, .usdz")
+    if options.to == "opensim":
+        if unit != UNITS["opensim"] or options.axes not in FRAMES:
+            raise UserError(
+                f"{output}: axes {options.axes}, units {unit}: allowed with --to opensim: none, it has OpenSim's"
+            )
+        return
     if options.to != "mot":
         return
     if unit != UNITS["mot"]:
@@ -138,8 +155,18 @@ def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
         raise UserError(f"{output}: the person is lost in every frame: no row to write")
 
 
-def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
+def _write(
+    output: Path, track: PoseTrack, options: ExportOptions, unit: Unit, smoothing: str, take: Path
+) -> tuple[str, ...]:
+    """Write the file; return points that a model lacks."""
     match options.to:
+        case "opensim":
+            from zenocap.tools.recordings.opensim_folder import write_opensim
+
+            assert options.model is not None
+            return write_opensim(
+                output, track, options.model, take=take.name, smoothing=smoothing, min_confidence=options.min_confidence
+            )
         case "trc":
             write_trc(output, _points(track, options), axes=options.axes, unit=unit)
         case "csv":
@@ -148,7 +175,13 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
                 min_confidence=options.min_confidence,
             )  # fmt: skip
         case "mot":
-            write_mot(output, *coordinates_of(track, options.axes))
+            notes = [] if smoothing == "none" else [f"Smoothing: {smoothing}.", ""]
+            write_mot(output, *coordinates_of(track, options.axes), notes)
+        case "parquet" | "npz":
+            from zenocap.common.formats.tables import TableLayout, write_npz, write_parquet
+
+            layout = TableLayout(options.axes, unit, options.angle, options.joints, options.min_confidence, smoothing)
+            (write_parquet if options.to == "parquet" else write_npz)(output, track, layout)
         case "bvh":
             from zenocap.common.formats.bvh_writer import write_bvh
 
@@ -164,7 +197,9 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
                 axes=options.axes,
                 unit=unit,
                 descriptions=_descriptions(track, options.joints),
+                smoothing=smoothing,
             )
+    return ()
 
 
 def _write_scene(output: Path, track: PoseTrack, options: ExportOptions) -> None:

@@ -14,7 +14,7 @@ from zenocap.common.body.joint_rotations import joint_angles, joint_rotations
 from zenocap.common.body.rotations import euler_to_matrix
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.smoothing import lowpass, smoothed
+from zenocap.common.formats.smoothing import description, lowpass, smoothed, too_short
 
 few_examples = settings(deadline=None, max_examples=30)
 ANGLES = len(TEN_PARTS.angles)
@@ -171,3 +171,27 @@ def test_rotations_and_angles_are_inverse(seed: int) -> None:
     track = moving(20, seed=seed)
     found = joint_rotations(TEN_PARTS, track.positions, track.angles)
     np.testing.assert_allclose(joint_angles(TEN_PARTS, found, track.angles), track.angles, atol=1e-6)
+
+
+def test_one_hertz_passes_a_cutoff_of_six_unchanged_and_undelayed() -> None:
+    times_s = np.arange(0, 10, 1 / 30)
+    sine = np.sin(2 * np.pi * times_s)
+    found = lowpass(times_s, sine[:, None], 6.0)[30:-30, 0]
+    np.testing.assert_allclose(found, sine[30:-30], atol=1e-3)
+
+
+def test_stretches_that_are_too_short_are_counted_and_left() -> None:
+    track = gentle(60)
+    gone = np.zeros(60, dtype=bool)
+    gone[[4, 40]] = True  # stretches of 4, 35 and 19 frames
+    cut = replace(
+        track,
+        positions=np.where(gone[:, None], np.nan, track.positions),
+        angles=np.where(gone[:, None], np.nan, track.angles),
+    )
+    assert too_short(cut, 6.0) == (1, 4)
+    assert too_short(cut, 1.0) == (2, 23)  # a period is 30 frames
+    out = smoothed(cut, 6.0)
+    np.testing.assert_array_equal(out.positions[:4], cut.positions[:4])
+    assert not np.allclose(out.positions[5:40], cut.positions[5:40], atol=1e-4)
+    assert "1 stretches, 4 frames, too short: unchanged" in description(6.0, (1, 4))

@@ -224,3 +224,20 @@ def test_tracked_take_round_trips_through_bvh(method: str, read_bvh: Callable[[P
         known = ~np.isnan(expected.points).any(axis=(1, 2))
         found = read_bvh(tmp_path / "a.bvh")[expected.frames[known]] / PER_METRE["cm"]
         assert np.linalg.norm(found - expected.points[known], axis=2).max() < 1e-4
+
+
+@pytest.mark.parametrize("to", ["parquet", "npz", "mot", "c3d"])
+def test_files_say_how_they_were_smoothed(to: Format, take: Path, tmp_path: Path) -> None:
+    if to == "parquet":
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'zenocap[tables]'")
+    path = tmp_path / f"a.{to}"
+    status, _, err = zenocap("export", take, "-o", path, "--smooth", 6)
+    assert status == 0
+    assert "too short to smooth, unchanged: stretches " in err  # random poses jump: every stretch is short
+    text = "Butterworth low-pass, -3 dB at 6 Hz, order 4, forwards and backwards"
+    if to == "npz":
+        assert text in str(np.load(path)["metadata"])
+    elif to == "c3d":
+        assert ezc3d.c3d(str(path))["parameters"]["ZENOCAP"]["SMOOTHING"]["value"][0].startswith(text)
+    else:
+        assert text.encode() in path.read_bytes()

@@ -95,7 +95,7 @@ def test_a_take_without_confidence_is_refused_where_it_is_asked_for(tmp_path: Pa
 
 
 def test_formats_without_points_refuse(tracked: Path, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"bvh has no points to leave out: allowed in trc, c3d, csv"):
+    with pytest.raises(UserError, match=r"bvh has no points to leave out: allowed in trc, c3d, csv, parquet, npz"):
         export(tracked, tmp_path / "take.bvh", ExportOptions("bvh", min_confidence=0.5))
     status, _, error = run("export", tracked, "-o", tmp_path / "a.trc", "--min-confidence", "1.5")
     assert status == 2

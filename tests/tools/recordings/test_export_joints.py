@@ -129,7 +129,7 @@ def test_a_take_is_evaluated_in_the_convention_of_the_truth(tracked: Path, tmp_p
 def test_formats_without_points_refuse_a_convention(to: Format, two_view: Path, tmp_path: Path) -> None:
     status, out, err = run("export", two_view, "-o", tmp_path / f"a.{to}", "--joints", "halpe")
     assert (status, out) == (1, "")
-    assert err.rstrip().endswith(f"a.{to}: joints halpe: {to} has no points: allowed in trc, c3d, csv")
+    assert err.rstrip().endswith(f"a.{to}: joints halpe: {to} has no points: allowed in trc, c3d, csv, parquet, npz")
     assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
     assert run("export", two_view, "-o", tmp_path / f"a.{to}", "--joints", "zenocap")[0] == 0

@@ -23,6 +23,16 @@ TRIALS: Final = 300
 LEAST_AGREEING: Final = 0.5  # share of the common instants
 MIRRORED: Final = 0.7  # share of the instants at which the mirrored track of a mirrored image agrees
 
+# Delays.
+DIRECTIONS: Final = 96  # of the image plane in which a silhouette's farthest point is interpolated: right to 0.05 % of its size
+LONGEST_GAP_S: Final = 0.15  # between two images that are interpolated; by hand
+MOST_DELAY_S: Final = 1.5  # searched
+LAG_STEP_S: Final = 0.1  # of the search
+TRACK_SMOOTHING_S: Final = 0.8  # running median of a track, about one step
+LEAST_DELAY_S: Final = 0.005  # corrected
+DELAY_ERRORS: Final = 4.0  # standard errors from which on a delay is corrected: films in step stay as they are
+DELAY_BLOCKS: Final = 5  # stretches of time of the jackknife
+
 # Adjustment.
 HEAD_NOISE_M: Final = 0.03  # of the height of the head: it moves up and down by 2 to 4 cm in each step
 FLOOR_NOISE_M: Final = 0.1  # of the floor below one instant's lowest point

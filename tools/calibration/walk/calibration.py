@@ -102,7 +102,8 @@ def calibrated_films(
     on_step("delays")
     coarse = coarse_delays(views, timing, HEAD_IN_WALK * stature_m)
     if len(coarse) < len(lenses):
-        return calibrated_walk(lenses, near, stature_m, on_step)  # which says what cannot be connected, and why
+        calibrated_walk(lenses, near, stature_m, on_step)  # says what cannot be connected, and why
+        raise UserError("whether the cameras are in step cannot be found: walk longer, in curves; or give sync.toml")
     start = start_of(lenses, views_of(lenses, timing.hulls(coarse), stature_m, on_step), on_step)
     delays = adjusted_delays(start, timing, stature_m, coarse, on_step)
     used = {name: one.seconds if one.is_certain else 0.0 for name, one in delays.items()}

@@ -16,11 +16,11 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.tools.calibration.silhouettes import Hulls
 from zenocap.tools.calibration.walk.adjustment import Walk, adjusted
 from zenocap.tools.calibration.walk.parameters import (
+    DELAY_BIAS_S,
     DELAY_BLOCKS,
     DELAY_ERRORS,
     LAG_STEP_S,
     LEAST_AGREEING,
-    LEAST_DELAY_S,
     MOST_DELAY_S,
     TRACK_SMOOTHING_S,
 )
@@ -38,7 +38,7 @@ class Delay:
 
     @property
     def is_certain(self) -> bool:
-        return abs(self.seconds) > max(LEAST_DELAY_S, DELAY_ERRORS * self.error_s)
+        return abs(self.seconds) > DELAY_ERRORS * self.error_s
 
 
 @dataclass(frozen=True)
@@ -137,4 +137,8 @@ def adjusted_delays(
         kept = np.setdiff1d(np.arange(len(timing.instants)), block)
         parts.append(list(adjusted(cameras, walk_at(timing.part(kept)), delays, 1)[1].values()))
     spread = np.sqrt((len(blocks) - 1) / len(blocks) * ((np.array(parts) - np.mean(parts, axis=0)) ** 2).sum(axis=0))
-    return {name: Delay(seconds, float(error)) for (name, seconds), error in zip(delays.items(), spread, strict=True)}
+    first = next(iter(delays))
+    return {
+        name: Delay(seconds, 0.0 if name == first else float(np.hypot(error, DELAY_BIAS_S)))
+        for (name, seconds), error in zip(delays.items(), spread, strict=True)
+    }

@@ -12,8 +12,10 @@ from zenocap.tools.calibration.walk.parameters import DIRECTIONS, LONGEST_GAP_S
 
 @dataclass(frozen=True)
 class Series:
-    """times: (n,) s, increasing.  points: (n, d, 3) unit rays, camera's frame: the silhouette's farthest in each of d directions
-    of the image plane.  cut: (n, d)."""
+    """times: (n,) s, increasing.  points: (n, d, 3) unit rays, camera's frame.  cut: (n, d).
+
+    points are the silhouette's farthest in each of d directions of the image plane.
+    """
 
     times: Floats
     points: Floats

@@ -76,7 +76,7 @@ def elevations(hulls: Hulls, up: Floats) -> Elevations:
     with np.errstate(invalid="ignore"):
         angles = np.arctan2(sides[..., 0], -sides[..., 1])  # to the right of straight ahead
     left, right = np.where(known, angles, np.inf).min(axis=1), np.where(known, angles, -np.inf).max(axis=1)
-    middle = np.where(known.any(axis=1), 0.5 * (left + right), 0.0)
+    middle = 0.5 * np.add(left, right, out=np.zeros(len(left)), where=known.any(axis=1))
     whole = ~hulls.cut[rows, high] & ~hulls.cut[rows, low] & known.any(axis=1)
     return Elevations(
         np.where(whole, tangents[rows, high], np.nan),

@@ -10,6 +10,7 @@ rolled by up to 4 degrees, whose poses are unknown.  Per number of views the mea
 place of the worst camera after the best motion, scale, tilt of the vertical, error of places in the walked area (0 to 1.8 m
 high), the claimed one.  failed: no calibration; poor: verdict.  With clips: the same against their calibrations.
 --delays: the second camera is out of step by these seconds: what was found of it, and the calibration with it.
+With --sync: what `zenocap sync TAKE` finds of the delay, with the true cameras.
 --tracker: people who walk in a circle of 1.5 m for 9 s are tracked with the true cameras, and with those from their walk,
 moved rigidly to the true ones: mean error of the joints, and without each joint's constant offset.
 """
@@ -39,6 +40,7 @@ from zenocap.tools.calibration.walk.films import filmed
 from zenocap.tools.calibration.walk.parameters import PER_S
 from zenocap.tools.calibration.walk.report import verdict
 from zenocap.tools.calibration.walk.series import series_of
+from zenocap.tools.sync.take import delays_between
 from zenocap.tools.sync.tangents import outline_of
 
 CIRCLE_EVERY = 8  # frames of 60 a second
@@ -96,6 +98,28 @@ def timed(seed: int, views: int, delay_s: float, fps: float, seconds: float = 20
         series[name] = series_of(times, hulls_of(own, outlines))
     timing = Timing(series, np.arange(0.0, times[-1], 1.0 / PER_S))
     return calibrated_films(one.cameras, timing, one.person.height), one
+
+
+def live_table(delays_s: Sequence[float], views: Sequence[int], seeds: Sequence[int], fps: float) -> None:
+    """Print what `zenocap sync TAKE` finds for each delay, from the silhouettes of 15 s and the true cameras."""
+    print("views   late, s  seed   error, frames (claimed)   worst error of the others, frames")
+    times = np.arange(int(15.0 * fps)) / fps
+    for count, delay_s, seed in product(views, delays_s, seeds):
+        one = walker(seed, count)
+        outlines = {}
+        for k, (name, camera) in enumerate(one.cameras.items()):
+            film = one.film(name, np.maximum(0.0, times - delay_s * (k == 1)))
+            found = [outline_of(camera, mask, time_s) for mask, time_s in zip(film, times, strict=True)]
+            outlines[name] = [its for its in found if its is not None]
+        delays = delays_between(one.cameras, outlines)
+        if delays.uncertain:
+            print(f"{count:5} {delay_s:9.3f} {seed:5}   not certain: {', '.join(delays.uncertain)}", flush=True)
+            continue
+        off = {name: its.offset_s * fps for name, its in delays.offsets.items()}
+        others = max((abs(value) for name, value in off.items() if name != "cam02"), default=0.0)
+        claimed = delays.offsets["cam02"].error_s * fps
+        late = f"{off['cam02'] + delay_s * fps:+.2f} ({claimed:.2f})"
+        print(f"{count:5} {delay_s:9.3f} {seed:5} {late:>18} {others:14.2f}", flush=True)
 
 
 def delay_table(delays_s: Sequence[float], views: Sequence[int], seeds: Sequence[int], fps: float) -> None:
@@ -164,12 +188,14 @@ def main() -> None:
     parser.add_argument("--height", type=float, default=1.75)
     parser.add_argument("--tracker", action="store_true")
     parser.add_argument("--delays", help="seconds, such as 0.01,0.1")
+    parser.add_argument("--sync", action="store_true", help="with --delays: what zenocap sync TAKE finds")
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--fps", type=float, default=30.0)
     options = parser.parse_args()
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     if options.delays is not None:
-        delay_table([*map(float, options.delays.split(","))], [*map(int, options.views.split(","))], seeds, options.fps)
+        table = live_table if options.sync else delay_table
+        table([*map(float, options.delays.split(","))], [*map(int, options.views.split(","))], seeds, options.fps)
         return
     if options.tracker:
         print("views  seed   true cameras: mean, shape   found cameras: mean, shape, mm")

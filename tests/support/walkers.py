@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from tests.support.simulated_cameras import look
-from zenocap.common.arrays import Mask
+from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.motion.footsteps import Placement, walk
@@ -37,7 +37,7 @@ class Walker:
             pose = self.motion.pose_at(k / per_s)
             yield {name: ragged(film.silhouette(pose), rng) for name, film in films.items()}
 
-    def film(self, name: str, times: Sequence[float]) -> Iterator[Mask]:
+    def film(self, name: str, times: Sequence[float] | Floats) -> Iterator[Mask]:
         """Silhouettes of one camera at any times, as those of `instants`."""
         rng = np.random.default_rng([self.seed, int(name[3:])])
         camera = SimulatedCamera(self.cameras[name], self.person, self.seed)

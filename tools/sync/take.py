@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.rig.file import MAX_DELAY_MS
 from zenocap.tools.sync.pairs import Offset, offsets_of, reach_s
-from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, silhouette_pairs
+from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import evidence_in
 from zenocap.tools.verdict.view_figures import camera_of
@@ -45,7 +46,11 @@ def delays_of(evidence: Evidence, path: Path) -> TakeDelays:
     outlines = {viewer: one for viewer, one in outlines_of(evidence).items() if len(one) > 2}
     if len(outlines) < 2:
         raise UserError(f"{path}: silhouettes of a person in {len(outlines)} view(s): allowed: two or more views")
-    cameras = {viewer: camera_of(evidence.cameras[viewer]) for viewer in outlines}
+    return delays_between({viewer: camera_of(evidence.cameras[viewer]) for viewer in outlines}, outlines)
+
+
+def delays_between(cameras: Mapping[str, Camera], outlines: Mapping[str, list[Outline]]) -> TakeDelays:
+    """Delays of calibrated cameras from the outlines of a person, with their capture times."""
     most_s = MAX_DELAY_MS / 1e3
     pairs = silhouette_pairs(cameras, outlines, reach_s(most_s))
     found = offsets_of(list(cameras), pairs, replace(SILHOUETTE_LIMITS, max_lag_s=most_s), {})

@@ -9,7 +9,7 @@ from zenocap.common.camera.caliscope import caliscope_text
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.opencv_storage import WITH_POSITION, easymocap_texts, intrinsics_beside, is_storage, read_opencv
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.qualisys import read_qualisys
+from zenocap.common.camera.qualisys import qualisys_text, read_qualisys
 from zenocap.common.camera.ros_camera_info import is_ros_info, read_ros_info, ros_info_text
 from zenocap.common.camera.validation import checked_up_axis
 from zenocap.common.errors import UserError
@@ -23,6 +23,7 @@ WRITTEN = {  # layouts that `write_layout` writes, and what the output is
     "anipose": "a .toml file, also of Pose2Sim and of zenocap itself",
     "caliscope": "a .toml file",
     "easymocap": "a .yml file with extri in its name; intri beside it",
+    "qualisys": "a .txt or .xml file, such as room.qca.txt; no fisheye lenses, 4 coefficients of distortion",
     "ros": "a folder; a camera_info file of each camera, without positions",
 }
 
@@ -97,6 +98,9 @@ def write_layout(path: Path | str, cameras: dict[str, Camera], layout: str, up_a
                     f"{path}: allowed: a name with extri in it, such as extri.yml; intri.yml is written beside it"
                 )
             files = {path: extrinsics, beside: intrinsics}
+        case "qualisys":
+            known = path if path.suffix.lower() == ".xml" else _suffixed(path, ".txt", layout)
+            files = {known: qualisys_text(path, cameras.values(), up_axis)}
         case "ros":
             path.mkdir(parents=True, exist_ok=True)
             files = {path / f"{name}.yaml": ros_info_text(Lens.of(camera)) for name, camera in cameras.items()}

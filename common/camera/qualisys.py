@@ -1,17 +1,18 @@
-"""Calibration files of Qualisys Track Manager (`.qca.txt`, XML), read only.
+"""Calibration files of Qualisys Track Manager (`.qca.txt`, XML).
 
 `transform` holds the camera's axes in the world, row by row in Qualisys' order (x right, y up, z backwards), and its
 position in millimetres; `intrinsic` is in 1/64 of a pixel, the distortions as Pose2Sim has them.
 """
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.validation import Entry, checked_camera, checked_up_axis
+from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
 
 SUBPIXELS = 64.0  # per pixel, in `intrinsic`
@@ -37,6 +38,60 @@ def read_qualisys(path: Path, up_axis: str = "z") -> dict[str, Camera]:
     if not cameras:
         raise UserError(f"{path}: no camera in it: allowed: Qualisys calibration with <camera serial=...>")
     return cameras
+
+
+def qualisys_text(path: Path, cameras: Iterable[Camera], up_axis: str = "z") -> str:
+    """Content of the file for cameras in the Y-up world, their names as serials; up_axis: of the world in the file.
+
+    The elements and attributes are those that Pose2Sim reads.  path: of the file, for the UserError about a lens that the
+    layout cannot hold.
+    """
+    checked_up_axis(path, up_axis)
+    root = ElementTree.Element("calibration", source="zenocap", type="regular")
+    ElementTree.SubElement(root, "results", {"std-dev": "0.0", "min-max-diff": "0.0"})
+    every = ElementTree.SubElement(root, "cameras")
+    for camera in cameras:
+        if camera.fisheye is not None:
+            raise UserError(f"{path}: camera {camera.name!r} has a fisheye lens: allowed in this layout: other lenses")
+        lens = np.pad(camera.distortions, (0, max(0, 4 - len(camera.distortions))))
+        if np.any(lens[4:]):
+            count = int(np.flatnonzero(lens)[-1]) + 1
+            raise UserError(
+                f"{path}: camera {camera.name!r} has a lens with {count} coefficients: allowed in this layout: the first 4"
+            )
+        element = ElementTree.SubElement(
+            every,
+            "camera",
+            {"serial": camera.name, "active": "1", "model": "none", "avg-residual": "0.0", "viewrotation": "0"},
+        )
+        view = {"left": 0, "top": 0, "right": camera.size[0] - 1, "bottom": camera.size[1] - 1}
+        for tag in ("fov_marker", "fov_marker_max", "fov_video", "fov_video_max"):
+            ElementTree.SubElement(element, tag, {key: str(value) for key, value in view.items()})
+        rotation = TO_OPENCV @ (camera.rotation @ Z_UP_TO_Y_UP if up_axis == "z" else camera.rotation)
+        centre = 1000.0 * (Z_UP_TO_Y_UP.T @ camera.centre if up_axis == "z" else camera.centre)
+        places = {f"r{i + 1}{j + 1}": float(rotation[i, j]) for i in range(3) for j in range(3)}
+        places |= dict(zip(("x", "y", "z"), map(float, centre), strict=True))
+        ElementTree.SubElement(element, "transform", {key: repr(value) for key, value in places.items()})
+        matrix, (k1, k2, p1, p2) = SUBPIXELS * camera.matrix, map(float, SUBPIXELS * lens[:4])
+        inner = {
+            "focalLengthU": float(matrix[0, 0]),
+            "focalLengthV": float(matrix[1, 1]),
+            "centerPointU": float(matrix[0, 2]),
+            "centerPointV": float(matrix[1, 2]),
+            "radialDistortion1": k1,
+            "radialDistortion2": k2,
+            "radialDistortion3": 0.0,
+            "tangentalDistortion1": p1,
+            "tangentalDistortion2": p2,
+            "skew": 0.0,
+            "sensorMinU": 0.0,
+            "sensorMaxU": SUBPIXELS * (camera.size[0] - 1),
+            "sensorMinV": 0.0,
+            "sensorMaxV": SUBPIXELS * (camera.size[1] - 1),
+        }
+        ElementTree.SubElement(element, "intrinsic", {key: repr(value) for key, value in inner.items()})
+    ElementTree.indent(root)
+    return "<?xml version='1.0' encoding='UTF-8'?>\n" + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
 def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str) -> Camera:

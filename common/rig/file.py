@@ -33,11 +33,15 @@ CameraValue = Annotated[int, Meta(ge=-(2**31), le=2**31 - 1)]
 MAX_OFFSET_S = 3600.0
 Offset = Annotated[float, Meta(ge=-MAX_OFFSET_S, le=MAX_OFFSET_S)]
 
+MAX_DELAY_MS = 2000.0
+Delay = Annotated[float, Meta(ge=0, le=MAX_DELAY_MS)]
+
 
 class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     """One `[[viewer]]`.  initial: a separate video of the T-pose, shown before a file's own.
 
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
+    delay_ms: by which the images of a camera or stream are older than their capture times say; subtracted from these.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
     format to focus: of a camera of this machine, see `CameraSettings`.
     """
@@ -50,6 +54,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     fps: Rate | None = None
     initial: str | None = None
     offset_s: Offset = 0.0
+    delay_ms: Delay = 0.0
     hardware_decoding: bool = False
     preview: bool = False
     silhouette: bool = True

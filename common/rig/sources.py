@@ -31,11 +31,13 @@ class Device:
     """A camera of this machine: /dev/video`number`, or the one with the stable name `link`.
 
     number: None where `link` is given, a link of udev that is followed each time when the camera is opened.
+    delay_ns: by which its images are older than their times say.
     """
 
     number: int | None
     link: Path | None = None
     settings: CameraSettings = field(default_factory=CameraSettings)
+    delay_ns: int = 0
 
     @property
     def file(self) -> Path:
@@ -45,7 +47,10 @@ class Device:
 
 @dataclass(frozen=True)
 class Stream:
+    """delay_ns: by which its images are older than their times say."""
+
     url: str
+    delay_ns: int = 0
 
 
 @dataclass(frozen=True)

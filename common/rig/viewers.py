@@ -21,6 +21,7 @@ from zenocap.common.rig.sources import (
     Rendered,
     Source,
     SpecError,
+    Stream,
     VideoFile,
     parse_background,
     parse_source,
@@ -183,6 +184,11 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
         if not isinstance(source, VideoFile):
             raise UserError(f"{path}: {key}.offset_s = {table.offset_s}: allowed: only where the source is a video file")
         source = replace(source, offset_ns=round(table.offset_s * 1e9))
+    if table.delay_ms:
+        if not isinstance(source, Device | Stream):
+            allowed = "only where the source is a camera or a stream; of a video file: offset_s"
+            raise UserError(f"{path}: {key}.delay_ms = {table.delay_ms}: allowed: {allowed}")
+        source = replace(source, delay_ns=round(table.delay_ms * 1e6))
     if table.hardware_decoding:
         if not isinstance(source, VideoFile):
             raise UserError(f"{path}: {key}.hardware_decoding = true: allowed: only where the source is a video file")

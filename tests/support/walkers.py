@@ -1,13 +1,13 @@
 """Simulated people who walk about in a ring of cameras of all heights, for the calibration from a walk."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from tests.support.simulated_cameras import look
-from zenocap.common.arrays import Mask
+from zenocap.common.arrays import Floats, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.motion.footsteps import Placement, walk
@@ -31,15 +31,25 @@ class Walker:
 
     def instants(self, per_s: float) -> Iterator[dict[str, Mask]]:
         """Silhouettes (height, width) of 0 and 1 by camera, ragged at the edges."""
-        rng, kernel = np.random.default_rng(self.seed), np.ones((3, 3), np.uint8)
+        rng = np.random.default_rng(self.seed)
         films = {name: SimulatedCamera(camera, self.person, self.seed) for name, camera in self.cameras.items()}
         for k in range(int(self.motion.duration_s * per_s)):
-            pose, seen = self.motion.pose_at(k / per_s), {}
-            for name, film in films.items():
-                mask = np.asarray(film.silhouette(pose) != 0, dtype=np.uint8)
-                edge = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, kernel) != 0
-                seen[name] = np.where(edge & (rng.random(mask.shape) < RAGGED), 1 - mask, mask).astype(np.uint8)
-            yield seen
+            pose = self.motion.pose_at(k / per_s)
+            yield {name: ragged(film.silhouette(pose), rng) for name, film in films.items()}
+
+    def film(self, name: str, times: Sequence[float] | Floats) -> Iterator[Mask]:
+        """Silhouettes of one camera at any times, as those of `instants`."""
+        rng = np.random.default_rng([self.seed, int(name[3:])])
+        camera = SimulatedCamera(self.cameras[name], self.person, self.seed)
+        for time_s in times:
+            yield ragged(camera.silhouette(self.motion.pose_at(float(time_s))), rng)
+
+
+def ragged(silhouette: Mask, rng: np.random.Generator) -> Mask:
+    """A silhouette of 0 and 1 with wrong pixels at its edge."""
+    mask = np.asarray(silhouette != 0, dtype=np.uint8)
+    edge = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) != 0
+    return np.where(edge & (rng.random(mask.shape) < RAGGED), 1 - mask, mask).astype(np.uint8)
 
 
 def figure_of_eight(stature: float, rng: np.random.Generator, steps: int = STEPS) -> list[Placement]:

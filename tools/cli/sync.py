@@ -10,13 +10,21 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.tools.cli.decisions import camera_list
-from zenocap.tools.cli.options import DONE, LOSS, RigPath, one_line_errors, rig_at
+from zenocap.tools.cli.options import DONE, LOSS, one_line_errors, rig_at
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
     from zenocap.tools.sync.synchronize import CameraOffset
 
+RigOrTake = Annotated[
+    Path,
+    typer.Argument(
+        metavar="RIG",
+        help="Rig file (TOML), folder with calibration.toml and videos/, or a take (MCAP) of live cameras.",
+        show_default=False,
+    ),
+]
 UNITS = {"sound": "ms between windows", "flash": "ms between flashes", "silhouettes": "px between outlines"}
 ADVICE = (
     "nothing is written unless all offsets are certain; what helps: sound in every video, a clap, a flash, a "
@@ -25,7 +33,7 @@ ADVICE = (
 
 
 def sync(
-    rig: RigPath,
+    rig: RigOrTake,
     by: Annotated[
         Literal["auto", "sound", "flash", "silhouettes"],
         typer.Option(help="What is compared; auto: sound; without it, the more exact of flashes and silhouettes."),
@@ -54,11 +62,16 @@ def sync(
 
     Sound takes 3 ms per metre: it puts a camera that is 5 m farther from the source 15 ms too early.
 
+    Of a take (MCAP) of live cameras it prints by how long each camera's images are late, from the silhouettes of the first
+    20 s, as `delay_ms` of the rig file; the other options do not matter.
+
     Exit status 3: an offset is not certain, and nothing is written.
 
     Example: `zenocap sync walk`, then `zenocap track walk -o walk.mcap`
     """
     with one_line_errors():
+        if rig.suffix.lower() == ".mcap":
+            _sync_take(rig)
         from zenocap.common.runtime import logs
         from zenocap.tools.sync.synchronize import Options, sync_text, synchronize, write_sync
 
@@ -88,6 +101,23 @@ def sync(
             typer.echo(f"written: {write_sync(rig, by_name, comment)}")
         else:
             typer.echo(sync_text(offsets, f"from {sources}; not written").rstrip())
+    raise typer.Exit(DONE)
+
+
+def _sync_take(path: Path) -> None:
+    """Print the delays of a take's cameras, and exit.  Raises UserError."""
+    from zenocap.tools.sync import take
+
+    found = take.take_delays(path)
+    for line in take.lines_of(found):
+        typer.echo(line)
+    if found.uncertain:
+        advice = "what helps: a person who walks through the whole area in the first 20 s, seen whole by all cameras"
+        typer.echo(f"not certain: {', '.join(found.uncertain)}: {advice}", err=True)
+        raise typer.Exit(LOSS)
+    typer.echo("to add to delay_ms in the [[viewer]] tables of the rig file, which had 0 where there is none:")
+    for line in take.rig_lines(found):
+        typer.echo(line)
     raise typer.Exit(DONE)
 
 

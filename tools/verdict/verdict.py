@@ -1,6 +1,7 @@
 """The verdict on a take: classes of its stretches and of the whole, with reasons."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -117,6 +118,20 @@ class TakeVerdict:
 
     verdict: m.Verdict
     stored: bool
+
+
+def evidence_in(path: Path) -> Evidence:
+    """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
+    evidence = Evidence()
+    for recorded in Take(path).messages():
+        topic = topic_at(recorded.topic) if recorded.encoding == "msgpack" else None
+        if topic not in USED:
+            continue
+        with suppress(BadMessage):
+            received = envelope(recorded)
+            if received is not None:
+                evidence.add(received.message)
+    return evidence
 
 
 def verdict_in(path: Path) -> TakeVerdict:

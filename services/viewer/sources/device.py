@@ -141,7 +141,7 @@ def camera_frames(
                 _leave_out_waiting(capture, source, playback.clock)
                 _settle(capture, controls, playback)
                 continue
-            captured_ns = last_ns = max(times.of(capture), last_ns + 1)
+            captured_ns = last_ns = max(times.of(capture) - source.delay_ns, last_ns + 1)
             rate.add(captured_ns)
             if captured_ns < due_ns - EARLY * period_ns:
                 continue

@@ -8,7 +8,7 @@ from tests.support.places import ROOT
 from tests.support.videos import grey_frames
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
-from zenocap.common.rig.sources import VideoFile
+from zenocap.common.rig.sources import Stream, VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -50,6 +50,24 @@ def test_rig_file_gives_the_same_offsets(tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text((tmp_path / "rig.toml").read_text().replace("videos/cam01.mp4", "actor:walk"))
     with pytest.raises(UserError, match=r"viewer\[0\].offset_s = 2.0: allowed: only where the source is a video file"):
         load_rig(tmp_path / "rig.toml")
+
+
+def test_a_delay_is_that_of_a_camera_or_stream(tmp_path: Path) -> None:
+    folder(tmp_path)
+    viewers = "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "rtsp://camera{k}/live"\nfps = 25\ndelay_ms = {delay}\n'
+        for k, delay in ((1, 0), (2, 80.5))
+    )
+    file = tmp_path / "rig.toml"
+    file.write_text(f'name = "a"\ncalibration = "calibration.toml"\n{viewers}')
+    sources = [viewer.source for viewer in load_rig(file, files=False).viewers]
+    assert [one.delay_ns for one in sources if isinstance(one, Stream)] == [0, 80_500_000]
+    file.write_text(file.read_text().replace("80.5", "2500"))
+    with pytest.raises(UserError, match="delay_ms"):
+        load_rig(file, files=False)
+    file.write_text(file.read_text().replace("2500", "80").replace("rtsp://camera2/live", "videos/cam02.mp4"))
+    with pytest.raises(UserError, match=r"viewer\[1\].delay_ms = 80.0: allowed: only where .* of a video file: offset_s"):
+        load_rig(file, files=False)
 
 
 @pytest.mark.parametrize(

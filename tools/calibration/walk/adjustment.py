@@ -10,7 +10,7 @@ Residuals, in standard deviations:
 The gauge is that of the world Y up with its floor at 0; its place and direction on the floor are those of the start.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -33,6 +33,7 @@ from zenocap.tools.calibration.walk.single_view import elevations
 
 GAUGE_M, GAUGE_RAD = 1e-3, 1e-3  # by which the first camera may leave its place and direction on the floor
 UNIT = np.array([0.02] * 3 + [0.05] * 3)  # rad and m: change of a pose of about equal effect
+DELAY_UNIT_S = 0.03  # change of a delay of about the same effect: a walk of 1 m/s
 
 
 @dataclass(frozen=True)
@@ -89,35 +90,46 @@ def heads_of(cameras: Mapping[str, Camera], walk: Walk) -> Heads:
     return Heads(places, off_px, floor_m)
 
 
-def adjusted(cameras: Mapping[str, Camera], walk: Walk, rounds: int = ROUNDS) -> dict[str, Camera]:
-    """Cameras that fit the walk best, from ones near to them."""
-    names = list(cameras)
-    first = cameras[names[0]]
-    present = dict(cameras)
-    scene = _middle(cameras, walk)
+def adjusted(
+    cameras: Mapping[str, Camera],
+    walk_at: Callable[[Mapping[str, float]], Walk],
+    delays: Mapping[str, float] | None = None,
+    rounds: int = ROUNDS,
+) -> tuple[dict[str, Camera], dict[str, float]]:
+    """Cameras that fit the walk best, from ones near to them, and delays, s, where these are free.
 
-    def moved(values: Floats) -> dict[str, Camera]:
-        parts = values.reshape(len(names), 6) * UNIT
-        return {name: moved_camera(start[name], part) for name, part in zip(names, parts, strict=True)}
+    walk_at: the walk at delays of the cameras.  delays: start; the first camera's stays.  Without any they are 0 and stay.
+    """
+    names = list(cameras)
+    late = names[1:] if delays is not None else []
+    first = cameras[names[0]]
+    present, times = dict(cameras), {name: 0.0 for name in names} | dict(delays or {})
+    scene = middle_of(cameras, walk_at(times))
+
+    def moved(values: Floats) -> tuple[dict[str, Camera], dict[str, float]]:
+        parts = values[: 6 * len(names)].reshape(len(names), 6) * UNIT
+        state = {name: moved_camera(start[name], part) for name, part in zip(names, parts, strict=True)}
+        changes = dict(zip(late, values[6 * len(names) :] * DELAY_UNIT_S, strict=True))
+        return state, {name: begun[name] + changes.get(name, 0.0) for name in names}
 
     for _ in range(rounds):
-        start = present
-        known = [np.isfinite(one) for one in _residuals(start, walk, scene)]
+        start, begun = present, times
+        known = [np.isfinite(one) for one in _residuals(start, walk_at(begun), scene)]
 
         def off(values: Floats, known: list[Bools] = known, scene: Floats = scene) -> Floats:
-            state = moved(values)
+            state, delays = moved(values)
             found = [
                 np.where(mask, np.nan_to_num(one, nan=10.0), 0.0)
-                for one, mask in zip(_residuals(state, walk, scene), known, strict=True)
+                for one, mask in zip(_residuals(state, walk_at(delays), scene), known, strict=True)
             ]
             robust = np.sqrt(losses(np.concatenate(found)))
             gauge = _gauge(state[names[0]], first)
             return np.concatenate([robust, gauge])
 
-        result = least_squares(off, np.zeros(6 * len(names)), max_nfev=15, x_scale=1.0, diff_step=1e-3)
-        present = moved(result.x)
-        scene = _middle(present, walk)
-    return present
+        result = least_squares(off, np.zeros(6 * len(names) + len(late)), max_nfev=15, x_scale=1.0, diff_step=1e-3)
+        present, times = moved(result.x)
+        scene = middle_of(present, walk_at(times))
+    return present, times
 
 
 def _gauge(camera: Camera, first: Camera) -> Floats:
@@ -128,7 +140,7 @@ def _gauge(camera: Camera, first: Camera) -> Floats:
     return np.append(shift, (np.mod(turned + np.pi, 2 * np.pi) - np.pi) / GAUGE_RAD)
 
 
-def _middle(cameras: Mapping[str, Camera], walk: Walk) -> Floats:
+def middle_of(cameras: Mapping[str, Camera], walk: Walk) -> Floats:
     """Middle of the walk at half the person's height."""
     places = heads_of(cameras, walk).places
     middle: Floats = np.nanmedian(places, axis=0)

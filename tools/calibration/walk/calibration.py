@@ -1,7 +1,7 @@
 """Poses of all cameras from a person who walks: start of each camera, registration, adjustment, errors."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -10,7 +10,8 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.silhouettes import Hulls, median_px, pair_residuals
-from zenocap.tools.calibration.walk.adjustment import Walk, adjusted, heads_of
+from zenocap.tools.calibration.walk.adjustment import Walk, adjusted, heads_of, middle_of
+from zenocap.tools.calibration.walk.delays import Delay, Timing, adjusted_delays, coarse_delays
 from zenocap.tools.calibration.walk.parameters import BLOCKS, HEAD_IN_WALK, LEAST_INSTANTS, STATURE_SHARE
 from zenocap.tools.calibration.walk.registration import Motion, joined, pairs_of
 from zenocap.tools.calibration.walk.single_view import SingleView, single_view
@@ -31,6 +32,7 @@ class WalkCalibration:
     """error_m: expected in the walked area, from stretches of time left out, and from the scale.  area_m: its two widths.
 
     pairs_px: median disagreement of the silhouettes of each pair, px; NaN where the pair cannot be compared.
+    delays: of each camera against the first; empty where the silhouettes were given at instants only.
     """
 
     cameras: tuple[WalkCamera, ...]
@@ -39,6 +41,7 @@ class WalkCalibration:
     area_m: tuple[float, float]
     pairs_px: Mapping[tuple[str, str], float]
     error_m: float
+    delays: Mapping[str, Delay] = field(default_factory=dict)
 
 
 def calibrated_walk(
@@ -52,32 +55,16 @@ def calibrated_walk(
     The world has Y up, the floor at 0, its origin in the middle of the walk and the first camera on +Z.  Raises UserError
     where a camera sees too little, or cannot be connected with the others.
     """
-    on_step("each camera alone")
-    views: dict[str, SingleView] = {}
-    for name in lenses:
-        view = single_view(hulls[name], HEAD_IN_WALK * stature_m)
-        whole = 0 if view is None else int(np.isfinite(view.track).sum())
-        if view is None or whole < LEAST_INSTANTS:
-            raise UserError(
-                f"{name}: the person is whole in {whole} of the compared images: allowed: {LEAST_INSTANTS} or more; place "
-                "the camera so that head and feet are in the image"
-            )
-        views[name] = view
-    on_step("comparing the ways")
-    pairs = pairs_of({name: view.track for name, view in views.items()})
-    _refuse_mirrored(list(lenses), pairs)
-    motions = joined(list(lenses), pairs)
-    if len(motions) < len(lenses):
-        raise UserError(_unconnected(list(lenses), motions, pairs))
-    start = {name: placed(lenses[name], views[name], motions[name]) for name in lenses}
+    views = views_of(lenses, hulls, stature_m, on_step)
+    start = start_of(lenses, views, on_step)
     on_step("adjusting")
     walk = Walk(hulls, stature_m)
-    found = adjusted(start, walk)
+    found, _ = adjusted(start, lambda _: walk)
     on_step("estimating the errors")
     error_m = _error_m(found, walk)
     found = centred(found, heads_of(found, walk).places)
     heads = heads_of(found, walk)
-    scene = np.append(np.nanmedian(heads.places[:, [0, 2]], axis=0), 0.0)[[0, 2, 1]] + [0.0, 0.5 * stature_m, 0.0]
+    scene = middle_of(found, walk)
     residuals = {pair: pair_residuals(found, hulls, pair, scene) for pair in combinations(found, 2)}
     cameras = []
     for name, camera in found.items():
@@ -95,6 +82,64 @@ def calibrated_walk(
         {pair: median_px(one) for pair, one in residuals.items()},
         float(np.hypot(error_m, STATURE_SHARE * 0.5 * float(spread[1]))),
     )
+
+
+def calibrated_films(
+    lenses: Mapping[str, Camera],
+    timing: Timing,
+    stature_m: float,
+    hulls: Mapping[str, Hulls] | None = None,
+    on_step: Callable[[str], None] = lambda _: None,
+) -> WalkCalibration:
+    """Calibrate cameras that may be out of step, from their silhouettes as functions of time.
+
+    hulls: those nearest to the instants, which are used where no delay is certain; without, they are interpolated.
+    Raises UserError, see `calibrated_walk`.
+    """
+    in_step = {name: 0.0 for name in lenses}
+    near = hulls if hulls is not None else timing.hulls(in_step)
+    views = views_of(lenses, near, stature_m, on_step)
+    on_step("delays")
+    coarse = coarse_delays(views, timing, HEAD_IN_WALK * stature_m)
+    if len(coarse) < len(lenses):
+        calibrated_walk(lenses, near, stature_m, on_step)  # says what cannot be connected, and why
+        raise UserError("whether the cameras are in step cannot be found: walk longer, in curves; or give sync.toml")
+    start = start_of(lenses, views_of(lenses, timing.hulls(coarse), stature_m, on_step), on_step)
+    delays = adjusted_delays(start, timing, stature_m, coarse, on_step)
+    used = {name: one.seconds if one.is_certain else 0.0 for name, one in delays.items()}
+    found = calibrated_walk(lenses, timing.hulls(used) if any(used.values()) else near, stature_m, on_step)
+    return replace(found, delays=delays)
+
+
+def views_of(
+    lenses: Mapping[str, Camera], hulls: Mapping[str, Hulls], stature_m: float, on_step: Callable[[str], None]
+) -> dict[str, SingleView]:
+    """Each camera alone.  Raises UserError where one sees too little."""
+    on_step("each camera alone")
+    views: dict[str, SingleView] = {}
+    for name in lenses:
+        view = single_view(hulls[name], HEAD_IN_WALK * stature_m)
+        whole = 0 if view is None else int(np.isfinite(view.track).sum())
+        if view is None or whole < LEAST_INSTANTS:
+            raise UserError(
+                f"{name}: the person is whole in {whole} of the compared images: allowed: {LEAST_INSTANTS} or more; place "
+                "the camera so that head and feet are in the image"
+            )
+        views[name] = view
+    return views
+
+
+def start_of(
+    lenses: Mapping[str, Camera], views: Mapping[str, SingleView], on_step: Callable[[str], None]
+) -> dict[str, Camera]:
+    """All cameras in one world, from their tracks.  Raises UserError where they cannot be connected."""
+    on_step("comparing the ways")
+    pairs = pairs_of({name: view.track for name, view in views.items()})
+    _refuse_mirrored(list(lenses), pairs)
+    motions = joined(list(lenses), pairs)
+    if len(motions) < len(lenses):
+        raise UserError(_unconnected(list(lenses), motions, pairs))
+    return {name: placed(lenses[name], views[name], motions[name]) for name in lenses}
 
 
 def placed(lens: Camera, view: SingleView, motion: Motion) -> Camera:
@@ -129,7 +174,8 @@ def _error_m(found: Mapping[str, Camera], walk: Walk) -> float:
     total = 0.0
     for block in np.array_split(np.arange(count), BLOCKS):
         part = walk.part(np.setdiff1d(np.arange(count), block))
-        total += float(np.mean(apart_m(adjusted(found, part, 1), found, points) ** 2))
+        again, _ = adjusted(found, lambda _, part=part: part, rounds=1)  # type: ignore[misc]
+        total += float(np.mean(apart_m(again, found, points) ** 2))
     return float(np.sqrt((BLOCKS - 1) / BLOCKS * total))
 
 

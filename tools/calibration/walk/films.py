@@ -17,7 +17,9 @@ from zenocap.common.rig.sources import VIDEO_SUFFIXES, VideoFile
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.calibration.lens_model import LensModel
 from zenocap.tools.calibration.silhouettes import Hulls, hulls_of
+from zenocap.tools.calibration.walk.delays import Timing
 from zenocap.tools.calibration.walk.parameters import LEAST_INSTANTS, MOST_INSTANTS, PER_S
+from zenocap.tools.calibration.walk.series import series_of
 from zenocap.tools.sync.tangents import Outline
 from zenocap.tools.sync.videos import from_its_beginning, outlines_of
 
@@ -26,10 +28,15 @@ LEVEL = np.diag([1.0, -1.0, -1.0])  # of a camera that looks along -Z of a Y-up 
 
 @dataclass(frozen=True)
 class Filmed:
-    """cameras: with their lenses, at no particular pose.  hulls: of each, at the same instants.  notes: for the user."""
+    """cameras: with their lenses, at no particular pose.  hulls: of each, nearest to the instants of timing.
+
+    notes: for the user.  begins: of each video, s, as sync.toml has it.
+    """
 
     cameras: Mapping[str, Camera]
     hulls: Mapping[str, Hulls]
+    timing: Timing
+    begins: Mapping[str, float]
     notes: tuple[str, ...]
 
 
@@ -68,7 +75,7 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
     begin, end = min(one[0] for one in times.values()), max(one[-1] for one in times.values())
     count = min(MOST_INSTANTS, max(2, math.floor((end - begin) * PER_S)))
     instants = np.linspace(begin, end, count)
-    hulls = {}
+    hulls, series = {}, {}
     for id, found in outlines.items():
         near = np.abs(times[id][:, None] - instants).argmin(axis=0)
         chosen: list[Outline | None] = [
@@ -76,4 +83,8 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
             for k, instant in zip(near, instants, strict=True)
         ]
         hulls[names[id]] = hulls_of(viewers[id].camera, chosen)
-    return Filmed({name: cameras[name] for name in hulls}, hulls, rig.notes)
+        series[names[id]] = series_of(times[id], hulls_of(viewers[id].camera, found))
+    timing = Timing(series, instants)
+    return Filmed(
+        {name: cameras[name] for name in hulls}, hulls, timing, {names[id]: begins[id] for id in names}, rig.notes
+    )

@@ -23,6 +23,20 @@ TRIALS: Final = 300
 LEAST_AGREEING: Final = 0.5  # share of the common instants
 MIRRORED: Final = 0.7  # share of the instants at which the mirrored track of a mirrored image agrees
 
+# Delays.
+DIRECTIONS: Final = (
+    96  # of the image plane in which a silhouette's farthest point is interpolated: right to 0.05 % of its size
+)
+LONGEST_GAP_S: Final = 0.15  # between two images that are interpolated; by hand
+MOST_DELAY_S: Final = 1.5  # searched
+LAG_STEP_S: Final = 0.1  # of the search
+TRACK_SMOOTHING_S: Final = 0.8  # running median of a track, about one step
+DELAY_BIAS_S: Final = (
+    0.009  # standard error beside that of the jackknife: of walkers in step (seeds 0 to 5) -12 to 12 ms are found
+)
+DELAY_ERRORS: Final = 3.0  # standard errors from which on a delay is corrected: films in step stay as they are
+DELAY_BLOCKS: Final = 5  # stretches of time of the jackknife
+
 # Adjustment.
 HEAD_NOISE_M: Final = 0.03  # of the height of the head: it moves up and down by 2 to 4 cm in each step
 FLOOR_NOISE_M: Final = 0.1  # of the floor below one instant's lowest point
@@ -39,6 +53,7 @@ FOOT_NEARER: Final = 0.09
 # The verdict.
 MOST_MRAD: Final = 15.0  # of the worst camera; the issue that asked for this calibration names it
 LEAST_WIDTH_M: Final = 0.6  # of the walked area, across its longest direction; by hand
+GOOD_DELAY_S: Final = 0.03  # standard error of a delay: a walk of 1 m/s goes 3 cm in it
 GOOD_ERROR_M: Final = 0.03  # expected in the walked area; by hand
 STATURE_SHARE: Final = 0.01  # by which scale is uncertain with an exact stature: the spread of the two constants above
 STATURES_M: Final = (1.0, 2.3)

@@ -42,13 +42,12 @@ class Elevations:
 class SingleView:
     """A camera over the floor below it.  rotation: (3, 3) from X right, Y up, Z back to the camera.  height_m.
 
-    track: (n,) the person's place x + z i in this frame, m, NaN where unknown.  spread_m: deviation of the height.
+    track: (n,) the person's place x + z i in this frame, m, NaN where unknown.
     """
 
     rotation: Floats
     height_m: float
     track: Track
-    spread_m: float
 
 
 def up_of(tilt: float, roll: float) -> Floats:
@@ -77,7 +76,7 @@ def elevations(hulls: Hulls, up: Floats) -> Elevations:
     with np.errstate(invalid="ignore"):
         angles = np.arctan2(sides[..., 0], -sides[..., 1])  # to the right of straight ahead
     left, right = np.where(known, angles, np.inf).min(axis=1), np.where(known, angles, -np.inf).max(axis=1)
-    middle = np.where(known.any(axis=1), 0.5 * (left + right), 0.0)
+    middle = 0.5 * np.add(left, right, out=np.zeros(len(left)), where=known.any(axis=1))
     whole = ~hulls.cut[rows, high] & ~hulls.cut[rows, low] & known.any(axis=1)
     return Elevations(
         np.where(whole, tangents[rows, high], np.nan),
@@ -109,19 +108,23 @@ def single_view(hulls: Hulls, height_m: float) -> SingleView | None:
     assert best is not None
     found = least_squares(off, best[1], loss="soft_l1", x_scale=[0.1, 0.1, 0.3])
     up = up_of(found.x[0], found.x[1])
+    return SingleView(level_frame(up), float(found.x[2]), smooth(track_of(hulls, up, height_m), SMOOTHING))
+
+
+def track_of(hulls: Hulls, up: Floats, height_m: float) -> Track:
+    """Places (n,) x + z i of the person in the level frame of a camera with the vertical (3,), m; NaN where unknown."""
     seen = elevations(hulls, up)
     span = seen.top - seen.bottom
     away = np.where(span > 0, height_m / span, np.nan)
-    track = away * (seen.ahead[:, 0] + 1j * seen.ahead[:, 1])
-    spread = float(np.nanmedian(np.abs(-away * seen.bottom - found.x[2])))
-    return SingleView(level_frame(up), float(found.x[2]), _smooth(track), spread)
+    track: Track = away * (seen.ahead[:, 0] + 1j * seen.ahead[:, 1])
+    return track
 
 
-def _smooth(track: Track) -> Track:
-    """Running median over a step; NaN stays."""
+def smooth(track: Track, window: int) -> Track:
+    """Running median over an odd number of instants; NaN stays."""
     known = np.flatnonzero(np.isfinite(track))
-    smooth = np.full(len(track), np.nan + 0j)
-    if len(known) >= SMOOTHING:
-        smooth[known] = medfilt(track[known].real, SMOOTHING) + 1j * medfilt(track[known].imag, SMOOTHING)
-        smooth[known[0]], smooth[known[-1]] = track[known[0]], track[known[-1]]
-    return smooth
+    found = np.full(len(track), np.nan + 0j)
+    if len(known) >= window:
+        found[known] = medfilt(track[known].real, window) + 1j * medfilt(track[known].imag, window)
+        found[known[0]], found[known[-1]] = track[known[0]], track[known[-1]]
+    return found

@@ -8,7 +8,7 @@ import typer
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
 
-Layout = Literal["anipose", "caliscope", "easymocap", "ros"]
+Layout = Literal["anipose", "caliscope", "easymocap", "qualisys", "ros"]
 Axis = Literal["y", "z"]
 
 
@@ -28,6 +28,7 @@ def convert(
     """Convert a calibration for another program, or that of another program for zenocap.
 
     anipose: a .toml, also of Pose2Sim and of zenocap.  caliscope: a .toml.  easymocap: extri.yml, and intri.yml beside it.
+    qualisys: a .qca.txt, also for Pose2Sim; lenses of 4 coefficients; usually with --output-up-axis z.
     ros: a folder with a camera_info file of each camera, which has no position.
     """
     from zenocap.common.camera.calibration_files import read_calibration, write_layout

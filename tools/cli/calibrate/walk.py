@@ -1,6 +1,7 @@
 """Command calibrate walk."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -39,14 +40,16 @@ def walk(
     """Calibrate the positions of all cameras without a board, from one person who walks about.
 
     The person walks through the whole area for half a minute, in curves, upright, and is seen from head to feet by two
-    cameras or more at a time. The lenses must be known. Exit status 3 when the result is poor, with what to do better.
+    cameras or more at a time. The lenses must be known. Cameras may be out of step by up to a second: what their images are
+    late by is found too, and written to FOLDER/sync.toml, which `zenocap track FOLDER` uses. Exit status 3 when the result
+    is poor, with what to do better.
 
     Example: `zenocap calibrate walk monday --height 1.75 --lenses lenses.toml -o calibration.toml`
     """
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration.walk.calibration import calibrated_walk
+    from zenocap.tools.calibration.walk.calibration import calibrated_films
     from zenocap.tools.calibration.walk.films import filmed
     from zenocap.tools.calibration.walk.parameters import STATURES_M
     from zenocap.tools.calibration.walk.report import report, report_data, verdict
@@ -59,7 +62,9 @@ def walk(
         with progress("segmenting") as shown:
             films = filmed(folder, known, seconds, shown.update)
             shown.restart("calibrating")
-            found = calibrated_walk(films.cameras, films.hulls, height, lambda step: shown.update(0, note=step))
+            found = calibrated_films(
+                films.cameras, films.timing, height, films.hulls, lambda step: shown.update(0, note=step)
+            )
         for note in films.notes:
             typer.echo(f"note: {note}", err=True)
         with writing(output):
@@ -68,12 +73,29 @@ def walk(
                 {one.camera.name: one.camera for one in found.cameras},
                 error_px=max(one.off_px for one in found.cameras),
             )
+        late = {name: films.begins[name] + (one.seconds if one.is_certain else 0.0) for name, one in found.delays.items()}
+        offsets = sync_lines(folder, late, force) if any(one.is_certain for one in found.delays.values()) else []
     word, reasons = verdict(found)
     if as_json:
         typer.echo(json.dumps(report_data(found) | {"written": str(output)}, indent=2))
     else:
-        typer.echo("\n".join([*report(found), f"written: {output}"]))
+        typer.echo("\n".join([*report(found), f"written: {output}", *offsets]))
         typer.echo("\n  ".join([f"verdict: {word}", *reasons]))
         typer.echo(f"next: zenocap calibrate check {output}")
     if word == "poor":
         raise typer.Exit(POOR)
+
+
+def sync_lines(folder: Path, begins: Mapping[str, float], force: bool) -> list[str]:
+    """Write when the videos of a folder begin, s by camera, unless there is such a file; lines for the user.
+
+    Raises UserError where it cannot be written.
+    """
+    from zenocap.common.rig.folder import SYNC_FILE
+    from zenocap.tools.sync.synchronize import sync_text, write_sync
+
+    path, comment = folder / SYNC_FILE, "Written by zenocap calibrate walk; seconds at which each camera's video begins"
+    if path.exists() and not force:
+        text = sync_text(begins, comment).rstrip()
+        return [f"not written: {path} exists: --force replaces it; the calibration holds with these times:", text]
+    return [f"written: {write_sync(folder, begins, comment)}"]

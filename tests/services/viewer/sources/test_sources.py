@@ -277,6 +277,15 @@ def opening(captures: list[FakeCamera]) -> device.Opener:
     return lambda source, size, fps: next(rest)
 
 
+@pytest.mark.parametrize("source", [Device(0, delay_ns=80_000_000), Stream("rtsp://a/b", delay_ns=80_000_000)])
+def test_the_delay_of_a_camera_is_subtracted_from_its_times(source):
+    def first(source):
+        time = FakeTime()
+        return next(camera_frames(source, 10.0, SIZE, WORKING, live(time), opening([FakeCamera(time, 3)])))
+
+    assert first(source).captured_ns == first(replace(source, delay_ns=0)).captured_ns - 80_000_000
+
+
 def test_frames_of_a_camera_have_the_time_when_they_were_grabbed():
     time = FakeTime(ns=S)
     camera = FakeCamera(time, 50)

@@ -2,6 +2,7 @@
 
 import os
 import tomllib
+import xml.etree.ElementTree as ElementTree
 
 import cv2
 import numpy as np
@@ -16,6 +17,14 @@ from zenocap.common.camera.lens_files import read_lenses
 from zenocap.common.camera.pinhole import Camera
 from zenocap.tools.cli.calibrate.commands import calibrate
 
+DISTORTED = """[cam_01]
+name = "left"
+size = [640.0, 480.0]
+matrix = [[600.0, 0.0, 310.5], [0.0, 601.0, 239.5], [0.0, 0.0, 1.0]]
+distortions = {}
+rotation = [3.0, 0.2, 0.1]
+translation = [0.0, 1.0, 5.2]
+"""
 RING = ROOT / "zenocap" / "data" / "rigs" / "ring-calibration.toml"
 
 
@@ -33,7 +42,8 @@ def assert_equal(one: Camera, other: Camera) -> None:
 
 @pytest.mark.parametrize("axis", ["y", "z"])
 @pytest.mark.parametrize(
-    ("layout", "name"), [("anipose", "a.toml"), ("caliscope", "camera_array.toml"), ("easymocap", "extri.yml")]
+    ("layout", "name"),
+    [("anipose", "a.toml"), ("caliscope", "camera_array.toml"), ("easymocap", "extri.yml"), ("qualisys", "a.qca.txt")],
 )
 def test_positions_and_lenses_are_the_same_in_every_layout(tmp_path, layout, name, axis):
     result = run(RING, "-o", tmp_path / name, "--layout", layout, "--output-up-axis", axis)
@@ -98,6 +108,33 @@ def test_fisheye_lenses_keep_their_model(tmp_path):
         np.testing.assert_array_equal(lens.distortions, camera.fisheye.coefficients)
     result = run(tmp_path / "wide.toml", "-o", tmp_path / "extri.yml", "--layout", "easymocap")
     assert (result.exit_code, "has a fisheye lens: allowed in this layout" in result.output) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "lens", "text"),
+    [
+        ("a.qca.txt", "[0.1, -0.2, 0.001, 0.002, 0.05]", "a lens with 5 coefficients: allowed in this layout: the first 4"),
+        ("a.toml", "[0.1, -0.2, 0.001, 0.002]", "allowed in the layout qualisys: .txt"),
+    ],
+)
+def test_what_qualisys_cannot_hold_is_refused(tmp_path, name, lens, text):
+    (tmp_path / "lens.toml").write_text(DISTORTED.format(lens))
+    result = run(tmp_path / "lens.toml", "-o", tmp_path / name, "--layout", "qualisys")
+    assert (result.exit_code, text in result.output) == (1, True), result.output
+    assert not (tmp_path / name).exists()
+
+
+def test_qualisys_keeps_distortion_and_writes_millimetres(tmp_path):
+    (tmp_path / "lens.toml").write_text(DISTORTED.format("[0.1, -0.2, 0.001, 0.002]"))
+    run(tmp_path / "lens.toml", "-o", tmp_path / "a.qca.txt", "--layout", "qualisys", "--output-up-axis", "z")
+    one, other = (
+        read_calibration(tmp_path / name, axis)["left"] for name, axis in (("lens.toml", "y"), ("a.qca.txt", "z"))
+    )
+    assert_equal(one, other)
+    element = ElementTree.parse(tmp_path / "a.qca.txt").getroot().find("cameras/camera/transform")
+    assert element is not None
+    x, y, z = (float(element.get(key, "")) for key in ("x", "y", "z"))
+    np.testing.assert_allclose([y, z, x], 1000.0 * one.centre, atol=1e-6)
 
 
 def test_nothing_is_overwritten_unless_wanted(tmp_path):

@@ -111,6 +111,11 @@ class Mog2:
     """OpenCV's adaptive mixture of Gaussians."""
 
 
+@dataclass(frozen=True)
+class AdaptiveBackground:
+    """A model that needs no empty room and follows changes of light and furniture."""
+
+
 def learning_frames(background: "Background") -> int:
     """Number of frames at the start from which a viewer learns the background; it publishes no results for them."""
     match background:
@@ -123,7 +128,7 @@ def learning_frames(background: "Background") -> int:
 
 
 Source = Device | Stream | VideoFile | Images | Actor | Rendered
-Background = FirstFrames | MedianFrames | BackgroundImage | Mog2
+Background = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
 
 
 def without_password(url: str) -> str:
@@ -173,6 +178,8 @@ def parse_background(text: str, base: Path) -> Background:
             return BackgroundImage(base / rest)
         case "median" if not rest:
             return MedianFrames()
+        case "adaptive" if not rest:
+            return AdaptiveBackground()
         case "mog2" if not rest:
             return Mog2()
     raise SpecError(BACKGROUNDS)

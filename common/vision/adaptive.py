@@ -42,6 +42,11 @@ SUDDEN_SHARE = 0.25  # share of the image that differs after a sudden change of 
 FIT_STEP_PX, FIT_ROUNDS = 6, 8  # of the map of gains: grid of samples, rounds of reweighting; chosen by hand
 FIT_GAIN = 0.6  # share of the differing pixels that a map must explain; chosen by hand
 
+HALO_RATE, HALO_MAX = 0.1, 6.0  # of a judgement; largest; chosen by hand
+HALO_INNER_PX, HALO_OUTER_PX = 3, 8  # px, ring in which the halo is measured: within a block of the compression
+UPPER = 0.7  # of the height of a silhouette from the top, above the shadow; chosen by hand
+HALO_QUANTILE, HALO_CHI = 0.9, 2.5003  # and the quantile of the chi distribution with three degrees of freedom
+
 HELD, PUT_DOWN, UNCOVERED, FAINT, FREE = 0, 1, 2, 3, 4  # what may be learnt of a pixel that differs
 
 
@@ -51,8 +56,14 @@ class Adaptive:
 
     candidate: (height, width, 3) colours seen where the model differs.  born_s: (height, width) time since when.
     last_s: when it was last seen.  changed_s: (height, width) time at which the pixel last showed another colour than its candidate.
-    judged: (height, width) HELD, PUT_DOWN, UNCOVERED, FAINT or FREE.  person: last silhouette, or None.
-    alive_s: when the person's region last changed.
+    judged: (height, width) HALO_RATE, HALO_MAX = 0.1, 6.0  # of a judgement; largest; chosen by hand
+HALO_INNER_PX, HALO_OUTER_PX = 3, 8  # px, ring in which the halo is measured: within a block of the compression
+UPPER = 0.7  # of the height of a silhouette from the top, above the shadow; chosen by hand
+HALO_QUANTILE, HALO_CHI = 0.9, 2.5003  # and the quantile of the chi distribution with three degrees of freedom
+
+HELD, PUT_DOWN, UNCOVERED, FAINT or FREE.  person: last silhouette, or None.
+    alive_s: when the person's region last changed.  noise: grey levels, median of the model's.
+    halo: noise around the person in units of the model's, which compression makes larger than 1.
     """
 
     background: Background
@@ -66,6 +77,7 @@ class Adaptive:
     alive_s: float = -1e9
     frames: int = 0
     noise: float = 1.0
+    halo: float = 1.0
 
 
 def start(frames: "list[Image]") -> Adaptive:
@@ -86,14 +98,14 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
     """
     background = model.background
     gain = expected_gain(background, frame, options.foreground)
-    labels = foreground(background, frame, gain, options.foreground)
+    labels = foreground(background, frame, gain, options.foreground, model.halo)
     if np.count_nonzero(labels) > SUDDEN_SHARE * labels.size:
         relit = _relit(background, frame, model.person, labels)
         if relit is not None:
             model = replace(model, background=relit)
             background = relit
             gain = expected_gain(background, frame, options.foreground)
-            labels = foreground(background, frame, gain, options.foreground)
+            labels = foreground(background, frame, gain, options.foreground, model.halo)
     same = np.float32(SAME_SIGMAS * model.noise)
     _suppress(frame, labels, model.judged, gain, model.candidate, same)
     if model.frames % STRIDE == 0:
@@ -108,7 +120,10 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
         model.last_s,         np.float32(time_s), same, waits, model.frames % STRIDE,
     )  # fmt: skip
     if silhouette is not None:
-        model = replace(model, person=silhouette.mask, extents=silhouette.extents)
+        halo = model.halo
+        if model.frames % STRIDE == 0:
+            halo += HALO_RATE * (_halo(frame, background, gain, silhouette) - halo)
+        model = replace(model, person=silhouette.mask, extents=silhouette.extents, halo=halo)
     return replace(model, frames=model.frames + 1), silhouette
 
 
@@ -228,6 +243,26 @@ def _judged(model: Adaptive, frame: Image, labels: Labels, time_s: float) -> Ada
         verdicts[chosen] = HELD
     verdicts = np.concatenate([[FREE], verdicts])
     return replace(model, judged=np.where(number > 0, verdicts[number], judged).astype(np.uint8), alive_s=alive_s)
+
+
+def _halo(frame: Image, background: Background, gain: Floats32, silhouette: Silhouette) -> float:
+    """Noise around the upper part of a silhouette in units of the model's, 1 to HALO_MAX; 1 without enough pixels.
+
+    The ring from HALO_INNER_PX to HALO_OUTER_PX around it shows the room: distances from the model follow a chi
+    distribution with three degrees of freedom where the noise is that of the model.
+    """
+    e = silhouette.extents
+    knee = e.highest + round(UPPER * (e.lowest - e.highest))
+    pad = HALO_OUTER_PX + 1
+    place = np.s_[max(0, e.highest - pad) : knee, max(0, e.leftmost - pad) : e.rightmost + pad]
+    mask = silhouette.mask[place]
+    inner = cv2.dilate(mask, np.ones((2 * HALO_INNER_PX + 1,) * 2, np.uint8))
+    ring = (cv2.dilate(mask, np.ones((2 * HALO_OUTER_PX + 1,) * 2, np.uint8)) != 0) & (inner == 0)
+    if np.count_nonzero(ring) < 50:
+        return 1.0
+    off = frame[place][ring] - gain * background.mean[place][ring]
+    distances = np.sqrt(np.sum(off * off * background.weight[place][ring], axis=1))
+    return float(np.clip(np.quantile(distances, HALO_QUANTILE) / HALO_CHI, 1.0, HALO_MAX))
 
 
 def _joined(differs: Bools) -> Mask:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Bools, Floats32, Image, Ints, Ints32, Labels, Mask
+from zenocap.common.arrays import Bools, Floats, Floats32, Image, Ints, Ints32, Labels, Mask
 from zenocap.common.jit import kernel
 from zenocap.common.vision.background import Background, learn_median
 from zenocap.common.vision.foreground import BACKGROUND, UNSURE, WEAK, expected_gain, foreground
@@ -36,6 +36,7 @@ UNCOVERED_S, PUT_DOWN_S, FAINT_S = 1.0, 20.0, 4.0  # s; chosen by hand
 OCCLUDED_S = 3.0  # s for which a candidate is kept while something else is seen; chosen by hand
 HOLD_S = 60.0  # s for which the person's region is held although nothing of it changes; chosen by hand
 PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
+OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
 EDGE_RATIO = 1.5  # of the edges along an outline, model to frame, of an uncovered region; chosen by hand
 SMALLEST_REGION = 0.0008  # share of the image, of a region that is judged; chosen by hand
 SUDDEN_SHARE = 0.25  # share of the image that differs after a sudden change of the light; chosen by hand
@@ -47,7 +48,8 @@ HALO_INNER_PX, HALO_OUTER_PX = 3, 8  # px, ring in which the halo is measured: w
 UPPER = 0.7  # of the height of a silhouette from the top, above the shadow; chosen by hand
 HALO_QUANTILE, HALO_CHI = 0.9, 2.5003  # and the quantile of the chi distribution with three degrees of freedom
 
-HELD, PUT_DOWN, UNCOVERED, FAINT, FREE = 0, 1, 2, 3, 4  # what may be learnt of a pixel that differs
+# Verdicts on a pixel that differs.  PUT_DOWN to OTHER are not part of a silhouette while they do not change.
+HELD, PUT_DOWN, UNCOVERED, OTHER, FAINT, FREE = 0, 1, 2, 3, 4, 5
 
 
 @dataclass(frozen=True)
@@ -109,12 +111,13 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
     same = np.float32(SAME_SIGMAS * model.noise)
     _suppress(frame, labels, model.judged, gain, model.candidate, same)
     if model.frames % STRIDE == 0:
-        model = _judged(model, frame, labels, time_s)
+        before, model = model.judged, _judged(model, frame, labels, time_s)
+        _renew(frame, before, model.judged, gain, model.candidate, model.born_s, model.last_s, np.float32(time_s), same)
         _suppress(frame, labels, model.judged, gain, model.candidate, same)
         background.forget_limits()
     silhouette = clean(labels, options, model.extents, Edges(frame, background.mean, background.weight, gain))
     held = np.zeros(labels.shape, np.uint8) if silhouette is None else _widened(silhouette.mask)
-    waits = np.array([np.inf, PUT_DOWN_S, UNCOVERED_S, FAINT_S, FAINT_S], dtype=np.float32)
+    waits = np.array([np.inf, PUT_DOWN_S, UNCOVERED_S, PUT_DOWN_S, FAINT_S, FAINT_S], dtype=np.float32)
     _visit(
         frame, labels, held, model.judged, gain, background.mean, model.candidate, model.born_s, model.changed_s,
         model.last_s,         np.float32(time_s), same, waits, model.frames % STRIDE,
@@ -133,7 +136,7 @@ def _suppress(frame: Image, labels: Labels, judged: Mask, gain: Floats32, candid
     height, width = labels.shape
     for y in range(height):
         for x in range(width):
-            if labels[y, x] != BACKGROUND and (judged[y, x] == UNCOVERED or judged[y, x] == PUT_DOWN):
+            if labels[y, x] != BACKGROUND and PUT_DOWN <= judged[y, x] <= OTHER:
                 near = True
                 for c in range(3):
                     value = np.float32(frame[y, x, c]) / gain[c]
@@ -145,6 +148,25 @@ def _suppress(frame: Image, labels: Labels, judged: Mask, gain: Floats32, candid
 def _widened(mask: Mask) -> Mask:
     reach = max(2, mask.shape[0] // 40)
     return np.asarray(cv2.dilate(mask, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)), dtype=np.uint8)
+
+
+@kernel
+def _renew(
+    frame: Image, before: Mask, judged: Mask, gain: Floats32, candidate: Floats32, born: Floats32, last: Floats32,
+    now_s: np.float32, same: np.float32,
+) -> None:  # fmt: skip
+    """Candidates of pixels that were just judged to be no part of the person and show another colour, in place."""
+    for y in range(judged.shape[0]):
+        for x in range(judged.shape[1]):
+            if PUT_DOWN <= judged[y, x] <= OTHER and not PUT_DOWN <= before[y, x] <= OTHER:
+                near = True
+                for c in range(3):
+                    value = np.float32(frame[y, x, c]) / gain[c]
+                    near = near and abs(value - candidate[y, x, c]) <= same + np.float32(SAME_SHARE) * value
+                if not near:
+                    born[y, x], last[y, x] = now_s, now_s
+                    for c in range(3):
+                        candidate[y, x, c] = np.float32(frame[y, x, c]) / gain[c]
 
 
 @kernel
@@ -172,7 +194,7 @@ def _visit(
     value = np.empty(3, dtype=np.float32)
     for y in range(first, height, STRIDE):
         for x in range(width):
-            near, free = True, labels[y, x] == BACKGROUND and judged[y, x] > UNCOVERED
+            near, free = True, labels[y, x] == BACKGROUND and judged[y, x] > OTHER
             for c in range(3):
                 value[c] = np.float32(frame[y, x, c]) / gain[c]
                 near = near and abs(value[c] - candidate[y, x, c]) <= same + np.float32(SAME_SHARE) * value[c]
@@ -182,7 +204,10 @@ def _visit(
                     candidate[y, x, c] += np.float32(CANDIDATE_RATE) * (value[c] - candidate[y, x, c])
             else:
                 changed[y, x] = now_s
-                if free or now_s - last[y, x] > min(np.float32(OCCLUDED_S), last[y, x] - born[y, x]):
+                bare = True
+                for c in range(3):
+                    bare = bare and abs(value[c] - mean[y, x, c]) <= same + np.float32(SAME_SHARE) * value[c]
+                if free or bare or now_s - last[y, x] > min(np.float32(OCCLUDED_S), last[y, x] - born[y, x]):
                     born[y, x], last[y, x] = now_s, now_s
                     judged[y, x] = FREE
                     for c in range(3):
@@ -192,7 +217,7 @@ def _visit(
             if free and held[y, x] == 0:
                 for c in range(3):
                     mean[y, x, c] += np.float32(MEAN_RATE) * (value[c] - mean[y, x, c])
-            elif not free and near and judged[y, x] != HELD and (held[y, x] == 0 or judged[y, x] <= UNCOVERED):
+            elif not free and near and judged[y, x] != HELD and (held[y, x] == 0 or judged[y, x] <= OTHER):
                 if now_s - born[y, x] >= waits[judged[y, x]]:
                     judged[y, x] = FREE
                     for c in range(3):
@@ -205,7 +230,7 @@ def _judged(model: Adaptive, frame: Image, labels: Labels, time_s: float) -> Ada
     differs = _joined(labels >= UNSURE)
     still = _joined((differs != 0) & (model.changed_s < time_s - ALIVE_S))
     # What was judged stays so until another colour is seen there.
-    judged = np.where((model.judged == PUT_DOWN) | (model.judged == UNCOVERED), model.judged, FREE).astype(np.uint8)
+    judged = np.where((model.judged >= PUT_DOWN) & (model.judged <= OTHER), model.judged, FREE).astype(np.uint8)
     edges = (_edges(frame), _edges(model.background.mean))
     # 1: what no longer moves and has an outline in the model only, also where it touches the person.
     regions = find_regions(still, 1, 1, 1, True)
@@ -240,6 +265,7 @@ def _judged(model: Adaptive, frame: Image, labels: Labels, time_s: float) -> Ada
     verdicts = np.where(large, PUT_DOWN, FAINT).astype(np.uint8)
     verdicts[alive] = HELD
     if chosen >= 0:
+        verdicts[alive & (_gaps(regions, chosen) > OTHER_GAP)] = OTHER
         verdicts[chosen] = HELD
     verdicts = np.concatenate([[FREE], verdicts])
     return replace(model, judged=np.where(number > 0, verdicts[number], judged).astype(np.uint8), alive_s=alive_s)
@@ -263,6 +289,14 @@ def _halo(frame: Image, background: Background, gain: Floats32, silhouette: Silh
     off = frame[place][ring] - gain * background.mean[place][ring]
     distances = np.sqrt(np.sum(off * off * background.weight[place][ring], axis=1))
     return float(np.clip(np.quantile(distances, HALO_QUANTILE) / HALO_CHI, 1.0, HALO_MAX))
+
+
+def _gaps(regions: Regions, chosen: int) -> Floats:
+    """Distance between the box of every region and that of the chosen one, in heights of the latter."""
+    box = regions.boxes[chosen]
+    across = np.maximum(regions.boxes[:, 0] - box[2], box[0] - regions.boxes[:, 2])
+    down = np.maximum(regions.boxes[:, 1] - box[3], box[1] - regions.boxes[:, 3])
+    return np.asarray(np.maximum(across, down) / max(1, box[3] - box[1]))
 
 
 def _joined(differs: Bools) -> Mask:

@@ -1,19 +1,20 @@
 """Background model that lives: learns where people were, follows the light, and takes up what was moved.
 
-The model is a `Background` with three more arrays.  Every frame visits one row of `STRIDE`.  A visited pixel that shows the
-background moves the mean; one that differs starts or continues a candidate, the colour that is seen there instead.  Every
-`STRIDE` frames the regions that differ are judged:
+Every frame visits one row of `STRIDE`: a pixel that shows the background moves the mean, and every pixel has a candidate, the
+colour that it shows, with the time since when.  Every `STRIDE` frames the regions that differ from the model are judged:
 
-- *alive*: a share of its pixels has changed within ALIVE_S.  The largest alive one, or the one at the place of the last
-  silhouette, is the person, and nothing of it is learnt;
-- *uncovered*: the model has an edge along its outline and the frame has none.  Something, also a person who was there from
-  the start, has moved away; what is seen now is the room, and is learnt after UNCOVERED_S;
-- *put down*: anything else that does not change.  Learnt after PUT_DOWN_S, and not part of a silhouette before.
+- *alive*: a share of its pixels has changed within ALIVE_S.  The alive region at the place of the last silhouette, or else
+  the largest, is the person, and nothing of it is learnt;
+- *uncovered*: the model has an edge along its outline and the frame has none.  Something has moved away, also a person who
+  was there from the start: what is seen now is the room;
+- *put down*: anything else that does not change, such as a chair that was moved.
 
-After a sudden change of the light, most of the image differs.  A smooth map of gains is then fitted to the whole image, and
-the model is multiplied by it.
+What was uncovered, put down, or moved beside the person is learnt where it has not changed for STILL_S: the candidate becomes
+the mean.  Should that ever have been the person, the room is uncovered when the person moves on.
+After a sudden change of the light most of the image differs; see `zenocap.common.vision.relight`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -24,73 +25,56 @@ from zenocap.common.jit import kernel
 from zenocap.common.vision.background import Background, learn_median
 from zenocap.common.vision.foreground import BACKGROUND, UNSURE, WEAK, expected_gain, foreground
 from zenocap.common.vision.regions import Regions, find_regions
+from zenocap.common.vision.relight import relit
 from zenocap.common.vision.silhouette import Edges, Extents, Silhouette, SilhouetteOptions, clean
 
 STRIDE = 8  # frames in which every row is visited once; chosen by hand
 MEAN_RATE = 0.05  # share of the difference that a visit takes over; chosen by hand
 CANDIDATE_RATE = 0.25  # of a candidate's colour; chosen by hand
-SAME_SHARE = 0.02  # of the brightness, added to that; chosen by hand
 SAME_SIGMAS = 4.5  # of the typical noise, a channel's change that ends a candidate; chosen by hand
+SAME_SHARE = 0.02  # of the brightness, added to that; chosen by hand
 ALIVE_S, ALIVE_SHARE = 1.5, 0.03  # s; share of the pixels of a region; chosen by hand
-UNCOVERED_S, PUT_DOWN_S, FAINT_S = 1.0, 20.0, 4.0  # s; chosen by hand
-OCCLUDED_S = 3.0  # s for which a candidate is kept while something else is seen; chosen by hand
+STILL_S, FAINT_S = 0.7, 4.0  # s without a change before a pixel is learnt; FAINT_S in small regions; chosen by hand
 HOLD_S = 60.0  # s for which the person's region is held although nothing of it changes; chosen by hand
-PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
 OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
+PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
 EDGE_RATIO = 1.5  # of the edges along an outline, model to frame, of an uncovered region; chosen by hand
 SMALLEST_REGION = 0.0008  # share of the image, of a region that is judged; chosen by hand
 SUDDEN_SHARE = 0.25  # share of the image that differs after a sudden change of the light; chosen by hand
-FIT_STEP_PX, FIT_ROUNDS = 6, 8  # of the map of gains: grid of samples, rounds of reweighting; chosen by hand
-FIT_GAIN = 0.6  # share of the differing pixels that a map must explain; chosen by hand
-
+MARGIN_ROWS, MARGIN_MIN_PX = 40, 2  # image rows per px around the person of which nothing is learnt; chosen by hand
 HALO_RATE, HALO_MAX = 0.1, 6.0  # of a judgement; largest; chosen by hand
 HALO_INNER_PX, HALO_OUTER_PX = 3, 8  # px, ring in which the halo is measured: within a block of the compression
 UPPER = 0.7  # of the height of a silhouette from the top, above the shadow; chosen by hand
 HALO_QUANTILE, HALO_CHI = 0.9, 2.5003  # and the quantile of the chi distribution with three degrees of freedom
-
-# Verdicts on a pixel that differs.  PUT_DOWN to OTHER are not part of a silhouette while they do not change.
-HELD, PUT_DOWN, UNCOVERED, OTHER, FAINT, FREE = 0, 1, 2, 3, 4, 5
+NEVER, LEARN, LATER = 0, 1, 2  # verdicts on a pixel that differs: person, learnt after STILL_S, after FAINT_S
 
 
 @dataclass(frozen=True)
 class Adaptive:
-    """The model after a frame.
+    """The model after a frame.  The arrays and the mean are changed in place: it belongs to one viewer.
 
-    candidate: (height, width, 3) colours seen where the model differs.  born_s: (height, width) time since when.
-    last_s: when it was last seen.  changed_s: (height, width) time at which the pixel last showed another colour than its candidate.
-    judged: (height, width) HALO_RATE, HALO_MAX = 0.1, 6.0  # of a judgement; largest; chosen by hand
-HALO_INNER_PX, HALO_OUTER_PX = 3, 8  # px, ring in which the halo is measured: within a block of the compression
-UPPER = 0.7  # of the height of a silhouette from the top, above the shadow; chosen by hand
-HALO_QUANTILE, HALO_CHI = 0.9, 2.5003  # and the quantile of the chi distribution with three degrees of freedom
-
-HELD, PUT_DOWN, UNCOVERED, FAINT or FREE.  person: last silhouette, or None.
-    alive_s: when the person's region last changed.  noise: grey levels, median of the model's.
-    halo: noise around the person in units of the model's, which compression makes larger than 1.
+    candidate: (height, width, 3) colour that a pixel shows, divided by the gain of the frame.  since_s: (height, width) time
+    since when.  person, extents: last silhouette, or None.  alive_s: when the person's region last changed.
+    noise: grey levels, median of the model's.  halo: noise around the person in units of the model's, which compression
+    makes larger than 1.
     """
 
     background: Background
     candidate: Floats32
-    born_s: Floats32
-    changed_s: Floats32
-    last_s: Floats32
-    judged: Mask
+    since_s: Floats32
+    noise: float
+    halo: float = 1.0
     person: Mask | None = None
     extents: Extents | None = None
     alive_s: float = -1e9
     frames: int = 0
-    noise: float = 1.0
-    halo: float = 1.0
 
 
-def start(frames: "list[Image]") -> Adaptive:
+def start(frames: Sequence[Image]) -> Adaptive:
     """Model of the first frames, which may show people.  Raises ValueError as `learn_median`."""
     background = learn_median(frames)
-    shape = background.mean.shape
     noise = float(np.median(background.sigma()))
-    return Adaptive(
-        background, np.zeros(shape, np.float32), np.full(shape[:2], -1e9, np.float32), np.full(shape[:2], -1e9, np.float32),
-        np.full(shape[:2], -1e9, np.float32), np.full(shape[:2], FREE, np.uint8), noise=noise,
-    )  # fmt: skip
+    return Adaptive(background, background.mean.copy(), np.full(frames[0].shape[:2], -1e9, np.float32), noise)
 
 
 def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOptions) -> tuple[Adaptive, Silhouette | None]:
@@ -101,26 +85,21 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
     background = model.background
     gain = expected_gain(background, frame, options.foreground)
     labels = foreground(background, frame, gain, options.foreground, model.halo)
-    if np.count_nonzero(labels) > SUDDEN_SHARE * labels.size:
-        relit = _relit(background, frame, model.person, labels)
-        if relit is not None:
-            model = replace(model, background=relit)
-            background = relit
+    differing = int(np.count_nonzero(labels))
+    if differing > SUDDEN_SHARE * labels.size:
+        changed = relit(background, frame, model.person, differing, options.foreground)
+        if changed is not None:
+            model, background = replace(model, background=changed), changed
             gain = expected_gain(background, frame, options.foreground)
             labels = foreground(background, frame, gain, options.foreground, model.halo)
-    same = np.float32(SAME_SIGMAS * model.noise)
-    _suppress(frame, labels, model.judged, gain, model.candidate, same)
     if model.frames % STRIDE == 0:
-        before, model = model.judged, _judged(model, frame, labels, time_s)
-        _renew(frame, before, model.judged, gain, model.candidate, model.born_s, model.last_s, np.float32(time_s), same)
-        _suppress(frame, labels, model.judged, gain, model.candidate, same)
-        background.forget_limits()
+        model = _judged(model, frame, gain, labels, time_s)
     silhouette = clean(labels, options, model.extents, Edges(frame, background.mean, background.weight, gain))
     held = np.zeros(labels.shape, np.uint8) if silhouette is None else _widened(silhouette.mask)
-    waits = np.array([np.inf, PUT_DOWN_S, UNCOVERED_S, PUT_DOWN_S, FAINT_S, FAINT_S], dtype=np.float32)
+    same = np.float32(SAME_SIGMAS * model.noise)
     _visit(
-        frame, labels, held, model.judged, gain, background.mean, model.candidate, model.born_s, model.changed_s,
-        model.last_s,         np.float32(time_s), same, waits, model.frames % STRIDE,
+        frame, labels, held, gain, background.mean, model.candidate, model.since_s, np.float32(time_s), same,
+        model.frames % STRIDE,
     )  # fmt: skip
     if silhouette is not None:
         halo = model.halo
@@ -130,43 +109,9 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
     return replace(model, frames=model.frames + 1), silhouette
 
 
-@kernel
-def _suppress(frame: Image, labels: Labels, judged: Mask, gain: Floats32, candidate: Floats32, same: np.float32) -> None:
-    """Label as BACKGROUND what was uncovered or put down and still shows the same colour, in place."""
-    height, width = labels.shape
-    for y in range(height):
-        for x in range(width):
-            if labels[y, x] != BACKGROUND and PUT_DOWN <= judged[y, x] <= OTHER:
-                near = True
-                for c in range(3):
-                    value = np.float32(frame[y, x, c]) / gain[c]
-                    near = near and abs(value - candidate[y, x, c]) <= same + np.float32(SAME_SHARE) * value
-                if near:
-                    labels[y, x] = BACKGROUND
-
-
 def _widened(mask: Mask) -> Mask:
-    reach = max(2, mask.shape[0] // 40)
+    reach = max(MARGIN_MIN_PX, mask.shape[0] // MARGIN_ROWS)
     return np.asarray(cv2.dilate(mask, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)), dtype=np.uint8)
-
-
-@kernel
-def _renew(
-    frame: Image, before: Mask, judged: Mask, gain: Floats32, candidate: Floats32, born: Floats32, last: Floats32,
-    now_s: np.float32, same: np.float32,
-) -> None:  # fmt: skip
-    """Candidates of pixels that were just judged to be no part of the person and show another colour, in place."""
-    for y in range(judged.shape[0]):
-        for x in range(judged.shape[1]):
-            if PUT_DOWN <= judged[y, x] <= OTHER and not PUT_DOWN <= before[y, x] <= OTHER:
-                near = True
-                for c in range(3):
-                    value = np.float32(frame[y, x, c]) / gain[c]
-                    near = near and abs(value - candidate[y, x, c]) <= same + np.float32(SAME_SHARE) * value
-                if not near:
-                    born[y, x], last[y, x] = now_s, now_s
-                    for c in range(3):
-                        candidate[y, x, c] = np.float32(frame[y, x, c]) / gain[c]
 
 
 @kernel
@@ -174,101 +119,112 @@ def _visit(
     frame: Image,
     labels: Labels,
     held: Mask,
-    judged: Mask,
     gain: Floats32,
     mean: Floats32,
     candidate: Floats32,
-    born: Floats32,
-    changed: Floats32,
-    last: Floats32,
+    since: Floats32,
     now_s: np.float32,
     same: np.float32,
-    waits: Floats32,
     first: int,
 ) -> None:
-    """Visit every STRIDE-th row from `first`, in place.
-
-    A candidate is dropped when another colour is seen for as long as the candidate was, or for OCCLUDED_S.
-    """
+    """Visit every STRIDE-th row from `first`, in place."""
     height, width = labels.shape
     value = np.empty(3, dtype=np.float32)
     for y in range(first, height, STRIDE):
         for x in range(width):
-            near, free = True, labels[y, x] == BACKGROUND and judged[y, x] > OTHER
+            near = True
             for c in range(3):
                 value[c] = np.float32(frame[y, x, c]) / gain[c]
                 near = near and abs(value[c] - candidate[y, x, c]) <= same + np.float32(SAME_SHARE) * value[c]
-            if near:
-                last[y, x] = now_s
-                for c in range(3):
-                    candidate[y, x, c] += np.float32(CANDIDATE_RATE) * (value[c] - candidate[y, x, c])
-            else:
-                changed[y, x] = now_s
-                bare = True
-                for c in range(3):
-                    bare = bare and abs(value[c] - mean[y, x, c]) <= same + np.float32(SAME_SHARE) * value[c]
-                if free or bare or now_s - last[y, x] > min(np.float32(OCCLUDED_S), last[y, x] - born[y, x]):
-                    born[y, x], last[y, x] = now_s, now_s
-                    judged[y, x] = FREE
-                    for c in range(3):
-                        candidate[y, x, c] = value[c]
-            if free:
-                born[y, x] = now_s
-            if free and held[y, x] == 0:
+            if not near:
+                since[y, x] = now_s
+            rate = np.float32(CANDIDATE_RATE) if near else np.float32(1)
+            for c in range(3):
+                candidate[y, x, c] += rate * (value[c] - candidate[y, x, c])
+            if labels[y, x] == BACKGROUND and held[y, x] == 0:
                 for c in range(3):
                     mean[y, x, c] += np.float32(MEAN_RATE) * (value[c] - mean[y, x, c])
-            elif not free and near and judged[y, x] != HELD and (held[y, x] == 0 or judged[y, x] <= OTHER):
-                if now_s - born[y, x] >= waits[judged[y, x]]:
-                    judged[y, x] = FREE
-                    for c in range(3):
-                        mean[y, x, c] = candidate[y, x, c]
 
 
-def _judged(model: Adaptive, frame: Image, labels: Labels, time_s: float) -> Adaptive:
-    """The model with its regions judged; labels: without what was judged before and is still the same."""
-    shape = labels.shape
+def _judged(model: Adaptive, frame: Image, gain: Floats32, labels: Labels, time_s: float) -> Adaptive:
+    """The model with the regions that differ judged and learnt; the labels of what was learnt become BACKGROUND."""
+    shape, smallest = labels.shape, SMALLEST_REGION * labels.size
     differs = _joined(labels >= UNSURE)
-    still = _joined((differs != 0) & (model.changed_s < time_s - ALIVE_S))
-    # What was judged stays so until another colour is seen there.
-    judged = np.where((model.judged >= PUT_DOWN) & (model.judged <= OTHER), model.judged, FREE).astype(np.uint8)
-    edges = (_edges(frame), _edges(model.background.mean))
+    still = _joined((differs != 0) & (model.since_s < time_s - ALIVE_S))
+    learnt = np.full(shape, LATER, dtype=np.uint8)
     # 1: what no longer moves and has an outline in the model only, also where it touches the person.
     regions = find_regions(still, 1, 1, 1, True)
-    smallest = SMALLEST_REGION * labels.size
     if (regions.areas >= smallest).any():
         number = _numbered(regions.runs, *shape)
+        edges = (_edges(frame), _edges(model.background.mean))
         moving = cv2.dilate(((differs != 0) & (still == 0)).astype(np.uint8), np.ones((3, 3), np.uint8))
         for r in np.flatnonzero(regions.areas >= smallest):
             place, own, outline = _outline(regions, int(r), number)
-            ratio = _edge_ratio(edges, place, outline & (moving[place] == 0))
-            if ratio > EDGE_RATIO:
-                judged[place][own] = UNCOVERED
-        differs[judged == UNCOVERED] = 0
+            if _edge_ratio(edges, place, outline & (moving[place] == 0)) > EDGE_RATIO:
+                learnt[place][own] = LEARN
+                differs[place][own] = 0
     # 2: the person, and the rest.
-    regions = find_regions(differs, 1, 1, 1, True)
-    count = len(regions.areas)
-    if count == 0:
-        return replace(model, judged=judged)
-    number = _numbered(regions.runs, *shape)
-    sums = np.zeros((3, count + 1), dtype=np.int64)
-    person = np.zeros(shape, np.uint8) if model.person is None else model.person
-    _count(number, model.changed_s, person, labels, np.float32(time_s - ALIVE_S), sums)
+    regions, alive_s = find_regions(differs, 1, 1, 1, True), model.alive_s
+    if len(regions.areas) > 0:
+        number = _numbered(regions.runs, *shape)
+        verdicts, alive_s = _verdicts(model, labels, regions, number, time_s)
+        learnt = np.where(number > 0, verdicts[number], learnt).astype(np.uint8)
+    same = np.float32(SAME_SIGMAS * model.noise)
+    _learn(frame, labels, learnt, gain, model.background.mean, model.candidate, model.since_s, np.float32(time_s), same)
+    model.background.forget_limits()
+    return replace(model, alive_s=alive_s)
+
+
+def _verdicts(model: Adaptive, labels: Labels, regions: Regions, number: Ints32, time_s: float) -> tuple[Mask, float]:
+    """Verdict on every region, after one for none, and when the person's region last changed."""
+    sums = np.zeros((3, len(regions.areas) + 1), dtype=np.int64)
+    person = np.zeros(labels.shape, np.uint8) if model.person is None else model.person
+    _count(number, model.since_s, person, labels, np.float32(time_s - ALIVE_S), sums)
     changed, previous, seeds = sums[:, 1:]
-    large = regions.areas >= smallest
+    large = regions.areas >= SMALLEST_REGION * labels.size
     alive = large & (changed >= ALIVE_SHARE * regions.areas)
+    verdicts = np.where(large, LEARN, LATER).astype(np.uint8)
+    verdicts[alive] = NEVER
     chosen, alive_s = -1, model.alive_s
     if alive.any():
         near = alive & (previous > PREVIOUS_SHARE * max(1, previous[alive].max()))
         chosen, alive_s = int(np.argmax(np.where(near if near.any() else alive, seeds, -1))), time_s
     elif previous.any() and time_s - alive_s < HOLD_S:
         chosen = int(np.argmax(previous))
-    verdicts = np.where(large, PUT_DOWN, FAINT).astype(np.uint8)
-    verdicts[alive] = HELD
     if chosen >= 0:
-        verdicts[alive & (_gaps(regions, chosen) > OTHER_GAP)] = OTHER
-        verdicts[chosen] = HELD
-    verdicts = np.concatenate([[FREE], verdicts])
-    return replace(model, judged=np.where(number > 0, verdicts[number], judged).astype(np.uint8), alive_s=alive_s)
+        verdicts[alive & (_gaps(regions, chosen) > OTHER_GAP)] = LEARN
+        verdicts[chosen] = NEVER
+    return np.concatenate([np.full(1, LATER, np.uint8), verdicts]), alive_s
+
+
+@kernel
+def _learn(
+    frame: Image,
+    labels: Labels,
+    learnt: Mask,
+    gain: Floats32,
+    mean: Floats32,
+    candidate: Floats32,
+    since: Floats32,
+    now_s: np.float32,
+    same: np.float32,
+) -> None:
+    """Take the candidate for the mean where it is still seen and has been for long enough, in place."""
+    height, width = labels.shape
+    for y in range(height):
+        for x in range(width):
+            if labels[y, x] == BACKGROUND or learnt[y, x] == NEVER:
+                continue
+            if now_s - since[y, x] < np.float32(STILL_S if learnt[y, x] == LEARN else FAINT_S):
+                continue
+            near = True
+            for c in range(3):
+                value = np.float32(frame[y, x, c]) / gain[c]
+                near = near and abs(value - candidate[y, x, c]) <= same + np.float32(SAME_SHARE) * value
+            if near:
+                labels[y, x] = BACKGROUND
+                for c in range(3):
+                    mean[y, x, c] = candidate[y, x, c]
 
 
 def _halo(frame: Image, background: Background, gain: Floats32, silhouette: Silhouette) -> float:
@@ -332,13 +288,13 @@ def _numbered(runs: Ints32, height: int, width: int) -> Ints32:
 
 
 @kernel
-def _count(number: Ints32, changed: Floats32, person: Mask, labels: Labels, since_s: np.float32, sums: Ints) -> None:
+def _count(number: Ints32, since: Floats32, person: Mask, labels: Labels, after_s: np.float32, sums: Ints) -> None:
     """Pixels of each region that changed since a time, that were of the last silhouette, and that differ; in place."""
     for y in range(number.shape[0]):
         for x in range(number.shape[1]):
             r = number[y, x]
             if r > 0:
-                sums[0, r] += changed[y, x] > since_s
+                sums[0, r] += since[y, x] > after_s
                 sums[1, r] += person[y, x] != 0
                 sums[2, r] += labels[y, x] >= WEAK
 
@@ -348,41 +304,3 @@ def _edges(image: Image | Floats32) -> Floats32:
     smooth = cv2.GaussianBlur(image, (3, 3), 0)
     across, down = cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
     return np.asarray(cv2.magnitude(across, down).max(axis=2), dtype=np.float32)
-
-
-def _relit(background: Background, frame: Image, person: Mask | None, labels: Labels) -> Background | None:
-    """The model in the light of the frame: multiplied by a smooth map of gains; None when no map explains the frame.
-
-    The map is a polynomial of second degree of the logarithm of the ratio, for every channel, fitted to a grid of pixels by
-    reweighted least squares (Cauchy).
-    """
-    height, width = labels.shape
-    grid = np.s_[FIT_STEP_PX // 2 :: FIT_STEP_PX, FIT_STEP_PX // 2 :: FIT_STEP_PX]
-    y, x = np.mgrid[0:height, 0:width]
-    u, v = 2.0 * x / width - 1.0, 2.0 * y / height - 1.0
-    terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=-1)
-    seen = cv2.blur(frame, (3, 3))[grid].astype(np.float64)
-    known = cv2.blur(background.mean, (3, 3))[grid].astype(np.float64)
-    usable = ((seen > 6) & (seen < 250) & (known > 6)).all(axis=-1)
-    if person is not None:
-        usable &= person[grid] == 0
-    if np.count_nonzero(usable) < 50:
-        return None
-    design, field = terms[grid][usable], np.empty(background.mean.shape, np.float32)
-    for c in range(3):
-        logs = np.log(seen[..., c][usable] / known[..., c][usable])
-        weight = np.ones(len(logs))
-        found = np.zeros(6)
-        found[0] = np.median(logs)
-        for _ in range(FIT_ROUNDS):
-            rest = logs - design @ found
-            scale = max(1.4826 * float(np.median(np.abs(rest))), 0.005)
-            weight = 1.0 / (1.0 + (rest / (2.0 * scale)) ** 2)
-            root = np.sqrt(weight)[:, None]
-            found = np.linalg.lstsq(design * root, logs * root[:, 0], rcond=None)[0]
-        field[..., c] = np.exp(np.clip(terms @ found, -1.5, 1.5))
-    relit = replace(background, mean=np.clip(background.mean * field, 0, 255).astype(np.float32))
-    before = np.count_nonzero(labels)
-    gain = expected_gain(relit, frame, SilhouetteOptions().foreground)
-    after = np.count_nonzero(foreground(relit, frame, gain, SilhouetteOptions().foreground))
-    return relit if after < (1.0 - FIT_GAIN) * before else None

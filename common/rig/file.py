@@ -37,6 +37,7 @@ Offset = Annotated[float, Meta(ge=-MAX_OFFSET_S, le=MAX_OFFSET_S)]
 class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     """One `[[viewer]]`.  initial: a separate video of the T-pose, shown before a file's own.
 
+    background: see `parse_background`; None: `default_background` of the source.
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
     format to focus: of a camera of this machine, see `CameraSettings`.
@@ -45,7 +46,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     id: str
     camera: str
     source: int | str
-    background: str = "first:60"
+    background: str | None = None
     size: tuple[Side, Side] | None = None
     fps: Rate | None = None
     initial: str | None = None

@@ -12,7 +12,8 @@ SOURCES = (
     "a device number, /dev/videoN, /dev/v4l/by-id/NAME, rtsp://, http:// or https://, a video file, images/*.png, "
     "actor:NAME[?seed=N], rendered:FILE.npy[?fps=N]"
 )
-BACKGROUNDS = "first:N, median, image:FILE, mog2"
+BACKGROUNDS = "adaptive, first:N, median, image:FILE, mog2"
+FIRST = "first:60"  # background of a video file or the simulated person; of cameras and streams: adaptive
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 STREAMS = ("rtsp", "rtsps", "http", "https")
 STABLE_NAMES = ("/dev/v4l/by-id/", "/dev/v4l/by-path/")
@@ -164,6 +165,11 @@ def parse_source(text: str | int, base: Path) -> Source:
     if any(mark in path.name for mark in "*?["):
         return Images(path.parent, path.name)
     return VideoFile(path)
+
+
+def default_background(source: Source) -> str:
+    """`background` of a source without one: a camera's room changes, and is not always empty when a viewer starts."""
+    return "adaptive" if isinstance(source, Device | Stream) else FIRST
 
 
 def parse_background(text: str, base: Path) -> Background:

@@ -1,7 +1,7 @@
 """Background model that lives: learns where people were, follows the light, and takes up what was moved.
 
-Every frame visits one row of `STRIDE`: a pixel that shows the background moves the mean, and every pixel has a candidate, the
-colour that it shows, with the time since when.  Every `STRIDE` frames the regions that differ from the model are judged:
+Every frame visits one row of `STRIDE`: a pixel that shows the background moves the mean, and every pixel has a candidate,
+the colour that it shows, with the time since when.  Every `STRIDE` frames the regions that differ are judged:
 
 - *alive*: a share of its pixels has changed within ALIVE_S.  The alive region at the place of the last silhouette, or else
   the largest, is the person, and nothing of it is learnt;
@@ -9,8 +9,8 @@ colour that it shows, with the time since when.  Every `STRIDE` frames the regio
   was there from the start: what is seen now is the room;
 - *put down*: anything else that does not change, such as a chair that was moved.
 
-What was uncovered, put down, or moved beside the person is learnt where it has not changed for STILL_S: the candidate becomes
-the mean.  Should that ever have been the person, the room is uncovered when the person moves on.
+What was uncovered, put down, or moved beside the person is learnt where it has not changed for STILL_S: the candidate
+becomes the mean.  Should that ever have been the person, the room is uncovered when the person moves on.
 After a sudden change of the light most of the image differs; see `zenocap.common.vision.relight`.
 """
 
@@ -53,8 +53,8 @@ NEVER, LEARN, LATER = 0, 1, 2  # verdicts on a pixel that differs: person, learn
 class Adaptive:
     """The model after a frame.  The arrays and the mean are changed in place: it belongs to one viewer.
 
-    candidate: (height, width, 3) colour that a pixel shows, divided by the gain of the frame.  since_s: (height, width) time
-    since when.  person, extents: last silhouette, or None.  alive_s: when the person's region last changed.
+    candidate: (height, width, 3) colour that a pixel shows, divided by the gain of the frame.  since_s: (height, width)
+    time since when.  person, extents: last silhouette, or None.  alive_s: when the person's region last changed.
     noise: grey levels, median of the model's.  halo: noise around the person in units of the model's, which compression
     makes larger than 1.
     """

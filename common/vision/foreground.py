@@ -88,14 +88,10 @@ def foreground(
     nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     _drop_faint(levels, np.asarray(nearby, dtype=np.uint8), np.float32(options.faint), labels)
     if halo > HALO_MATTERS:
-        around = cv2.dilate(
-            np.where(labels == STRONG, levels, 0).astype(np.uint8), np.ones((2 * HALO_PX + 1,) * 2, np.uint8)
-        )
+        strong = np.where(labels == STRONG, 255, 0).astype(np.uint8)
+        around = cv2.dilate(strong, np.ones((2 * HALO_PX + 1, 2 * HALO_PX + 1), np.uint8))
         _drop_faint(
-            levels,
-            np.where(around > 0, 255, 0).astype(np.uint8),
-            np.float32(halo * options.weak * LEVELS_PER_SIGMA / 255),
-            labels,
+            levels, np.asarray(around, dtype=np.uint8), np.float32(halo * options.weak * LEVELS_PER_SIGMA / 255), labels
         )
     _detect_shadows(
         frame, background.mean, background.weight, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32)

@@ -60,7 +60,9 @@ def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | Non
     background = scene.background
     assert background is not None  # a scene learnt from frames has one
     if isinstance(background, Adaptive):
-        background, silhouette = follow(background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest"))
+        background, silhouette = follow(
+            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest")
+        )
     else:
         silhouette = extract(background, frame.image, OPTIONS, scene.extents)
     # Paper (added): the background model follows slow changes of the light.

@@ -3,8 +3,8 @@
     python -m benchmarks.rooms [--seeds 5] [--first-seed 0] [--size 320x240] [--methods adaptive,first:60] [--only NAME]
 
 overlap: intersection over union in the frames with a person from SETTLED_S after the person has come into view, mean of the
-seeds, and the mean of the worst seed in brackets.  edge: mean distance of the edge from the true one, px.  unusable: share of
-those frames with an overlap below 0.6.  time: of a frame, median (ms).
+seeds, and the mean of the worst seed in brackets.  edge: mean distance of the edge from the true one, px.  unusable: share
+of those frames with an overlap below 0.6.  time: of a frame, median (ms).
 """
 
 import argparse

@@ -170,22 +170,26 @@ def _noisy(scene: Scene, time_s: float, image: Image) -> Image:
 
 
 def _scaled(image: Image, share: float | Floats) -> Image:
-    return np.clip(np.rint(image * share), 0, 255).astype(np.uint8)
+    scaled: Image = np.clip(np.rint(image * share), 0, 255).astype(np.uint8)
+    return scaled
 
 
 def _like_the_wall(scene: Scene) -> Person:
     """The person in clothes of the colours of the wall, in its light, trousers a little darker."""
     room = scene.room
     wall = np.median(room[: room.shape[0] // 2].reshape(-1, 3), axis=0)
-    shirt, trousers = (tuple(float(v) for v in np.clip(share * wall, 0, 255)) for share in (1.0, 0.85))
-    worn = replace(scene.walker.person.clothing, shirt_bgr=shirt, trouser_bgr=trousers, stripes=0.0)
+    blue, green, red = (float(value) for value in wall)
+    trousers = (0.85 * blue, 0.85 * green, 0.85 * red)
+    worn = replace(scene.walker.person.clothing, shirt_bgr=(blue, green, red), trouser_bgr=trousers, stripes=0.0)
     return replace(scene.walker.person, clothing=worn)
 
 
 def _with_box(scene: Scene, room: Floats32, x: float, z: float) -> Floats32:
     """The room with a wooden box of 0.5 x 0.5 x 0.9 m on the floor, 2 m or more behind the walk."""
     base = scene.place(x, z)
-    corners = np.array([base + [dx, h, dz] for h in (0.0, 0.9) for dx, dz in ((0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5))])
+    corners = np.array(
+        [base + np.array([dx, h, dz]) for h in (0.0, 0.9) for dx, dz in ((0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5))]
+    )
     pixels = scene.camera.project(corners)
     faces = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
     towards = [float(np.linalg.norm(corners[list(face)].mean(axis=0) - scene.camera.centre)) for face in faces]
@@ -208,7 +212,9 @@ def _door(scene: Scene, time_s: float) -> Floats32:
     if open_share == 0.0:
         return room
     x0, x1 = 0.3, 0.3 + 0.9 * open_share
-    corners = np.array([scene.place(x, 3.2) + [0.0, h, 0.0] for x, h in ((x0, 0.0), (x1, 0.0), (x1, 2.0), (x0, 2.0))])
+    corners = np.array(
+        [scene.place(x, 3.2) + np.array([0.0, h, 0.0]) for x, h in ((x0, 0.0), (x1, 0.0), (x1, 2.0), (x0, 2.0))]
+    )
     cv2.fillConvexPoly(room, np.rint(scene.camera.project(corners)).astype(np.int32), (70.0, 66.0, 60.0), cv2.LINE_AA)
     return room
 

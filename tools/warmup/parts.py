@@ -68,7 +68,7 @@ def _silhouettes(_: Callable[[str], None]) -> None:
     update(background, pictures[-1], seen.mask if seen else None)
     model = start(pictures[:EMPTY])
     for number, picture in enumerate(pictures[EMPTY:]):
-        model, _ = follow(model, picture, number / FPS, SilhouetteOptions())
+        model, seen = follow(model, picture, number / FPS, SilhouetteOptions())
 
 
 def _tracking(report: Callable[[str], None]) -> None:

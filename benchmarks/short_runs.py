@@ -67,6 +67,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "matchings": ("--people", "1", "--every", "100"),
     "postures": ("--quick", "--posture", "squat"),
     "recognition": ("--only", "truth", "--seeds", "1", "--people", "3", "--out", str(OUT / "recognition")),
+    "render": ("--rounds", "1", "--seconds", "1", "--size", "160x96"),
     "replay_timing": ("--seconds", "12", "--rates", "1", "--runs", "1"),
     "scorer": ("--searches", "20"),
     "starts": ("--people", "1", "--posture", "squat", "--jobs", "1"),

@@ -101,3 +101,11 @@ def test_every_named_make_target_exists() -> None:
     makefile = (ROOT / "Makefile").read_text()
     for target in re.findall(r"make ([\w-]+)", " ".join([*LINES, *re.findall(r"`(make [^`]*)`", ALL)])):
         assert f"\n{target}:" in makefile
+
+
+def test_the_moving_picture_of_the_readme_is_small_and_moves() -> None:
+    (name,) = re.findall(r"\]\((docs/\w+\.webp)\)", TEXTS[ROOT / "README.md"])
+    content = (ROOT / name).read_bytes()
+    assert len(content) < 1_500_000
+    assert content[8:16] == b"WEBPVP8X"
+    assert content.count(b"ANMF") > 20  # frames of an animation

@@ -10,6 +10,12 @@ from zenocap.services.recognizer import parameters as recognizer
 from zenocap.services.tracker import parameters as tracker
 from zenocap.services.viewer import parameters as viewer
 
+SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY = (
+    640,
+    75,
+)  # longer side (px), JPEG quality; chosen by hand
+SOUGHT_S = 2.0  # s ahead up to which a video is decoded rather than sought, and of the nearest frame; chosen by hand
+
 Values: TypeAlias = Callable[[], Mapping[str, object]]
 
 OF_SERVICES: Mapping[str, Values] = {

@@ -22,6 +22,7 @@ from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.reader import Take as Recording
 from zenocap.tools.recordings.export import Exported, ExportOptions, Format, export
+from zenocap.tools.recordings.suffixes import OTHER_SUFFIXES, format_name
 
 CHUNK = 1000  # frames: 40 s at 25 frames/s, about 1 MB of arrays
 REORDERED = 64  # poses that may be recorded out of the order of their capture times
@@ -148,7 +149,8 @@ class Take:
         smooth: float | None = None,
         min_confidence: float = 0.0,
     ) -> Exported:
-        """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv or .mot.
+        """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv, .mot,
+        .glb (.vrma) or .usd (.usda, .usdc, .usdz).
 
         fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
         format's usual one.  joints: convention of the points in .trc, .c3d and .csv; `Exported.left_out` names those that
@@ -156,9 +158,11 @@ class Take:
         right are blank.  The file appears whole or not at all.  Raises UserError.
         """
         path = Path(output)
-        kind = next((name for name in get_args(Format) if path.suffix.lower() == f".{name}"), None)
+        kind = next((name for name in get_args(Format) if format_name(path.suffix) == name), None)
         if kind is None:
-            raise UserError(f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}")
+            raise UserError(
+                f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}, {', '.join(OTHER_SUFFIXES)}"
+            )
         options = ExportOptions(
             kind, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw, min_confidence=min_confidence
         )

@@ -13,6 +13,7 @@ from msgspec import UNSET, Meta, UnsetType
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.messages import Name, Number, Size
+from zenocap.common.recording.reader import Take
 from zenocap.common.rig.recognizer import Source, Strictness
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.sources import learning_frames
@@ -203,6 +204,13 @@ def read_setup(path: Path, data: bytes) -> RecordedRig:
     if not rig.viewers or not all(math.isfinite(viewer.fps) for viewer in rig.viewers):
         raise UserError(f"{path}: attachment {SETUP_FILE}: viewers: allowed: one or more")
     return rig
+
+
+def setup_of(path: Path) -> RecordedRig | None:
+    """The rig of a take from the attachment that it begins with; None for a take without one.  Raises UserError."""
+    take = Take(path)
+    next(take.messages(), None)  # attachments come before the first message
+    return read_setup(path, take.attachments[SETUP_FILE]) if SETUP_FILE in take.attachments else None
 
 
 def write_parameters(parameters: Parameters) -> bytes:

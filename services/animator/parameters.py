@@ -67,6 +67,7 @@ BODY_MARGIN_M = 0.16  # of the body's surface around its joint centres
 FOLLOW_SMOOTHING_S = 0.5  # standard deviation of the Gaussian that smooths the path of a following camera
 LIT_RADIUS, MIN_LIT_RADIUS_M = 1.6, 3.2  # of the lit floor, relative to the extent of the scene, and at least
 PICTURE_SAMPLES, FILM_SAMPLES = 4, 2  # along either side of a pixel, of a picture and of a film
+MAX_DRAWING_THREADS = 4  # of a film; the encoder has its own
 SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 48.0, 52.0  # to the left of the camera, and above the horizontal
 SHADOW_TEXEL_M, SHADOW_MARGIN_M, PENUMBRA_M = 0.008, 0.12, 0.022  # of the shadow map; sigma of its soft edge
 CONTACT_TEXEL_M, CONTACT_MARGIN_M = 0.02, 0.3  # of the map of body parts close to the floor
@@ -77,6 +78,9 @@ TRAIL_RADIUS_M = 0.008  # at the newest end of a trail
 TRAIL_SPACING_M = 0.01  # points of a trail nearer to each other are merged
 CAPTION_HEIGHT_PX = 720  # picture height for which caption sizes are given
 FONT_OVERSAMPLING = 3  # captions are drawn this much larger and reduced, because OpenCV's lines have whole widths
+
+# Pictures of the videos behind a take
+PICTURES_PER_S = 10.0  # of each camera while the take plays; chosen by hand
 
 
 def parameters() -> Mapping[str, float | int | str]:

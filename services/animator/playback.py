@@ -14,6 +14,8 @@ from pathlib import Path
 from zenocap.common.bus.protocol import Alive, BusError, Envelope, Tick
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.errors import UserError
+from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
@@ -108,7 +110,7 @@ class Playback:
         if not path.is_file():
             self._publish(pm.PlayerUpdate("", problem=f"{take}: no such take"))
             return None
-        port = free_port()
+        port, pose_s = free_port(), _pose_s(path)
         options = ZenohOptions(mode="peer", listen=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)
         self._broadcaster.clear("take")
         try:
@@ -119,14 +121,14 @@ class Playback:
                 with ReplayProcess(path, port) as replay:
                     self._publish(pm.PlayerUpdate(take))
                     self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
-                    command = self._show(take, bus, replay)
+                    command = self._show(take, bus, replay, pose_s)
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
             command, problem = None, str(error)
         self._publish(pm.PlayerUpdate("", problem=problem and f"{take}: {problem}"))
         return command
 
-    def _show(self, take: str, bus: ZenohBus, replay: ReplayProcess) -> PlayerCommand | None:
+    def _show(self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float) -> PlayerCommand | None:
         """Send the replayed messages to the pages until the replay ends or another command comes, which is returned."""
         setup = Setup()
         state, schedule = initial_state(setup), Schedule()
@@ -142,7 +144,7 @@ class Playback:
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
                 if replay.status is not None and replay.status != published:
                     published = replay.status
-                    self._publish(_player_update(take, published))
+                    self._publish(_player_update(take, published, pose_s))
             schedule, updates = due_updates(schedule, state, self._broadcaster.pages)
             if updates:
                 self._broadcaster.publish("take", updates)
@@ -173,5 +175,14 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
     return tuple(BOTH_WAYS_POSE if topic is TRACKER_POSE else topic for topic in topics)
 
 
-def _player_update(take: str, status: ReplayStatus) -> pm.PlayerUpdate:
-    return pm.PlayerUpdate(take, status.place_s, status.duration_s, status.rate, status.paused, status.problem())
+def _pose_s(path: Path) -> float:
+    """Time from one pose of a take to the next; 0 where the take does not say it."""
+    try:
+        rig = setup_of(path)
+    except (UserError, OSError):  # the replay reports it
+        return 0.0
+    return 0.0 if rig is None else rig.frame_ns() / 1e9
+
+
+def _player_update(take: str, status: ReplayStatus, pose_s: float) -> pm.PlayerUpdate:
+    return pm.PlayerUpdate(take, status.place_s, status.duration_s, status.rate, status.paused, status.problem(), pose_s)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take
+from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import versions
@@ -14,6 +15,7 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
 from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import SHOW_POLL_S
+from zenocap.services.animator.picture_feed import PictureFeed, Pictures
 from zenocap.services.animator.playback import Playback
 from zenocap.services.animator.shell import TOPICS
 
@@ -21,10 +23,14 @@ logger = logging.getLogger(__name__)
 
 
 class TakePage:
-    """Page that plays one take in a loop, from `open` to `close`.  raw: with the poses of the forward pass."""
+    """Page that plays one take in a loop, from `open` to `close`.  raw: with the poses of the forward pass.
 
-    def __init__(self, take: Path, table: PageTable, *, raw: bool = False) -> None:
-        self._take, self._raw = take, raw
+    pictures: of the cameras at a time of the take; None without videos.
+    """
+
+    def __init__(self, take: Path, table: PageTable, pictures: Pictures | None = None, *, raw: bool = False) -> None:
+        self._take, self._raw, self._pictures = take, raw, pictures
+        self._feed: PictureFeed | None = None
         self._server = PageServer(table, self._receive, lambda: None, animator_content())
         self._player = pm.PlayerUpdate(take.name)
         self._playback: Playback | None = None
@@ -44,6 +50,9 @@ class TakePage:
         self._server.start()
         hello = pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False)
         self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
+        summary = read_summary(self._take)
+        if self._pictures is not None and summary is not None:
+            self._feed = PictureFeed(self._pictures, summary.start_ns, self._server.broadcaster)
         self._playback = Playback(
             self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update, raw=self._raw
         )
@@ -52,10 +61,14 @@ class TakePage:
     def close(self) -> None:
         if self._playback is not None:
             self._playback.close()
+        if self._feed is not None:
+            self._feed.close()
         self._server.close()
 
     def _on_update(self, update: pm.PlayerUpdate) -> None:
         self._player = update
+        if self._feed is not None and update.take:
+            self._feed.show(update.position_s)
 
     def _receive(self, page: PageQueue, command: pm.Command) -> None:
         match command:
@@ -68,16 +81,22 @@ class TakePage:
 
 
 def show_take(
-    take: Path, table: PageTable, stopped: Callable[[], bool], on_open: Callable[[str], None], *, raw: bool = False
+    take: Path,
+    table: PageTable,
+    stopped: Callable[[], bool],
+    on_open: Callable[[str], None],
+    pictures: Pictures | None = None,
+    *,
+    raw: bool = False,
 ) -> None:
-    """Show a take until `stopped`.  on_open: called with the address of the page.  raw: see `TakePage`.
+    """Show a take until `stopped`.  on_open: called with the address of the page.  pictures, raw: see `TakePage`.
 
     Raises UserError.
     """
     if not take.is_file():
         raise UserError(f"{take}: no such file")
     next(Take(take).messages(), None)  # raises UserError for a file that is not a take
-    page = TakePage(take.resolve(), table, raw=raw)
+    page = TakePage(take.resolve(), table, pictures, raw=raw)
     page.open()
     try:
         on_open(page.address)

@@ -48,7 +48,7 @@ class Visit:
 
     def __init__(self, browser: "playwright.Browser", animator: StandIn) -> None:
         self.animator = animator
-        self.page = browser.new_page(viewport=SIZE)
+        self.page = browser.new_page(viewport=SIZE, color_scheme="dark")
         self.requests: list[str] = []
         self.problems: list[str] = []
         self.page.on("request", lambda request: self.requests.append(request.url))
@@ -217,6 +217,57 @@ def test_layers_presets_and_sliders_act(visit: Visit) -> None:
     visit.page.mouse.move(740, 300)
     visit.page.mouse.up()
     assert visit.evaluate("zenocap.scene.eye.yaw") == pytest.approx(-0.6)
+
+
+def test_the_scene_turns_and_views_enlarge_by_keys(visit: Visit) -> None:
+    visit.page.focus("#scene")
+    visit.page.keyboard.press("ArrowRight")
+    visit.page.keyboard.press("+")
+    assert visit.evaluate("zenocap.scene.eye.yaw") == pytest.approx(1.0 - 24 * 0.006)
+    assert float(str(visit.evaluate("zenocap.scene.eye.distance"))) < 6
+    visit.page.evaluate("document.activeElement.blur()")
+    visit.page.keyboard.press("2")
+    assert visit.evaluate("zenocap.scene.eye.yaw") == 0
+    view = visit.page.get_by_role("button", name="view of viewer 1: enlarge")
+    view.focus()
+    visit.page.keyboard.press("Enter")
+    assert view.get_attribute("aria-expanded") == "true"
+    box = view.bounding_box()
+    assert box is not None
+    assert box["width"] > 0.9 * SIZE["width"]
+    visit.page.keyboard.press("Escape")
+    assert view.get_attribute("aria-expanded") == "false"
+
+
+def test_a_joint_has_its_name_and_angles_and_distances_are_measured(visit: Visit) -> None:
+    pose = Pose(np.array([0.0, 0.95, 0.0]), t_pose_angles(TEN_PARTS))
+    visit.animator.receive(bap(50, visit.animator.clock.now_ns(), pose))
+    visit.sees(50)
+    centres = dict(zip(MARKERS, joint_centres(TEN_PARTS, body(), pose), strict=True))
+    place = expected_px(visit, centres["LElbow"])
+    visit.page.mouse.move(*place)
+    visit.until(lambda: visit.text("#joint").startswith("left elbow\nx "), "the name of the joint")
+    visit.page.select_option("#joint-from", "LShoulder")
+    visit.page.select_option("#joint-to", "LElbow")
+    expected = 1000 * np.linalg.norm(centres["LElbow"] - centres["LShoulder"])
+    assert float(visit.text("#joint-distance").removesuffix(" mm")) == pytest.approx(expected, abs=1.0)
+
+
+@pytest.mark.parametrize("width", [390, 1100])
+def test_nothing_is_cut_off_on_a_telephone_and_on_a_small_screen(visit: Visit, width: int) -> None:
+    visit.page.set_viewport_size({"width": width, "height": 844})
+    visit.page.wait_for_timeout(200)
+    outside = visit.evaluate(
+        """[...document.querySelectorAll('button, select, input, b, h2, #plots figure')].filter((one) => {
+        const box = one.getBoundingClientRect();
+        return box.width && !one.closest('#views') && (box.left < -1 || box.right > innerWidth + 1);
+        }).map((one) => one.outerHTML)"""
+    )
+    assert outside == []
+    assert visit.evaluate("document.documentElement.scrollWidth <= innerWidth") is True
+    middle = visit.evaluate("zenocap.locate('Hip').page")
+    assert isinstance(middle, list)
+    assert visit.evaluate(f"document.elementFromPoint({middle[0]}, {middle[1]}).id") == "scene"  # the actor is not covered
 
 
 def test_scene_points_are_drawn_at_their_position(visit: Visit) -> None:

@@ -18,22 +18,25 @@ from zenocap.tools.cli.options import (
     smoothing,
 )
 from zenocap.tools.cli.progress import progress
+from zenocap.tools.recordings.suffixes import OTHER_SUFFIXES, format_name
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
     from zenocap.tools.recordings.export import Format
 
-FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot")
-WITHOUT_POSE = {"bvh": "last pose repeated", "mot": "left out"}
+FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot", "glb", "usd")
+WITHOUT_POSE = {
+    "bvh": "last pose repeated", "mot": "left out", "glb": "last pose repeated", "usd": "last pose repeated, invisible",
+}  # fmt: skip
 
 
 def export(
     take: TakePath,
     output: OutputOption,
     to: Annotated[
-        Literal["trc", "bvh", "c3d", "csv", "mot"] | None,
+        Literal["trc", "bvh", "c3d", "csv", "mot", "glb", "usd"] | None,
         typer.Option(
             help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
-            "csv: joint angles, scores and joint centres. mot: OpenSim's coordinates."
+            "csv: joint angles, scores and joint centres. mot: OpenSim's coordinates. glb, usd: body, skeleton, animation."
         ),
     ] = None,
     fps: Annotated[
@@ -54,6 +57,9 @@ def export(
         Literal["zenocap", "isb", "coco", "halpe"],
         typer.Option(help="Convention of the joint centres in trc, c3d and csv, see below."),
     ] = "zenocap",
+    bones: Annotated[
+        Literal["zenocap", "vrm"], typer.Option(help="Names of the bones in glb and usd, see below.")
+    ] = "zenocap",
     smooth: Annotated[
         str,
         typer.Option(
@@ -68,14 +74,17 @@ def export(
     *,
     span: FrameRange,
 ) -> None:
-    """Export the poses of a take to BVH, TRC, C3D, CSV or MOT, for Blender, OpenSim and others.
+    """Export the poses of a take to BVH, glTF, USD, TRC, C3D, CSV or MOT, for Blender, Unity, OpenSim and others.
 
     An existing output is replaced, by the complete file or not at all.
 
     trc: OpenSim and Pose2Sim, HALPE names. c3d: the same points. bvh: Blender, Unity and others, rest pose is the T-pose.
     csv: one row per frame. mot: OpenSim's coordinates, degrees; usually with --axes opensim. Frame k of a video is frame k
-    of every file: in bvh and c3d, rows count from frame 0, or from --from. Rows are blank while the person is lost; bvh
-    repeats the last pose, mot leaves the row out.
+    of every file: in bvh, glb, usd and c3d, rows count from frame 0, or from --from. Rows are blank while the person is
+    lost; bvh, glb and usd repeat the last pose (usd hides the body), mot leaves the row out.
+
+    glb (glTF 2.0, also .vrma for VRM avatars), usd (.usd, .usda, .usdc, .usdz): metres, Y up. --bones zenocap: Hips,
+    LeftArm ... as in bvh. vrm: hips, leftUpperArm ... of VRM 1.0.
 
     --fps puts rows at exact multiples of 1/fps s: positions are interpolated linearly, joints along the shortest rotation;
     gaps of more than 0.25 s stay empty. (--to is the format, so the end of a range is --until.)
@@ -98,15 +107,15 @@ def export(
     """
     start, end = span.bounds()
     cutoff_hz = smoothing("--smooth", smooth)
-    to = to or next((name for name in FORMATS if output.suffix.lower() == f".{name}"), None)
+    to = to or next((name for name in FORMATS if format_name(output.suffix) == name), None)
     if to is None:
-        allowed = ", ".join(f".{name}" for name in FORMATS)
+        allowed = ", ".join([*(f".{name}" for name in FORMATS), *OTHER_SUFFIXES])
         raise typer.BadParameter(f"--output {output}: allowed: a name ending in {allowed}, or any with --to")
     with one_line_errors(), progress(f"exporting {take}"):
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
-        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence)
+        options = ExportOptions(to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones)
         written = run_export(checked_take(take), output, options)
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"

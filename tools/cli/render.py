@@ -60,9 +60,9 @@ def render(
         bool, typer.Option("--no-captions", help="Leave out title, time and posture.", rich_help_panel=PICTURE)
     ] = False,
     codec: Annotated[
-        Literal["vp9", "mpeg4"],
-        typer.Option(help="Of a film: vp9 plays in browsers; mpeg4 is faster to write.", rich_help_panel=PICTURE),
-    ] = "vp9",
+        Literal["h264", "vp9", "mpeg4"] | None,
+        typer.Option(help="Of a film; default: h264 in .mp4, vp9 in .webm. mpeg4: old players.", rich_help_panel=PICTURE),
+    ] = None,
     smooth: Annotated[
         str, typer.Option(metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6; or off.")
     ] = "off",
@@ -70,7 +70,7 @@ def render(
     *,
     frames: FrameRange,
 ) -> None:
-    """Draw the poses of a take as a film (.mp4) or a picture (.png, .jpg). Needs no rig, network or screen.
+    """Draw the poses of a take as a film (.mp4, .webm, .webp) or a picture (.png, .jpg). Needs no rig, network or screen.
 
     A picture shows the first pose, or with --poses several together. The first use compiles the drawing functions, which
     takes about 10 s. Exit status 3: drawn, but a part of the take is missing.

@@ -16,9 +16,18 @@ def show(
     take: Annotated[
         Path,
         typer.Argument(
-            metavar="TAKE", help="A take: an MCAP file, recorded, or made by `zenocap track`.", show_default=False
+            metavar="TAKE",
+            help="A take: an MCAP file, recorded, or made by `zenocap track`; or the folder that was tracked.",
+            show_default=False,
         ),
     ],
+    videos: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Folder that was tracked, whose pictures are shown; default: the one of its name beside the take.",
+        ),
+    ] = None,
     port: Annotated[
         int | None,
         typer.Option(
@@ -30,7 +39,8 @@ def show(
     """Play a take on a page at http://127.0.0.1:8080, in a loop, until Ctrl-C. Needs no rig.
 
     The page has the virtual actor, the silhouettes, the joint angles and the recognized postures of the take, as far as
-    they were recorded, and controls for position and rate. Only this machine can open it.
+    they were recorded, and controls for position and rate. The pictures of the cameras are behind the silhouettes of a
+    take that was tracked from a folder. Only this machine can open it.
 
     Example: `zenocap show walk.mcap`
     """
@@ -39,8 +49,11 @@ def show(
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.services.animator.show import show_take
+        from zenocap.tools.recordings.take_videos import take_of, videos_of
 
         logs.configure("show")
+        take = take_of(take)
+        pictures = videos_of(take, videos)
         if port is None:
             port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
@@ -49,6 +62,7 @@ def show(
                 PageTable(port=port),
                 stopped,
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
+                None if pictures is None else pictures.at,
                 raw=raw,
             )
 

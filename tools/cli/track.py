@@ -29,7 +29,7 @@ Refinement = Literal["gauss-newton", "force", "force-printed"]
 PICTURES = 20  # of an overlay, about
 VIDEOS = "Videos of no rig"
 TRACKER = "Tracker (methods hybrid, image-force and particle-filter)"
-EXPORTED: dict[str, Format] = {".trc": "trc", ".bvh": "bvh", ".c3d": "c3d", ".csv": "csv"}
+EXPORTED: dict[str, Format] = {".trc": "trc", ".bvh": "bvh", ".c3d": "c3d", ".csv": "csv", ".glb": "glb", ".usd": "usd"}
 
 
 def track(
@@ -48,8 +48,8 @@ def track(
             "-o",
             "--output",
             metavar="FILE",
-            help="Output file: a take (.mcap), or an export (.bvh, .trc, .c3d, .csv) without keeping the take; default: "
-            "NAME.mcap, in this folder.",
+            help="Output file: a take (.mcap), or an export (.bvh, .trc, .c3d, .csv, .glb, .usd) without keeping the take; "
+            "default: NAME.mcap, in this folder.",
             show_default=False,
         ),
     ] = None,

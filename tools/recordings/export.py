@@ -1,6 +1,7 @@
-"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV or MOT."""
+"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV, MOT, glTF or USD."""
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from math import ceil
 from pathlib import Path
 from typing import Literal
@@ -9,6 +10,7 @@ import numpy as np
 
 from zenocap.common.body.joint_conventions import CONVENTIONS, TITLES, Convention, left_out, origin_of, points_of
 from zenocap.common.errors import UserError
+from zenocap.common.formats.bone_names import BoneNames
 from zenocap.common.formats.csv import Angle, write_csv
 from zenocap.common.formats.mot import write_mot
 from zenocap.common.formats.opensim_coordinates import FRAMES, coordinates_of
@@ -17,11 +19,19 @@ from zenocap.common.formats.resampling import resampled
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Axes, Trajectories, Unit
 from zenocap.common.formats.trc import write_trc
+from zenocap.tools.recordings.suffixes import format_name
 
-Format = Literal["trc", "bvh", "c3d", "csv", "mot"]
-UNITS: dict[Format, Unit] = {"trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m"}  # customary units
+Format = Literal["trc", "bvh", "c3d", "csv", "mot", "glb", "usd"]
+UNITS: dict[Format, Unit] = {  # customary units
+    "trc": "m", "bvh": "cm", "c3d": "mm", "csv": "m", "mot": "m", "glb": "m", "usd": "m",
+}  # fmt: skip
 WITH_POINTS: tuple[Format, ...] = ("trc", "c3d", "csv")  # the others have segments and no points
 NUMBERED: tuple[Format, ...] = ("trc", "csv", "mot")  # rows have frame numbers or times; in the others row k is frame k
+
+SCENES: tuple[Format, ...] = ("glb", "usd")  # skeleton, skin, animation; the files state axes and unit
+PACKAGES: dict[Format, tuple[str, str, str]] = {  # module, package and extra of zenocap
+    "glb": ("pygltflib", "pygltflib", "gltf"), "usd": ("pxr", "usd-core", "usd"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -30,7 +40,7 @@ class ExportOptions:
 
     joints: convention of the points.  min_confidence: see `PoseTrack.trajectories`.
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
-    raw: poses of the forward pass also where the take was tracked both ways.
+    raw: poses of the forward pass also where the take was tracked both ways.  bones: names of the bones in SCENES.
     """
 
     to: Format
@@ -44,11 +54,12 @@ class ExportOptions:
     smooth: float | None = None
     raw: bool = False
     min_confidence: float = 0.0
+    bones: BoneNames = "zenocap"
 
 
 @dataclass(frozen=True)
 class Exported:
-    """Result of an export.  first, last: frame numbers.  empty: rows without pose (in BVH: last pose repeated).
+    """Result of an export.  first, last: frame numbers.  empty: rows without pose (BVH, SCENES: last pose repeated).
 
     cut: description of missing content of the take, None when it is complete.  left_out: points of the joint convention
     that the take's body does not have.
@@ -111,6 +122,12 @@ def selected(take: PoseTrack, options: ExportOptions) -> PoseTrack:
 
 def _check(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -> None:
     """Raise UserError for what OpenSim cannot read: another unit, an axis other than Y up, or a file without rows."""
+    if options.bones != "zenocap" and options.to not in SCENES:
+        raise UserError(f"{output}: bones {options.bones}: allowed in {', '.join(SCENES)}")
+    if options.to in SCENES and (unit != UNITS[options.to] or options.axes != "y-up"):
+        raise UserError(f"{output}: units {unit}, axes {options.axes}: allowed in {options.to}: m, y-up; importers convert")
+    if options.to == "usd" and format_name(output.suffix) != "usd":
+        raise UserError(f"{output}: suffix {output.suffix!r}: allowed in usd: .usd, .usda, .usdc, .usdz")
     if options.to != "mot":
         return
     if unit != UNITS["mot"]:
@@ -136,6 +153,8 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
             from zenocap.common.formats.bvh_writer import write_bvh
 
             write_bvh(output, track, axes=options.axes, unit=unit)
+        case "glb" | "usd":
+            _write_scene(output, track, options)
         case "c3d":
             from zenocap.common.formats.c3d import write_c3d
 
@@ -146,6 +165,24 @@ def _write(output: Path, track: PoseTrack, options: ExportOptions, unit: Unit) -
                 unit=unit,
                 descriptions=_descriptions(track, options.joints),
             )
+
+
+def _write_scene(output: Path, track: PoseTrack, options: ExportOptions) -> None:
+    module, package, extra = PACKAGES[options.to]
+    if find_spec(module) is None:
+        raise UserError(f"{output}: {options.to} needs the package {package}: pip install 'zenocap[{extra}]'")
+    from zenocap.common.formats.animated_skeleton import animated_skeleton
+    from zenocap.services.animator.render.skin import skin_of
+
+    motion = animated_skeleton(track, skin_of(track.anatomy, track.bdp), options.bones)
+    if options.to == "glb":
+        from zenocap.common.formats.gltf import write_glb
+
+        write_glb(output, motion, output.stem)
+    else:
+        from zenocap.common.formats.usd import write_usd
+
+        write_usd(output, motion, output.stem)
 
 
 def _points(track: PoseTrack, options: ExportOptions) -> Trajectories:

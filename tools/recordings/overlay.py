@@ -17,6 +17,7 @@ from zenocap.common.conversion import anatomy_of, bdp_of, lost_parts
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import NO_VIEW, Bap, is_lost, pose_of, views_of
 from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.video.film_writer import FilmWriter
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.recordings.track import TrackedFrameSet
@@ -47,7 +48,7 @@ class Overlay:
         self._rig, self._folder, self._every = rig, folder, every
         self._body: tuple[Anatomy, Bdp] | None = None
         self._is_last_body = False
-        self._film: cv2.VideoWriter | None = None
+        self._film: FilmWriter | None = None
         self._last: dict[str, Image] = {}
         self._pictures = self._seen = 0
         try:
@@ -89,14 +90,16 @@ class Overlay:
         self._seen += 1
         if self._film is None:
             size = (picture.shape[1], picture.shape[0])
-            codec = cv2.VideoWriter.fourcc(*"mp4v")
-            self._film = cv2.VideoWriter(str(self._folder / "overlay.mp4"), codec, self._rig.viewers[0].fps, size)
+            try:
+                self._film = FilmWriter(self._folder / "overlay.mp4", size, self._rig.viewers[0].fps)
+            except OSError as error:
+                raise UserError(f"--overlay {self._folder}: cannot be written: {error.strerror or error}") from error
         self._film.write(picture)
 
     def finish(self) -> int:
         """Close the video; return the number of pictures."""
         if self._film is not None:
-            self._film.release()
+            self._film.close()
         return self._pictures
 
 

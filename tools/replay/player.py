@@ -196,6 +196,8 @@ class Player:
         if command.paused is not None and command.paused != self._head.paused:
             self._step = None
             self._head = self._head.toggled(now_ns)
+        if command.place_ns is not None and self._head.paused:
+            self._step = set()  # shows what is at that place
 
     def _seek(self, place_ns: int) -> None:
         """Continue from another place; times and frame numbers keep rising, also when seeking back."""

@@ -18,6 +18,7 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.rotations import matrix_to_quaternion
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.formats.bone_names import unity_name
 from zenocap.common.formats.osc import osc_bundles, osc_message, osc_string
 from zenocap.common.formats.skeleton import skeleton_of, turned_bones
 from zenocap.common.formats.trajectories import MATRICES, convert
@@ -27,17 +28,6 @@ from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
 from zenocap.services.animator.states import Actor
 
 OUR_WORLD_TO_UNITY = MATRICES["unity"]
-UNITY_NAMES: Mapping[str, str] = {  # names in Unity's HumanBodyBones, where they differ from ours
-    "Spine1": "Chest",
-    "LeftArm": "LeftUpperArm",
-    "LeftForeArm": "LeftLowerArm",
-    "LeftUpLeg": "LeftUpperLeg",
-    "LeftLeg": "LeftLowerLeg",
-    "RightArm": "RightUpperArm",
-    "RightForeArm": "RightLowerArm",
-    "RightUpLeg": "RightUpperLeg",
-    "RightLeg": "RightLowerLeg",
-}
 
 LOADED, CALIBRATED, NORMAL_MODE = 1, 3, 0  # arguments of /VMC/Ext/OK
 ROOT = osc_message("/VMC/Ext/Root/Pos", "root", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -55,7 +45,7 @@ class Humanoid:
         """Raises ValueError for an anatomy without a skeleton."""
         self._anatomy, self._body = anatomy, body
         self._skeleton = skeleton_of(anatomy, body)
-        self.names = tuple(UNITY_NAMES.get(name, name) for name in self._skeleton.names)
+        self.names = tuple(unity_name(name) for name in self._skeleton.names)
         self.parents = self._skeleton.parents
         self._offsets = convert(self._skeleton.offsets, "unity")
 

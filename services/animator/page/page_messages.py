@@ -187,7 +187,10 @@ class TakesUpdate(msgspec.Struct, frozen=True, tag="takes", tag_field="type"):
 
 
 class PlayerUpdate(msgspec.Struct, frozen=True, tag="player", tag_field="type"):
-    """State of the player.  take: "" when none is played.  problem: why playing failed, or "" ."""
+    """State of the player.  take: "" when none is played.  problem: why playing failed, or "" .
+
+    pose_s: time from one pose of the take to the next, 0 where it is unknown.
+    """
 
     take: str
     position_s: float = 0.0
@@ -195,6 +198,7 @@ class PlayerUpdate(msgspec.Struct, frozen=True, tag="player", tag_field="type"):
     rate: float = 1.0
     paused: bool = False
     problem: str = ""
+    pose_s: float = 0.0
 
 
 class VerdictPart(msgspec.Struct, frozen=True):

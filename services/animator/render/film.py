@@ -1,10 +1,12 @@
 """`zenocap render`: the poses of a take as a film or a picture."""
 
-from collections.abc import Callable, Mapping
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -21,17 +23,15 @@ from zenocap.common.formats.resampling import resampled
 from zenocap.common.formats.smoothing import smoothed
 from zenocap.common.formats.take_poses import Poses, read_poses
 from zenocap.common.messages import CameraInfo
-from zenocap.services.animator.parameters import FILM_SAMPLES, PICTURE_SAMPLES
+from zenocap.common.video.film_writer import CODECS, Codec, FilmWriter, codec_of
+from zenocap.services.animator.parameters import FILM_SAMPLES, MAX_DRAWING_THREADS, PICTURE_SAMPLES
 from zenocap.services.animator.render.camera_path import Shot, camera_path
 from zenocap.services.animator.render.caption import Caption, label_at, read_labels, write
 from zenocap.services.animator.render.scene import Scene
 from zenocap.services.animator.render.surfaces import Surface, body_surface, concatenated, posed_surface, trails
 from zenocap.services.animator.render.theme import THEMES
 
-Codec = Literal["vp9", "mpeg4"]
-
-FILMS, PICTURES = (".mp4",), (".png", ".jpg")
-CODECS: Mapping[Codec, str] = {"vp9": "vp09", "mpeg4": "mp4v"}
+FILMS, PICTURES = tuple(CODECS), (".png", ".jpg")
 EXTREMITIES = ("LWrist", "RWrist", "LAnkle", "RAnkle")
 
 
@@ -41,6 +41,7 @@ class RenderOptions:
 
     first, last: frames of the take, inclusive.  fps: of a film; None for that of the take.  size: width, height, px.
     poses: number of poses in one picture, evenly spaced.  trails_s: length of the trails of hands and feet, 0 for none.
+    codec: of a film; None for that of the suffix.
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
     raw: poses of the forward pass also where the take was tracked both ways.
     """
@@ -54,7 +55,7 @@ class RenderOptions:
     poses: int = 1
     trails_s: float = 0.0
     captions: bool = True
-    codec: Codec = "vp9"
+    codec: Codec | None = None
     smooth: float | None = None
     raw: bool = False
 
@@ -81,6 +82,8 @@ def render(
     suffix = output.suffix.lower()
     if suffix not in (*FILMS, *PICTURES):
         raise UserError(f"--output {output}: allowed: a file name that ends in {', '.join((*FILMS, *PICTURES))}")
+    if suffix in FILMS:
+        codec_of(output, options.codec)
     poses = read_poses(take, raw=options.raw)
     whole = poses.track() if options.smooth is None else smoothed(poses.track(), options.smooth)
     track = between(whole, options.first, options.last)
@@ -125,23 +128,14 @@ def _film(
     drawing = Drawing(poses, even, options, even, FILM_SAMPLES)
     count = len(even.frames)
     with atomic_file(output) as unfinished:
-        film = open_film(unfinished, options.codec, fps, options.size)
+        film = FilmWriter(unfinished, options.size, fps, options.codec)
         try:
-            for row in range(count):
-                film.write(drawing.picture(row))
+            for row, picture in enumerate(drawing.pictures(count)):
+                film.write(picture)
                 on_progress(row + 1, count)
         finally:
-            film.release()
+            film.close()
     return Rendered(count, int(np.count_nonzero(~even.known)), poses.cut)
-
-
-def open_film(path: Path, codec: Codec, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
-    """Open a film for writing.  Raises UserError."""
-    film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*CODECS[codec]), fps, size)
-    if not film.isOpened():
-        others = ", ".join(other for other in CODECS if other != codec)
-        raise UserError(f"--codec {codec}: the installed OpenCV cannot write it; allowed: {others}")
-    return film
 
 
 class Drawing:
@@ -162,7 +156,7 @@ class Drawing:
             self._path = camera_path(self._all_centres(framed), framed.times_s, options.shot, options.size, viewers)
         except ValueError as error:
             raise UserError(f"--{error}") from error
-        self._scene: Scene | None = None
+        self._still = None if self._path.moving else self._scene_of(0)
 
     def picture(self, row: int) -> Image:
         """Return the picture of one row, (h, w, 3)."""
@@ -173,12 +167,28 @@ class Drawing:
             write(image, self.caption(row), self._theme)
         return image
 
+    def pictures(self, count: int) -> Iterator[Image]:
+        """Yield the pictures of the first `count` rows, drawn by several threads: compiled functions run side by side."""
+        threads = min(_processors(), MAX_DRAWING_THREADS)
+        with ThreadPoolExecutor(threads) as pool:
+            waiting: deque[Future[Image]] = deque()
+            try:
+                for row in range(count):
+                    waiting.append(pool.submit(self.picture, row))
+                    if len(waiting) > 2 * threads:
+                        yield waiting.popleft().result()
+                while waiting:
+                    yield waiting.popleft().result()
+            finally:
+                pool.shutdown(wait=True, cancel_futures=True)
+
     def scene(self, row: int) -> Scene:
-        """Return the empty scene as the camera of a row sees it; cached while the camera stands still."""
-        if self._scene is None or self._path.moving:
-            camera, ground, sun = self._path.at(row)
-            self._scene = Scene(camera, ground, self._theme, sun, self._samples)
-        return self._scene
+        """Return the empty scene as the camera of a row sees it; the same one while the camera stands still."""
+        return self._still or self._scene_of(row)
+
+    def _scene_of(self, row: int) -> Scene:
+        camera, ground, sun = self._path.at(row)
+        return Scene(camera, ground, self._theme, sun, self._samples, once=self._path.moving)
 
     def body(self, row: int) -> Surface | None:
         """Return the body surface of a row in the world; None while the person is lost."""
@@ -222,6 +232,10 @@ class Drawing:
         for row in np.flatnonzero(track.known):
             centres[row] = joint_centres(track.anatomy, track.bdp, track.pose(int(row)))
         return centres
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _usable(cameras: Mapping[str, CameraInfo]) -> dict[str, Camera]:

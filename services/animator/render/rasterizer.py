@@ -12,6 +12,7 @@ NEAR_M = 0.05  # points nearer to the camera are not drawn
 
 OFF_M = 0.035  # offset from a surface at which its shadow is evaluated, so that it does not shadow itself
 SMOOTH = 1.01  # largest ratio of the depths in a pixel that is lit once
+DULL = 0.7  # cosine below which no gloss is seen: at sharpness 34 less than 1e-5 of it
 BENT = 0.98  # smallest squared length of the mean of its normals
 
 
@@ -27,39 +28,49 @@ def fill(
     height, width = row.shape
     for t in range(triangles.shape[0]):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if not (nearness[a] > 0.0 and nearness[b] > 0.0 and nearness[c] > 0.0):
+        near_a, near_b, near_c = float(nearness[a]), float(nearness[b]), float(nearness[c])
+        if not (near_a > 0.0 and near_b > 0.0 and near_c > 0.0):
             continue
-        ax, ay, bx, by, cx, cy = pixels[a, 0], pixels[a, 1], pixels[b, 0], pixels[b, 1], pixels[c, 0], pixels[c, 1]
+        ax, ay, bx, by = float(pixels[a, 0]), float(pixels[a, 1]), float(pixels[b, 0]), float(pixels[b, 1])
+        cx, cy = float(pixels[c, 0]), float(pixels[c, 1])
         area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        if not (abs(area) > np.float32(1e-9)):
+        if not (abs(area) > 1e-9):
             continue
-        left = int(np.ceil(max(min(ax, bx, cx), np.float32(0.0))))
-        right = int(np.floor(min(max(ax, bx, cx), np.float32(width - 1))))
-        top = int(np.ceil(max(min(ay, by, cy), np.float32(0.0))))
-        bottom = int(np.floor(min(max(ay, by, cy), np.float32(height - 1))))
-        scale = np.float32(1.0) / area
+        left = int(np.ceil(max(min(ax, bx, cx), 0.0)))
+        right = int(np.floor(min(max(ax, bx, cx), width - 1.0)))
+        top = int(np.ceil(max(min(ay, by, cy), 0.0)))
+        bottom = int(np.floor(min(max(ay, by, cy), height - 1.0)))
+        scale = 1.0 / area
+        across_u, across_v = (by - cy) * scale, (cy - ay) * scale  # change of the coordinates from column to column
+        nearest = max(near_a, near_b, near_c)
         for y in range(top, bottom + 1):
+            u = ((bx - left) * (cy - y) - (cx - left) * (by - y)) * scale
+            v = ((cx - left) * (ay - y) - (ax - left) * (cy - y)) * scale
             for x in range(left, right + 1):
-                u = ((bx - x) * (cy - y) - (cx - x) * (by - y)) * scale
-                v = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) * scale
-                w = np.float32(1.0) - u - v
-                if u < 0.0 or v < 0.0 or w < 0.0:
-                    continue
-                near = u * nearness[a] + v * nearness[b] + w * nearness[c]
-                if near > out[y, x, 0]:
-                    out[y, x, 0] = near
-                    for k in range(3):
-                        out[y, x, 1 + k] = u * normals[a, k] + v * normals[b, k] + w * normals[c, k]
-                    row[y, x] = shades[a]
+                w = 1.0 - u - v
+                if u >= 0.0 and v >= 0.0 and w >= 0.0 and nearest > out[y, x, 0]:
+                    near = u * near_a + v * near_b + w * near_c
+                    if near > out[y, x, 0]:
+                        out[y, x, 0] = near
+                        for k in range(3):
+                            out[y, x, 1 + k] = u * normals[a, k] + v * normals[b, k] + w * normals[c, k]
+                        row[y, x] = shades[a]
+                u += across_u
+                v += across_v
 
 
 @kernel
-def develop(light: Floats32, table: Bytes, out: Bytes) -> None:
-    """Convert linear light (h, w, 3) to `out` (h, w, 3): table (n,) has the value for k / (n - 1)."""
-    top = table.size - 1
-    flat, target = light.reshape(-1), out.reshape(-1)
-    for k in range(flat.size):
-        target[k] = table[int(min(max(flat[k], np.float32(0.0)), np.float32(1.0)) * top + np.float32(0.5))]
+def develop(light: Floats32, table: Bytes, region: Ints32, out: Bytes) -> None:
+    """Convert linear light (h, w, 3) to `out` (h, w, 3) in a region (left, top, right, bottom, inclusive).
+
+    table: (n,) has the value for k / (n - 1).
+    """
+    top = np.float32(table.size - 1)
+    for row in range(region[1], region[3] + 1):
+        for col in range(region[0], region[2] + 1):
+            for k in range(3):
+                bright = min(max(light[row, col, k], np.float32(0.0)), np.float32(1.0))
+                out[row, col, k] = table[int(bright * top + np.float32(0.5))]
 
 
 @kernel
@@ -105,7 +116,9 @@ def lit(
         direct *= 1.0 - light[5, 2] * (1.0 - reach)
         hx, hy, hz = light[0, 0] + dx, light[0, 1] + dy, light[0, 2] + dz
         size = 1.0 / max(np.sqrt(hx * hx + hy * hy + hz * hz), 1e-9)
-        gloss = max((nx * hx + ny * hy + nz * hz) * size, 0.0) ** light[5, 1] * light[5, 0] * direct
+        along = (nx * hx + ny * hy + nz * hz) * size
+        if along > DULL:
+            gloss = along ** light[5, 1] * light[5, 0] * direct
     away = 1.0 - facing
     rim = away * away * away
     sky = 0.5 + 0.5 * ny

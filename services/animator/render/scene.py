@@ -57,10 +57,13 @@ class _HeightMap:
 class Scene:
     """Empty floor as one camera sees it, into which surfaces are drawn, picture by picture.
 
-    sun: (3,) unit vector towards it.  samples: along either side of every pixel of a surface.
+    sun: (3,) unit vector towards it.  samples: along either side of every pixel of a surface.  once: for one picture only,
+    as of a camera that moves; otherwise only what a surface changes is drawn and converted to sRGB anew.
     """
 
-    def __init__(self, camera: Camera, ground: Ground, theme: Theme, sun: Floats, samples: int = 2) -> None:
+    def __init__(
+        self, camera: Camera, ground: Ground, theme: Theme, sun: Floats, samples: int = 2, once: bool = False
+    ) -> None:
         self._camera, self._theme, self._sun, self._samples = camera, theme, sun, samples
         matrix = camera.matrix
         lens = (matrix[0, 0], matrix[0, 2], matrix[1, 2])
@@ -69,34 +72,51 @@ class Scene:
         self._floor = np.array([*colours, (*ground.middle, ground.radius), (GRID_M, 0.0, 0.0)], dtype=np.float32)
         self._empty = np.empty((camera.size[1], camera.size[0], 3), dtype=np.float32)
         draw_floor(self._empty, self._eye, self._floor)
+        self._everything = np.array([0, 0, camera.size[0] - 1, camera.size[1] - 1], dtype=np.int32)
+        self._developed = None if once else self._converted(self._empty)
 
     def picture(self, surface: Surface | None) -> Image:
         """Return the picture of a surface on the floor, or of the empty floor: (h, w, 3) blue, green, red."""
-        out = self._empty.copy()
-        if surface is not None:
-            depths = _depths(surface, self._sun)
-            self._darken(out, _sun_shadow(depths), self._theme.shadow)
-            self._darken(out, _contact_shadow(surface), self._theme.contact)
-            self._draw(out, surface, depths)
-        image = np.empty(out.shape, dtype=np.uint8)
-        develop(out, SRGB_TABLE, image)
+        if surface is None:
+            return self._converted(self._empty)
+        depths, contact = _depths(surface, self._sun), _contact_shadow(surface)
+        shadows = ((_sun_shadow(depths), self._theme.shadow), (contact, self._theme.contact))
+        covered = [self._covered(dark) for dark, _ in shadows]
+        body = self._region(surface.points, behind=False)
+        regions = [region for region in (*covered, body) if region is not None]
+        if self._developed is None:
+            out, changed, image = self._empty, self._everything, np.empty(self._empty.shape, dtype=np.uint8)
+        elif regions:
+            changed = np.concatenate([np.min(regions, axis=0)[:2], np.max(regions, axis=0)[2:]]).astype(np.int32)
+            part = (slice(changed[1], changed[3] + 1), slice(changed[0], changed[2] + 1))
+            out, image = np.empty_like(self._empty), self._developed.copy()
+            out[part] = self._empty[part]
+        else:
+            return self._developed.copy()
+        for (dark, share), region in zip(shadows, covered, strict=True):
+            if region is not None:
+                darken_floor(out, region, self._eye, self._floor, dark.values, dark.world_to_map, share)
+        if body is not None:
+            self._draw(out, surface, depths, body)
+        develop(out, SRGB_TABLE, changed, image)
         return image
 
-    def _darken(self, out: Floats32, dark: _HeightMap, share: float) -> None:
-        """Darken the floor by a shadow map, in the region of the picture that the map covers."""
+    def _converted(self, light: Floats32) -> Image:
+        """Return a whole picture (h, w, 3) of linear light."""
+        image = np.empty(light.shape, dtype=np.uint8)
+        develop(light, SRGB_TABLE, self._everything, image)
+        return image
+
+    def _covered(self, dark: _HeightMap) -> Ints32 | None:
+        """Return the region of the picture in which the floor is covered by a shadow map, see `_region`."""
         height, width = dark.values.shape
         corners = np.array([[0, 0], [width, 0], [width, height], [0, height]])
         turn = dark.world_to_map[:2, [0, 2]].astype(np.float64)  # from x and z of the floor
         x, z = np.linalg.solve(turn, (corners - dark.world_to_map[:2, 3]).T)
-        region = self._region(np.stack([x, np.zeros(4), z], axis=1), behind=True)
-        if region is not None:
-            darken_floor(out, region, self._eye, self._floor, dark.values, dark.world_to_map, share)
+        return self._region(np.stack([x, np.zeros(4), z], axis=1), behind=True)
 
-    def _draw(self, out: Floats32, surface: Surface, depths: _HeightMap) -> None:
+    def _draw(self, out: Floats32, surface: Surface, depths: _HeightMap, region: Ints32) -> None:
         camera, samples = self._camera, self._samples
-        region = self._region(surface.points, behind=False)
-        if region is None:
-            return
         local = surface.points @ camera.rotation.T + camera.translation
         near = np.where(local[:, 2] > NEAR_M, 1.0 / np.maximum(local[:, 2], NEAR_M), 0.0)
         pixels = (local @ camera.matrix.T)[:, :2] * near[:, None]

@@ -1,21 +1,26 @@
 """`zenocap track` with the user's decisions: the same take with and without hardware, cameras left out, next commands."""
 
+import shutil
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import zenocap
 from tests.support.simulated_cameras import paper_cameras
+from zenocap.common import messages as m
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take
+from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
+from zenocap.common.vision.mask_codec import unpack
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.cli.main import app
+from zenocap.tools.recordings.take_videos import videos_of
 
 pytestmark = pytest.mark.slow
 SIZE, FPS, EMPTY, FRAMES = (160, 120), 15.0, 15, 45
@@ -100,3 +105,49 @@ def test_cameras_of_a_loaded_rig_are_refused(walk: Path, tmp_path: Path) -> None
     rig = zenocap.Rig.load(walk, cameras=["cam01", "cam02"])
     with pytest.raises(UserError, match=r"cameras: allowed with files or a folder; for a rig: Rig\.load"):
         zenocap.track(rig, tmp_path / "a.mcap", cameras=["cam01", "cam02"])
+
+
+def test_pictures_behind_a_take_are_those_of_its_silhouettes(walk: Path, tmp_path: Path) -> None:
+    take = tmp_path / "walk.mcap"
+    run("track", walk, "-o", take, "--no-both-ways")
+    assert videos_of(take, None) is None  # the folder is not beside the take
+    videos = videos_of(take, walk)
+    assert videos is not None
+    empty = cv2.imread(str(first_frame(walk, tmp_path)))
+    checked = 0
+    for recorded in Take(take).messages():
+        found = envelope(recorded)
+        if found is None or not isinstance(found.message, m.Silhouette) or not found.message.data:
+            continue
+        silhouette = found.message
+        picture = cv2.imdecode(np.frombuffer(dict(videos.at(silhouette.captured_ns))["cam01"], np.uint8), cv2.IMREAD_COLOR)
+        if silhouette.viewer == "cam01":
+            person_px = unpack(silhouette.size, silhouette.region, silhouette.data) != 0
+            changed = np.abs(picture.astype(float) - empty).max(axis=2) > 25
+            assert np.mean(changed[person_px]) > 0.4
+            assert np.mean(changed[~person_px]) < 0.1
+            checked += 1
+    assert checked > 10
+    videos.close()
+
+
+def first_frame(folder: Path, place: Path) -> Path:
+    """The first, empty frame of cam01 as a picture."""
+    film = cv2.VideoCapture(str(folder / "videos" / "cam01.mp4"))
+    _, image = film.read()
+    cv2.imwrite(str(place / "empty.png"), image)
+    return place / "empty.png"
+
+
+def test_videos_of_other_cameras_are_refused(walk: Path, tmp_path: Path) -> None:
+    take = tmp_path / "walk.mcap"
+    run("track", walk, "-o", take, "--no-both-ways")
+    other = tmp_path / "other"
+    shutil.copytree(walk, other)
+    (other / "videos" / "cam02.mp4").rename(other / "videos" / "cam03.mp4")
+    text = (other / "calibration.toml").read_text(encoding="utf-8")
+    (other / "calibration.toml").write_text(text.replace("cam02", "cam03"), encoding="utf-8")
+    with pytest.raises(
+        UserError, match=r"--videos .*other: cameras cam01, cam03: allowed: .* those of the take: cam01, cam02"
+    ):
+        videos_of(take, other)

@@ -15,7 +15,7 @@ from zenocap.common.formats.pose_track import Bound
 from zenocap.common.runtime.keyboard import Key, Keyboard
 from zenocap.common.topics import ASSIGNMENT, PARTIAL_BDP, SIGHTING
 from zenocap.tools.replay.consumers import Consumers
-from zenocap.tools.replay.player import Player, Status
+from zenocap.tools.replay.player import Command, Player, Status
 from zenocap.tools.replay.remap import Remapping, parsed_remap
 from zenocap.tools.replay.selection import Selection
 from zenocap.tools.replay.shell import ReplayOptions, planned
@@ -118,6 +118,15 @@ def test_a_step_is_one_message_of_each_key(replay: ReplayNetwork, take: Path) ->
     received, player = replay.play([take], keys=keys, paused=True)
     assert frames(received.of(m.Sighting, "1")) == [0, 1, 2]
     assert frames(received.of(m.Assignment)) == [0, 1, 2]
+    assert player.status.paused
+
+
+def test_a_program_that_moves_a_paused_replay_gets_the_messages_of_that_place(replay: ReplayNetwork, take: Path) -> None:
+    commands = [(lambda status: True, Command(place_ns=200_000_000)), (lambda status: True, Command(place_ns=100_000_000))]
+    received, player = replay.play([take], keys=[*commands, (lambda status: True, Key.QUIT)], paused=True)
+    first, second = received.of(m.Sighting, "1")
+    assert first.frame == 20
+    assert second.frame > first.frame  # frame numbers keep rising
     assert player.status.paused
 
 

@@ -5,7 +5,7 @@ const MIN_RANGE_DEG = 30;
 const MAX_POSES = 2000;
 const BLUE = '#4fb0ff';
 const ORANGE = '#ffa657';
-const WHITE = '#dfe5ee';
+const WHITE = '';  // the colour of the page's text
 const both = (joint, axis) => [[`right_${joint}.${axis}`, BLUE], [`left_${joint}.${axis}`, ORANGE]];
 
 export const PLOTS = [
@@ -68,7 +68,7 @@ export class AnglePlots {
     pen.lineWidth = 1.6 * scale;
     pen.lineJoin = 'round';
     for (const { at, colour } of series) {
-      pen.strokeStyle = colour;
+      pen.strokeStyle = colour || getComputedStyle(document.body).color;
       pen.beginPath();
       let before = null;
       for (const { ms, angles } of this.history) {

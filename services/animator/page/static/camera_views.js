@@ -42,6 +42,18 @@ class View {
     this.card.className = 'view glass empty';  // empty until the first silhouette
     this.card.dataset.viewer = viewer;
     this.canvas = this.card.appendChild(document.createElement('canvas'));
+    Object.assign(this.card, { tabIndex: 0, title: 'enlarge this view; Escape makes it small again' });
+    this.card.setAttribute('role', 'button');
+    this.card.setAttribute('aria-expanded', 'false');
+    this.card.setAttribute('aria-label', `view of viewer ${viewer}: enlarge`);
+    this.card.onclick = () => this.enlarge(!this.card.classList.contains('large'));
+    this.card.onkeydown = (e) => {
+      if (e.key === 'Enter' || e.key === ' ') this.card.onclick();
+      else if (e.key === 'Escape') this.enlarge(false);
+      else return;
+      e.preventDefault();
+      e.stopPropagation();
+    };
     this.caption = this.card.appendChild(document.createElement('figcaption'));
     this.caption.innerHTML = '<span class="dot"></span><b></b><span class="role"></span><span class="score number"></span>';
     this.caption.querySelector('.score').title = 'Matching score of the model and this silhouette, 0 to 1';
@@ -50,6 +62,16 @@ class View {
     this.preview = null;
     this.number = 0;
     parent.append(this.card);
+  }
+
+  // Show the view as large as the page, or small again; one view at most is large.
+  enlarge(large) {
+    for (const other of document.querySelectorAll('.view.large')) {
+      other.classList.remove('large');
+      other.setAttribute('aria-expanded', 'false');
+    }
+    this.card.classList.toggle('large', large);
+    this.card.setAttribute('aria-expanded', String(large));
   }
 
   // Returns false when a newer silhouette has been decoded first.
@@ -64,7 +86,7 @@ class View {
     Object.assign(this.mask, { width: scale * width, height: scale * height });
     const pen = this.mask.getContext('2d');
     pen.imageSmoothingEnabled = true;
-    pen.globalAlpha = 0.5;
+    pen.globalAlpha = this.preview && drawn.pictures ? 0.2 : 0.5;
     if (drawn.silhouettes) pen.drawImage(bare, 0, 0, scale * width, scale * height);
     pen.globalAlpha = 1;
     pen.lineWidth = Math.max(2, scale * 0.55);
@@ -78,6 +100,7 @@ class View {
       pen.stroke();
     }
     this.card.classList.remove('empty');
+    this.pictured = drawn.pictures;
     this.draw();
     if (!this.silent) this.caption.querySelector('.role').textContent = update.role;
     this.caption.querySelector('.score').textContent = update.score === null ? '' : `score ${update.score.toFixed(2)}`;
@@ -90,8 +113,8 @@ class View {
     const pen = this.canvas.getContext('2d');
     pen.fillStyle = '#0b1018';
     pen.fillRect(0, 0, width, height);
-    if (this.preview) {
-      pen.globalAlpha = 0.6;
+    if (this.preview && this.pictured !== false) {
+      pen.globalAlpha = 0.85;
       pen.drawImage(this.preview, 0, 0, width, height);
       pen.globalAlpha = 1;
     }
@@ -124,7 +147,9 @@ export class CameraViews {
   }
 
   async setPreview({ viewer, jpeg }) {
-    this.view(viewer).preview = await createImageBitmap(new Blob([bytesOf(jpeg)], { type: 'image/jpeg' }));
+    const view = this.view(viewer);
+    view.preview = await createImageBitmap(new Blob([bytesOf(jpeg)], { type: 'image/jpeg' }));
+    if (view.mask.width) view.draw();
   }
 
   // condition: of a viewer, as in the table of services.  silent: seconds without messages.

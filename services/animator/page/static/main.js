@@ -2,6 +2,7 @@
 import { placedCapsules, limbEnds, jointCentre, shapesOf } from './capsules.js';
 import { CameraViews } from './camera_views.js';
 import { Connection } from './connection.js';
+import { Joints } from './joints.js';
 import { add, minus, times } from './linear_algebra.js';
 import { MeasureDialog } from './measure_dialog.js';
 import { PRESETS, orbitControls } from './orbit_controls.js';
@@ -24,14 +25,14 @@ const SLIDES_DISTANCE_M = 3.2;  // of the scene's camera beside the slides: from
 const CAMERA_COLOUR = [0.56, 0.66, 0.8];
 const STALE_COLOUR = [1.0, 0.36, 0.42];
 const LAYERS = {
-  actor: 'virtual actor', floor: 'floor', cameras: 'cameras', silhouettes: 'silhouettes', outlines: 'model outlines',
+  actor: 'virtual actor', floor: 'floor', cameras: 'cameras', pictures: 'camera pictures', silhouettes: 'silhouettes', outlines: 'model outlines',
   trails: 'trails of hands and feet', points: 'scene points', plots: 'joint angles',
 };
 
 const scene = new Scene(el('scene'));
 const orbit = orbitControls(scene);
 const plots = new AnglePlots(el('plots'));
-const drawnInViews = { silhouettes: true, outlines: true };
+const drawnInViews = { pictures: true, silhouettes: true, outlines: true };
 const views = new CameraViews(el('views'), (viewer, picture) => {
   const camera = state.cameras.get(viewer);
   if (camera) { scene.setPicture(viewer, picture, imageCorners(camera)); scene.requestDraw(); }
@@ -60,6 +61,12 @@ const connection = new Connection({
 });
 const slides = new SlideShow(el('slides'), showSlides);
 const dialog = new MeasureDialog(el('measure-dialog'), () => connection.send({ type: 'request', what: 'measure' }));
+const joints = new Joints(scene, () => {
+  const [body, pose] = [state.bodies.get(state.source), state.poses.get(state.source)];
+  return body && pose ? { body, pose } : null;
+});
+const lightRoom = matchMedia('(prefers-color-scheme: light)');
+const telephone = matchMedia('(max-width: 780px)');
 const player = new PlayerControls((command) => connection.send(command), selectFeed);
 
 const chooseTab = panel.tabs();
@@ -82,8 +89,20 @@ document.querySelector('[data-tab=takes]').addEventListener('click', () => conne
 showTrailLength();
 new ResizeObserver(centreScene).observe(el('bottom'));
 addEventListener('resize', centreScene);
+lightRoom.addEventListener('change', showLight);
+showLight();
+addEventListener('keydown', (event) => {
+  if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || !el('slides').hidden) return;
+  if (event.target.matches('input, select, textarea') || (event.key === ' ' && event.target.matches('button, summary'))) return;
+  const preset = Object.keys(PRESETS)[Number(event.key) - 1];
+  if (preset) document.querySelector(`#presets [data-name=${preset}]`).click();
+  else if (!player.key(event)) return;
+  event.preventDefault();
+});
 setInterval(() => { if (el('slides').hidden) plots.draw(); }, 100);
 setInterval(updateNumbers, 500);
+
+function showLight() { scene.light = lightRoom.matches ? 1 : 0; scene.requestDraw(); }
 
 function showTrailLength() { el('trail-out').textContent = state.trailSeconds ? `${state.trailSeconds} s` : 'off'; }
 
@@ -158,6 +177,7 @@ function showPose(pose) {
   state.trail.push({ ms: pose.captured_ms, ends: lost ? null : limbEnds(body, pose) });
   if (state.trail.length > MAX_TRAIL_POSES) state.trail.shift();
   plots.add(body.angles, pose);
+  joints.measure();
   updateLines();
 }
 
@@ -183,7 +203,8 @@ function imageCorners({ centre, corners }) {
 // Move the centre of the scene to the middle of what the panels leave free.
 function centreScene() {
   const bottom = el('bottom').getBoundingClientRect();
-  const small = document.body.classList.contains('slides-open');  // the scene is in a corner, beside the panels
+  // In a corner beside the slides, or above the panels of a telephone, the whole picture is free.
+  const small = document.body.classList.contains('slides-open') || telephone.matches;
   scene.shift = small ? [0, 0] : [(bottom.left + bottom.right) / innerWidth - 1, 1 - bottom.top / innerHeight];
   scene.requestDraw();
 }

@@ -9,6 +9,8 @@ const MAX_DISTANCE_M = 14;
 const TURN_RAD_PER_PX = [0.006, 0.005];
 const SLIDE_PER_PX = 0.0011;  // of the distance
 const ZOOM_PER_PX = 0.0015;
+const KEY_PX = 24;  // of the pointer that one press of an arrow key stands for
+const KEY_ZOOM = 1.1;
 const MAX_WHEEL_PX = 120;  // of one wheel event
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 
@@ -49,6 +51,16 @@ export function orbitControls(scene) {
     canvas.addEventListener(end, (e) => { pointers.delete(e.pointerId); distance = 0; });
   canvas.addEventListener('wheel', (e) => { e.preventDefault(); zoom(Math.exp(clamp(e.deltaY, -MAX_WHEEL_PX, MAX_WHEEL_PX) * ZOOM_PER_PX)); }, { passive: false });
   canvas.addEventListener('contextmenu', (e) => e.preventDefault());
+  canvas.addEventListener('keydown', (e) => {
+    const turns = { ArrowLeft: [-KEY_PX, 0], ArrowRight: [KEY_PX, 0], ArrowUp: [0, -KEY_PX], ArrowDown: [0, KEY_PX] };
+    if (e.key in turns && e.shiftKey) slide(...turns[e.key]);
+    else if (e.key in turns) turn(...turns[e.key]);
+    else if (e.key === '+' || e.key === '=') zoom(1 / KEY_ZOOM);
+    else if (e.key === '-') zoom(KEY_ZOOM);
+    else return;
+    e.preventDefault();
+    e.stopPropagation();
+  });
   const controls = {
     follows: true,  // keep the person in the picture
     look(name) { Object.assign(eye, PRESETS[name]); controls.follows = true; scene.requestDraw(); },

@@ -1,6 +1,7 @@
-// Controls of the take that is being played: pause, position, rate.
+// Controls of the take that is being played: pause, position, rate, steps of one pose; also by keys.
 
 const el = (id) => document.getElementById(id);
+const DEFAULT_POSE_S = 1 / 30;  // of a step in a take whose rate is unknown
 
 export class PlayerControls {
   // send: sends a command to the animator.  selectFeed: makes the page show 'live' or 'take'.
@@ -9,11 +10,43 @@ export class PlayerControls {
     el('pause').onclick = () => send({ type: 'control_player', paused: !this.last?.paused });
     el('stop').onclick = () => { send({ type: 'control_player', stop: true }); this.selectFeed('live'); };
     el('speed').onchange = () => send({ type: 'control_player', rate: Number(el('speed').value) });
+    el('back').onclick = () => this.step(-1);
+    el('forward').onclick = () => this.step(1);
     el('position').oninput = () => { this.dragging = true; this.showTime(Number(el('position').value)); };
     el('position').onchange = () => {
       this.dragging = false;
       send({ type: 'control_player', position_s: Number(el('position').value) });
     };
+  }
+
+  // Go to a position in seconds, within the take.
+  seek(position) {
+    const end = this.last?.duration_s || 0;
+    const position_s = Math.min(Math.max(0, position), end);
+    this.send({ type: 'control_player', position_s });
+    el('position').value = position_s;
+    this.last = { ...this.last, position_s };
+    this.showTime(position_s);
+  }
+
+  // Pause, and go on or back by a number of poses.
+  step(poses) {
+    if (!this.last?.paused) this.send({ type: 'control_player', paused: true });
+    this.last = { ...this.last, paused: true };
+    this.seek(this.last.position_s + poses * (this.last.pose_s || DEFAULT_POSE_S));
+  }
+
+  // Keys of a player: space, left and right (with shift: a second), Home and End.  Returns whether the key was one.
+  key(event) {
+    if (el('player').hidden || !this.last?.take) return false;
+    const by = event.key === 'ArrowLeft' ? -1 : event.key === 'ArrowRight' ? 1 : 0;
+    if (event.key === ' ') el('pause').click();
+    else if (by && event.shiftKey) this.seek(this.last.position_s + by);
+    else if (by) this.step(by);
+    else if (event.key === 'Home') this.seek(0);
+    else if (event.key === 'End') this.seek(this.last.duration_s);
+    else return false;
+    return true;
   }
 
   play(take) {

@@ -28,6 +28,7 @@ export class Scene {
     this.drawn = 0;
     this.waiting = false;
     this.shift = [0, 0];  // of the centre of the picture to the area free of panels, in halves of the page
+    this.light = 0;  // 1 in a light room
     this.quality = 0;  // index of SCALES
     this.pauseMs = 0;  // after each picture
     this.times = [];
@@ -141,7 +142,7 @@ export class Scene {
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.disable(gl.DEPTH_TEST);
-    this.renderer.use('back', {});
+    this.renderer.use('back', { light: this.light });
     this.renderer.draw(this.square, gl.TRIANGLE_STRIP, 4);
     const camera = this.matrix;
     if (this.layers.floor) this.drawFloor(camera);
@@ -176,7 +177,7 @@ export class Scene {
 
   drawFloor(camera) {
     const gl = this.gl;
-    this.renderer.use('floor', { camera, size: 10, middle: this.middle, reach: SHADOW_M, shadow: 0 });
+    this.renderer.use('floor', { camera, size: 10, middle: this.middle, reach: SHADOW_M, light: this.light, shadow: 0 });
     gl.bindTexture(gl.TEXTURE_2D, this.shadow.texture);
     this.renderer.draw(this.square, gl.TRIANGLE_STRIP, 4);
   }

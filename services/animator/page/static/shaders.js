@@ -77,7 +77,7 @@ void main() { at = corner * size; gl_Position = camera * vec4(at.x, 0.0, at.y, 1
 
 export const FLOOR_FRAGMENT = `#version 300 es
 precision highp float;
-in vec2 at; out vec4 pixel; uniform vec2 middle; uniform float reach; uniform sampler2D shadow;
+in vec2 at; out vec4 pixel; uniform vec2 middle; uniform float reach; uniform float light; uniform sampler2D shadow;
 ${LIGHT}
 float line(float x, float step, float width) {
   float d = abs(fract(x / step - 0.5) - 0.5) * step, w = fwidth(x);
@@ -89,7 +89,8 @@ void main() {
   vec3 base = mix(vec3(0.010, 0.015, 0.024), vec3(0.075, 0.096, 0.130), exp(-away * away * 0.09));
   float fine = max(line(at.x, 0.25, 0.0016), line(at.y, 0.25, 0.0016)) * 0.22;
   float coarse = max(line(at.x, 1.0, 0.0035), line(at.y, 1.0, 0.0035)) * 0.6;
-  vec3 c = base + fade * max(fine, coarse) * vec3(0.15, 0.20, 0.27);
+  base = mix(base, mix(vec3(0.74, 0.78, 0.83), vec3(0.86, 0.88, 0.91), exp(-away * away * 0.09)), light);
+  vec3 c = base + fade * max(fine, coarse) * mix(vec3(0.15, 0.20, 0.27), vec3(-0.30, -0.28, -0.25), light);
   vec2 spot = (at - middle) / reach;
   float inside = 1.0 - smoothstep(0.8, 1.0, max(abs(spot.x), abs(spot.y)));
   vec2 taken = texture(shadow, spot * 0.5 + 0.5).rg;
@@ -101,10 +102,11 @@ export const BACK_VERTEX = `#version 300 es
 layout(location=0) in vec2 corner; out vec2 at; void main() { at = corner; gl_Position = vec4(corner, 0.9999, 1.0); }`;
 
 export const BACK_FRAGMENT = `#version 300 es
-precision highp float; in vec2 at; out vec4 pixel;
+precision highp float; in vec2 at; out vec4 pixel; uniform float light;
 void main() {
   float glow = exp(-dot(at - vec2(0.0, 0.1), at - vec2(0.0, 0.1)) * 1.1);
   vec3 c = mix(vec3(0.043, 0.059, 0.086), vec3(0.125, 0.160, 0.212), glow);
+  c = mix(c, mix(vec3(0.84, 0.87, 0.91), vec3(0.95, 0.96, 0.975), glow), light);
   float noise = fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453) / 255.0;
   pixel = vec4(c + noise, 1.0);
 }`;

@@ -56,6 +56,19 @@ function statusText(service) {
   }
 }
 
+// What a kind of loss means, by its text in the table.
+const LOSS_WORDS = {
+  'camera frames dropped': 'images that came faster than this service takes them; the newest are used',
+  'camera frames skipped under overload': 'images that the whole rig leaves out at equal times, because a service is too slow for all of them',
+  'frame sets skipped': 'instants without a pose, because a newer one had come',
+  'messages dropped': 'messages that waited too long and were replaced by newer ones',
+  'messages invalid': 'messages of another version, or of other programs, that were not used',
+  'steps failed': 'messages whose processing failed; the log of the service has the error',
+  'messages not recorded': 'messages that are missing in the take',
+  'commands failed': 'commands of postures whose action did not succeed',
+  'commands dropped': 'commands of postures that came while too many others were waiting',
+};
+
 function lossText([what, count, total]) {
   return total ? `${grouped(count)} of ${grouped(total)} ${what}` : `${grouped(count)} ${what}`;
 }
@@ -76,7 +89,8 @@ export function showServices(services) {
     text.colSpan = 3;
     const offset = service.offset_ms === null ? '' : `clock offset ${service.offset_ms >= 0 ? '+' : ''}${service.offset_ms.toFixed(2)} ms`;
     if (ok && offset) text.append(create('span', { textContent: offset }));
-    if (ok) text.append(...service.losses.map((loss) => create('span', { className: 'lost', textContent: lossText(loss) })));
+    if (ok) text.append(...service.losses.map((loss) =>
+      create('span', { className: 'lost', textContent: lossText(loss), title: LOSS_WORDS[loss[0]] || '' })));
     text.title = [service.state, offset, `memory ${service.memory_mb.toFixed(0)} MB`].filter(Boolean).join('\n');
     details.append(text);
     return [line, details];

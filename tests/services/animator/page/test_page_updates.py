@@ -28,6 +28,7 @@ from zenocap.common.bus.protocol import Tick
 from zenocap.common.conversion import camera_of, packed_points
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.animator.page import page_updates
 from zenocap.services.animator.page.broadcast import EncodedUpdate
 from zenocap.services.animator.page.page_messages import (
     Command,
@@ -296,3 +297,15 @@ def test_failed_and_dropped_commands_are_losses_of_the_recognizer() -> None:
     rows = json.loads(services_update(state, 0).data)["services"]
     (row,) = (row for row in rows if row["name"] == "recognizer")
     assert row["losses"] == [["commands failed", 2, 0], ["commands dropped", 1, 0]]
+
+
+def test_the_page_explains_every_loss() -> None:
+    """The texts of `_losses` are the keys of the explanations in `side_panel.js`."""
+    names = (
+        "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "step_errors",
+        "log_lost", "commands_failed", "commands_dropped",
+    )  # fmt: skip
+    texts = {text for text, _, _ in page_updates._losses(dict.fromkeys(names, 1))}
+    script = (ROOT / "services" / "animator" / "page" / "static" / "side_panel.js").read_text(encoding="utf-8")
+    assert len(texts) == len(names)
+    assert all(f"'{text}': '" in script for text in texts)

@@ -11,6 +11,7 @@ from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.pose_tracks import moving
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
+from zenocap.common.video.film_writer import Codec
 from zenocap.services.animator.render.camera_path import Shot
 from zenocap.services.animator.render.film import Rendered, RenderOptions, render
 from zenocap.tools.cli.main import app
@@ -43,17 +44,19 @@ def zenocap(*arguments: object) -> tuple[int, str, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("codec", ["vp9", "mpeg4"])
-def test_a_film_has_one_picture_per_instant(codec: str, take: Path, tmp_path: Path) -> None:
-    output = tmp_path / "walk.mp4"
+@pytest.mark.parametrize(
+    ("name", "codec"), [("walk.mp4", None), ("walk.mp4", "vp9"), ("walk.mp4", "mpeg4"), ("walk.webm", None)]
+)
+def test_a_film_has_one_picture_per_instant(name: str, codec: Codec | None, take: Path, tmp_path: Path) -> None:
+    output = tmp_path / name
     seen: list[tuple[int, int]] = []
-    wishes = RenderOptions(size=SMALL, codec="vp9" if codec == "vp9" else "mpeg4", trails_s=0.2)
+    wishes = RenderOptions(size=SMALL, codec=codec, trails_s=0.2)
     assert render(take, output, wishes, lambda done, total: seen.append((done, total))) == Rendered(COUNT, len(LOST), None)
     frames, fps = frames_of(output)
     assert (len(frames), fps) == (COUNT, pytest.approx(30.0))
     assert frames[0].shape == (SMALL[1], SMALL[0], 3)
     assert seen == [(k + 1, COUNT) for k in range(COUNT)]
-    assert [path.name for path in tmp_path.iterdir()] == ["walk.mp4"]
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_a_film_of_a_time_range_at_another_frame_rate(take: Path, tmp_path: Path) -> None:
@@ -81,7 +84,11 @@ def test_the_same_take_gives_the_same_picture(take: Path, tmp_path: Path) -> Non
 
 def test_errors_name_the_option_and_what_is_allowed(take: Path, tmp_path: Path) -> None:
     for output, wishes, text in (
-        (tmp_path / "a.gif", RenderOptions(), r"a\.gif: allowed: a file name that ends in \.mp4, \.png, \.jpg"),
+        (
+            tmp_path / "a.gif",
+            RenderOptions(),
+            r"a\.gif: allowed: a file name that ends in \.mp4, \.webm, \.webp, \.png, \.jpg",
+        ),
         (tmp_path / "a.png", RenderOptions(shot=Shot("7")), r"--view '7': allowed: front, .*, or a viewer: 1"),
         (tmp_path / "a.png", RenderOptions(Bound(12), Bound(15)), "lost in every selected frame"),
         (tmp_path / "a.png", RenderOptions(Bound(99)), "leave no frame: allowed: frames 0 to 29"),
@@ -93,6 +100,8 @@ def test_errors_name_the_option_and_what_is_allowed(take: Path, tmp_path: Path) 
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(UserError, match="cannot be written"):
         render(take, tmp_path / "file" / "a.png", RenderOptions(size=SMALL))
+    with pytest.raises(UserError, match=r"proc/a\.mp4: cannot be written"):
+        render(take, Path("/proc/a.mp4"), RenderOptions(size=SMALL))
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 

@@ -75,7 +75,8 @@ def test_interpolation_is_bilinear_and_clamped_at_the_border() -> None:
 
 
 def test_light_is_converted_by_the_table() -> None:
-    out = np.empty((1, 2, 3), dtype=np.uint8)
+    out = np.full((1, 3, 3), 7, dtype=np.uint8)
+    region = np.array([0, 0, 1, 0], dtype=np.int32)
     table = np.array([0, 100, 255], dtype=np.uint8)
-    develop(np.array([[[-1, 0, 0.5], [1, 2, 0.2]]], dtype=np.float32), table, out)
-    assert out.tolist() == [[[0, 0, 100], [255, 255, 0]]]
+    develop(np.array([[[-1, 0, 0.5], [1, 2, 0.2], [1, 1, 1]]], dtype=np.float32), table, region, out)
+    assert out.tolist() == [[[0, 0, 100], [255, 255, 0], [7, 7, 7]]]  # the last one is outside of the region

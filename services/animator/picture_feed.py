@@ -1,0 +1,50 @@
+"""Pictures of the cameras for the page on a take: those of the time at which the player is, at most PICTURES_PER_S."""
+
+import threading
+import time
+from collections.abc import Callable, Iterable
+
+from zenocap.services.animator.page import page_messages as pm
+from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
+from zenocap.services.animator.parameters import PICTURES_PER_S
+
+Pictures = Callable[[int], Iterable[tuple[str, bytes]]]
+"""Viewer and picture (JPEG) of every camera at a time of the take, ns."""
+
+
+class PictureFeed:
+    """A thread that sends pictures while the player moves.  start_ns: time of the take at position 0."""
+
+    def __init__(self, pictures: Pictures, start_ns: int, broadcaster: Broadcaster) -> None:
+        self._pictures, self._start_ns, self._broadcaster = pictures, start_ns, broadcaster
+        self._wanted: float | None = None
+        self._changed = threading.Event()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
+        self._thread.start()
+
+    def show(self, position_s: float) -> None:
+        """Send the pictures of a position of the player; callable from any thread, never blocks."""
+        if position_s != self._wanted:
+            self._wanted = position_s
+            self._changed.set()
+
+    def close(self) -> None:
+        self._closed = True
+        self._changed.set()
+        self._thread.join(5.0)
+
+    def _run(self) -> None:
+        while True:
+            self._changed.wait()
+            self._changed.clear()
+            if self._closed:
+                return
+            begun, position_s = time.monotonic(), self._wanted
+            if position_s is None or self._broadcaster.pages == 0:
+                continue
+            found = self._pictures(self._start_ns + round(1e9 * position_s))
+            self._broadcaster.publish(
+                "take", [EncodedUpdate(f"preview/{id}", pm.encode(pm.PreviewUpdate(id, jpeg))) for id, jpeg in found]
+            )
+            time.sleep(max(0.0, 1.0 / PICTURES_PER_S - (time.monotonic() - begun)))

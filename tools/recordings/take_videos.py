@@ -1,0 +1,141 @@
+"""The pictures of a tracked take: frames of its videos at any time, as `zenocap show` puts them behind the model."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from av.error import FFmpegError
+
+from zenocap.common.arrays import Image
+from zenocap.common.errors import OpenError, UserError
+from zenocap.common.recording.setup_file import setup_of
+from zenocap.common.rig.rig import Viewer, load_rig
+from zenocap.common.rig.sources import VideoFile
+from zenocap.services.viewer.sources.resize import Fit, rectification
+from zenocap.tools.parameters import SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
+from zenocap.tools.recordings.track import EPOCH_NS
+
+
+class SeekableVideo:
+    """A video file of which frames are taken at any time.  Not for results: a frame may be one beside the wanted one."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises OpenError."""
+        self._path = path
+        try:
+            self._container = av.open(str(path), metadata_errors="replace")
+            self._stream = self._container.streams.video[0]
+        except (FFmpegError, ValueError, OSError, IndexError) as error:
+            raise OpenError(f"{path}: not a video that can be decoded") from error
+        self._stream.thread_type = "AUTO"
+        self._base = self._stream.time_base or Fraction(1, 1000)
+        self._start = self._stream.start_time or 0
+        self._frames: Iterator[av.VideoFrame] = self._container.decode(self._stream)
+        self._last: tuple[float, av.VideoFrame] | None = None
+
+    def at(self, time_s: float) -> Image | None:
+        """The frame that is shown at a time from the first one on, (height, width, 3) BGR; None outside of the file."""
+        if time_s < 0 or (self._last is None and time_s > SOUGHT_S):
+            if time_s < 0:
+                return None
+            self._seek(time_s)
+        elif self._last is not None and not self._last[0] <= time_s < self._last[0] + SOUGHT_S:
+            self._seek(time_s)
+        try:
+            while self._last is None or self._last[0] < time_s:
+                frame = next(self._frames, None)
+                if frame is None:
+                    break
+                self._last = float((frame.pts or 0) - self._start) * float(self._base), frame
+        except FFmpegError:
+            return None
+        if self._last is None or abs(self._last[0] - time_s) > SOUGHT_S:
+            return None
+        return np.asarray(self._last[1].to_ndarray(format="bgr24"), dtype=np.uint8)
+
+    def close(self) -> None:
+        self._container.close()
+
+    def _seek(self, time_s: float) -> None:
+        try:
+            self._container.seek(self._start + int(time_s / self._base), stream=self._stream, backward=True)
+        except FFmpegError:
+            return
+        self._frames, self._last = self._container.decode(self._stream), None
+
+
+class TakeVideos:
+    """The videos of a take that `zenocap track` made from a folder."""
+
+    def __init__(self, viewers: tuple[Viewer, ...]) -> None:
+        """viewers: of the folder's rig; those without a video file are left out.  Raises SourceError."""
+        self._videos: dict[str, tuple[SeekableVideo, VideoFile, Fit]] = {}
+        for viewer in viewers:
+            if isinstance(viewer.source, VideoFile):
+                source = viewer.source
+                fit = Fit(str(source.path), viewer.calibrated_size, viewer.camera.size, rectification(viewer.camera))
+                self._videos[viewer.id] = SeekableVideo(source.path), source, fit
+
+    def at(self, take_ns: int) -> Iterator[tuple[str, bytes]]:
+        """Viewer and picture (JPEG) of every video that has a frame at a time of the take's log, ns."""
+        for id, (video, source, fit) in self._videos.items():
+            image = video.at((take_ns - EPOCH_NS - source.offset_ns) / 1e9)
+            if image is not None:
+                yield id, _jpeg(fit(image))
+
+    def close(self) -> None:
+        for video, _, _ in self._videos.values():
+            video.close()
+
+
+def take_of(path: Path) -> Path:
+    """The take that is meant: the path, or for a folder the FOLDER.mcap here, beside it or in it.  Raises UserError."""
+    if not path.is_dir():
+        return path
+    name = f"{path.absolute().name}.mcap"
+    places = [Path(name), path.absolute().parent / name, path / name]
+    found = next((place for place in places if place.is_file()), None)
+    if found is None:
+        raise UserError(
+            f"{path}: no {name} here, beside the folder or in it: allowed: a take, or a folder that was tracked"
+        )
+    return found
+
+
+def videos_of(take: Path, folder: Path | None) -> TakeVideos | None:
+    """The videos of a take; None when it has no folder.  folder: in the Pose2Sim layout; None: searched beside the take.
+
+    Raises UserError for a given folder that is not that of the take, and SourceError for a video that cannot be read.
+    """
+    recorded = setup_of(take)
+    if recorded is None:
+        if folder is not None:
+            raise UserError(f"--videos {folder}: {take}: the take does not say which cameras it is of")
+        return None
+    viewers = {viewer.id for viewer in recorded.viewers}
+    if folder is None:
+        places = [one for one in (take.parent / recorded.name, take.parent) if one.name == recorded.name]
+        folder = next((one for one in places if (one / "videos").is_dir()), None)
+        if folder is None:
+            return None
+        try:
+            rig = load_rig(folder, recorded.method)
+        except UserError:
+            return None
+    else:
+        rig = load_rig(folder, recorded.method)
+        if not viewers <= {viewer.id for viewer in rig.viewers}:
+            names = [", ".join(sorted(some)) for some in ({viewer.id for viewer in rig.viewers}, viewers)]
+            raise UserError(f"--videos {folder}: cameras {names[0]}: allowed: a folder with those of the take: {names[1]}")
+    return TakeVideos(tuple(viewer for viewer in rig.viewers if viewer.id in viewers))
+
+
+def _jpeg(image: Image) -> bytes:
+    scale = min(1.0, SHOWN_PICTURE_PX / max(image.shape[:2]))
+    if scale < 1.0:
+        size = (round(scale * image.shape[1]), round(scale * image.shape[0]))
+        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, SHOWN_PICTURE_QUALITY])[1].tobytes()

@@ -68,7 +68,8 @@ class Scene:
     """Background model and last extents of the person.
 
     background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
-    A `Mixture` is the one mutable object in a state: OpenCV gives no access to its model.
+    A `Mixture` and the arrays of an `Adaptive` are the mutable objects in a state: OpenCV gives no access to its model, and
+    copies of the arrays would cost more than the silhouette.
     """
 
     background: Background | Mixture | Adaptive | None

@@ -78,6 +78,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "stages": ("--takes", "1"),
     "verdict": ("--shots", "1"),
     "video_trials": ("--trial", "a third shorter", "--jobs", "1"),
+    "rooms": ("--seeds", "1", "--methods", "adaptive", "--only", "empty room", "--jobs", "1"),
     "walk_calibration": ("--seeds", "1", "--views", "2"),
 }
 

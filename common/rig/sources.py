@@ -12,7 +12,8 @@ SOURCES = (
     "a device number, /dev/videoN, /dev/v4l/by-id/NAME, rtsp://, http:// or https://, a video file, images/*.png, "
     "actor:NAME[?seed=N], rendered:FILE.npy[?fps=N]"
 )
-BACKGROUNDS = "first:N, median, image:FILE, mog2"
+BACKGROUNDS = "adaptive, first:N, median, image:FILE, mog2"
+FIRST = "first:60"  # background of a video file or the simulated person; of cameras and streams: adaptive
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 STREAMS = ("rtsp", "rtsps", "http", "https")
 STABLE_NAMES = ("/dev/v4l/by-id/", "/dev/v4l/by-path/")
@@ -116,6 +117,11 @@ class Mog2:
     """OpenCV's adaptive mixture of Gaussians."""
 
 
+@dataclass(frozen=True)
+class AdaptiveBackground:
+    """A model that needs no empty room and follows changes of light and furniture."""
+
+
 def learning_frames(background: "Background") -> int:
     """Number of frames at the start from which a viewer learns the background; it publishes no results for them."""
     match background:
@@ -128,7 +134,7 @@ def learning_frames(background: "Background") -> int:
 
 
 Source = Device | Stream | VideoFile | Images | Actor | Rendered
-Background = FirstFrames | MedianFrames | BackgroundImage | Mog2
+Background = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
 
 
 def without_password(url: str) -> str:
@@ -166,6 +172,11 @@ def parse_source(text: str | int, base: Path) -> Source:
     return VideoFile(path)
 
 
+def default_background(source: Source) -> str:
+    """`background` of a source without one: a camera's room changes, and is not always empty when a viewer starts."""
+    return "adaptive" if isinstance(source, Device | Stream) else FIRST
+
+
 def parse_background(text: str, base: Path) -> Background:
     """Parse the `background` of a rig file in the folder `base`.  Raises SpecError."""
     kind, _, rest = text.partition(":")
@@ -178,6 +189,8 @@ def parse_background(text: str, base: Path) -> Background:
             return BackgroundImage(base / rest)
         case "median" if not rest:
             return MedianFrames()
+        case "adaptive" if not rest:
+            return AdaptiveBackground()
         case "mog2" if not rest:
             return Mog2()
     raise SpecError(BACKGROUNDS)

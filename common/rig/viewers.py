@@ -23,6 +23,7 @@ from zenocap.common.rig.sources import (
     SpecError,
     Stream,
     VideoFile,
+    default_background,
     parse_background,
     parse_source,
 )
@@ -88,7 +89,7 @@ def rig_viewers(
         size = _working_size(path, key, table, camera)
         source = _source(path, key, table, base, files)
         try:
-            background = parse_background(table.background, base)
+            background = parse_background(table.background or default_background(source), base)
         except SpecError as error:
             raise UserError(f"{path}: {key}.background = {table.background!r}: allowed: {error}") from error
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():

@@ -65,6 +65,10 @@ class Background:
             kept[:] = [Limits(*_limits(self.mean, self.weight, gain, share), gain, sigmas)]
         return kept[0]
 
+    def forget_limits(self) -> None:
+        """Compute the limits anew, after the mean was changed in place."""
+        self._limits.clear()
+
     def sigma(self) -> Floats32:
         """Noise of every pixel and channel, (height, width, 3) grey levels."""
         return np.asarray(1 / np.sqrt(self.weight), dtype=np.float32)

@@ -26,6 +26,8 @@ STRONG: Final = 4  # differs strongly
 
 TEXTURE_REACH = 2  # px on each side, window in which texture is compared; chosen by hand
 CONTRAST_REACH = 0.01  # of the image height, radius in which a high contrast hides a low one; chosen by hand
+HALO_PX = 8  # px around strong differences in which the noise of the compression is expected: a block of JPEG and H.264
+HALO_MATTERS = 1.1  # chosen by hand
 LEVELS_PER_SIGMA = 4.0  # resolution of distances stored as bytes; the largest is 64 sigmas
 
 
@@ -61,8 +63,13 @@ def expected_gain(background: Background, frame: Image, options: ForegroundOptio
     return gains(background, frame) if options.flicker else np.ones(3, dtype=np.float32)
 
 
-def foreground(background: Background, frame: Image, gain: Floats32, options: ForegroundOptions) -> Labels:
-    """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width).  Raises ValueError for another shape."""
+def foreground(
+    background: Background, frame: Image, gain: Floats32, options: ForegroundOptions, halo: float = 1.0
+) -> Labels:
+    """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width).  Raises ValueError for another shape.
+
+    halo: noise around a person in units of that of the model; larger than 1 for compressed images.
+    """
     if frame.shape != background.mean.shape or frame.dtype != np.uint8:
         raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
     limits = background.limits(gain, options.weak)
@@ -80,6 +87,12 @@ def foreground(background: Background, frame: Image, gain: Floats32, options: Fo
     reach = max(1, round(CONTRAST_REACH * frame.shape[0]))
     nearby = cv2.dilate(levels, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     _drop_faint(levels, np.asarray(nearby, dtype=np.uint8), np.float32(options.faint), labels)
+    if halo > HALO_MATTERS:
+        strong = np.where(labels == STRONG, 255, 0).astype(np.uint8)
+        around = cv2.dilate(strong, np.ones((2 * HALO_PX + 1, 2 * HALO_PX + 1), np.uint8))
+        _drop_faint(
+            levels, np.asarray(around, dtype=np.uint8), np.float32(halo * options.weak * LEVELS_PER_SIGMA / 255), labels
+        )
     _detect_shadows(
         frame, background.mean, background.weight, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32)
     )

@@ -8,7 +8,8 @@ import numpy as np
 from zenocap.common.arrays import Image, Mask
 from zenocap.common.messages import Message, Preview
 from zenocap.common.messages import Silhouette as SilhouetteMessage
-from zenocap.common.rig.sources import BackgroundImage, FirstFrames, Mog2, learning_frames
+from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, Mog2, learning_frames
+from zenocap.common.vision.adaptive import Adaptive, follow, start
 from zenocap.common.vision.background import Background, from_image, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.mask_codec import pack
@@ -37,7 +38,7 @@ def learn(setup: Setup, state: LearningBackground, image: Image | None) -> tuple
     return state, Scene(_background(setup, [image for image in state.frames if image is not None]))
 
 
-def _background(setup: Setup, images: list[Image]) -> Background | Mixture | None:
+def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Adaptive | None:
     if not images:
         return None
     match setup.background:
@@ -46,6 +47,8 @@ def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Non
         case BackgroundImage():
             assert setup.plate is not None  # checked by viewer_setup
             return from_image(setup.plate, images)
+        case AdaptiveBackground():
+            return start(images)
         case Mog2():
             return Mixture(images)
         case _:
@@ -56,7 +59,12 @@ def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | Non
     """Segment a frame: (scene, mask (height, width) or None without a person, preview if one is due)."""
     background = scene.background
     assert background is not None  # a scene learnt from frames has one
-    silhouette = extract(background, frame.image, OPTIONS, scene.extents)
+    if isinstance(background, Adaptive):
+        background, silhouette = follow(
+            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest")
+        )
+    else:
+        silhouette = extract(background, frame.image, OPTIONS, scene.extents)
     # Paper (added): the background model follows slow changes of the light.
     if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
         person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)

@@ -8,14 +8,15 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.level_view import LevelView, level_view
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Assignment
-from zenocap.common.rig.sources import BackgroundImage, FirstFrames, MedianFrames, Mog2
+from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, MedianFrames, Mog2
 from zenocap.common.rig.two_view import IMPROVED, Additions
+from zenocap.common.vision.adaptive import Adaptive
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.body_fit import BodyModel, camera_rows
 
-BackgroundSpec = FirstFrames | MedianFrames | BackgroundImage | Mog2
+BackgroundSpec = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
 
 
 @dataclass(frozen=True)
@@ -67,10 +68,11 @@ class Scene:
     """Background model and last extents of the person.
 
     background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
-    A `Mixture` is the one mutable object in a state: OpenCV gives no access to its model.
+    A `Mixture` and the arrays of an `Adaptive` are the mutable objects in a state: OpenCV gives no access to its model, and
+    copies of the arrays would cost more than the silhouette.
     """
 
-    background: Background | Mixture | None
+    background: Background | Mixture | Adaptive | None
     extents: Extents | None = None
     preview_ns: int = -(10**18)
 

@@ -1,5 +1,6 @@
 """Camera that renders the simulated person: room, soft shadow, shading, flicker and sensor noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from zlib import crc32
 
@@ -63,13 +64,29 @@ class SimulatedCamera:
         image: Image = np.rint(self._view.bgr).astype(np.uint8)
         return image
 
-    def render(self, pose: PersonPose | Bones | None, frame: int) -> Image:
-        """Image number `frame` with the person in `pose`, None for the empty room; (height, width, 3) BGR."""
-        scene = self._view.bgr.copy()
-        if pose is not None:
-            points, normals = self._surface.posed(pose)
-            self._cast_shadow(scene, points)
-            layer, region = self._draw(points, self._lit(normals), self._samples)
+    def empty(self) -> Floats32:
+        """The empty room without noise, (height, width, 3) grey levels; a copy."""
+        return self._view.bgr.copy()
+
+    def render(
+        self,
+        pose: PersonPose | Bones | None,
+        frame: int,
+        room: Floats32 | None = None,
+        beside: "Sequence[tuple[SimulatedCamera, PersonPose]]" = (),
+    ) -> Image:
+        """Image number `frame` with the person in `pose`, None for the empty room; (height, width, 3) BGR.
+
+        room: (height, width, 3) grey levels, drawn instead of the empty room; furniture in it is behind all people.
+        beside: further people in the room, each with an equal camera of their own.
+        """
+        scene = self._view.bgr.copy() if room is None else np.ascontiguousarray(room, dtype=np.float32).copy()
+        figures = [*beside] if pose is None else [(self, pose), *beside]
+        posed = [(one, *one._surface.posed(at)) for one, at in figures]
+        for one, points, _ in posed:
+            one._cast_shadow(scene, points)
+        for one, points, normals in sorted(posed, key=lambda figure: -self._distance(figure[1])):
+            layer, region = one._draw(points, one._lit(normals), self._samples)
             if region is not None:
                 composite(scene, layer, region.left, region.top)
         key = crc32(f"{self._key} {frame}".encode())
@@ -77,6 +94,13 @@ class SimulatedCamera:
         out = np.empty(scene.shape, dtype=np.uint8)
         sensor_image(scene, gain, self._sigma, key, out)
         return out
+
+    def distance(self, pose: PersonPose | Bones) -> float:
+        """Distance of the person from the camera along the optical axis, metres."""
+        return self._distance(self._surface.posed(pose)[0])
+
+    def _distance(self, points: Floats) -> float:
+        return float(np.median(points @ self.camera.rotation[2]) + self.camera.translation[2])
 
     def silhouette(self, pose: PersonPose | Bones | None) -> Image:
         """The person's exact mask (height, width): 255 where at least half of the pixel is covered, else 0."""

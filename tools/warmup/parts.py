@@ -22,6 +22,7 @@ from zenocap.common.rig.sources import FirstFrames, VideoFile
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.compiled import record_compiled
+from zenocap.common.vision.adaptive import follow, start
 from zenocap.common.vision.background import learn, update
 from zenocap.common.vision.silhouette import SilhouetteOptions, extract
 from zenocap.services.animator.render.jit_warmup import load_compiled as load_compiled_pictures
@@ -65,6 +66,9 @@ def _silhouettes(_: Callable[[str], None]) -> None:
     background = learn(pictures[:EMPTY])
     seen = extract(background, pictures[-1], SilhouetteOptions())
     update(background, pictures[-1], seen.mask if seen else None)
+    model = start(pictures[:EMPTY])
+    for number, picture in enumerate(pictures[EMPTY:]):
+        model, seen = follow(model, picture, number / FPS, SilhouetteOptions())
 
 
 def _tracking(report: Callable[[str], None]) -> None:

@@ -154,7 +154,7 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
         ('camera = "cam02"', 'camera = "cam01"', r"viewer\[1\].camera = 'cam01': viewer '1' uses it already"),
         ('camera = "cam02"\n', "", r"viewer\[1\].camera is missing"),
         ("first:60", "first:0", r"viewer\[0\].background = 'first:0': allowed: first:N with N from 1 to 10000 frames"),
-        ("first:60", "mean", r"viewer\[0\].background = 'mean': allowed: first:N, median, image:FILE, mog2"),
+        ("first:60", "mean", r"viewer\[0\].background = 'mean': allowed: adaptive, first:N, median, image:FILE, mog2"),
         ("first:60", "image:none.png", r"viewer\[0\].background = 'image:none.png': no file "),
         ("source = 0", "source = 200", r"viewer\[0\].source = 200: allowed: a device number from 0 to 99"),
         ("source = 0", 'source = "ftp://a"', r"viewer\[0\].source = 'ftp://a': allowed: a device number, /dev/videoN"),

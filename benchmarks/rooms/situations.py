@@ -249,7 +249,7 @@ def _moved(scene: Scene, place: Floats, time_s: float) -> PersonPose:
 
 SITUATIONS: Sequence[Situation] = (
     Situation("empty room first"),
-    Situation("nobody left: a person from the first frame", empty=False),
+    Situation("a person from the first frame", empty=False),
     Situation("light fades by 40 %", tone=_light),
     Situation("lamp switched off", tone=_switched),
     Situation("white balance jumps", tone=_white_balance),

@@ -22,7 +22,7 @@ import numpy as np
 
 from zenocap.common.arrays import Bools, Floats, Floats32, Image, Ints, Ints32, Labels, Mask
 from zenocap.common.jit import kernel
-from zenocap.common.vision.background import Background, learn_median
+from zenocap.common.vision.background import Background, gains, learn, learn_median
 from zenocap.common.vision.foreground import BACKGROUND, UNSURE, WEAK, expected_gain, foreground
 from zenocap.common.vision.regions import Regions, find_regions
 from zenocap.common.vision.relight import relit
@@ -35,10 +35,12 @@ SAME_SIGMAS = 4.5  # of the typical noise, a channel's change that ends a candid
 SAME_SHARE = 0.02  # of the brightness, added to that; chosen by hand
 ALIVE_S, ALIVE_SHARE = 1.5, 0.03  # s; share of the pixels of a region; chosen by hand
 STILL_S, FAINT_S = 0.7, 4.0  # s without a change before a pixel is learnt; FAINT_S in small regions; chosen by hand
+SETTLING_GAIN = 0.02  # change of a colour while learning that is corrected; chosen by hand
 HOLD_S = 60.0  # s for which the person's region is held although nothing of it changes; chosen by hand
 OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
 PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
 EDGE_RATIO = 1.5  # of the edges along an outline, model to frame, of an uncovered region; chosen by hand
+SHORTEST = 10  # px, of an outline; chosen by hand
 SMALLEST_REGION = 0.0008  # share of the image, of a region that is judged; chosen by hand
 SUDDEN_SHARE = 0.25  # share of the image that differs after a sudden change of the light; chosen by hand
 MARGIN_ROWS, MARGIN_MIN_PX = 40, 2  # image rows per px around the person of which nothing is learnt; chosen by hand
@@ -71,10 +73,23 @@ class Adaptive:
 
 
 def start(frames: Sequence[Image]) -> Adaptive:
-    """Model of the first frames, which may show people.  Raises ValueError as `learn_median`."""
-    background = learn_median(frames)
+    """Model of the first frames, which may show people.  Raises ValueError as `learn_median`.
+
+    Frames in another light than the last, as of a camera whose white balance settles, are brought to that of the last.
+    """
+    background = learn_median(_in_one_light(frames))
     noise = float(np.median(background.sigma()))
     return Adaptive(background, background.mean.copy(), np.full(frames[0].shape[:2], -1e9, np.float32), noise)
+
+
+def _in_one_light(frames: Sequence[Image]) -> list[Image]:
+    last = learn(frames[-1:])
+    lit = []
+    for frame in frames:
+        gain = gains(last, frame) if frame.shape == last.mean.shape else np.ones(3, np.float32)
+        changed = np.abs(gain - 1.0).max() > SETTLING_GAIN
+        lit.append(np.clip(np.rint(frame / gain), 0, 255).astype(np.uint8) if changed else frame)
+    return lit
 
 
 def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOptions) -> tuple[Adaptive, Silhouette | None]:
@@ -95,7 +110,7 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
     if model.frames % STRIDE == 0:
         model = _judged(model, frame, gain, labels, time_s)
     silhouette = clean(labels, options, model.extents, Edges(frame, background.mean, background.weight, gain))
-    held = np.zeros(labels.shape, np.uint8) if silhouette is None else _widened(silhouette.mask)
+    held = _widened(labels.shape, silhouette)
     same = np.float32(SAME_SIGMAS * model.noise)
     _visit(
         frame, labels, held, gain, background.mean, model.candidate, model.since_s, np.float32(time_s), same,
@@ -109,9 +124,15 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
     return replace(model, frames=model.frames + 1), silhouette
 
 
-def _widened(mask: Mask) -> Mask:
-    reach = max(MARGIN_MIN_PX, mask.shape[0] // MARGIN_ROWS)
-    return np.asarray(cv2.dilate(mask, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)), dtype=np.uint8)
+def _widened(shape: tuple[int, ...], silhouette: Silhouette | None) -> Mask:
+    """(height, width) 1 on the silhouette and around it, where nothing is learnt."""
+    held = np.zeros(shape, np.uint8)
+    if silhouette is not None:
+        reach = max(MARGIN_MIN_PX, shape[0] // MARGIN_ROWS)
+        left, right, top, bottom = silhouette.extents
+        place = np.s_[max(0, top - reach) : bottom + reach + 1, max(0, left - reach) : right + reach + 1]
+        held[place] = cv2.dilate(silhouette.mask[place], np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    return held
 
 
 @kernel
@@ -156,11 +177,11 @@ def _judged(model: Adaptive, frame: Image, gain: Floats32, labels: Labels, time_
     regions = find_regions(still, 1, 1, 1, True)
     if (regions.areas >= smallest).any():
         number = _numbered(regions.runs, *shape)
-        edges = (_edges(frame), _edges(model.background.mean))
         moving = cv2.dilate(((differs != 0) & (still == 0)).astype(np.uint8), np.ones((3, 3), np.uint8))
         for r in np.flatnonzero(regions.areas >= smallest):
             place, own, outline = _outline(regions, int(r), number)
-            if _edge_ratio(edges, place, outline & (moving[place] == 0)) > EDGE_RATIO:
+            edges = _edges(frame[place]), _edges(model.background.mean[place])
+            if _edge_ratio(edges, outline & (moving[place] == 0)) > EDGE_RATIO:
                 learnt[place][own] = LEARN
                 differs[place][own] = 0
     # 2: the person, and the rest.
@@ -269,12 +290,12 @@ def _outline(regions: Regions, region: int, number: Ints32) -> tuple[tuple[slice
     return place, own, cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) != 0
 
 
-def _edge_ratio(edges: tuple[Floats32, Floats32], place: tuple[slice, slice], outline: Bools) -> float:
-    """Mean edge of the model over that of the frame along an outline; 0 for an outline of fewer than 10 pixels."""
+def _edge_ratio(edges: tuple[Floats32, Floats32], outline: Bools) -> float:
+    """Mean edge of the model over that of the frame along an outline; 0 for an outline of fewer than SHORTEST pixels."""
     here, known = edges
-    if np.count_nonzero(outline) < 10:
+    if np.count_nonzero(outline) < SHORTEST:
         return 0.0
-    return float(known[place][outline].mean()) / max(float(here[place][outline].mean()), 1e-3)
+    return float(known[outline].mean()) / max(float(here[outline].mean()), 1e-3)
 
 
 @kernel
@@ -303,4 +324,5 @@ def _edges(image: Image | Floats32) -> Floats32:
     """Strength of the edges, (height, width): the largest of the channels, of the slightly blurred image."""
     smooth = cv2.GaussianBlur(image, (3, 3), 0)
     across, down = cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
-    return np.asarray(cv2.magnitude(across, down).max(axis=2), dtype=np.float32)
+    blue, green, red = cv2.split(cv2.magnitude(across, down))
+    return np.asarray(cv2.max(cv2.max(blue, green), red), dtype=np.float32)

@@ -87,6 +87,14 @@ def test_a_lamp_that_is_switched_off_is_followed_at_once() -> None:
     assert min(camera.overlaps(dark, walk(3.0, 45))) > 0.8
 
 
+def test_frames_before_the_white_balance_settled_are_brought_to_the_light_of_the_last() -> None:
+    scene = room(HEIGHT, WIDTH)
+    settled = scene * np.array([0.85, 1.0, 1.2])
+    model = start([picture(scene if k < LEARNT // 2 else settled, None, k) for k in range(LEARNT)])
+    assert np.abs(model.background.mean - settled).mean() < 1.0
+    assert np.median(model.background.sigma()) < 4.0
+
+
 def test_furniture_that_was_moved_is_taken_up_and_the_person_is_not() -> None:
     scene = room(HEIGHT, WIDTH)
     before, after = scene.copy(), scene.copy()

@@ -68,7 +68,7 @@ def film(
         from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
-        from zenocap.tools.film.layout import prepare, write_layout
+        from zenocap.tools.film.layout import late_texts, prepare, write_layout
         from zenocap.tools.film.remote_film import NOBODY, RemoteFilm
         from zenocap.tools.film.rig_film import cameras_of
         from zenocap.tools.film.sources import named_sources
@@ -109,6 +109,8 @@ def film(
         good = good and not losses
     for text in failures:
         _note(text)
+    for text in late_texts(viewers, filmed):
+        _note(f"warning: {text}")
     if remote.cameras:
         _print(remote.start_text(filmed))
     if remote.of_running_rig:

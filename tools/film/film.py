@@ -72,7 +72,10 @@ def film(
             raise camera.failure
         if camera.failure is not None:
             reason = f"{camera.result.name}: {camera.failure}"
-    return [*(camera.result for camera in cameras), *remote.filmed()], "; ".join(filter(None, (reason, *remote.failures)))
+    filmed = [*(camera.result for camera in cameras), *remote.filmed()]
+    for one in filmed:
+        one.begin_ns = begin_ns
+    return filmed, "; ".join(filter(None, (reason, *remote.failures)))
 
 
 def _writer(viewer: Viewer, folder: Path) -> VideoWriter:

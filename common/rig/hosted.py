@@ -21,6 +21,9 @@ from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import Announced, Background, Device, FirstFrames, MedianFrames, Mog2, Stream
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.rig.two_view import ADDITIONS
+from zenocap.common.rig.viewers import SAME_SHAPE
+
+LARGEST_PX = 1 << 25  # of an image that is assigned, so that no assignment fills a machine's memory; above 8K; by hand
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,7 @@ def hosted_rig(query: AssignQuery, source: Device | Stream, base: Path, *, previ
     background: Background = FirstFrames(one.empty_frames)
     if one.background != "first":
         background = MedianFrames() if one.background == "median" else Mog2()
+    check_sizes(one)
     viewer = Viewer(
         one.id, _camera(one), one.calibrated_size, source, background, one.fps, one.preview and previews, one.silhouette
     )
@@ -117,6 +121,18 @@ def hosted_rig(query: AssignQuery, source: Device | Stream, base: Path, *, previ
         additions=frozenset(query.additions),
         film=True,
     )
+
+
+def check_sizes(one: HostedViewer) -> None:
+    """Raise UserError for images that no camera has, and for a working size of another shape than the calibrated one."""
+    (width, height), (full_width, full_height) = one.size, one.calibrated_size
+    for size in (one.size, one.calibrated_size):
+        if size[0] * size[1] > LARGEST_PX:
+            raise UserError(f"assignment: size = {list(size)}: allowed: {LARGEST_PX} pixels at most")
+    if abs(width * full_height / (height * full_width) - 1.0) > SAME_SHAPE:
+        raise UserError(
+            f"assignment: size = {[width, height]}: allowed: the shape of the calibrated {full_width} x {full_height} px"
+        )
 
 
 def settings_text(settings: CameraSettings) -> dict[str, str]:

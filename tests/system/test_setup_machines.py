@@ -1,6 +1,7 @@
 """The set-up of a rig over several machines, which are processes here: assigned cameras, to a first take with poses."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -62,10 +63,10 @@ class Machines:
         return self.stack.enter_context(started(arguments, self.folders[k], environment))
 
 
-@pytest.fixture
-def machines(tmp_path: Path) -> Iterator[Machines]:
+@pytest.fixture(scope="module")
+def machines(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machines]:
     with ExitStack() as stack:
-        yield Machines(tmp_path, stack)
+        yield Machines(tmp_path_factory.mktemp("machines"), stack)
 
 
 def setup(folder: Path, answers: str, *options: str) -> tuple[int, str]:
@@ -92,10 +93,31 @@ def test_cameras_of_two_machines_are_set_up_from_a_third_to_a_take_with_poses(ma
     assert 'source = "discover:lab0/cam"' in rig.read_text()
     (port,) = free_ports(1)
     rig.write_text(rig.read_text() + f"\n[animator.page]\nport = {port}\n")
-    status, text = setup(folder, "\n", "--seconds", "25")
+    status, text = setup(folder, "\n", "--seconds", "20")
     assert status == 0, text
     assert "viewer cam01 runs on lab0" in text
     assert "first pose" in text
     for place in machines.folders:
         assert "released" in output_of(place)
         assert not list((place / "data").rglob("*.json"))
+
+
+def test_a_machine_that_is_killed_and_started_again_goes_on_by_itself(machines: Machines) -> None:
+    place = machines.folder / "up"
+    place.mkdir()
+    rig = machines.folder / "studio" / "rig.toml"
+    with started(["up", rig, "--no-page", "--no-log"], place) as up:
+        wait_until(lambda: "viewer cam02 runs on lab1" in output_of(place), place)
+        machines.processes[1].kill()
+        wait_until(
+            lambda: "viewer cam02: no machine lab1 announces its cameras (there are: lab0)" in output_of(place), place
+        )
+        (machines.folders[1] / "before").mkdir()
+        for path in machines.folders[1].glob("*.err"):
+            path.rename(path.parent / "before" / path.name)
+        machines.processes[1] = machines.start(1)
+        wait_until(lambda: "viewer cam02 of rig studio: assigned" in output_of(machines.folders[1]), machines.folders[1])
+        wait_until(lambda: output_of(place).count("viewer cam02 runs on lab1") == 2, place)
+        up.send_signal(signal.SIGINT)
+        assert up.wait(60) == 0, output_of(place)
+    assert not list((machines.folders[1] / "data").rglob("*.json"))

@@ -24,13 +24,18 @@ CLOCK_S = 60.0  # of another machine's clock from this one's, from which it is r
 
 @dataclass
 class _State:
-    """Of one viewer.  told: last text about it.  good_s: time of its last good answer, monotonic."""
+    """Of one viewer.  told: last text about it.  problem: last one.  assigned: whether its host has obeyed.
+
+    good_s: time of its last good answer, monotonic.
+    """
 
     camera: HostedCamera
     query: AssignQuery
     good_s: float
     told: str = ""
+    problem: str = ""
     has_run: bool = False
+    assigned: bool = False
     clock_told: bool = False
 
 
@@ -57,7 +62,8 @@ class HostedViewers:
     @property
     def never_ran(self) -> list[str]:
         """Texts about the viewers that have never run."""
-        return [f"viewer {one.camera.viewer} has not run: {one.told}" for one in self._states if not one.has_run]
+        missing = [one for one in self._states if not one.has_run]
+        return [f"viewer {one.camera.viewer} has not run: {one.problem or 'not found in time'}" for one in missing]
 
     def close(self) -> None:
         """Give all cameras back."""
@@ -66,7 +72,7 @@ class HostedViewers:
             self._thread.join(len(self._states) * ANSWER_S + 2 * PERIOD_S)
         for one in self._states:
             query = AssignQuery(frame=0, captured_ns=time.time_ns(), what="release", rig=one.query.rig)
-            if one.has_run:
+            if one.assigned:
                 self._session.assign(_key(one.camera.source), query, RELEASE_S)
         self._session.close()
 
@@ -88,8 +94,9 @@ class HostedViewers:
                 reply = str(error)
             problem = answer_problem(one.camera.source, reply)
             if isinstance(reply, AssignReply):
+                one.assigned |= not reply.refused
                 self._check_clock(one, reply.captured_ns - (begin_ns + time.time_ns()) // 2)
-        now_s = time.monotonic()
+        one.problem, now_s = problem, time.monotonic()
         if not problem:
             machine = one.camera.source.machine
             text = f"viewer {one.camera.viewer} runs on {machine}"

@@ -449,6 +449,7 @@ class HostCamera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     name: Text = ""
     stable: bool = False
     modes: Annotated[list[Text], Meta(max_length=48)] = []
+    used_by: Text = ""  # the viewer that it was assigned to, such as "viewer left of rig studio"
 
 
 class CameraHost(Message, frozen=True, tag="camera_host"):
@@ -457,10 +458,68 @@ class CameraHost(Message, frozen=True, tag="camera_host"):
     machine: Name
     host: Text
     cameras: Annotated[list[HostCamera], Meta(max_length=16)]
+    instance: Name = "-"  # chosen at random by each process: two machines of one name differ in it
+
+
+class HostedLens(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A fisheye lens, as `zenocap.common.camera.fisheye.FisheyeLens`."""
+
+    size: tuple[Pixels, Pixels]
+    matrix: Annotated[list[Number], Meta(min_length=9, max_length=9)]  # px, row by row
+    coefficients: Annotated[list[Number], Meta(min_length=4, max_length=4)]
+
+
+class HostedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A viewer for a camera of a camera host: calibration, as in `CameraInfo`, and settings.  Contains no path."""
+
+    id: Name
+    camera: FolderName  # name of the camera in the calibration
+    calibrated_size: tuple[Pixels, Pixels]
+    size: tuple[Pixels, Pixels]  # working size, of the calibration below
+    matrix: Annotated[list[Number], Meta(min_length=9, max_length=9)]
+    distortions: Annotated[list[Number], Meta(max_length=14)]
+    rotation: Annotated[list[Number], Meta(min_length=9, max_length=9)]
+    translation: Annotated[list[Number], Meta(min_length=3, max_length=3)]
+    fisheye: HostedLens | None = None
+    fps: Annotated[float, Meta(ge=0.1, le=1000)]
+    rig_fps: Annotated[float, Meta(ge=0.1, le=1000)]  # of the slowest viewer of the rig
+    background: Literal["first", "median", "mog2", "adaptive"] = "first"
+    empty_frames: Annotated[int, Meta(ge=1, le=10_000)] = 60  # for "first"
+    preview: bool = False  # without effect where pictures may not leave the machine
+    silhouette: bool = True
+    settings: Annotated[dict[Name, Text], Meta(max_length=8)] = {}  # of the camera, as in `FilmQuery`
+
+
+class AssignQuery(Message, frozen=True, tag="assign_query"):
+    """A query of a rig's launcher to a camera host, about one of its cameras; answered by an `AssignReply`.
+
+    state: asks only.  assign: run the viewer; to be repeated, otherwise the viewer ends.  release: end it.
+    """
+
+    what: Literal["state", "assign", "release"]
+    rig: Name
+    digest: Name = "-"  # of the rig file and the calibration, see `ServiceInfo`
+    tracker: bool = True  # whether a tracker uses the silhouettes; false for the method two-view
+    additions: Annotated[list[Name], Meta(max_length=32)] = []  # to two-view, see `zenocap.common.rig.two_view`
+    viewer: HostedViewer | None = None  # for "assign"
+
+
+class AssignReply(Message, frozen=True, tag="assign_reply"):
+    """State of the assignment after the query.  `captured_ns` is the clock of the one who answers."""
+
+    host: Text  # name of the machine
+    state: Literal["free", "running", "waiting"]  # waiting: the viewer failed and will be started again
+    refused: Text = ""  # why the query was not obeyed
+    failure: Text = ""  # last output of a viewer that failed
+    rig: Name | None = None  # whose viewer has the camera
+    viewer: Name | None = None
+    restarts: Count = 0
+    previews: bool = False  # whether pictures may leave the machine
 
 
 AnyMessage = (
     PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | ScenePoints
     | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | FrameRate | TrackerDetail | Request
     | ClockQuery | PaceQuery | FilmQuery | FilmReply | CameraHost
+    | AssignQuery | AssignReply
 )  # fmt: skip

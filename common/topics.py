@@ -114,6 +114,7 @@ FILM = "zenocap/{rig}/film/viewer/{viewer}"  # queryable of a viewer: records th
 HOST_ALIVE = "zenocap-cameras/{machine}/alive"  # liveliness token of a camera host, which belongs to no rig
 HOST_CAMERAS = "zenocap-cameras/{machine}/cameras"  # queryable: its cameras
 HOST_FILM = "zenocap-cameras/{machine}/film/{camera}"  # queryable: records the images of one of them
+HOST_ASSIGN = "zenocap-cameras/{machine}/assign/{camera}"  # queryable: runs a viewer of a rig with one of them
 EVERYTHING = "zenocap/{rig}/**"
 ROOT = "zenocap"  # the first chunk of every key
 NAME = r"[A-Za-z0-9_.\-]{1,64}"  # what a name in a key may be, as `messages.Name` has it

@@ -10,13 +10,15 @@ from zenocap.common.rig.camera_settings import CameraSettings
 
 SOURCES = (
     "a device number, /dev/videoN, /dev/v4l/by-id/NAME, rtsp://, http:// or https://, a video file, images/*.png, "
-    "actor:NAME[?seed=N], rendered:FILE.npy[?fps=N]"
+    "actor:NAME[?seed=N], rendered:FILE.npy[?fps=N], discover:MACHINE/CAMERA"
 )
 BACKGROUNDS = "adaptive, first:N, median, image:FILE, mog2"
 FIRST = "first:60"  # background of a video file or the simulated person; of cameras and streams: adaptive
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
 STREAMS = ("rtsp", "rtsps", "http", "https")
+DISCOVER = "discover"  # scheme of an announced camera
 STABLE_NAMES = ("/dev/v4l/by-id/", "/dev/v4l/by-path/")
+ANNOUNCED = r"[A-Za-z0-9_\-][A-Za-z0-9_.\-]{0,63}"  # names of machines and their cameras
 MAX_DEVICE = 99
 MAX_SEED = 2**31 - 1
 MAX_FIRST = 10_000
@@ -52,6 +54,20 @@ class Stream:
 
     url: str
     delay_ns: int = 0
+
+
+@dataclass(frozen=True)
+class Announced:
+    """A camera that `zenocap viewer --discover` announces on another machine, under these names."""
+
+    machine: str
+    camera: str
+    settings: CameraSettings = field(default_factory=CameraSettings)
+
+    @property
+    def text(self) -> str:
+        """As in a rig file."""
+        return f"{DISCOVER}:{self.machine}/{self.camera}"
 
 
 @dataclass(frozen=True)
@@ -133,7 +149,7 @@ def learning_frames(background: "Background") -> int:
             return 60
 
 
-Source = Device | Stream | VideoFile | Images | Actor | Rendered
+Source = Device | Stream | Announced | VideoFile | Images | Actor | Rendered
 Background = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
 
 
@@ -164,6 +180,8 @@ def parse_source(text: str | int, base: Path) -> Source:
         return _actor(parts.path, parts.query)
     if parts.scheme == "rendered":
         return _rendered(parts.path, parts.query, base)
+    if text.startswith(f"{DISCOVER}:"):
+        return _announced(text.removeprefix(f"{DISCOVER}:"))
     if not text.strip() or "://" in text:
         raise SpecError(SOURCES)
     path = base / text
@@ -174,7 +192,7 @@ def parse_source(text: str | int, base: Path) -> Source:
 
 def default_background(source: Source) -> str:
     """`background` of a source without one: a camera's room changes, and is not always empty when a viewer starts."""
-    return "adaptive" if isinstance(source, Device | Stream) else FIRST
+    return "adaptive" if isinstance(source, Device | Stream | Announced) else FIRST
 
 
 def parse_background(text: str, base: Path) -> Background:
@@ -200,6 +218,13 @@ def _device(number: int) -> Device:
     if not 0 <= number <= MAX_DEVICE:
         raise SpecError(f"a device number from 0 to {MAX_DEVICE}")
     return Device(number)
+
+
+def _announced(text: str) -> Announced:
+    machine, _, camera = text.partition("/")
+    if not (re.fullmatch(ANNOUNCED, machine) and re.fullmatch(ANNOUNCED, camera)):
+        raise SpecError("discover:MACHINE/CAMERA, as `zenocap cameras --discover` lists them")
+    return Announced(machine, camera)
 
 
 def _actor(name: str, query: str) -> Actor:

@@ -12,6 +12,7 @@ from zenocap.common.rig.file import RigFile, ViewerTable
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.sources import (
     Actor,
+    Announced,
     Background,
     BackgroundImage,
     Device,
@@ -92,6 +93,11 @@ def rig_viewers(
             background = parse_background(table.background or default_background(source), base)
         except SpecError as error:
             raise UserError(f"{path}: {key}.background = {table.background!r}: allowed: {error}") from error
+        if isinstance(source, Announced) and isinstance(background, BackgroundImage):
+            raise UserError(
+                f"{path}: {key}.background = {table.background!r}: allowed for a camera of another machine: first:N, "
+                "median, mog2: no picture is sent there"
+            )
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
         fps = table.fps or _own_fps(path, key, source, files)
@@ -213,12 +219,12 @@ def _with_settings(path: Path, key: str, table: ViewerTable, source: Source) -> 
     """The source with the camera settings of its table.  Raises UserError."""
     given = given_settings(table)
     for name, value in given.items():
-        if not isinstance(source, Device):
-            raise UserError(f"{path}: {key}.{name} = {value!r}: allowed: only where the source is a camera of this machine")
+        if not isinstance(source, Device | Announced):
+            raise UserError(f"{path}: {key}.{name} = {value!r}: allowed: only where the source is a camera of a machine")
         problem = setting_problem(name, value)
         if problem is not None:
             raise UserError(f"{path}: {key}.{name} = {value!r}: allowed: {problem}")
-    if not isinstance(source, Device) or not given:
+    if not isinstance(source, Device | Announced) or not given:
         return source
     return replace(source, settings=settings_of(table))
 

@@ -6,11 +6,12 @@ import msgspec.inspect as mi
 from hypothesis import strategies as st
 
 from zenocap.common import messages as m
-from zenocap.common.messages import CameraHost, FilmQuery, FilmReply, ServiceInfo
+from zenocap.common.messages import AssignQuery, AssignReply, CameraHost, FilmQuery, FilmReply, ServiceInfo
 from zenocap.common.topics import TOPICS
 
 MESSAGE_TYPES = (
-    *(topic.message for topic in TOPICS), m.ClockQuery, m.PaceQuery, ServiceInfo, FilmQuery, FilmReply, CameraHost
+    *(topic.message for topic in TOPICS), m.ClockQuery, m.PaceQuery, ServiceInfo, FilmQuery, FilmReply, CameraHost,
+    AssignQuery, AssignReply,
 )  # fmt: skip
 NAMES = st.from_regex(r"[A-Za-z0-9_.\-]{1,12}", fullmatch=True)
 

@@ -5,9 +5,10 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
 from tests.support.places import ROOT
 from zenocap.common import messages as m
@@ -22,14 +23,19 @@ ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 
 
 @contextmanager
-def started(arguments: Sequence[object], folder: Path) -> Iterator[subprocess.Popen[str]]:
-    """A `zenocap` process with its output in *.out and *.err; killed at the end if it still runs."""
+def started(
+    arguments: Sequence[object], folder: Path, environment: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[subprocess.Popen[str]]:
+    """A `zenocap` process with its output in *.out and *.err; killed at the end if it still runs.
+
+    environment: variables besides those of this process.
+    """
     name = "-".join(str(argument) for argument in arguments[:1]) + str(time.monotonic_ns())
     with (folder / f"{name}.out").open("w") as out, (folder / f"{name}.err").open("w") as err:
         # A shell starts what runs in its background with SIGINT ignored, and a process inherits that, but no handler.
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         process = subprocess.Popen(
-            [*ZENOCAP, *map(str, arguments)], cwd=folder, env=ENVIRONMENT, stdout=out, stderr=err, text=True
+            [*ZENOCAP, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | environment, stdout=out, stderr=err, text=True
         )
         signal.signal(signal.SIGINT, before)
         try:

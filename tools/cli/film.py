@@ -16,7 +16,8 @@ def film(
         list[str],
         typer.Argument(
             metavar="RIG | NAME=SOURCE...",
-            help="Rig file (TOML) with cameras or streams; or the cameras themselves, before they are calibrated.",
+            help="Rig file (TOML) with cameras or streams; or the cameras themselves, before they are calibrated; SOURCE "
+            "also discover:MACHINE/CAMERA.",
             show_default=False,
         ),
     ],
@@ -63,12 +64,13 @@ def film(
         from contextlib import ExitStack
 
         from zenocap.common.bus.access import OPERATOR
+        from zenocap.common.rig.sources import Announced
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.tools.cli.track import parsed_size
         from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
-        from zenocap.tools.film.layout import prepare, write_layout
+        from zenocap.tools.film.layout import late_texts, prepare, write_layout
         from zenocap.tools.film.remote_film import NOBODY, RemoteFilm
         from zenocap.tools.film.rig_film import cameras_of
         from zenocap.tools.film.sources import named_sources
@@ -91,6 +93,11 @@ def film(
             else:
                 own = viewers = named_sources(rig, parsed_size(size), fps)
                 prepare(output, viewers, force, calibrated=False)
+                if any(isinstance(viewer.source, Announced) for viewer in viewers):
+                    name = output.resolve().name
+                    own, remote = network.enter_context(cameras_of(None, viewers, zenoh.options(), name, _note))
+                    if fetch:
+                        check_fetch(remote)
             with stop_signals() as stopped:
                 filmed, reason = run_film(own, output, seconds, stopped, _print, remote=remote)
             if not any(one.frames for one in filmed):
@@ -109,6 +116,8 @@ def film(
         good = good and not losses
     for text in failures:
         _note(text)
+    for text in late_texts(viewers, filmed):
+        _note(f"warning: {text}")
     if remote.cameras:
         _print(remote.start_text(filmed))
     if remote.of_running_rig:
@@ -118,7 +127,8 @@ def film(
     if away := [
         one.name for one in remote.cameras if one.reply.frames and not (output / f"videos/{one.name}.mkv").exists()
     ]:
-        _print(f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then zenocap track {output}")
+        then = f"zenocap track {output}" if calibrated else f"zenocap calibrate board {output} --square MM"
+        _print(f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then {then}")
     elif calibrated:
         typer.echo(f"next: zenocap track {output} -o {output.resolve().name}.mcap")
     else:

@@ -10,7 +10,7 @@ import zenocap
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file
-from zenocap.common.rig.sources import Actor, BackgroundImage
+from zenocap.common.rig.sources import Actor, Announced, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
 from zenocap.tools.doctor.machine_checks import Certificate, Disk, File, Port, SourceState
 
@@ -27,6 +27,9 @@ def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
         return SourceState(viewer.id, "used", "its viewer is running", local)
     if isinstance(viewer.source, Actor):
         return SourceState(viewer.id, "good", "the simulated person", local)
+    if isinstance(viewer.source, Announced):
+        words = f"on {viewer.source.machine}, where `zenocap viewer --discover` runs; `zenocap cameras --discover` lists it"
+        return SourceState(viewer.id, "good", words, local)
     background = viewer.background
     if isinstance(background, BackgroundImage) and not background.path.is_file():
         return SourceState(viewer.id, "missing", f"no background picture {background.path}", local)

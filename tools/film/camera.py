@@ -12,13 +12,17 @@ from zenocap.common.video.parameters import QUEUE
 from zenocap.common.video.video_writer import VideoWriter
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
+from zenocap.tools.film.parameters import LATE_PERIODS
 
 Opener = Callable[[Viewer, Playback], Iterator[Frame]]
 
 
 @dataclass
 class Filmed:
-    """What was recorded of one camera.  lost: frames that the writer could not take.  away: how often the camera failed."""
+    """What was recorded of one camera.  lost: frames that the writer could not take.  away: how often the camera failed.
+
+    begin_ns: start of the film, by the clock of `first_ns`; 0 where it is not known.
+    """
 
     name: str
     frames: int = 0
@@ -26,6 +30,17 @@ class Filmed:
     last_ns: int = 0
     lost: int = 0
     away: int = 0
+    begin_ns: int = 0
+
+    def late_text(self, fps: float) -> str:
+        """Warning of a first image long after the start of the film; empty otherwise.  fps: nominal rate, frames/s."""
+        late_s = (self.first_ns - self.begin_ns) / 1e9
+        if not self.begin_ns or not self.frames or late_s * fps <= LATE_PERIODS:
+            return ""
+        return (
+            f"{self.name}: first image {late_s * 1e3:.0f} ms after the start of the film, {late_s * fps:.1f} periods: its "
+            "time may be wrong by that: check with zenocap sync"
+        )
 
     @property
     def rate(self) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import Announced, Device, Stream
 from zenocap.common.video.parameters import LOOK_S, RESERVE_BYTES, RESERVE_S
 from zenocap.common.video.video_writer import VideoWriter
 from zenocap.services.viewer.sources.source import camera_images
@@ -19,7 +19,7 @@ from zenocap.tools.film.remote_film import NOBODY, RemoteFilm, disk_text
 
 def filmed_viewers(rig: Rig) -> list[Viewer]:
     """Viewers whose source is a camera or stream.  Raises UserError when there is none."""
-    found = [viewer for viewer in rig.viewers if isinstance(viewer.source, Device | Stream)]
+    found = [viewer for viewer in rig.viewers if isinstance(viewer.source, Device | Stream | Announced)]
     if not found:
         raise UserError(f"rig {rig.name}: no viewer has a camera or stream as source: nothing to film")
     return found
@@ -72,7 +72,10 @@ def film(
             raise camera.failure
         if camera.failure is not None:
             reason = f"{camera.result.name}: {camera.failure}"
-    return [*(camera.result for camera in cameras), *remote.filmed()], "; ".join(filter(None, (reason, *remote.failures)))
+    filmed = [*(camera.result for camera in cameras), *remote.filmed()]
+    for one in filmed:
+        one.begin_ns = begin_ns
+    return filmed, "; ".join(filter(None, (reason, *remote.failures)))
 
 
 def _writer(viewer: Viewer, folder: Path) -> VideoWriter:

@@ -48,7 +48,14 @@ def write_layout(
         write_calibration(folder / CALIBRATION, cameras)
     first_ns = min(one.first_ns for one in filmed if one.frames)
     offsets = {one.name: (one.first_ns - first_ns) / 1e9 for one in filmed if one.frames}
-    write_sync(folder, offsets, "Written by zenocap film, from capture times")
+    comment = "\n# ".join(("Written by zenocap film, from capture times", *late_texts(viewers, filmed)))
+    write_sync(folder, offsets, comment)
     empty = [viewer.background.count for viewer in viewers if isinstance(viewer.background, FirstFrames)]
     if begins_empty and len(empty) == len(viewers):
         write_atomically(folder / CLIP, f"empty_frames = {min(empty)}\n".encode())
+
+
+def late_texts(viewers: Sequence[Viewer], filmed: Sequence[Filmed]) -> list[str]:
+    """Warnings of cameras whose first image came long after the start of the film."""
+    rates = {viewer.camera.name: viewer.fps for viewer in viewers}
+    return [text for one in filmed if (text := one.late_text(rates[one.name]))]

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.errors import UserError
 from zenocap.common.messages import CameraHost, FilmQuery, FilmReply
+from zenocap.common.rig.hosted import settings_text
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import Device
+from zenocap.common.rig.sources import Announced, Device
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.topics import FILM, HOST_FILM, is_name
+from zenocap.tools.cameras.hosts import host_problem
 from zenocap.tools.film.parameters import FIND_S, QUERY_S
 
 
@@ -24,21 +26,29 @@ class Place:
 
 
 def places_of(
-    session: FilmSession, rig: Rig, viewers: Sequence[Viewer], sender: str, patience_s: float = FIND_S
+    session: FilmSession, rig: Rig | None, viewers: Sequence[Viewer], sender: str, patience_s: float = FIND_S
 ) -> dict[str, Place]:
     """Places of the viewers whose camera another program has, by id of the viewer; waits `patience_s` for them.
 
-    Raises UserError when it may not be filmed, or two programs offer the camera.
+    rig: None before there is one.  Raises UserError when a camera may not be filmed, two programs offer it, or one of
+    another machine is not announced.
     """
     end_s = time.monotonic() + patience_s
     found: dict[str, Place] = {}
     while True:
-        found |= _running(session, rig, viewers, sender)
+        if rig is not None:
+            found |= _running(session, rig, viewers, sender)
         missing = [viewer for viewer in viewers if viewer.id not in found]
         found |= _hosted(session, missing, sender)
         if len(found) == len(viewers) or time.monotonic() > end_s:
             break
         time.sleep(0.1)
+    away = {one.camera.name: one.source for one in viewers if one.id not in found and isinstance(one.source, Announced)}
+    if away:
+        hosts = [host for host in session.hosts(QUERY_S) if isinstance(host, CameraHost)]
+        for name, source in away.items():
+            problem = host_problem(source, hosts) or f"{source.machine} does not answer"
+            raise UserError(f"camera {name}: {problem}")
     for id, place in found.items():
         if not place.reply.may_film:
             raise UserError(
@@ -66,7 +76,7 @@ def _hosted(session: FilmSession, viewers: Sequence[Viewer], sender: str) -> dic
     """Viewers whose camera a camera host announces: under the name of the camera, or with its stable source."""
     if not viewers:
         return {}
-    hosts = [host for host in session.hosts(QUERY_S).values() if isinstance(host, CameraHost)]
+    hosts = [host for host in session.hosts(QUERY_S) if isinstance(host, CameraHost)]
     found: dict[str, Place] = {}
     for viewer in viewers:
         keys = matching(viewer, hosts)
@@ -88,6 +98,9 @@ def matching(
     A camera is announced under the camera's name in the rig, or is a USB camera with the same stable name.
     """
     source = viewer.source
+    if isinstance(source, Announced):
+        own = [host for host in hosts if host.machine == source.machine and not host_problem(source, hosts)]
+        return {HOST_FILM.format(machine=source.machine, camera=source.camera): host.machine for host in own}
     stable = str(source.link) if isinstance(source, Device) and source.link is not None and not here(source) else None
     return {
         HOST_FILM.format(machine=host.machine, camera=camera.id): host.machine
@@ -99,14 +112,7 @@ def matching(
 
 def camera_settings(viewer: Viewer) -> dict[str, str]:
     """The camera settings of a viewer, for a camera host."""
-    if not isinstance(viewer.source, Device):
-        return {}
-    one = viewer.source.settings
-    values = {
-        "format": one.format, "exposure": one.exposure, "gain": one.gain, "white_balance": one.white_balance,
-        "focus": one.focus,
-    }  # fmt: skip
-    return {key: str(value) for key, value in values.items() if value is not None}
+    return settings_text(viewer.source.settings) if isinstance(viewer.source, Device | Announced) else {}
 
 
 def _state(sender: str) -> FilmQuery:

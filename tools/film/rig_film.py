@@ -10,8 +10,10 @@ from datetime import UTC, datetime
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.sources import Announced
 from zenocap.tools.film.parameters import ROUTER_S
 from zenocap.tools.film.places import places_of
 from zenocap.tools.film.remote import RemoteCamera
@@ -26,7 +28,7 @@ def film_name(folder: str, now: datetime) -> str:
 
 @contextmanager
 def cameras_of(
-    rig: Rig,
+    rig: Rig | None,
     viewers: Sequence[Viewer],
     options: ZenohOptions,
     folder: str,
@@ -34,10 +36,16 @@ def cameras_of(
 ) -> Iterator[tuple[list[Viewer], RemoteFilm]]:
     """The viewers whose camera this program opens, and the film of the others.
 
-    folder: name of the film's folder.  report: receives why other programs cannot be asked.  Raises UserError.
+    rig: None before there is one.  folder: name of the film's folder.
+    report: receives why other programs cannot be asked.  Raises UserError.
     """
     security = options.security
     if security is not None and not security.certificate.is_file():
+        if away := [viewer.camera.name for viewer in viewers if isinstance(viewer.source, Announced)]:
+            raise UserError(
+                f"{', '.join(away)}: on another machine: {security.certificate}: no such file: allowed: after "
+                "`zenocap certs RIG --service operator`"
+            )
         report(
             f"note: {security.certificate}: no such file: cameras of other programs are not filmed; "
             "`zenocap certs RIG --service operator` makes it"
@@ -48,6 +56,8 @@ def cameras_of(
     try:
         session = FilmSession.open(options, lambda: time.monotonic() > end_s)
     except BusError as error:
+        if away := [viewer.camera.name for viewer in viewers if isinstance(viewer.source, Announced)]:
+            raise UserError(f"{', '.join(away)}: on another machine: {error}") from error
         report(f"note: cameras of other programs are not filmed: {error}")
         yield list(viewers), NOBODY
         return

@@ -9,7 +9,16 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import Device, MedianFrames, SpecError, Stream, VideoFile, parse_source, without_password
+from zenocap.common.rig.sources import (
+    Announced,
+    Device,
+    MedianFrames,
+    SpecError,
+    Stream,
+    VideoFile,
+    parse_source,
+    without_password,
+)
 
 ALLOWED = "NAME=SOURCE, such as cam01=/dev/video0 or cam02=rtsp://192.168.1.20/stream"
 
@@ -17,10 +26,10 @@ ALLOWED = "NAME=SOURCE, such as cam01=/dev/video0 or cam02=rtsp://192.168.1.20/s
 def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float, *, files: bool = False) -> list[Viewer]:
     """Viewers of cameras and streams, of images of `size` (width, height) px.  texts: NAME=SOURCE.  Raises UserError.
 
-    files: whether video files are allowed too.  Their lens is a placeholder: they are for filming, the live page, and
-    nothing else.
+    files: whether video files are allowed too, and cameras of other machines are not.  Their lens is a placeholder: they
+    are for filming, the live page, and nothing else.
     """
-    kinds = (Device, Stream, VideoFile) if files else (Device, Stream)
+    kinds = (Device, Stream, VideoFile) if files else (Device, Stream, Announced)
     width, height = size
     matrix = np.array([[width, 0.0, (width - 1) / 2], [0.0, width, (height - 1) / 2], [0.0, 0.0, 1.0]])
     viewers: list[Viewer] = []

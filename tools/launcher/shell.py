@@ -4,7 +4,7 @@ import logging
 import sys
 import time
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from itertools import repeat
 from pathlib import Path
@@ -14,9 +14,11 @@ from rich.live import Live
 
 from zenocap.common.bus.protocol import Alive, Bus, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
+from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.recording.summary import messages_in
+from zenocap.common.rig.hosted import assignment, hosted_cameras
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN, SERVICES, TIMEKEEPER, ServiceKey, services_of, title, warmup_parts
 from zenocap.common.runtime import logs
@@ -26,6 +28,7 @@ from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UN
 from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
 from zenocap.tools.launcher.display import dropped, plain_line, table
 from zenocap.tools.launcher.fork_server import fork_server
+from zenocap.tools.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
 from zenocap.tools.launcher.rig_status import RigStatus
 from zenocap.tools.warmup.processes import compile_parts
@@ -61,9 +64,12 @@ def run_rig(
     if not compile_parts(warmup_parts(rig), stopped, console):
         return DONE if stopped() else FAILED
     services = [service for service in services_of(rig) if page or service[0] != "animator"]
-    starting = sorted(services, key=lambda service: service[0] != TIMEKEEPER)  # integrator first, others in order
+    elsewhere = hosted_cameras(rig)
+    away = {("viewer", one.viewer) for one in elsewhere}
+    # The integrator first, others in order.
+    starting = sorted((one for one in services if one not in away), key=lambda service: service[0] != TIMEKEEPER)
     clock = RealClock()
-    places = _places(options, len(services) + 1)
+    places = _places(options, len(starting) + 2, reachable=bool(elsewhere))
     commands = []
     for (name, id), place in zip(starting, places, strict=False):
         arguments = [sys.executable, "-P", "-m", "zenocap", name, str(rig_argument), "--with-parent"]
@@ -73,14 +79,27 @@ def run_rig(
     with (
         fork_server({name for name, _ in starting}) as start,
         ZenohBus.open(places[-1], rig.name, clock, stopped) as bus,
+        ExitStack() as stack,
     ):
         children = ChildProcesses(commands, time.monotonic, start)
-        supervisor = Supervisor(children, bus, services, take, console)
+        hosted = None
+        if elsewhere and options.security is not None:
+            for line in secured_advice(elsewhere, rig_argument):
+                console.print(line, markup=False, highlight=False, soft_wrap=True)
+        elif elsewhere:
+            hosted = HostedViewers(
+                FilmSession.open(places[-2], stopped), elsewhere, lambda id: assignment(rig, id, clock.now_ns())
+            )
+            stack.callback(hosted.close)
+        supervisor = Supervisor(children, bus, services, take, console, hosted)
         try:
             children.start()
+            if hosted is not None:
+                hosted.start()
             supervisor.run(seconds, stopped)
         finally:
             console.print("stopping ...", markup=False)
+            stack.close()
             children.stop(lambda name: name != TIMEKEEPER)
             children.stop()
             supervisor.print_output()
@@ -92,8 +111,16 @@ class Supervisor:
     """Supervision of the children: reads the bus, displays the status, and prints the result."""
 
     def __init__(
-        self, children: ChildProcesses, bus: Bus, services: list[ServiceKey], take: Path | None, console: Console
+        self,
+        children: ChildProcesses,
+        bus: Bus,
+        services: list[ServiceKey],
+        take: Path | None,
+        console: Console,
+        hosted: HostedViewers | None = None,
     ) -> None:
+        """hosted: viewers that other machines run."""
+        self._hosted = hosted
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
         self._status = RigStatus(own=frozenset(services))
@@ -121,7 +148,9 @@ class Supervisor:
                     self._print(plain_line(self._status, self._services, now_s - started_s))
 
     def print_output(self) -> None:
-        """Print what the children wrote."""
+        """Print what the children wrote, and the state of viewers on other machines."""
+        for line in self._hosted.news() if self._hosted is not None else ():
+            self._print(printable(line, MAX_LINE))
         for line in map(printable, self._children.lines(), repeat(MAX_LINE)):
             if self._console.is_terminal:
                 self._print(line)
@@ -156,8 +185,11 @@ class Supervisor:
         broken = [child for child in failed if not (child is integrator and child.status == LOSS)]
         for child in broken:
             self._print(f"error: {child.name} failed; see its output above")
+        never_ran = self._hosted.never_ran if self._hosted is not None else []
+        for text in never_ran:
+            self._print(f"error: {printable(text, MAX_LINE)}")
         stopped = self._log_counts().get("log_stopped", 0)
-        return FAILED if broken else LOSS if failed or lost != 0 or stopped else DONE
+        return FAILED if broken or never_ran else LOSS if failed or lost != 0 or stopped else DONE
 
     def receive_rest(self) -> None:
         """Handle what the services published until they ended, such as the integrator's last health."""
@@ -182,7 +214,8 @@ class Supervisor:
     def _is_over(self) -> bool:
         names = [title(service) for service in self._services if service[0] == "viewer"]
         viewers = [child for child in self._children.all if child.name in names]
-        return bool(self._failed_services()) or all(_finished(child) for child in viewers)
+        finished = len(viewers) == len(names) and all(_finished(child) for child in viewers)
+        return bool(self._failed_services()) or finished
 
     def _failed_services(self) -> list[ChildProcess]:
         """Required services that failed and are not restarted."""
@@ -224,27 +257,27 @@ def _finished(child: ChildProcess) -> bool:
     return child.status == 0
 
 
-def _places(options: ZenohOptions, count: int) -> list[ZenohOptions]:
-    """Connection options of each member, the integrator's first, this process's last.
+def _places(options: ZenohOptions, count: int, *, reachable: bool = False) -> list[ZenohOptions]:
+    """Connection options of each member, the integrator's first, this process's two last.
 
     Peers form a mesh over loopback, in addition to the rig's own endpoints, so that other machines can join.  Clients
-    connect only to their router.
+    connect only to their router.  reachable: whether peers find those of other machines by multicast, where it is allowed.
     """
     if options.mode == "client":
         return [options] * count
     places = peer_mesh(free_ports(count), "tls" if options.security else "tcp")
-    members = [_member(options, place) for place in places]
+    members = [_member(options, place, multicast=reachable and options.multicast_scouting) for place in places]
     members[0] = replace(members[0], listen=(*members[0].listen, *options.listen))
     return members
 
 
-def _member(options: ZenohOptions, place: Peer) -> ZenohOptions:
+def _member(options: ZenohOptions, place: Peer, *, multicast: bool | None) -> ZenohOptions:
     return replace(
         options,
         mode="peer",
         listen=(place.listen,),
         connect=(*place.connect, *options.connect),
-        multicast_scouting=False,
+        multicast_scouting=bool(multicast),
     )
 
 

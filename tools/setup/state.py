@@ -16,8 +16,9 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import load_rig
-from zenocap.common.rig.sources import SpecError, VideoFile, parse_source, without_password
+from zenocap.common.rig.sources import Announced, SpecError, VideoFile, parse_source, without_password
 from zenocap.common.toml_file import read_toml
+from zenocap.tools.setup.network import OPEN, Network, network_of, quoted
 
 Step = Literal["cameras", "look", "calibration", "rig", "take"]
 STEPS: tuple[Step, ...] = get_args(Step)
@@ -28,12 +29,22 @@ WORKING_WIDTH = 960  # px; wider images are reduced: the tracker needs no more, 
 
 @dataclass(frozen=True)
 class Cameras:
-    """sources: by name, as in a rig file.  size: (width, height) px.  looked: whether they were looked at."""
+    """sources: by name, as in a rig file.  size: (width, height) px.  looked: whether they were looked at.
+
+    network: by which cameras of other machines are reached.
+    """
 
     sources: Mapping[str, str]
     size: tuple[int, int] = (1280, 720)
     fps: float = 30.0
     looked: bool = False
+    network: Network = OPEN
+
+    @property
+    def away(self) -> dict[str, Announced]:
+        """Those of other machines."""
+        parsed = {name: parse_source(source, Path()) for name, source in self.sources.items()}
+        return {name: source for name, source in parsed.items() if isinstance(source, Announced)}
 
 
 def named(text: str) -> tuple[str, str]:
@@ -64,14 +75,16 @@ def read_cameras(folder: Path) -> Cameras | None:
         raise UserError(f"{path}: fps = {fps!r}: allowed: 1 to 240")
     for name, source in sources.items():
         named(f"{name}={source}")
-    return Cameras(sources, (size[0], size[1]), float(fps), content.get("looked") is True)
+    network = network_of(path, content.get("zenoh"))
+    return Cameras(sources, (size[0], size[1]), float(fps), content.get("looked") is True, network)
 
 
 def write_cameras(folder: Path, cameras: Cameras) -> None:
     """Write the first step's file; only its owner may read it, for it may have passwords.  Raises OSError."""
     lines = [f"size = [{cameras.size[0]}, {cameras.size[1]}]", f"fps = {cameras.fps:g}"]
     lines += [f"looked = {str(cameras.looked).lower()}", "", "[sources]"]
-    lines += [f'{name} = "{_quoted(source)}"' for name, source in cameras.sources.items()]
+    lines += [f"{quoted(name)} = {quoted(source)}" for name, source in cameras.sources.items()]
+    lines += cameras.network.lines()
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / CAMERAS, ("\n".join(lines) + "\n").encode())
     (folder / CAMERAS).chmod(0o600)
@@ -119,9 +132,10 @@ def rig_text(name: str, cameras: Cameras) -> str:
         "",
         "[log]",
         f'folder = "{TAKES}"',
+        *cameras.network.lines(),
     ]
     for camera, source in cameras.sources.items():
-        lines += ["", "[[viewer]]", f'id = "{camera}"', f'camera = "{camera}"', f'source = "{_quoted(source)}"']
+        lines += ["", "[[viewer]]", f'id = "{camera}"', f'camera = "{camera}"', f"source = {quoted(source)}"]
         lines.append(f'background = "first:{round(EMPTY_S * cameras.fps)}"  # {EMPTY_S:g} s of empty scene at the start')
         lines.append(f"fps = {cameras.fps:g}")
         if width > WORKING_WIDTH:
@@ -129,7 +143,3 @@ def rig_text(name: str, cameras: Cameras) -> str:
             lines.append(f"size = [{width // factor}, {height // factor}]  # images are reduced to this")
         lines.append("preview = true")
     return "\n".join(lines) + "\n"
-
-
-def _quoted(text: str) -> str:
-    return text.replace("\\", "\\\\").replace('"', '\\"')

@@ -52,8 +52,13 @@ class FilmEndpoint:
         clock: Clock,
         host: str = "",
         free_bytes: Callable[[Path], int] = free_bytes_of,
+        used_by: Callable[[], str] = lambda: "",
     ) -> None:
-        """camera: name that the files must have; None: that of the query.  host: default: that of this machine."""
+        """camera: name that the files must have; None: that of the query.  host: default: that of this machine.
+
+        used_by: who has the camera, so that it cannot be filmed here; empty for nobody.
+        """
+        self._used_by = used_by
         self._feed, self._camera, self._folder, self._permission = feed, camera, folder, permission
         self._clock, self._host, self._free_bytes = clock, host or socket.gethostname(), free_bytes
         self._lock = threading.RLock()
@@ -143,6 +148,8 @@ class FilmEndpoint:
     def _open(self, query: FilmQuery) -> None:
         if self.is_recording and self._query is not None:
             raise _Refused(f"film {self._query.film} is being recorded: allowed: one at a time")
+        if user := self._used_by():
+            raise _Refused(f"the camera is used by {user}: allowed: to film that rig")
         if query.camera is None or self._camera not in (None, query.camera):
             raise _Refused(f"camera = {query.camera!r}: allowed: {self._camera or 'the name of the files'}")
         place = self._folder / str(query.film)

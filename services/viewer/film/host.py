@@ -1,54 +1,54 @@
-"""A camera host: announces the cameras of its machine and films them at the command of `zenocap film`, without a rig."""
+"""A camera host: announces the cameras of its machine, films them at the command of `zenocap film`, and runs viewers with
+them that `zenocap up` assigns; without a rig file."""
 
 import logging
+import secrets
 import socket
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from zenocap.common.bus.zenoh_film import FilmServer, FilmSession
+import msgspec
+
+from zenocap.common.bus.zenoh_film import FilmSession
+from zenocap.common.bus.zenoh_query_server import QueryServer
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
-from zenocap.common.messages import CameraHost, HostCamera
+from zenocap.common.messages import AssignQuery, CameraHost, FilmQuery
 from zenocap.common.rig.folder import plain_name
-from zenocap.common.rig.sources import Device, Source, Stream, parse_source, without_password
+from zenocap.common.rig.sources import Device, Stream
 from zenocap.common.runtime.clock import Clock, RealClock
 from zenocap.common.runtime.foreign_text import printable
-from zenocap.common.topics import HOST_FILM
+from zenocap.common.topics import HOST_ASSIGN, HOST_FILM
 from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
 from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.film.feeds import CameraFeed
-from zenocap.services.viewer.film.parameters import LOOK_AGAIN_S
+from zenocap.services.viewer.film.host_cameras import OfferedCamera, named_camera, offered_cameras
+from zenocap.services.viewer.film.parameters import LOOK_AGAIN_S, TWIN_S
+from zenocap.services.viewer.hosted.assigned import AssignedCamera
+from zenocap.services.viewer.hosted.saved import data_folder
 
 logger = logging.getLogger(__name__)
 
-MOST_CAMERAS, MOST_MODES = 16, 48  # of one machine and one camera, as in `CameraHost`: they fit into one message
+
+@dataclass(frozen=True)
+class Viewers:
+    """Viewers that may be assigned.  folder: of the assignments.  command: of the viewer of a saved assignment."""
+
+    folder: Path
+    command: Callable[[Path], Sequence[str]]
 
 
 @dataclass(frozen=True)
-class _Offered:
-    """A camera with what is announced of it."""
+class _Endpoints:
+    """What answers about one camera."""
 
-    source: Device | Stream
-    announced: HostCamera
-
-
-def named_camera(text: str) -> tuple[str, Device | Stream]:
-    """Name and source of NAME=SOURCE.  Raises UserError."""
-    name, equals, where = text.partition("=")
-    allowed = "NAME=SOURCE, such as cam01=rtsp://192.168.1.20/stream; of names: letters, digits, '.', '_' and '-'"
-    shown = f"{name}{equals}{without_password(where)}"
-    if not (equals and name and where) or plain_name(name) != name or name.startswith("."):
-        raise UserError(f"--camera {shown}: allowed: {allowed}")
-    try:
-        source: Source = parse_source(where, Path())
-    except UserError as error:
-        raise UserError(f"--camera {shown}: allowed: {error}") from error
-    if not isinstance(source, Device | Stream):
-        raise UserError(f"--camera {shown}: no camera and no stream: allowed: {allowed}")
-    return name, source
+    film: FilmEndpoint
+    assigned: AssignedCamera | None
+    servers: Sequence[QueryServer[FilmQuery] | QueryServer[AssignQuery]]
 
 
 class CameraHostServer:
@@ -63,15 +63,18 @@ class CameraHostServer:
         permission: Permission,
         clock: Clock,
         found: Callable[[], Sequence[FoundCamera]] = found_cameras,
+        viewers: Viewers | None = None,
     ) -> None:
-        """named: cameras besides those of this machine.  folder: of the films.  found: raises UserError without cameras."""
-        self._session, self._machine, self._folder = session, machine, folder
+        """named: cameras besides those of this machine.  folder: of the films.  found: raises UserError without cameras.
+
+        viewers: of rigs, which are run with the cameras when they are assigned; None for none.
+        """
+        self._session, self._machine, self._folder, self._viewers = session, machine, folder, viewers
+        self.instance = secrets.token_hex(8)
         self._permission, self._clock, self._found = permission, clock, found
-        self._named = {
-            name: _Offered(source, HostCamera(id=name, source=_shown(source), name=name)) for name, source in named.items()
-        }
-        self._offered: dict[str, _Offered] = {}
-        self._endpoints: dict[str, tuple[FilmEndpoint, FilmServer]] = {}
+        self._named = named
+        self._offered: dict[str, OfferedCamera] = {}
+        self._endpoints: dict[str, _Endpoints] = {}
         self.look()
         self._server = session.announce(machine, self.announcement)
 
@@ -80,19 +83,44 @@ class CameraHostServer:
         found: Sequence[FoundCamera] = ()
         with suppress(UserError):  # no camera is plugged in, or this is not Linux: the named ones are all
             found = self._found()
-        offered = dict(self._named)
-        for camera in found:
-            id = plain_name(Path(camera.source).name).lstrip(".") or "camera"
-            if camera.problem or id in offered or len(offered) >= MOST_CAMERAS:
-                continue
-            offered[id] = _Offered(_device(camera.source), _announced(id, camera))
+        offered = offered_cameras(found, self._named)
         self._offered = offered
         for id, one in offered.items():
             if id not in self._endpoints:
-                feed = CameraFeed(one.source)
-                endpoint = FilmEndpoint(feed, None, self._folder, self._permission, self._clock, self._machine)
-                key = HOST_FILM.format(machine=self._machine, camera=id)
-                self._endpoints[id] = endpoint, self._session.serve(key, endpoint.answer, endpoint.check)
+                self._endpoints[id] = self._served(id, one.source)
+
+    def _served(self, id: str, source: Device | Stream) -> "_Endpoints":
+        """Answer the queries about one camera."""
+        assigned: AssignedCamera | None = None
+        servers: list[QueryServer[FilmQuery] | QueryServer[AssignQuery]] = []
+        used_by = partial(self.used_by, id)
+        film = FilmEndpoint(
+            CameraFeed(source), None, self._folder, self._permission, self._clock, self._machine, used_by=used_by
+        )
+        if self._viewers is not None:
+            assigned = AssignedCamera(
+                source,
+                self._viewers.folder / f"{id}.json",
+                self._viewers.command,
+                self._clock,
+                previews=self._permission.read,
+                is_filmed=lambda: film.is_recording,
+            )
+            key = HOST_ASSIGN.format(machine=self._machine, camera=id)
+            servers.append(self._session.serve_assignment(key, assigned.answer, assigned.check))
+        key = HOST_FILM.format(machine=self._machine, camera=id)
+        servers.append(self._session.serve(key, film.answer, film.check))
+        return _Endpoints(film, assigned, servers)
+
+    def used_by(self, id: str) -> str:
+        """The viewer that has a camera; empty when it is free."""
+        endpoints = self._endpoints.get(id)
+        return endpoints.assigned.used_by if endpoints is not None and endpoints.assigned is not None else ""
+
+    def twin(self) -> str:
+        """Host name of another machine that announces under the same name; empty without one."""
+        found = self._session.hosts(TWIN_S, self._machine)
+        return next((one.host for one in found if isinstance(one, CameraHost) and one.instance != self.instance), "")
 
     def announcement(self) -> CameraHost:
         """The cameras that are announced."""
@@ -101,14 +129,18 @@ class CameraHostServer:
             captured_ns=self._clock.now_ns(),
             machine=self._machine,
             host=printable(socket.gethostname()),
-            cameras=[one.announced for one in self._offered.values()],
+            cameras=[msgspec.structs.replace(one.announced, used_by=self.used_by(id)) for id, one in self._offered.items()],
+            instance=self.instance,
         )
 
     def close(self) -> None:
         self._server.undeclare()
-        for endpoint, server in self._endpoints.values():
-            endpoint.close()
-            server.undeclare()
+        for endpoints in self._endpoints.values():
+            for server in endpoints.servers:
+                server.undeclare()
+            endpoints.film.close()
+            if endpoints.assigned is not None:
+                endpoints.assigned.close()
 
 
 def run_host(
@@ -119,54 +151,37 @@ def run_host(
     stopped: Callable[[], bool],
     *,
     allow_fetch: bool = False,
+    command: Callable[[Path], Sequence[str]] | None = None,
 ) -> int:
-    """Announce and film the cameras of this machine until `stopped`; returns the exit status.
+    """Announce and film the cameras of this machine until `stopped`, and run viewers with them; returns the exit status.
 
-    machine: its name on the network; default: its host name.  named: NAME=SOURCE of further cameras.  Raises UserError.
+    machine: its name on the network; default: its host name.  named: NAME=SOURCE of further cameras.  command: of the
+    viewer of an assignment's file; None: no viewers are run.  Raises UserError.
     """
     name = machine or plain_name(socket.gethostname()).lstrip(".") or "machine"
-    if plain_name(name) != name:
-        raise UserError(f"--machine {name!r}: allowed: 1 to 64 letters, digits, '.', '_' and '-'")
+    if plain_name(name) != name or name.startswith("."):
+        raise UserError(f"--machine {name!r}: allowed: 1 to 64 letters, digits, '_', '-' and, not at first, '.'")
+    viewers = None if command is None else Viewers(data_folder(name), command)
     cameras = dict(map(named_camera, named))
     permission = Permission(film=True, read=allow_fetch, read_advice="--allow-fetch where the camera is")
     session = FilmSession.open(options, stopped)
     server = None
     try:
-        server = CameraHostServer(session, name, cameras, folder, permission, RealClock())
+        server = CameraHostServer(session, name, cameras, folder, permission, RealClock(), viewers=viewers)
         ids = ", ".join(one.id for one in server.announcement().cameras) or "no camera yet"
         logger.warning("%s announces %s; films go to %s", name, ids, folder.resolve())
-        looked_s = time.monotonic()
+        looked_s, told = time.monotonic(), ""
         while not stopped():
             time.sleep(0.1)
             if time.monotonic() - looked_s > LOOK_AGAIN_S:
                 server.look()
-                looked_s = time.monotonic()
+                if (twin := server.twin()) and twin != told:
+                    logger.warning(
+                        "%s announces as %s too: start one of them with another --machine", printable(twin), name
+                    )
+                looked_s, told = time.monotonic(), twin
     finally:
         if server is not None:
             server.close()
         session.close()
     return 0
-
-
-def _shown(source: Device | Stream) -> str:
-    return without_password(source.url) if isinstance(source, Stream) else str(source.file)
-
-
-def _device(source: str) -> Device:
-    parsed = parse_source(source, Path())
-    assert isinstance(parsed, Device)
-    return parsed
-
-
-def _announced(id: str, camera: FoundCamera) -> HostCamera:
-    modes = [
-        f"{mode.format} {mode.size[0]} x {mode.size[1]}: {', '.join(f'{rate:.4g}' for rate in mode.rates)} frames/s"
-        for mode in camera.modes
-    ]
-    return HostCamera(
-        id=id,
-        source=camera.source,
-        name=printable(camera.name),
-        stable=camera.is_stable,
-        modes=[printable(mode, 80) for mode in modes[:MOST_MODES]],
-    )

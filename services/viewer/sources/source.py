@@ -3,9 +3,10 @@
 import sys
 from collections.abc import Iterator
 
+from zenocap.common.errors import OpenError
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import Actor, Device, FirstFrames, Images, Rendered, Stream, VideoFile
+from zenocap.common.rig.sources import Actor, Announced, Device, FirstFrames, Images, Rendered, Stream, VideoFile
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.camera_controls import CameraControls
@@ -38,6 +39,8 @@ def open_source(
                 viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify, controls=controls, rate=rate,
                 film=film,
             )  # fmt: skip
+        case Announced(machine=machine, text=text):
+            raise OpenError(f"{text}: its images stay on {machine}: the viewer runs there: see `zenocap up`")
         case VideoFile():
             return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll, rectify)
         case Images():

@@ -136,7 +136,7 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
         (
             'source = "rtsp://host/a"',
             'source = "rtsp://host/a"\ngain = 3',
-            r"viewer\[1\].gain = 3: allowed: only where the source is a camera of this machine",
+            r"viewer\[1\].gain = 3: allowed: only where the source is a camera of a machine",
         ),
         ("fps = 15", "fps = 5000", r"viewer\[0\].fps = 5000: allowed: float <= 1000"),
         ("fps = 15", 'fps = "fast"', r"viewer\[0\].fps = 'fast': allowed: float"),

@@ -23,7 +23,7 @@ from zenocap.tools.film import camera as camera_module
 from zenocap.tools.film import film as film_module
 from zenocap.tools.film.camera import Filmed
 from zenocap.tools.film.film import film, filmed_viewers
-from zenocap.tools.film.layout import prepare, write_layout
+from zenocap.tools.film.layout import late_texts, prepare, write_layout
 
 SIZE, FPS = (64, 48), 50.0
 
@@ -209,3 +209,24 @@ def test_a_film_before_the_calibration_keeps_one_that_was_made_from_an_earlier_f
         prepare(folder, two, force=False, calibrated=False)
     prepare(folder, two, force=True, calibrated=False)
     assert (folder / "calibration.toml").read_text() == "mine"
+
+
+def test_a_first_image_long_after_the_start_is_named_in_the_report_and_in_the_folder(tmp_path):
+    two, folder = viewers(tmp_path), tmp_path / "a"
+    late = two[1].camera.name
+
+    def with_pause(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+        """The second camera's image of the start is not seen for 0.2 s."""
+        begin_s = time.monotonic()
+        for frame in images(viewer, playback):
+            if viewer.camera.name != late or not 0.03 < time.monotonic() - begin_s < 0.3:
+                yield frame
+
+    prepare(folder, two, force=False)
+    filmed, _ = film(two, folder, 0.6, never, lambda _: None, with_pause)
+    write_layout(folder, two, filmed)
+    (text,) = late_texts(two, filmed)
+    assert text.startswith(f"{late}: first image 2")
+    assert text in (folder / "sync.toml").read_text()
+    load_rig(folder)
+    assert Filmed("a", 5, first_ns=39_000_000, begin_ns=1).late_text(50.0) == ""

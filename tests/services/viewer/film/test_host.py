@@ -11,7 +11,8 @@ from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.v4l2.camera import Mode
 from zenocap.common.video.v4l2.listing import FoundCamera
 from zenocap.services.viewer.film.endpoint import Permission
-from zenocap.services.viewer.film.host import MOST_CAMERAS, CameraHostServer, named_camera
+from zenocap.services.viewer.film.host import CameraHostServer
+from zenocap.services.viewer.film.host_cameras import MOST_CAMERAS, named_camera
 from zenocap.tools.cameras.hosts import host_data, host_lines
 
 
@@ -60,7 +61,8 @@ def test_cameras_are_announced_without_passwords_and_as_they_come_and_go(tmp_pat
     assert session.keys[-1] == "zenocap-cameras/lab1/film/usb-1-video-index0"
     lines = list(host_lines([server.announcement()]))
     assert "secret" not in "".join(lines)
-    assert '  in a rig file: source = "/dev/v4l/by-id/usb-1-video-index0"' in lines
+    assert '  in a rig file: source = "discover:lab1/usb-1-video-index0"' in lines
+    assert "  there: /dev/v4l/by-id/usb-1-video-index0" in lines
     assert "  MJPG 640 x 480: 30, 15 frames/s" in lines
     assert host_data([server.announcement()])[1]["machine"] == "lab1"
 

@@ -1,0 +1,81 @@
+"""Queries on one key, answered on a thread of their own, not on Zenoh's: the answers open files, cameras and processes."""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Generic, TypeVar
+
+import zenoh
+
+from zenocap.common import codec
+from zenocap.common.bus.zenoh_queries import ENCODING
+from zenocap.common.messages import Message
+from zenocap.common.runtime.logs import OncePerSource
+
+logger = logging.getLogger(__name__)
+
+WAITING = 32  # queries that wait for their answer; more are not answered; chosen by hand
+IDLE_S = 0.25  # between calls of `idle`; chosen by hand
+
+Q = TypeVar("Q", bound=Message)
+
+
+class QueryServer(Generic[Q]):
+    """Answers the queries on one key until `undeclare`.
+
+    kind: of the queries.  answer, idle: called on one thread; idle every IDLE_S s at least.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key: str,
+        kind: type[Q],
+        answer: Callable[[Q], Message],
+        idle: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._kind, self._answer, self._idle, self._key = kind, answer, idle, key
+        self._queue: queue.Queue[zenoh.Query] = queue.Queue(WAITING)
+        self._stop = threading.Event()
+        self._log_once = OncePerSource(logger)
+        self._thread = threading.Thread(target=self._work, name=f"answer {key}", daemon=True)
+        self._thread.start()
+        self._queryable = session.declare_queryable(key, self._enqueue, complete=True)
+
+    def undeclare(self) -> None:
+        self._queryable.undeclare()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+        self._stop.set()
+        self._thread.join(5.0)
+
+    def _enqueue(self, query: zenoh.Query) -> None:
+        try:
+            self._queue.put_nowait(query)
+        except queue.Full:
+            query.drop()  # type: ignore[no-untyped-call]  # its stub lacks "-> None"
+
+    def _work(self) -> None:
+        while not self._stop.is_set():
+            try:
+                with suppress(queue.Empty), self._queue.get(timeout=IDLE_S) as query:
+                    self._reply(query)
+                self._idle()
+            except Exception as error:  # one bad query must not end the answers: a film could not be stopped any more
+                self._log_once.warn(self._key, "failed", f"{self._key}: {type(error).__name__}: {error}", trace=True)
+
+    def _reply(self, query: zenoh.Query) -> None:
+        payload, limit = query.payload, codec.size_limit(self._kind)
+        if payload is not None and len(payload) > limit:
+            self._log_once.warn(self._key, "size", f"{self._key}: {len(payload)} bytes, more than {limit}")
+            return
+        try:
+            data = payload.to_bytes() if payload else b""
+            reply = codec.encode(self._answer(codec.decode(data, self._kind)))
+        except codec.BadMessage as error:
+            self._log_once.warn(self._key, "invalid", f"{self._key}: {error}")
+            return
+        try:
+            query.reply(self._key, reply, encoding=ENCODING)
+        except zenoh.ZError as error:
+            logger.debug("%s: the querying process is gone: %s", self._key, error)

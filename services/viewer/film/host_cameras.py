@@ -1,0 +1,98 @@
+"""The cameras of a camera host: their names on the network, and what is announced of them."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from zenocap.common.errors import UserError
+from zenocap.common.messages import HostCamera
+from zenocap.common.rig.folder import plain_name
+from zenocap.common.rig.sources import Announced, Device, Source, Stream, parse_source, without_password
+from zenocap.common.runtime.foreign_text import printable
+from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
+
+MOST_CAMERAS, MOST_MODES = 16, 48  # of one machine and one camera, as in `CameraHost`: they fit into one message
+
+
+@dataclass(frozen=True)
+class OfferedCamera:
+    """A camera with what is announced of it."""
+
+    source: Device | Stream
+    announced: HostCamera
+
+
+def named_camera(text: str) -> tuple[str, Device | Stream]:
+    """Name and source of NAME=SOURCE.  Raises UserError."""
+    name, equals, where = text.partition("=")
+    allowed = "NAME=SOURCE, such as cam01=rtsp://192.168.1.20/stream; of names: letters, digits, '.', '_' and '-'"
+    shown = f"{name}{equals}{without_password(where)}"
+    if not (equals and name and where) or plain_name(name) != name or name.startswith("."):
+        raise UserError(f"--camera {shown}: allowed: {allowed}")
+    try:
+        source: Source = parse_source(where, Path())
+    except UserError as error:
+        raise UserError(f"--camera {shown}: allowed: {error}") from error
+    if not isinstance(source, Device | Stream):
+        raise UserError(f"--camera {shown}: no camera and no stream: allowed: {allowed}")
+    return name, source
+
+
+def own_camera(source: Announced, named: Sequence[str]) -> Device | Stream:
+    """The camera of this machine that would be announced under the name of `source`.  named: NAME=SOURCE of others.
+
+    Raises UserError.
+    """
+    cameras: dict[str, Device | Stream] = dict(map(named_camera, named))
+    with suppress(UserError):  # there is none
+        for camera in found_cameras():
+            cameras.setdefault(_id(camera), _device(camera.source))
+    if source.camera not in cameras:
+        raise UserError(
+            f"{source.text}: this machine has no camera {source.camera} (there are: {', '.join(cameras) or 'none'}): "
+            f"allowed: to run this on {source.machine}, or --camera {source.camera}=SOURCE"
+        )
+    own = cameras[source.camera]
+    return replace(own, settings=source.settings) if isinstance(own, Device) else own
+
+
+def offered_cameras(found: Sequence[FoundCamera], named: Mapping[str, Device | Stream]) -> dict[str, OfferedCamera]:
+    """The cameras that are announced, by name: the named ones, and those of this machine; MOST_CAMERAS at most."""
+    offered = {
+        name: OfferedCamera(source, HostCamera(id=name, source=_shown(source), name=name)) for name, source in named.items()
+    }
+    for camera in found:
+        id = _id(camera)
+        if not camera.problem and id not in offered and len(offered) < MOST_CAMERAS:
+            offered[id] = OfferedCamera(_device(camera.source), _announced(id, camera))
+    return offered
+
+
+def _id(camera: FoundCamera) -> str:
+    """Name under which a camera of this machine is announced."""
+    return plain_name(Path(camera.source).name).lstrip(".") or "camera"
+
+
+def _shown(source: Device | Stream) -> str:
+    return without_password(source.url) if isinstance(source, Stream) else str(source.file)
+
+
+def _device(source: str) -> Device:
+    parsed = parse_source(source, Path())
+    assert isinstance(parsed, Device)
+    return parsed
+
+
+def _announced(id: str, camera: FoundCamera) -> HostCamera:
+    modes = [
+        f"{mode.format} {mode.size[0]} x {mode.size[1]}: {', '.join(f'{rate:.4g}' for rate in mode.rates)} frames/s"
+        for mode in camera.modes
+    ]
+    return HostCamera(
+        id=id,
+        source=camera.source,
+        name=printable(camera.name),
+        stable=camera.is_stable,
+        modes=[printable(mode, 80) for mode in modes[:MOST_MODES]],
+    )

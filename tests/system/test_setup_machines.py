@@ -1,0 +1,123 @@
+"""The set-up of a rig over several machines, which are processes here: assigned cameras, to a first take with poses."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.mjpeg_server import MjpegServer
+from tests.support.places import ROOT
+from tests.support.processes import output_of, started, wait_until
+from tests.support.simulated_cameras import paper_cameras
+from tests.system.test_film import FPS, SIZE, Scene
+from zenocap.common.camera.calibration_files import write_calibration
+from zenocap.tools.launcher.peer_mesh import free_ports
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+NAMES = ("cam01", "cam02")
+
+
+class WaitingScene(Scene):
+    """Its person comes after all cameras were looked at."""
+
+    def picture(self, camera: int) -> Callable[[], np.ndarray]:
+        looked: set[int] = self.__dict__.setdefault("looked", set())
+
+        def now() -> np.ndarray:
+            looked.add(camera)
+            if len(looked) == len(NAMES):
+                self.begin_s = self.begin_s or time.monotonic()
+            k = 0 if self.begin_s is None else int((time.monotonic() - self.begin_s) * FPS)
+            return self.images[camera][min(k, len(self.images[camera]) - 1)]
+
+        return now
+
+
+class Machines:
+    """A router, and two machines on which `zenocap viewer --discover` runs, each with its own data folder."""
+
+    def __init__(self, folder: Path, stack: ExitStack) -> None:
+        (port,) = free_ports(1)
+        self.place = (f"tcp/127.0.0.1:{port}", "--no-multicast-scouting")
+        self.network = ("-m", "client", "-e", *self.place)
+        self.folder, self.stack = folder, stack
+        scene = WaitingScene()
+        self.urls = [stack.enter_context(MjpegServer(SIZE, FPS, picture=scene.picture(k))).url for k in range(2)]
+        stack.enter_context(started(["router", "-l", *self.place], folder))
+        self.folders = [folder / f"lab{k}" for k in range(2)]
+        self.processes = [self.start(k) for k in range(2)]
+        for place in self.folders:
+            wait_until(lambda place=place: "announces" in output_of(place), place)
+
+    def start(self, k: int) -> subprocess.Popen[str]:
+        self.folders[k].mkdir(exist_ok=True)
+        arguments = ["viewer", "--discover", "--machine", f"lab{k}", "--camera", f"cam={self.urls[k]}", *self.network]
+        environment = {"XDG_DATA_HOME": str(self.folders[k] / "data")}
+        return self.stack.enter_context(started(arguments, self.folders[k], environment))
+
+
+@pytest.fixture(scope="module")
+def machines(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machines]:
+    with ExitStack() as stack:
+        yield Machines(tmp_path_factory.mktemp("machines"), stack)
+
+
+def setup(folder: Path, answers: str, *options: str) -> tuple[int, str]:
+    """Status and output of `zenocap setup studio`."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "zenocap", "setup", "studio", *options], cwd=folder, env=environment, input=answers,
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=250, check=False,
+    )  # fmt: skip
+    assert "Traceback" not in done.stdout, done.stdout
+    return done.returncode, done.stdout
+
+
+def test_cameras_of_two_machines_are_set_up_from_a_third_to_a_take_with_poses(machines: Machines) -> None:
+    folder = machines.folder
+    write_calibration(folder / "known.toml", dict(zip(NAMES, paper_cameras(SIZE), strict=True)))
+    shape = ("--size", f"{SIZE[0]}x{SIZE[1]}", "--fps", f"{FPS:g}")
+    cameras = [f"{name}=discover:lab{k}/cam" for k, name in enumerate(NAMES)]
+    status, text = setup(folder, "y\nf\nknown.toml\n", *cameras, *shape, *machines.network)
+    assert status == 1, text
+    assert "pictures stay on lab1: there, run: zenocap cameras --live" in text
+    assert "Step 5 of 5" in text
+    rig = folder / "studio" / "rig.toml"
+    assert 'source = "discover:lab0/cam"' in rig.read_text()
+    (port,) = free_ports(1)
+    rig.write_text(rig.read_text() + f"\n[animator.page]\nport = {port}\n")
+    status, text = setup(folder, "\n", "--seconds", "20")
+    assert status == 0, text
+    assert "viewer cam01 runs on lab0" in text
+    assert "first pose" in text
+    for place in machines.folders:
+        assert "released" in output_of(place)
+        assert not list((place / "data").rglob("*.json"))
+
+
+def test_a_machine_that_is_killed_and_started_again_goes_on_by_itself(machines: Machines) -> None:
+    place = machines.folder / "up"
+    place.mkdir()
+    rig = machines.folder / "studio" / "rig.toml"
+    with started(["up", rig, "--no-page", "--no-log"], place) as up:
+        wait_until(lambda: "viewer cam02 runs on lab1" in output_of(place), place)
+        machines.processes[1].kill()
+        wait_until(
+            lambda: "viewer cam02: no machine lab1 announces its cameras (there are: lab0)" in output_of(place), place
+        )
+        (machines.folders[1] / "before").mkdir()
+        for path in machines.folders[1].glob("*.err"):
+            path.rename(path.parent / "before" / path.name)
+        machines.processes[1] = machines.start(1)
+        wait_until(lambda: "viewer cam02 of rig studio: assigned" in output_of(machines.folders[1]), machines.folders[1])
+        wait_until(lambda: output_of(place).count("viewer cam02 runs on lab1") == 2, place)
+        up.send_signal(signal.SIGINT)
+        assert up.wait(60) == 0, output_of(place)
+    assert not list((machines.folders[1] / "data").rglob("*.json"))

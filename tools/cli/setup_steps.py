@@ -1,0 +1,188 @@
+"""The steps of the guided set-up: what is asked, the command that is run, and what it leaves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from zenocap.tools.cli.options import DONE, LOSS
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.tools.setup.state import Cameras
+
+
+def _command(*words: str) -> int:
+    """Run a zenocap command in this terminal; its exit status.  Ctrl-C ends the command and not the set-up."""
+    import signal
+    import subprocess
+    import sys
+
+    from zenocap.common.rig.sources import without_password
+
+    shown = []
+    for word in words:
+        name, equals, source = word.partition("=")
+        shown.append(f"{name}{equals}{without_password(source)}")
+    typer.echo(f"$ zenocap {' '.join(shown)}")
+    before = signal.signal(signal.SIGINT, lambda *_: None)  # the command receives it from the terminal itself
+    try:
+        # -P: without the user's folder among the modules.
+        return subprocess.call([sys.executable, "-P", "-m", "zenocap", *words])
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _named_sources(known: Cameras) -> list[str]:
+    return [f"{name}={source}" for name, source in known.sources.items()]
+
+
+def _shape(known: Cameras) -> list[str]:
+    return ["--size", f"{known.size[0]}x{known.size[1]}", "--fps", f"{known.fps:g}"]
+
+
+def look(folder: Path, known: Cameras) -> None:
+    """Show the cameras of this machine on a page."""
+    from dataclasses import replace
+
+    from zenocap.tools.setup.state import write_cameras
+
+    typer.echo(
+        "Place the cameras around the area, at half the height of the room: two at right angles, or several around it. A\n"
+        "person must be seen from head to feet in all of it. The page shows pictures, focus, light and noise, and advice.\n"
+        "Ctrl-C when all is right."
+    )
+    away = known.away
+    for name, source in away.items():
+        typer.echo(f"{name}: pictures stay on {source.machine}: there, run: zenocap cameras --live")
+    own = [one for one in _named_sources(known) if one.partition("=")[0] not in away]
+    if own and typer.confirm("show the cameras?", default=True):
+        _command("cameras", "--live", *own, *_shape(known))
+        if not typer.confirm("are the pictures right?", default=True):
+            return
+    elif not own and not typer.confirm("are the pictures right?", default=True):
+        return
+    write_cameras(folder, replace(known, looked=True))
+
+
+def calibrate(folder: Path, known: Cameras) -> None:
+    """Calibrate in one of three ways; leaves the calibration, or nothing."""
+    from zenocap.common.errors import UserError
+    from zenocap.tools.setup.state import CALIBRATION, check_calibration
+
+    output = folder / CALIBRATION
+    typer.echo(
+        "b  with a printed board: lenses, places and floor; most exact. To print: zenocap calibrate print -o board.pdf\n"
+        "w  with a person who walks about, if the lenses are known\n"
+        "f  there is a calibration file for these cameras"
+    )
+    kind = _choice("which", "b", "w", "f")
+    new = output.with_name(f"new-{CALIBRATION}")
+    match kind:
+        case "b":
+            code = _with_board(folder, known, new)
+        case "w":
+            code = _with_walker(folder, known, new)
+        case _:
+            code = _command("calibrate", "convert", _file("file"), "-o", str(new), "--force")
+    if code not in (DONE, LOSS) or not new.is_file():
+        new.unlink(missing_ok=True)
+        return
+    if code == LOSS and not typer.confirm("the result is poor; use it all the same?", default=False):
+        return
+    before = output.read_bytes() if output.is_file() else None
+    new.replace(output)
+    try:
+        check_calibration(folder, known)
+    except UserError:
+        output.replace(new)
+        if before is not None:
+            output.write_bytes(before)
+        raise
+    typer.echo(f"written: {output}")
+
+
+def _with_board(folder: Path, known: Cameras, new: Path) -> int:
+    """Status of the calibration with a board: live, or from a film where cameras are on other machines."""
+    square = typer.prompt("side of a square of the print, measured with a ruler, mm", type=float)
+    words = ["--square", f"{square:g}", "-o", str(new), "--force"]
+    if not known.away:
+        return _command("calibrate", "board", "--live", *_named_sources(known), *words, *_shape(known))
+    typer.echo(
+        "The cameras of other machines are filmed there, and the films copied here, which `zenocap viewer --discover\n"
+        "--allow-fetch` there allows. Move the board slowly through the room, tilt it, show it to two or more cameras at\n"
+        "once, lay it on the floor at last; Ctrl-C ends the film."
+    )
+    typer.prompt("Enter begins", default="", show_default=False)
+    film = folder / "board"
+    code = _film(film, known)
+    return _command("calibrate", "board", str(film), *words) if code in (DONE, LOSS) else code
+
+
+def _with_walker(folder: Path, known: Cameras, new: Path) -> int:
+    """Status of the calibration with a person."""
+    lenses = _file("file with the lenses")
+    height = typer.prompt("height of the person in shoes, m", type=float)
+    typer.echo("Leave the scene empty for 3 s, then walk about in curves for half a minute; the film takes 40 s.")
+    typer.prompt("Enter begins", default="", show_default=False)
+    film = folder / "walk"
+    code = _film(film, known, "--seconds", "40")
+    if code not in (DONE, LOSS):
+        return code
+    (film / "clip.toml").write_text(f"empty_frames = {round(2.0 * known.fps)}\n", encoding="utf-8")
+    words = ["--height", f"{height:g}", "--lenses", lenses, "-o", str(new), "--force"]
+    return _command("calibrate", "walk", str(film), *words)
+
+
+def _film(folder: Path, known: Cameras, *words: str) -> int:
+    """Status of a film of all cameras, whose videos are brought here."""
+    away = ["--fetch", *known.network.words()] if known.away else []
+    return _command("film", *_named_sources(known), "-o", str(folder), "--force", *words, *away, *_shape(known))
+
+
+def write_rig(folder: Path, known: Cameras) -> None:
+    """Write the rig file."""
+    from zenocap.common.atomic_write import write_atomically
+    from zenocap.tools.setup.state import RIG, rig_text
+
+    path = folder / RIG
+    if path.is_file() and not typer.confirm(f"{path} exists; write it anew?", default=False):
+        return
+    write_atomically(path, rig_text(folder.resolve().name, known).encode())
+    path.chmod(0o600)  # sources may have passwords
+    typer.echo(f"written: {path}")
+    if machines := sorted({one.machine for one in known.away.values()}):
+        typer.echo(
+            f"its viewers on {', '.join(machines)} are started by `zenocap up`, while zenocap viewer --discover runs there"
+        )
+
+
+def take(folder: Path, seconds: float | None) -> None:
+    """Run the rig for a take."""
+    from zenocap.tools.setup.state import RIG, TAKES, takes_in
+
+    typer.echo(
+        "The rig starts, with its page. Leave the area empty for the first 3 s; then stand in the middle with the arms\n"
+        "stretched sideways until the page shows the body, and move. Under Set-up the page says for each camera what is\n"
+        "not right. Ctrl-C ends the take."
+    )
+    typer.prompt("Enter begins", default="", show_default=False)
+    length = [] if seconds is None else ["--seconds", f"{seconds:g}"]
+    _command("up", str(folder / RIG), "--recordings", str(folder / TAKES), *length)
+    if takes := takes_in(folder):
+        _command("info", str(takes[-1]))
+
+
+def _choice(question: str, *values: str) -> str:
+    """Ask until the answer is one of the values; the first is the default."""
+    while (answer := str(typer.prompt(question, default=values[0]))) not in values:
+        typer.echo(f"{answer}: allowed: {', '.join(values)}")
+    return answer
+
+
+def _file(question: str) -> str:
+    """Ask until the answer is a file or folder that exists."""
+    while not Path(answer := str(typer.prompt(question))).exists():
+        typer.echo(f"{answer}: no such file")
+    return answer

@@ -95,8 +95,8 @@ def rig_viewers(
             raise UserError(f"{path}: {key}.background = {table.background!r}: allowed: {error}") from error
         if isinstance(source, Announced) and isinstance(background, BackgroundImage):
             raise UserError(
-                f"{path}: {key}.background = {table.background!r}: allowed for a camera of another machine: first:N, "
-                "median, mog2: no picture is sent there"
+                f"{path}: {key}.background = {table.background!r}: allowed for a camera of another machine: adaptive, "
+                "first:N, median, mog2: no picture is sent there"
             )
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")

@@ -80,6 +80,7 @@ CAPTION_HEIGHT_PX = 720  # picture height for which caption sizes are given
 FONT_OVERSAMPLING = 3  # captions are drawn this much larger and reduced, because OpenCV's lines have whole widths
 
 # Pictures of the videos behind a take
+MAX_SHOWN_POSTURES = 2000  # on the position of the player; chosen by hand
 PICTURES_PER_S = 10.0  # of each camera while the take plays; chosen by hand
 
 

@@ -32,6 +32,7 @@ from zenocap.services.animator.parameters import (
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
 from zenocap.services.animator.states import Setup
 from zenocap.services.animator.step import initial_state, step
+from zenocap.services.animator.take_postures import postures_update
 from zenocap.services.animator.take_verdict import verdict_update
 
 logger = logging.getLogger(__name__)
@@ -121,12 +122,22 @@ class Playback:
                 with ReplayProcess(path, port) as replay:
                     self._publish(pm.PlayerUpdate(take))
                     self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
+                    reading = threading.Event()
+                    threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
                     command = self._show(take, bus, replay, pose_s)
+                    reading.set()
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
             command, problem = None, str(error)
         self._publish(pm.PlayerUpdate("", problem=problem and f"{take}: {problem}"))
         return command
+
+    def _send_postures(self, path: Path, ended: threading.Event) -> None:
+        """Send the postures of a take once they are read, unless playing has `ended`."""
+        summary = read_summary(path)
+        update = pm.PosturesUpdate() if summary is None else postures_update(path, summary.start_ns, ended.is_set)
+        if not ended.is_set():
+            self._broadcaster.publish(None, [EncodedUpdate("postures", pm.encode(update))])
 
     def _show(self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float) -> PlayerCommand | None:
         """Send the replayed messages to the pages until the replay ends or another command comes, which is returned."""

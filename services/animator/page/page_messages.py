@@ -222,6 +222,20 @@ class VerdictUpdate(msgspec.Struct, frozen=True, tag="verdict", tag_field="type"
     parts: list[VerdictPart] = []
 
 
+class PosturePart(msgspec.Struct, frozen=True):
+    """A recognized posture.  start_s, end_s: position of the player."""
+
+    start_s: float
+    end_s: float
+    label: str
+
+
+class PosturesUpdate(msgspec.Struct, frozen=True, tag="postures", tag_field="type"):
+    """The postures of the take that is played, in the order of the take."""
+
+    parts: list[PosturePart] = []
+
+
 class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
     """A line of text for the user."""
 
@@ -230,7 +244,8 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 
 Update: TypeAlias = (
     HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
-    | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | VerdictUpdate | NoticeUpdate
+    | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | VerdictUpdate | PosturesUpdate
+    | NoticeUpdate
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]

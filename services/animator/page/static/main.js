@@ -53,6 +53,7 @@ const connection = new Connection({
   takes: ({ takes }) => panel.listTakes(takes, (take) => player.play(take)),
   player: (update) => player.show(update),
   verdict: (update) => player.showVerdict(update),
+  postures: (update) => player.showPostures(update),
   notice: ({ text }) => panel.setAlert('notice', text),
 }, (connected) => {
   panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');

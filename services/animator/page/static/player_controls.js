@@ -68,6 +68,7 @@ export class PlayerControls {
     if (document.activeElement !== el('speed')) el('speed').value = String(update.rate);
     el('position').max = update.duration_s;
     this.drawVerdict();
+    this.drawPostures();
     if (!this.dragging) { el('position').value = update.position_s; this.showTime(update.position_s); }
   }
 
@@ -99,6 +100,31 @@ export class PlayerControls {
     }));
     const shares = Object.entries(seconds).filter(([, value]) => value > 0).map(([name, value]) => `${value.toFixed(1)} s ${name}`);
     el('verdict-parts').setAttribute('aria-label', `verdict: ${this.verdict.rating}; ${shares.join(', ')}`);
+  }
+
+  // update: recognized postures of the take, in seconds from the beginning.
+  showPostures({ parts }) {
+    this.postures = parts;
+    this.posturesDrawn = 0;
+    el('posture-parts').hidden = !parts.length;
+    el('posture-parts').setAttribute('aria-label', `${parts.length} recognized postures`);
+    this.drawPostures();
+  }
+
+  drawPostures() {
+    const duration = this.last?.duration_s || 0;
+    if (!this.postures?.length || !duration || this.posturesDrawn === duration) return;
+    this.posturesDrawn = duration;
+    el('posture-parts').replaceChildren(...this.postures.map(({ start_s, end_s, label }) => {
+      const piece = document.createElement('i');
+      const words = label.replaceAll('_', ' ').replaceAll('-', ' ');
+      piece.textContent = words;
+      piece.style.left = `${100 * start_s / duration}%`;
+      piece.style.width = `${100 * (Math.min(end_s, duration) - start_s) / duration}%`;
+      piece.title = `${words}, ${start_s.toFixed(1)} to ${end_s.toFixed(1)} s: go there`;
+      piece.onclick = () => this.seek(start_s);
+      return piece;
+    }));
   }
 
   showTime(position) { el('clock').textContent = `${position.toFixed(1)} / ${(this.last?.duration_s || 0).toFixed(1)} s`; }

@@ -22,6 +22,7 @@ POLL_NS = 50_000_000  # between polls of keys, bus and signals
 POLL_MARGIN_NS = 5_000_000  # longest duration of a poll
 STALL_NS = 1_000_000_000  # lateness that shows that the process was stopped; it continues from there
 JUMP_NS = 5_000_000_000
+SHOWN_NS = 100_000_000  # of the take that a paused replay publishes when it is moved, at most one message of each key
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ class Player:
         self._reached: Progress | None = None
         self._shift = Shift(clock.now_ns() - plan.timeline.log_at(plan.begin_ns) if now else 0)
         self._step: set[str] | None = None  # keys published in the current single step
+        self._step_end_ns: int | None = None  # of a step that began at a place to which a program moved; None: no end
         self._poll_ns = 0
         self._quit = False
         self._prefetch = self._read_from(Start(plan.begin_ns, 0, 1, self._shift))
@@ -119,7 +121,7 @@ class Player:
     def _play(self, prepared: Prepared) -> None:
         """Publish the next message if it is due, else wait."""
         if self._step is not None and not prepared.state:
-            if prepared.key not in self._step:
+            if prepared.key not in self._step and (self._step_end_ns is None or prepared.place_ns < self._step_end_ns):
                 self._step.add(prepared.key)
                 self._head = self._head.moved(prepared.line_ns, self._clock.elapsed_ns())
                 self._send(prepared)
@@ -175,7 +177,7 @@ class Player:
                 self._head = self._head.toggled(now_ns)
             case Key.STEP:
                 self._head = self._head if self._head.paused else self._head.toggled(now_ns)
-                self._step = set()
+                self._step, self._step_end_ns = set(), None
             case Key.FASTER:
                 self._head = self._head.at_rate(faster(self._head.rate), now_ns)
             case Key.SLOWER:
@@ -198,6 +200,7 @@ class Player:
             self._head = self._head.toggled(now_ns)
         if command.place_ns is not None and self._head.paused:
             self._step = set()  # shows what is at that place
+            self._step_end_ns = self._place_ns + max(self._plan.period_ns, SHOWN_NS)
 
     def _seek(self, place_ns: int) -> None:
         """Continue from another place; times and frame numbers keep rising, also when seeking back."""

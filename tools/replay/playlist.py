@@ -5,9 +5,13 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import msgspec
+
 from zenocap.common import codec
 from zenocap.common.bus.inbox import disagreeing_name
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.messages import Health
+from zenocap.common.recording.arrivals import SENT
 from zenocap.common.recording.reader import Recorded, envelope
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import Queueing, Topic, topic_at
@@ -141,12 +145,14 @@ class Playlist:
         )
 
     def _bytes(self, found: Envelope, shift: Shift) -> bytes:
-        """The recorded bytes, re-encoded only where names or times change.  Raises BadMessage."""
+        """The recorded bytes, re-encoded only where names, times or counts change.  Raises BadMessage."""
         message = found.message
         if self._plan.remapping:
             message = self._plan.remapping.message(found.topic, message, found.key)
         if shift:
             message = shifted(message, shift)
+        if isinstance(message, Health) and SENT in message.counts:  # not of this process
+            message = msgspec.structs.replace(message, counts={k: v for k, v in message.counts.items() if k != SENT})
         return found.data if message == found.message else codec.encode(message)
 
 

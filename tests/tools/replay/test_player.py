@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.replay_network import TODAY_NS, ReplayNetwork, Timer
-from tests.support.replay_takes import PERIOD_NS, RIG, sample_messages, written
+from tests.support.replay_takes import PERIOD_NS, RIG, START_NS, envelope, sample_messages, written
 from zenocap.common import messages as m
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Envelope
@@ -227,3 +227,14 @@ def test_unresponsive_consumer_is_reported_and_given_up(
     )
     assert consumers.given_up == {("tracker", "main")}
     assert [record.getMessage().partition(" did")[0] for record in caplog.records] == ["tracker main"]
+
+
+def test_a_replayed_health_does_not_say_how_much_another_process_sent(replay: ReplayNetwork, tmp_path: Path) -> None:
+    """A log of the replay would count as lost what the replay leaves out."""
+    counts = {"sent": 7, "frames": 3}
+    health = m.Health(
+        frame=0, captured_ns=START_NS, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts=counts
+    )
+    take = written(tmp_path / "health.mcap", [*sample_messages(5), envelope(health, START_NS + 10)])
+    received, _ = replay.play([take])
+    assert [each.counts for each in received.messages if isinstance(each, m.Health)] == [{"frames": 3}]

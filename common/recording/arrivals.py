@@ -2,7 +2,8 @@
 
 The health of a service has the number of messages that it sent before (`sent`; without those of LATCHED topics, which are
 sent again).  A session's messages arrive in the order in which they were sent: between two healths of one process as many
-messages must arrive as it sent.  Messages of others on its keys hide losses, as many as they are.
+messages must arrive as it sent.  Messages of others on its keys hide losses, as many as they are.  A replay publishes
+healths of another time, and leaves out messages that they count: healths that are not new when they arrive are ignored.
 """
 
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from zenocap.common.topics import Queueing, Topic, service_at
 
 SENT = "sent"  # count of a health
 MAX_SERVICES = 256  # whose messages are counted; chosen by hand
+FRESH_NS = 3_000_000_000  # by which a health is older than its arrival, at most, on the integrator's clock; chosen by hand
 EARLY = 2  # reports more than one a second since the last health are of another process of that name
 
 
@@ -61,13 +63,16 @@ class Arrivals:
             case Alive(service=service, id=id):
                 ended = self._processes.pop((service, id), None)
                 self._ended += ended.missing if ended else 0
-            case Envelope(topic=topic, key=key, message=message):
+            case Envelope(topic=topic, key=key, message=message, received_ns=received_ns):
                 sender = sender_of(topic, key)
                 process = self._processes.get(sender) if sender is not None else None
                 if process is None:
                     return
                 if isinstance(message, Health) and SENT in message.counts:
-                    self._compare(process, message)
+                    if abs(received_ns - (message.captured_ns - message.clock_offset_ns)) > FRESH_NS:
+                        self._ended += process.forget()
+                    else:
+                        self._compare(process, message)
                 process.arrived += 1
 
     def _compare(self, process: _Process, health: Health) -> None:

@@ -15,7 +15,7 @@ from zenocap.common.topics import Topic
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
-from zenocap.services.animator.page.page_updates import Schedule, due_updates
+from zenocap.services.animator.page.page_updates import Schedule, due_updates, recording_update
 from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import MAX_REQUESTS, RECORD_PERIOD_NS
 from zenocap.services.animator.playback import Playback
@@ -91,6 +91,8 @@ class PageBridge:
         self._schedule, updates = due_updates(self._schedule, state, self._server.broadcaster.pages)
         if updates:
             self._server.broadcaster.publish("live", updates)
+            if any(update.key == "services" for update in updates):  # also for pages that show a take
+                self._server.broadcaster.publish(None, [recording_update(state)])
 
     def requests(self) -> Sequence[Request]:
         """Return the requests of the pages since the last call."""

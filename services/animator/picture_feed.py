@@ -1,12 +1,16 @@
 """Pictures of the cameras for the page on a take: those of the time at which the player is, at most PICTURES_PER_S."""
 
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterable
 
+from zenocap.common.errors import UserError
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.parameters import PICTURES_PER_S
+
+logger = logging.getLogger(__name__)
 
 Pictures = Callable[[int], Iterable[tuple[str, bytes]]]
 """Viewer and picture (JPEG) of every camera at a time of the take, ns."""
@@ -43,7 +47,11 @@ class PictureFeed:
             begun, position_s = time.monotonic(), self._wanted
             if position_s is None or self._broadcaster.pages == 0:
                 continue
-            found = self._pictures(self._start_ns + round(1e9 * position_s))
+            try:
+                found = list(self._pictures(self._start_ns + round(1e9 * position_s)))
+            except UserError as error:
+                logger.warning("no more pictures: %s", error)
+                return
             self._broadcaster.publish(
                 "take", [EncodedUpdate(f"preview/{id}", pm.encode(pm.PreviewUpdate(id, jpeg))) for id, jpeg in found]
             )

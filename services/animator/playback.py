@@ -124,8 +124,10 @@ class Playback:
                     self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
                     reading = threading.Event()
                     threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
-                    command = self._show(take, bus, replay, pose_s)
-                    reading.set()
+                    try:
+                        command = self._show(take, bus, replay, pose_s)
+                    finally:
+                        reading.set()
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
             command, problem = None, str(error)

@@ -50,11 +50,11 @@ class SeekableVideo:
                 if frame is None:
                     break
                 self._last = float((frame.pts or 0) - self._start) * float(self._base), frame
-        except FFmpegError:
+            if self._last is None or abs(self._last[0] - time_s) > SOUGHT_S:
+                return None
+            return np.asarray(self._last[1].to_ndarray(format="bgr24"), dtype=np.uint8)
+        except (FFmpegError, ValueError):  # damaged there
             return None
-        if self._last is None or abs(self._last[0] - time_s) > SOUGHT_S:
-            return None
-        return np.asarray(self._last[1].to_ndarray(format="bgr24"), dtype=np.uint8)
 
     def close(self) -> None:
         self._container.close()
@@ -125,13 +125,13 @@ def videos_of(take: Path, folder: Path | None) -> TakeVideos | None:
             return None
         try:
             rig = load_rig(folder, recorded.method)
-        except UserError:
+            return TakeVideos(tuple(viewer for viewer in rig.viewers if viewer.id in viewers))
+        except UserError:  # not the folder of this take, or a video is damaged: the take is shown without pictures
             return None
-    else:
-        rig = load_rig(folder, recorded.method)
-        if not viewers <= {viewer.id for viewer in rig.viewers}:
-            names = [", ".join(sorted(some)) for some in ({viewer.id for viewer in rig.viewers}, viewers)]
-            raise UserError(f"--videos {folder}: cameras {names[0]}: allowed: a folder with those of the take: {names[1]}")
+    rig = load_rig(folder, recorded.method)
+    if not viewers <= {viewer.id for viewer in rig.viewers}:
+        names = [", ".join(sorted(some)) for some in ({viewer.id for viewer in rig.viewers}, viewers)]
+        raise UserError(f"--videos {folder}: cameras {names[0]}: allowed: a folder with those of the take: {names[1]}")
     return TakeVideos(tuple(viewer for viewer in rig.viewers if viewer.id in viewers))
 
 

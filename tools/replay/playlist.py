@@ -151,7 +151,7 @@ class Playlist:
             message = self._plan.remapping.message(found.topic, message, found.key)
         if shift:
             message = shifted(message, shift)
-        if isinstance(message, Health) and SENT in message.counts:  # not of this process
+        if message != found.message and isinstance(message, Health) and SENT in message.counts:  # not of this process
             message = msgspec.structs.replace(message, counts={k: v for k, v in message.counts.items() if k != SENT})
         return found.data if message == found.message else codec.encode(message)
 

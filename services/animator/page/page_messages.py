@@ -131,6 +131,13 @@ class ServicesUpdate(msgspec.Struct, frozen=True, tag="services", tag_field="typ
     reduced: str = ""
 
 
+class RecordingUpdate(msgspec.Struct, frozen=True, tag="recording", tag_field="type"):
+    """The log of the live rig, also for pages that show a take.  recording, log: as in `ServicesUpdate`."""
+
+    recording: bool | None
+    log: int
+
+
 class Check(msgspec.Struct, frozen=True):
     """One condition to be met before the body is measured.  verdict: good, bad, or wait while it is unknown."""
 
@@ -244,8 +251,8 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 
 Update: TypeAlias = (
     HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
-    | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | VerdictUpdate | PosturesUpdate
-    | NoticeUpdate
+    | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | VerdictUpdate
+    | PosturesUpdate | NoticeUpdate
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]

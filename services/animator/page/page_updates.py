@@ -105,13 +105,23 @@ def view_updates(state: State) -> Iterator[EncodedUpdate]:
 
 def services_update(state: State, pages: int) -> EncodedUpdate:
     """Return the status of all services and of the log."""
+    recording, written = _recording(state)
+    reduced = reduced_text(state.frame_rate, state.detail)
+    rows = [_service_row(status) for status in service_statuses(state)]
+    return _encoded("services", pm.ServicesUpdate(rows, recording, written, pages, reduced))
+
+
+def _recording(state: State) -> tuple[bool | None, int]:
+    """Whether a take is being written, None without a log, and the number of messages in it."""
     statuses = service_statuses(state)
     logs = [status.health.counts for status in statuses if status.service == "integrator" and status.health is not None]
     recording = None if not logs else any(counts.get("log_on") and not counts.get("log_stopped") for counts in logs)
-    written = max((counts.get("log_messages", 0) for counts in logs), default=0)
-    reduced = reduced_text(state.frame_rate, state.detail)
-    rows = [_service_row(status) for status in statuses]
-    return _encoded("services", pm.ServicesUpdate(rows, recording, written, pages, reduced))
+    return recording, max((counts.get("log_messages", 0) for counts in logs), default=0)
+
+
+def recording_update(state: State) -> EncodedUpdate:
+    """Return the state of the log of the rig."""
+    return _encoded("recording", pm.RecordingUpdate(*_recording(state)))
 
 
 def checks_update(state: State) -> EncodedUpdate:

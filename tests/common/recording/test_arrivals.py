@@ -25,12 +25,12 @@ def pose(frame: int = 0) -> Envelope:
     return Envelope("zenocap/studio/integrator/bap", UNIVERSAL_BAP, bap(frame), 0)
 
 
-def health(second: int, sent: int | None, frame: int | None = None) -> Envelope:
+def health(second: int, sent: int | None, frame: int | None = None, late_ns: int = 0) -> Envelope:
     meter = Meter("integrator", "main")
     for _ in range(second if frame is None else frame):
         meter.report(0, 0, Phase.RUNNING, "", Counters(0, {}, {}), None)
     now = meter.report(second * SECOND, second * SECOND, Phase.RUNNING, "", Counters(0, {}, {}, sent=sent), None)
-    return Envelope("zenocap/studio/integrator/main/health", HEALTH, now, 0)
+    return Envelope("zenocap/studio/integrator/main/health", HEALTH, now, second * SECOND + late_ns)
 
 
 def missing(*events: Envelope | Alive) -> int:
@@ -47,6 +47,11 @@ def test_everything_that_arrives_is_not_missing() -> None:
 def test_a_message_that_was_sent_and_does_not_arrive_is_missing() -> None:
     assert missing(BEGINS, health(1, 100), pose(), health(2, 103)) == 1
     assert missing(BEGINS, health(1, 100), pose(), health(2, 103), health(3, 106)) == 3
+
+
+def test_healths_of_a_replay_do_not_say_what_was_sent() -> None:
+    early, late = (health(second, sent, late_ns=60 * SECOND) for second, sent in ((1, 100), (2, 103)))
+    assert missing(BEGINS, early, pose(), late) == 0
 
 
 def test_a_health_that_does_not_arrive_is_missing_too() -> None:
@@ -103,9 +108,9 @@ class Lossy:
 
 def publish(bus: LocalBus, poses: int, seconds: int = 3) -> None:
     """Publish poses, and a health each second."""
-    meter, frame = Meter("integrator", "main"), 0
+    meter, frame, begun_ns = Meter("integrator", "main"), 0, RealClock().now_ns() - SECOND
     for second in range(seconds):
-        report = meter.report(second * SECOND, second * SECOND, Phase.RUNNING, "", bus.counters, None)
+        report = meter.report(begun_ns + second * SECOND, second * SECOND, Phase.RUNNING, "", bus.counters, None)
         bus.publish(HEALTH, report)
         bus.publish(PARTIAL_BDP, bdp("1", second))  # latched: not counted
         for _ in range(poses):

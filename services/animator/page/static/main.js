@@ -45,6 +45,7 @@ const state = {
 };
 const connection = new Connection({
   hello: showHello, body: setBody, pose: setPose, points: setPoints, camera: setCamera, services: setServices,
+  recording: panel.showRecording,  // of the live rig, also while a take is shown
   posture: setPosture,
   commands: (update) => slides.receive(update, state.feed === 'live'),
   view: (update) => { if (el('slides').hidden) views.show(update, state.source, drawnInViews); },
@@ -254,7 +255,6 @@ function updateLines() {
 }
 
 function setServices(update) {
-  panel.showRecording(update);
   if (state.feed === 'take') return;
   panel.showServices(update.services);
   panel.setAlert('rate', update.reduced);

@@ -309,3 +309,9 @@ def test_the_page_explains_every_loss() -> None:
     script = (ROOT / "services" / "animator" / "page" / "static" / "side_panel.js").read_text(encoding="utf-8")
     assert len(texts) == len(names)
     assert all(f"'{text}': '" in script for text in texts)
+
+
+def test_pages_know_whether_the_live_rig_records() -> None:
+    state = after(health("integrator", "main", NOW, log_messages=12, log_on=1), state=full())
+    found = json.loads(page_updates.recording_update(state).data)
+    assert found == {"type": "recording", "recording": True, "log": 12}

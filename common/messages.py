@@ -256,7 +256,7 @@ class CommandResult(Message, frozen=True, tag="command_result"):
     """
 
     posture: Label
-    action: Literal["zenoh", "osc", "http", "program"]
+    action: Literal["zenoh", "osc", "udp", "http", "program"]
     target: Text
     confidence: Score
     latency_ns: Nanoseconds

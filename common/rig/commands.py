@@ -1,7 +1,8 @@
 """The `[recognizer.commands]` tables of a rig: actions that a recognized posture triggers.
 
-A posture has one action, `[recognizer.commands.POSTURE]`, or several, `[[recognizer.commands.POSTURE]]`.  `action` is
-"zenoh", "osc", "http" or "program".
+A posture has one action, `[recognizer.commands.POSTURE]`, or several, `[[recognizer.commands.POSTURE]]`; `"*"` stands for
+every posture.  `action` is "zenoh", "osc", "udp", "http" or "program".  Payloads, bodies and OSC arguments may contain
+placeholders, see `zenocap.services.recognizer.event_text`.
 """
 
 import os
@@ -75,6 +76,18 @@ class OscAction(_Action, frozen=True, kw_only=True, tag="osc"):
         return f"{self.host}:{self.port}{self.address}"
 
 
+class UdpAction(_Action, frozen=True, kw_only=True, tag="udp"):
+    """One UDP datagram with `payload`, UTF-8; by default a JSON object with everything that is known of the posture."""
+
+    host: Host = "127.0.0.1"
+    port: Port
+    payload: Text = "{json}"
+
+    @property
+    def target(self) -> str:
+        return f"{self.host}:{self.port}"
+
+
 class HttpAction(_Action, frozen=True, kw_only=True, tag="http"):
     """HTTP request to this machine.  timeout: of the connection and of the response, seconds."""
 
@@ -100,30 +113,30 @@ class ProgramAction(_Action, frozen=True, kw_only=True, tag="program"):
         return self.program
 
 
-Action: TypeAlias = ZenohAction | OscAction | HttpAction | ProgramAction
-ACTIONS: Mapping[str, type[Action]] = {"zenoh": ZenohAction, "osc": OscAction, "http": HttpAction, "program": ProgramAction}
+Kind: TypeAlias = Literal["zenoh", "osc", "udp", "http", "program"]
+Action: TypeAlias = ZenohAction | OscAction | UdpAction | HttpAction | ProgramAction
+ACTIONS: Mapping[Kind, type[Action]] = {
+    "zenoh": ZenohAction,
+    "osc": OscAction,
+    "udp": UdpAction,
+    "http": HttpAction,
+    "program": ProgramAction,
+}
+EVERY = "*"  # table of actions that every posture triggers
 
 
 @dataclass(frozen=True)
 class PostureCommand:
-    """An action and the posture that triggers it.  key: of its table in the rig file, below `recognizer`."""
+    """An action and the posture that triggers it, or EVERY.  key: of its table in the rig file, below `recognizer`."""
 
     posture: str
     action: Action
     key: str
 
     @property
-    def kind(self) -> Literal["zenoh", "osc", "http", "program"]:
+    def kind(self) -> Kind:
         """Kind of the action, as in the rig file."""
-        match self.action:
-            case ZenohAction():
-                return "zenoh"
-            case OscAction():
-                return "osc"
-            case HttpAction():
-                return "http"
-            case ProgramAction():
-                return "program"
+        return next(kind for kind, action in ACTIONS.items() if type(self.action) is action)
 
 
 class CommandError(UserError):
@@ -170,7 +183,7 @@ def check_programs(commands: Sequence[PostureCommand]) -> None:
 def check_postures(commands: Sequence[PostureCommand], labels: Sequence[str], model: str) -> None:
     """Raise CommandError for a command of a posture that the model does not have.  labels: those of the model."""
     for command in commands:
-        if command.posture not in labels:
+        if command.posture not in (*labels, EVERY):
             raise CommandError(choice_problem(command.key, command.posture, tuple(labels)) + f"; model: {model}")
 
 
@@ -180,13 +193,14 @@ def _action(key: str, table: object, allowed_programs: Sequence[str]) -> Action:
     name = table.get("action")
     if name is None:
         raise CommandError(f"{key}.action is missing: allowed: {', '.join(map(repr, ACTIONS))}")
-    if not isinstance(name, str) or name not in ACTIONS:
+    kind = next((kind for kind in ACTIONS if kind == name), None)
+    if kind is None:
         raise CommandError(choice_problem(f"{key}.action", str(name), tuple(ACTIONS)))
-    problem = unknown_key(key, table, ACTIONS[name], ("action",))
+    problem = unknown_key(key, table, ACTIONS[kind], ("action",))
     if problem is not None:
         raise CommandError(problem)
     try:
-        action: Action = msgspec.convert(table, ACTIONS[name])
+        action: Action = msgspec.convert(table, ACTIONS[kind])
     except msgspec.ValidationError as error:
         raise CommandError(invalid_value(table, str(error), key)) from error
     problem = _problem(action, allowed_programs)

@@ -1,4 +1,4 @@
-"""Actions of commands: a Zenoh put, an OSC message, an HTTP request to this machine, a program.
+"""Actions of commands: a Zenoh put, an OSC message, a UDP datagram, an HTTP request to this machine, a program.
 
 Each function blocks until the action is done, at most for its timeout, and raises ActionFailed with one line of text.
 `on_sent` is called when the action takes effect: put, datagram or request sent, program started.
@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.formats.osc import osc_message
-from zenocap.common.rig.commands import HttpAction, OscAction, ProgramAction, ZenohAction, is_loopback_url
+from zenocap.common.rig.commands import HttpAction, OscAction, ProgramAction, UdpAction, ZenohAction, is_loopback_url
 from zenocap.services.recognizer.parameters import MAX_ERROR_BYTES
 
 Put = Callable[[str, bytes], None]
@@ -38,14 +38,23 @@ def put(action: ZenohAction, put_bytes: Put, on_sent: Callable[[], None]) -> Non
 
 def send_osc(action: OscAction, on_sent: Callable[[], None]) -> None:
     """Send one datagram; whether it is received is not known."""
-    data = osc_message(action.address, *action.arguments)
+    _send_datagram(action.host, action.port, osc_message(action.address, *action.arguments))
+    on_sent()
+
+
+def send_udp(action: UdpAction, on_sent: Callable[[], None]) -> None:
+    """Send the payload, UTF-8, as one datagram; whether it is received is not known."""
+    _send_datagram(action.host, action.port, action.payload.encode())
+    on_sent()
+
+
+def _send_datagram(host: str, port: int, data: bytes) -> None:
     try:
-        family, kind, protocol, _, address = socket.getaddrinfo(action.host, action.port, type=socket.SOCK_DGRAM)[0]
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
         with socket.socket(family, kind, protocol) as sender:
             sender.sendto(data, address)
     except (OSError, UnicodeError) as error:
         raise ActionFailed(_reason(error)) from error
-    on_sent()
 
 
 def request_http(action: HttpAction, on_sent: Callable[[], None]) -> None:

@@ -14,11 +14,12 @@ from typing import Literal
 import msgspec
 
 from zenocap.common.messages import CommandResult, Posture
-from zenocap.common.rig.commands import HttpAction, OscAction, PostureCommand, ProgramAction, ZenohAction
+from zenocap.common.rig.commands import HttpAction, OscAction, PostureCommand, ProgramAction, UdpAction, ZenohAction
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
-from zenocap.services.recognizer.actions import ActionFailed, ProgramRunner, Put, put, request_http, send_osc
+from zenocap.services.recognizer.actions import ActionFailed, ProgramRunner, Put, put, request_http, send_osc, send_udp
 from zenocap.services.recognizer.commands import CommandState, Trigger, triggered
+from zenocap.services.recognizer.event_text import PostureEvent, filled_action
 from zenocap.services.recognizer.parameters import COMMANDS_WAITING, STOP_TIMEOUT_S
 
 logger = logging.getLogger(__name__)
@@ -91,11 +92,13 @@ class CommandRunner:
         outcome: Literal["done", "failed"] = "done"
         error = ""
         try:
-            match trigger.command.action:
+            match filled_action(trigger.command.action, self._event(trigger)):
                 case ZenohAction() as action:
                     put(action, self._put, on_sent)
                 case OscAction() as action:
                     send_osc(action, on_sent)
+                case UdpAction() as action:
+                    send_udp(action, on_sent)
                 case HttpAction() as action:
                     request_http(action, on_sent)
                 case ProgramAction() as action:
@@ -111,16 +114,23 @@ class CommandRunner:
         """Environment of a program."""
         return {
             "ZENOCAP_RIG": self._rig,
-            "ZENOCAP_POSTURE": trigger.command.posture,
+            "ZENOCAP_POSTURE": trigger.label,
             "ZENOCAP_CONFIDENCE": f"{trigger.confidence:.3f}",
+            "ZENOCAP_BEGIN": f"{trigger.posture.start_ns / 1e9:.3f}",
+            "ZENOCAP_END": f"{trigger.posture.end_ns / 1e9:.3f}",
+            "ZENOCAP_COUNT": str(trigger.count),
         }
+
+    def _event(self, trigger: Trigger) -> PostureEvent:
+        posture = trigger.posture
+        return PostureEvent(self._rig, trigger.label, trigger.confidence, posture.start_ns, posture.end_ns, trigger.count)
 
     def _report(self, trigger: Trigger, acted_ns: int, outcome: Literal["done", "failed", "dropped"], error: str) -> None:
         posture = trigger.posture
         since = partial(_elapsed_ns, acted_ns)
         self._results.put(
             CommandResult(
-                frame=0, captured_ns=posture.captured_ns, posture=trigger.command.posture, action=trigger.command.kind,
+                frame=0, captured_ns=posture.captured_ns, posture=trigger.label, action=trigger.command.kind,
                 target=trigger.command.action.target[:MAX_ERROR], confidence=trigger.confidence,
                 latency_ns=since(posture.captured_ns), since_end_ns=since(posture.end_ns),
                 since_start_ns=since(posture.start_ns), outcome=outcome, error=error[:MAX_ERROR],

@@ -61,6 +61,7 @@ program = "/bin/sh"
 arguments = ["-c", "exit 0"]
 """
 ZENOH, OSC = 'action = "zenoh"\nkey = "a"\n', 'action = "osc"\nport = 9000\naddress = "/a"\n'
+UDP = 'action = "udp"\nport = 9100\n'
 HTTP, PROGRAM = 'action = "http"\nurl = "http://127.0.0.1/"\n', 'action = "program"\nprogram = "/bin/sh"\n'
 
 
@@ -68,6 +69,14 @@ def commands_of(folder: Path, text: str, *, files: bool = True) -> tuple[Posture
     spec = load_rig(write_rig(folder, RIG + text), files=files).recognizer
     assert spec is not None
     return spec.commands
+
+
+def test_actions_of_every_posture_are_of_every_model(tmp_path: Path) -> None:
+    commands = commands_of(tmp_path, f'\n[recognizer.commands."*"]\n{UDP}')
+    assert [(one.posture, one.kind, one.key, one.action.target) for one in commands] == [
+        ("*", "udp", "commands.*", "127.0.0.1:9100")
+    ]
+    check_postures(commands, ["squat"], "mine")
 
 
 def test_a_rig_without_commands_has_none(tmp_path: Path) -> None:
@@ -103,7 +112,7 @@ def test_every_action_is_read_in_the_order_of_the_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("lines", "text"),
     [
-        ('key = "a"', r"commands\.squat\.action is missing: allowed: 'zenoh', 'osc', 'http', 'program'"),
+        ('key = "a"', r"commands\.squat\.action is missing: allowed: 'zenoh', 'osc', 'udp', 'http', 'program'"),
         ('action = "zeno"', r"commands\.squat\.action = 'zeno': allowed: 'zenoh', .*; did you mean 'zenoh'\?"),
         ("action = 5", r"commands\.squat\.action = '5': allowed: 'zenoh', "),
         (ZENOH + "keys = 1", r"commands\.squat\.keys = 1: no such key; allowed: action, .*key, .*did you mean 'key'"),
@@ -119,6 +128,8 @@ def test_every_action_is_read_in_the_order_of_the_file(tmp_path: Path) -> None:
             ZENOH.replace('"a"', '"zenocap/studio/request"'),
             r"commands\.squat\.key = 'zenocap/studio/request': allowed: .* does not begin with zenocap/",
         ),
+        (UDP.replace("9100", "0"), r"commands\.squat\.port = 0: allowed: int >= 1"),
+        (UDP + "arguments = [1]", r"commands\.squat\.arguments = .*: no such key; allowed: action, "),
         (OSC.replace("9000", "0"), r"commands\.squat\.port = 0: allowed: int >= 1"),
         (OSC.replace("9000", "70000"), r"commands\.squat\.port = 70000: allowed: int <= 65535"),
         (OSC + 'host = ""', r"commands\.squat\.host = '': allowed: str of length >= 1"),

@@ -12,9 +12,9 @@ from tests.support.command_receivers import free_tcp_port, http_receiver, progra
 from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
-from zenocap.common.rig.commands import HttpAction, OscAction, ProgramAction, ZenohAction
+from zenocap.common.rig.commands import HttpAction, OscAction, ProgramAction, UdpAction, ZenohAction
 from zenocap.common.runtime.clock import RealClock
-from zenocap.services.recognizer.actions import ActionFailed, ProgramRunner, put, request_http, send_osc
+from zenocap.services.recognizer.actions import ActionFailed, ProgramRunner, put, request_http, send_osc, send_udp
 
 LONG_S = 30.0  # of programs that are to be killed
 
@@ -69,6 +69,14 @@ def test_an_osc_message_arrives_with_its_arguments() -> None:
         send_osc(OscAction(port=receiver.getsockname()[1], address="/slides/next", arguments=(1, 0.5, "left")), sent)
         message = OscMessage(receiver.recv(1500))
     assert (message.address, message.params, sent.count) == ("/slides/next", [1, 0.5, "left"], 1)
+
+
+def test_a_udp_datagram_arrives_with_its_payload() -> None:
+    with udp_receiver() as receiver:
+        sent = Sent()
+        send_udp(UdpAction(port=receiver.getsockname()[1], payload="größer"), sent)
+        assert receiver.recv(1500) == "größer".encode()
+    assert sent.count == 1
 
 
 def test_an_osc_host_that_does_not_resolve_fails() -> None:

@@ -1,5 +1,6 @@
 """Commands beside the service loop: results with their latency, dropped ones, failures that stop nothing, closing."""
 
+import json
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.command_receivers import SECOND, http_receiver, posture_at, program
+from tests.support.command_receivers import SECOND, http_receiver, posture_at, program, udp_receiver
 from zenocap.common.messages import CommandResult
 from zenocap.common.rig.commands import PostureCommand, posture_commands
 from zenocap.common.runtime.clock import ManualClock, RealClock
@@ -74,6 +75,40 @@ def test_a_posture_triggers_a_command_and_its_result_has_the_latency() -> None:
     )  # fmt: skip
     assert (result.outcome, result.error) == ("done", "")
     assert 0.5 < result.confidence < 0.7
+
+
+def test_a_datagram_has_what_is_known_of_the_posture() -> None:
+    clock = ManualClock(NOW)
+    with udp_receiver() as receiver:
+        table = {"action": "udp", "port": receiver.getsockname()[1]}
+        with running(posture_commands({"*": table}, ()), Puts(), clock) as runner:
+            one = posture_at(NOW)
+            runner.receive(one)
+            (result,) = results_of(runner, 1)
+            said = json.loads(receiver.recv(1500))
+    assert (result.posture, result.action, result.outcome) == ("squat", "udp", "done")
+    assert said == {
+        "rig": "studio",
+        "posture": "squat",
+        "confidence": pytest.approx(result.confidence, abs=6e-4),
+        "begin": pytest.approx(one.start_ns / 1e9, abs=1e-3),
+        "end": pytest.approx(one.end_ns / 1e9, abs=1e-3),
+        "duration": pytest.approx((one.end_ns - one.start_ns) / 1e9, abs=1e-3),
+        "count": 1,
+    }
+
+
+def test_a_payload_has_its_placeholders_replaced() -> None:
+    clock, puts = ManualClock(NOW), Puts()
+    table = ZENOH | {"payload": '{"next": {count}, "{posture}": true}'}
+    with running(posture_commands({"squat": table}, ()), puts, clock) as runner:
+        for _ in range(2):
+            runner.receive(posture_at(NOW))
+            results_of(runner, 1)
+    assert puts.received == [
+        ("lab/squat", b'{"next": 1, "squat": true}'),
+        ("lab/squat", b'{"next": 2, "squat": true}'),
+    ]
 
 
 def test_capture_times_are_on_the_clock_of_the_integrator() -> None:

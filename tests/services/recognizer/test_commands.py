@@ -65,6 +65,22 @@ def test_every_command_has_its_own_cooldown() -> None:
     assert found == [["slow", "fast"], ["kick"], ["fast"]]
 
 
+def test_a_table_of_every_posture_has_a_cooldown_for_each() -> None:
+    commands = [command("*", "any", cooldown=1.0), command("kick", "kick")]
+    found = run(commands, posture("squat"), posture("kick", 0.2), posture("squat", 0.4), posture(None, 2.0))[1]
+    assert found == [["any"], ["any", "kick"], [], []]
+
+
+def test_postures_are_counted_by_label_also_without_a_trigger() -> None:
+    """`count` says how often the posture was seen, not how often the command was performed."""
+    state, counts = CommandState(), []
+    for label, time_s in (("squat", 0.0), ("kick", 0.1), ("squat", 0.5), ("squat", 5.0)):
+        one = posture(label, time_s)
+        state, triggers = triggered([command("squat", cooldown=1.0)], state, one, one.captured_ns)
+        counts += [trigger.count for trigger in triggers]
+    assert counts == [1, 3]
+
+
 def test_after_the_clock_was_set_back_commands_are_triggered() -> None:
     assert run([command("squat", cooldown=60.0)], posture("squat", 0.0), posture("squat", -100.0))[1] == [["a"], ["a"]]
 

@@ -1,9 +1,12 @@
 """Joint centres of BVH files by HALPE name, metres, Y up, under the naming conventions of common programs.
 
 Supported names: MotionBuilder and CMU (LeftUpLeg), Mixamo (mixamorig:LeftUpLeg), Reallusion (CC_Base_L_Thigh), Daz and
-Poser (lThigh), 3ds Max (Bip01 L Thigh), Blender (thigh.L), SMPL (L_Hip) and zenocap.
+Poser (lThigh), 3ds Max (Bip01 L Thigh), Blender (thigh.L, DEF-thigh.L), Unreal (thigh_l), Unity (UpperLeg_L, LowerLeg_L),
+VRM (J_Bip_L_UpperLeg), Xsens (LeftHip), depth cameras (HipLeft), SMPL (L_Hip) and zenocap.  Skeletons with other names are
+taken by their structure, see `bvh_structure`.
 """
 
+import logging
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +17,10 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.common.body.inverse_kinematics import WAIST
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_reader import END, Bvh, read_bvh
+from zenocap.common.formats.bvh_structure import StructureError, roles_by_structure
 from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Trajectories, Unit
+
+logger = logging.getLogger(__name__)
 
 # Names by role in the order of preference, without side, in lower case, letters only.
 STEMS: Mapping[str, tuple[str, ...]] = {
@@ -28,12 +34,11 @@ STEMS: Mapping[str, tuple[str, ...]] = {
 }
 CROWNS = ("headend", "headtopend", "headtop", "headnub")
 OPTIONAL = ("Toe",)
-PREFIX = re.compile(r"^(.*:|mixamorig\d*_?|cc_base_|bip\d*[ _]|rl_)", re.IGNORECASE)
+PREFIX = re.compile(r"^(.*:|mixamorig\d*_?|cc_base_|bip\d*[ _]|rl_|j_bip_(c_)?|def-)", re.IGNORECASE)
 SIDED = (
-    re.compile(r"^(left|right|[lr](?=[A-Z _.\-]))[ _.\-]*(.*)$", re.IGNORECASE),
-    re.compile(r"^(.*?)[ _.\-](left|right|l|r)$", re.IGNORECASE),
+    re.compile(r"^((?i:left|right)|[LRlr](?=[A-Z _.\-]))[ _.\-]*(.*)$"),
+    re.compile(r"^(.*?)[ _.\-]?((?i:left|right)|(?<=[ _.\-])[LRlr])$"),
 )
-LETTER_SIDE = re.compile(r"^[lr](?![A-Z _.\-])")  # `leg` is not `eg` of the left side
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254, "CMU's 0.45 inches": 0.0254 / 0.45}
 LEG_M = (0.60, 1.10)  # hip to ankle of an adult; narrower than the ratio of any two units; chosen by hand
@@ -54,7 +59,7 @@ def read_bvh_centres(path: Path, *, axes: Axes | None = None, unit: Unit | None 
 
 def centres_of(file: Bvh, path: Path, axes: Axes | None = None, unit: Unit | None = None) -> Trajectories:
     """See `read_bvh_centres`.  path: of the file, for errors."""
-    at = roles_of(file.names, path)
+    at = joint_roles(file, path, note=True)
     points = {role: file.points[:, k] for role, k in at.items()}
     to_metres = 1.0 / PER_METRE[unit] if unit else _to_metres(points, path)
     to_y_up = MATRICES[axes].T if axes else to_y_up_of(points)
@@ -75,6 +80,24 @@ def centres_of(file: Bvh, path: Path, axes: Axes | None = None, unit: Unit | Non
     names = tuple(centres)
     frames = np.arange(len(trunk), dtype=np.int64)
     return Trajectories(names, frames, frames / file.rate, np.stack([centres[name] for name in names], axis=1), file.rate)
+
+
+def joint_roles(file: Bvh, path: Path, *, note: bool = False) -> dict[str, int]:
+    """Indices of joints by role, see `roles_of`, or where names are missing there, by the structure of the skeleton.
+
+    path: for errors.  note: log which joints were chosen by the structure.  Raises UserError with both reasons.
+    """
+    try:
+        return roles_of(file.names, path)
+    except UserError as unnamed:
+        try:
+            found = roles_by_structure(file)
+        except StructureError as error:
+            raise UserError(f"{unnamed}; nor does its structure say: {error}") from None
+    if note:
+        chosen = ", ".join(f"{role} = {file.names[k]}" for role, k in found.items())
+        logger.warning("%s: joints taken by the structure of the skeleton, as some names are not known: %s", path, chosen)
+    return found
 
 
 def roles_of(names: tuple[str, ...], path: Path) -> dict[str, int]:
@@ -110,11 +133,10 @@ def _plain(name: str) -> str:
     while (short := PREFIX.sub("", rest)) != rest:
         rest = short
     side = ""
-    if not LETTER_SIDE.match(rest):
-        for pattern, order in ((SIDED[0], (1, 2)), (SIDED[1], (2, 1))):
-            if match := pattern.match(rest):
-                side, rest = match[order[0]][0].upper() + ".", match[order[1]]
-                break
+    for pattern, order in ((SIDED[0], (1, 2)), (SIDED[1], (2, 1))):  # `leg` is not `eg` of the left side
+        if match := pattern.match(rest):
+            side, rest = match[order[0]][0].upper() + ".", match[order[1]]
+            break
     return side + re.sub(r"[^a-z]", "", rest.lower())
 
 

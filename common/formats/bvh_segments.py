@@ -9,7 +9,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.rotations import perpendicular, unit
-from zenocap.common.formats.bvh_joint_names import common_ancestor, roles_of, to_y_up_of
+from zenocap.common.formats.bvh_joint_names import common_ancestor, joint_roles, to_y_up_of
 from zenocap.common.formats.bvh_reader import Bvh
 from zenocap.common.formats.trajectories import MATRICES
 
@@ -23,7 +23,7 @@ def segment_rotations(file: Bvh, path: Path) -> dict[str, Floats]:
 
     Empty when the rest pose is not upright.  path: for errors.  Raises UserError for joints without a known name.
     """
-    at = roles_of(file.names, path)
+    at = joint_roles(file, path)
     to_y_up = to_y_up_of({role: file.points[:, k] for role, k in at.items()})
     rest = _rest_points(file) @ to_y_up.T
     place = {role: rest[k] for role, k in at.items()}

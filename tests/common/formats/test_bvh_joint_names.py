@@ -35,6 +35,24 @@ FAMILIES = {
         "Bip01_Head",
     ),
     "Blender": ("thigh.{L} shin.{L} foot.{L} toe.{L} upper_arm.{L} forearm.{L} hand.{L} shoulder.{L}", "head"),
+    "Unity": (
+        "UpperLeg_{L} LowerLeg_{L} Foot_{L} Toes_{L} UpperArm_{L} LowerArm_{L} Hand_{L} Shoulder_{L}", "Head",
+    ),
+    "Unreal": ("thigh_{l} calf_{l} foot_{l} ball_{l} upperarm_{l} lowerarm_{l} hand_{l} clavicle_{l}", "head"),
+    "VRM": (
+        "J_Bip_{L}_UpperLeg J_Bip_{L}_LowerLeg J_Bip_{L}_Foot J_Bip_{L}_ToeBase J_Bip_{L}_UpperArm J_Bip_{L}_LowerArm "
+        "J_Bip_{L}_Hand J_Bip_{L}_Shoulder", "J_Bip_C_Head",
+    ),
+    "Rigify": (
+        "DEF-thigh.{L} DEF-shin.{L} DEF-foot.{L} DEF-toe.{L} DEF-upper_arm.{L} DEF-forearm.{L} DEF-hand.{L}",
+        "DEF-head",
+    ),
+    "Xsens": (
+        "{Left}Hip {Left}Knee {Left}Ankle {Left}Toe {Left}Shoulder {Left}Elbow {Left}Wrist {Left}Collar", "Head",
+    ),
+    "depth camera": (
+        "Hip{Left} Knee{Left} Ankle{Left} Foot{Left} Shoulder{Left} Elbow{Left} Wrist{Left} Hand{Left}", "Head",
+    ),
     "SMPL": ("{L}_Hip {L}_Knee {L}_Ankle {L}_Foot {L}_Shoulder {L}_Elbow {L}_Wrist {L}_Hand {L}_Collar", "Head"),
 }  # fmt: skip
 

@@ -40,6 +40,7 @@ PLAYER_PERIOD_NS = 200_000_000  # between two updates of the player's position; 
 PLAYER_WAIT_S = 0.02  # longest wait for a message, so that commands are handled; by hand
 REPLAY_TIMEOUT_S = 3.0  # for the replay process to end; by hand
 REPLAY_DELAY_S = 0.3  # before the replay publishes, for discovery of the session; by hand
+POSED_S = 0.5  # after a pose, the pictures of a take follow its poses and not the position of the player; by hand
 SHOW_POLL_S = 0.1  # period at which `zenocap show` checks whether to end; by hand
 
 # Set-up checks of a silhouette; all by hand.
@@ -79,9 +80,12 @@ TRAIL_SPACING_M = 0.01  # points of a trail nearer to each other are merged
 CAPTION_HEIGHT_PX = 720  # picture height for which caption sizes are given
 FONT_OVERSAMPLING = 3  # captions are drawn this much larger and reduced, because OpenCV's lines have whole widths
 
+# Comparison of two takes
+MAX_UNMATCHED_NS = 100_000_000  # between the times of compared poses, at most; of takes of 10 poses/s and more; by hand
+
 # Pictures of the videos behind a take
 MAX_SHOWN_POSTURES = 2000  # on the position of the player; chosen by hand
-PICTURES_PER_S = 10.0  # of each camera while the take plays; chosen by hand
+PICTURES_PER_S = 25.0  # at most, of each camera while the take plays; chosen by hand
 
 
 def parameters() -> Mapping[str, float | int | str]:

@@ -30,7 +30,7 @@ from zenocap.services.animator.parameters import (
     REPLAY_TIMEOUT_S,
 )
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
-from zenocap.services.animator.states import Setup
+from zenocap.services.animator.states import Actor, Setup
 from zenocap.services.animator.step import initial_state, step
 from zenocap.services.animator.take_postures import postures_update
 from zenocap.services.animator.take_verdict import verdict_update
@@ -51,7 +51,8 @@ PlayerCommand = pm.PlayTake | pm.ControlPlayer | StopPlayer
 class Playback:
     """Player of the takes in a folder.  topics: the shown ones.  on_update: called with every state of the player.
 
-    raw: show the poses of the forward pass also of takes that were tracked both ways.
+    on_pose: called with every pose, and again when the shift is known better: by how much its capture time is later than
+    recorded, ns.  raw: show the poses of the forward pass also of takes that were tracked both ways.
     """
 
     def __init__(
@@ -61,12 +62,13 @@ class Playback:
         clock: Clock,
         topics: tuple[Topic, ...],
         on_update: Callable[[pm.PlayerUpdate], None] = lambda update: None,
+        on_pose: Callable[[Actor, int], None] = lambda actor, shift_ns: None,
         *,
         raw: bool = False,
     ) -> None:
         self._raw = raw
         self._folder, self._broadcaster, self._clock, self._topics = folder, broadcaster, clock, topics
-        self._on_update = on_update
+        self._on_update, self._on_pose = on_update, on_pose
         self._commands: queue.SimpleQueue[PlayerCommand] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="playback", daemon=True)
         self._thread.start()
@@ -146,12 +148,18 @@ class Playback:
         setup = Setup()
         state, schedule = initial_state(setup), Schedule()
         next_ns, published = 0, None
+        seen: dict[str, tuple[Actor, int]] = {}  # latest pose by source, and its shift
         while replay.running:
             event = bus.receive(PLAYER_WAIT_S)
             while event is not None:
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
                 event = bus.receive(0.0)
+            for source, actor in state.actors.items():
+                latest = actor, replay.status.shift_ns if replay.status is not None else 0
+                if source not in seen or seen[source][0] is not actor or seen[source][1] != latest[1]:
+                    seen[source] = latest
+                    self._on_pose(*latest)
             if self._clock.elapsed_ns() >= next_ns:
                 next_ns = self._clock.elapsed_ns() + PLAYER_PERIOD_NS
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))

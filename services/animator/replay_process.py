@@ -21,13 +21,14 @@ ERROR_PREFIX = "error: "  # of the line that a failing command prints
 
 
 class ReplayStatus(msgspec.Struct, frozen=True):
-    """Status line of `zenocap replay --remote`."""
+    """Status line of `zenocap replay --remote`.  shift_ns: by which capture times are published later than recorded."""
 
     place_s: float
     duration_s: float
     rate: float
     paused: bool
     bad: int = 0
+    shift_ns: int = 0
 
     def problem(self) -> str:
         return f"{self.bad} messages cannot be read by this version" if self.bad else ""

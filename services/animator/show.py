@@ -11,13 +11,15 @@ from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import versions
+from zenocap.services.animator.comparison import Comparison
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
 from zenocap.services.animator.page.server import PageServer, animator_content
-from zenocap.services.animator.parameters import SHOW_POLL_S
+from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
 from zenocap.services.animator.playback import Playback
 from zenocap.services.animator.shell import TOPICS
+from zenocap.services.animator.states import Actor
 
 logger = logging.getLogger(__name__)
 
@@ -25,14 +27,24 @@ logger = logging.getLogger(__name__)
 class TakePage:
     """Page that plays one take in a loop, from `open` to `close`.  raw: with the poses of the forward pass.
 
-    pictures: of the cameras at a time of the take; None without videos.
+    pictures: of the cameras at a time of the take; None without videos.  comparison: with a second take, or None.
     """
 
-    def __init__(self, take: Path, table: PageTable, pictures: Pictures | None = None, *, raw: bool = False) -> None:
+    def __init__(
+        self,
+        take: Path,
+        table: PageTable,
+        pictures: Pictures | None = None,
+        *,
+        raw: bool = False,
+        comparison: Comparison | None = None,
+    ) -> None:
+        self._comparison = comparison
+        self._start_ns = 0
         self._take, self._raw, self._pictures = take, raw, pictures
         self._feed: PictureFeed | None = None
         self._server = PageServer(table, self._receive, lambda: None, animator_content())
-        self._player = pm.PlayerUpdate(take.name)
+        self._player, self._posed_s = pm.PlayerUpdate(take.name), 0.0
         self._playback: Playback | None = None
 
     @property
@@ -50,11 +62,15 @@ class TakePage:
         self._server.start()
         hello = pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False)
         self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
+        if self._comparison is not None:
+            ghost = EncodedUpdate("ghost", pm.encode(self._comparison.body()))
+            self._server.broadcaster.publish(None, [ghost])
         summary = read_summary(self._take)
+        self._start_ns = 0 if summary is None else summary.start_ns
         if self._pictures is not None and summary is not None:
             self._feed = PictureFeed(self._pictures, summary.start_ns, self._server.broadcaster)
         self._playback = Playback(
-            self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update, raw=self._raw
+            self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update, self._on_pose, raw=self._raw
         )
         self._playback.send(pm.PlayTake(self._take.name))
 
@@ -67,8 +83,19 @@ class TakePage:
 
     def _on_update(self, update: pm.PlayerUpdate) -> None:
         self._player = update
-        if self._feed is not None and update.take:
+        moves = not update.paused and time.monotonic() - self._posed_s < POSED_S
+        if self._feed is not None and update.take and not moves:
             self._feed.show(update.position_s)
+
+    def _on_pose(self, actor: Actor, shift_ns: int) -> None:
+        """Pictures follow the poses while the take plays, so that both are of one time."""
+        self._posed_s = time.monotonic()
+        position_s = (actor.captured_ns - shift_ns - self._start_ns) / 1e9
+        if self._feed is not None and not self._player.paused and 0 <= position_s <= self._player.duration_s:
+            self._feed.show(position_s)
+        ghost = None if self._comparison is None else self._comparison.at(actor, shift_ns)
+        if ghost is not None:
+            self._server.broadcaster.publish("take", [EncodedUpdate("ghost_pose", pm.encode(ghost))])
 
     def _receive(self, page: PageQueue, command: pm.Command) -> None:
         match command:
@@ -88,15 +115,16 @@ def show_take(
     pictures: Pictures | None = None,
     *,
     raw: bool = False,
+    comparison: Comparison | None = None,
 ) -> None:
-    """Show a take until `stopped`.  on_open: called with the address of the page.  pictures, raw: see `TakePage`.
+    """Show a take until `stopped`.  on_open: called with the address of the page.  The others: see `TakePage`.
 
     Raises UserError.
     """
     if not take.is_file():
         raise UserError(f"{take}: no such file")
     next(Take(take).messages(), None)  # raises UserError for a file that is not a take
-    page = TakePage(take.resolve(), table, pictures, raw=raw)
+    page = TakePage(take.resolve(), table, pictures, raw=raw, comparison=comparison)
     page.open()
     try:
         on_open(page.address)

@@ -10,6 +10,7 @@ import typer
 from zenocap.tools.cli.options import RawOption, one_line_errors
 
 DEFAULT_PORT = 8080
+MAX_OFFSET_S = 86_400.0  # of two compared takes: a day
 
 
 def show(
@@ -34,6 +35,19 @@ def show(
             min=0, max=65535, help=f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one."
         ),
     ] = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OTHER",
+            help="A second take of the same motion, shown as a translucent figure, with the distances of the joints.",
+        ),
+    ] = None,
+    offset: Annotated[
+        float,
+        typer.Option(
+            min=-MAX_OFFSET_S, max=MAX_OFFSET_S, metavar="SECONDS", help="With --beside: show OTHER so much later."
+        ),
+    ] = 0.0,
     raw: RawOption = False,
 ) -> None:
     """Play a take on a page at http://127.0.0.1:8080, in a loop, until Ctrl-C. Needs no rig.
@@ -42,18 +56,26 @@ def show(
     they were recorded, and controls for position and rate. The pictures of the cameras are behind the silhouettes of a
     take that was tracked from a folder. Only this machine can open it.
 
+    With --beside, the poses of OTHER are shown at the same recorded times, or from the first poses on where these do not
+    overlap; the page says which.
+
     Example: `zenocap show walk.mcap`
     """
     with one_line_errors():
+        from zenocap.common.errors import UserError
         from zenocap.common.rig.animator import PageTable
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals
+        from zenocap.services.animator.comparison import compare
         from zenocap.services.animator.show import show_take
         from zenocap.tools.recordings.take_videos import take_of, videos_of
 
+        if offset and beside is None:
+            raise UserError(f"--offset {offset:g}: it moves a second take: allowed: only together with --beside OTHER")
         logs.configure("show")
         take = take_of(take)
         pictures = videos_of(take, videos)
+        comparison = None if beside is None else compare(take, take_of(beside), offset, raw=raw)
         if port is None:
             port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
@@ -64,6 +86,7 @@ def show(
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
                 None if pictures is None else pictures.at,
                 raw=raw,
+                comparison=comparison,
             )
 
 

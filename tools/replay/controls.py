@@ -74,6 +74,7 @@ class StatusLine(msgspec.Struct, frozen=True, kw_only=True):
     paused: bool
     lap: int
     bad: int = 0
+    shift_ns: int = 0
 
 
 class Remote:
@@ -104,13 +105,13 @@ class Remote:
 
 
 def status_lines(stream: TextIO = sys.stdout) -> Callable[[Status], None]:
-    """Return a function that writes a status, at most every JSON_LINE_S seconds."""
-    written_s = 0.0
+    """Return a function that writes a status, at most every JSON_LINE_S seconds, and at once with another time shift."""
+    written_s, shift_ns = 0.0, 0
 
     def write(status: Status) -> None:
-        nonlocal written_s
-        if monotonic() >= written_s + JSON_LINE_S:
-            written_s = monotonic()
+        nonlocal written_s, shift_ns
+        if monotonic() >= written_s + JSON_LINE_S or status.shift_ns != shift_ns:
+            written_s, shift_ns = monotonic(), status.shift_ns
             write_status(status, stream)
 
     return write
@@ -125,6 +126,7 @@ def write_status(status: Status, stream: TextIO = sys.stdout) -> None:
         paused=status.paused,
         lap=status.lap,
         bad=status.bad,
+        shift_ns=status.shift_ns,
     )
     stream.write(msgspec.json.encode(line).decode() + "\n")
     stream.flush()

@@ -31,6 +31,7 @@ class Status:
 
     place_ns: in the takes; the replayed part is begin_ns to end_ns.  rate: 0 for as fast as consumers keep up.
     bad: number of skipped invalid messages, such as those of another version.
+    shift_ns: by which capture times are published later than recorded.
     """
 
     place_ns: int
@@ -41,6 +42,7 @@ class Status:
     lap: int
     sent: int
     bad: int = 0
+    shift_ns: int = 0
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,10 @@ class Player:
         plan = self._plan
         head = self._head
         bad = self.bad.total()
-        return Status(self._place_ns, plan.begin_ns, plan.end_ns, head.rate, head.paused, self._lap, self.sent, bad)
+        return Status(
+            self._place_ns, plan.begin_ns, plan.end_ns, head.rate, head.paused, self._lap, self.sent, bad,
+            self._shift.time_ns,
+        )  # fmt: skip
 
     def _play(self, prepared: Prepared) -> None:
         """Publish the next message if it is due, else wait."""

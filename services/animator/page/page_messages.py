@@ -243,6 +243,25 @@ class PosturesUpdate(msgspec.Struct, frozen=True, tag="postures", tag_field="typ
     parts: list[PosturePart] = []
 
 
+class GhostUpdate(msgspec.Struct, frozen=True, tag="ghost", tag_field="type"):
+    """Second take that the shown one is compared with.  alignment: how their times are matched, for the user."""
+
+    take: str
+    alignment: str
+    body: BodyUpdate
+
+
+class GhostPoseUpdate(msgspec.Struct, frozen=True, tag="ghost_pose", tag_field="type"):
+    """Pose of the second take at the time of the shown one.
+
+    pose: None where the second take has none.  distances: between the joint centres of both takes, metres, by the names of
+    the joints that both have; empty where one has no pose.
+    """
+
+    pose: PoseUpdate | None
+    distances: dict[str, float]
+
+
 class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
     """A line of text for the user."""
 
@@ -252,7 +271,7 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 Update: TypeAlias = (
     HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
     | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | VerdictUpdate
-    | PosturesUpdate | NoticeUpdate
+    | PosturesUpdate | GhostUpdate | GhostPoseUpdate | NoticeUpdate
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]

@@ -11,7 +11,8 @@ import numpy as np
 
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
-from zenocap.common.body.definition import neutral_pose
+from zenocap.common.body.anatomy import Anatomy
+from zenocap.common.body.definition import Bdp, neutral_pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.runtime.frame_rate import reduced_text
 from zenocap.common.vision.mask_codec import unpack
@@ -27,7 +28,7 @@ from zenocap.services.animator.parameters import (
     VIEWS_PERIOD_NS,
 )
 from zenocap.services.animator.setup_guide import Finding, measure_silhouette, silhouette_findings
-from zenocap.services.animator.states import Actor, ServiceStatus, Source, SourceBody, State
+from zenocap.services.animator.states import Actor, ServiceStatus, Source, State
 from zenocap.services.animator.step import service_statuses
 
 POSITION_DIGITS, SHAPE_DIGITS, QUATERNION_DIGITS, DEGREE_DIGITS, PIXEL_DIGITS = 3, 4, 4, 1, 1  # after the point
@@ -78,10 +79,10 @@ def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
     """
     for source, body in after.bodies.items():
         if before.bodies.get(source) is not body:
-            yield _encoded(f"body/{source}", _body_update(source, body))
+            yield _encoded(f"body/{source}", body_update(source, body.anatomy, body.bdp))
     for source, actor in after.actors.items():
         if before.actors.get(source) is not actor:
-            yield _encoded(f"pose/{source}", _pose_update(actor))
+            yield _encoded(f"pose/{source}", pose_update(actor))
     if after.points is not None and before.points is not after.points:
         yield _encoded("points", pm.PointsUpdate(after.points.points))
     for viewer, camera in after.cameras.items():
@@ -151,18 +152,20 @@ def _flat(array: Floats, decimals: int) -> list[float]:
     return values
 
 
-def _body_update(source: str, body: SourceBody) -> pm.BodyUpdate:
-    shapes = capsule_shapes(body.bdp)
-    upright = placed_capsules(body.anatomy, body.bdp, neutral_pose(body.anatomy, np.zeros(3)))
+def body_update(source: str, anatomy: Anatomy, bdp: Bdp) -> pm.BodyUpdate:
+    """Return the shape of a body."""
+    shapes = capsule_shapes(bdp)
+    upright = placed_capsules(anatomy, bdp, neutral_pose(anatomy, np.zeros(3)))
     return pm.BodyUpdate(
-        source, list(body.anatomy.parts),
+        source, list(anatomy.parts),
         _flat(shapes.lengths, SHAPE_DIGITS), _flat(shapes.near, SHAPE_DIGITS), _flat(shapes.far, SHAPE_DIGITS),
-        [marker.name for marker in body.anatomy.markers], list(body.anatomy.angles),
+        [marker.name for marker in anatomy.markers], list(anatomy.angles),
         round(float(np.ptp(upright.centres[:, 1])), POSITION_DIGITS),
     )  # fmt: skip
 
 
-def _pose_update(actor: Actor) -> pm.PoseUpdate:
+def pose_update(actor: Actor) -> pm.PoseUpdate:
+    """Return the pose of an actor, with the places of its capsules and joint centres."""
     placed = placed_capsules(actor.anatomy, actor.body, actor.pose)
     return pm.PoseUpdate(
         actor.source, actor.frame, actor.captured_ns / 1e6, actor.received_ns / 1e6,

@@ -24,9 +24,9 @@ function anglesText(body, pose, name) {
 }
 
 export class Joints {
-  // shown: returns {body, pose} as drawn, or null.
-  constructor(scene, shown) {
-    Object.assign(this, { scene, shown, names: '' });
+  // shown: returns {body, pose} as drawn, or null.  moreText: a further line on a joint by its name, or ''.
+  constructor(scene, shown, moreText = () => '') {
+    Object.assign(this, { scene, shown, moreText, names: '' });
     scene.canvas.addEventListener('pointermove', (e) => { if (!e.buttons) this.point(e.clientX, e.clientY); });
     scene.canvas.addEventListener('click', (e) => this.point(e.clientX, e.clientY));
     scene.canvas.addEventListener('pointerleave', () => { el('joint').hidden = true; });
@@ -45,7 +45,7 @@ export class Joints {
     if (box.hidden) return;
     const { name, at } = near[0];
     const [right, up, front] = jointCentre(body, pose, name).map((metres) => metres.toFixed(2));
-    box.textContent = [jointWords(name), anglesText(body, pose, name), `x ${right}  y ${up}  z ${front} m`].filter(Boolean).join('\n');
+    box.textContent = [jointWords(name), anglesText(body, pose, name), `x ${right}  y ${up}  z ${front} m`, this.moreText(name)].filter(Boolean).join('\n');
     Object.assign(box.style, { left: `${Math.min(at[0], innerWidth - 190)}px`, top: `${at[1]}px` });
   }
 

@@ -2,6 +2,7 @@
 import { placedCapsules, limbEnds, jointCentre, shapesOf } from './capsules.js';
 import { CameraViews } from './camera_views.js';
 import { Connection } from './connection.js';
+import { Ghost } from './ghost.js';
 import { Joints } from './joints.js';
 import { add, minus, times } from './linear_algebra.js';
 import { MeasureDialog } from './measure_dialog.js';
@@ -55,6 +56,8 @@ const connection = new Connection({
   player: (update) => player.show(update),
   verdict: (update) => player.showVerdict(update),
   postures: (update) => player.showPostures(update),
+  ghost: (update) => ghost.setTake(update),
+  ghost_pose: (update) => ghost.setPose(update),
   notice: ({ text }) => panel.setAlert('notice', text),
 }, (connected) => {
   panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');
@@ -63,10 +66,11 @@ const connection = new Connection({
 });
 const slides = new SlideShow(el('slides'), showSlides);
 const dialog = new MeasureDialog(el('measure-dialog'), () => connection.send({ type: 'request', what: 'measure' }));
+const ghost = new Ghost(() => { scene.ghost = state.feed === 'take' ? ghost.capsules() : []; scene.requestDraw(); });
 const joints = new Joints(scene, () => {
   const [body, pose] = [state.bodies.get(state.source), state.poses.get(state.source)];
   return body && pose ? { body, pose } : null;
-});
+}, (name) => ghost.text(name));
 const lightRoom = matchMedia('(prefers-color-scheme: light)');
 const telephone = matchMedia('(max-width: 780px)');
 const player = new PlayerControls((command) => connection.send(command), selectFeed);
@@ -98,6 +102,7 @@ addEventListener('keydown', (event) => {
   if (event.target.matches('input, select, textarea') || (event.key === ' ' && event.target.matches('button, summary'))) return;
   const preset = Object.keys(PRESETS)[Number(event.key) - 1];
   if (preset) document.querySelector(`#presets [data-name=${preset}]`).click();
+  else if (event.key === 'g' && ghost.body) ghost.toggle();
   else if (!player.key(event)) return;
   event.preventDefault();
 });
@@ -283,7 +288,7 @@ function updateNumbers() {
 
 // For tests and measurements.
 window.zenocap = {
-  state, scene, orbit, dialog, slides, chooseTab,
+  state, scene, orbit, dialog, ghost, slides, chooseTab,
   // Frame, world position and position on the page (CSS pixels) of a joint centre, such as 'RWrist'.
   locate(name) {
     const body = state.bodies.get(state.source);

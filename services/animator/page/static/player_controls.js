@@ -1,6 +1,7 @@
 // Controls of the take that is being played: pause, position, rate, steps of one pose; also by keys.
 
 const el = (id) => document.getElementById(id);
+const SCRUB_MS = 60;  // at least, between two positions that are sent while the slider is dragged
 const DEFAULT_POSE_S = 1 / 30;  // of a step in a take whose rate is unknown
 
 export class PlayerControls {
@@ -12,12 +13,30 @@ export class PlayerControls {
     el('speed').onchange = () => send({ type: 'control_player', rate: Number(el('speed').value) });
     el('back').onclick = () => this.step(-1);
     el('forward').onclick = () => this.step(1);
-    el('position').oninput = () => { this.dragging = true; this.showTime(Number(el('position').value)); };
-    el('position').onchange = () => {
-      this.dragging = false;
-      send({ type: 'control_player', position_s: Number(el('position').value) });
-    };
+    el('position').oninput = () => this.scrub();
+    el('position').onchange = () => this.release();
   }
+
+  // Show the position of the dragged slider: the take is paused, so that it shows that place, and goes on at the end.
+  scrub() {
+    if (!this.dragging) {
+      this.dragging = true;
+      this.playsAfter = !this.last?.paused;
+      if (this.playsAfter) this.send({ type: 'control_player', paused: true });
+    }
+    this.showTime(Number(el('position').value));
+    this.scrubbing ||= setTimeout(() => { this.scrubbing = 0; this.sendPosition(); }, SCRUB_MS);
+  }
+
+  release() {
+    clearTimeout(this.scrubbing);
+    this.scrubbing = 0;
+    this.sendPosition();
+    if (this.dragging && this.playsAfter) this.send({ type: 'control_player', paused: false });
+    this.dragging = false;
+  }
+
+  sendPosition() { this.send({ type: 'control_player', position_s: Number(el('position').value) }); }
 
   // Go to a position in seconds, within the take.
   seek(position) {
@@ -83,6 +102,21 @@ export class PlayerControls {
     this.drawVerdict();
   }
 
+  // Make a part of the bars a button that goes to a position; the bar is one stop of Tab, the arrow keys go along it.
+  makeButton(piece, position_s) {
+    piece.setAttribute('role', 'button');
+    piece.setAttribute('aria-label', piece.title);
+    piece.tabIndex = -1;
+    piece.onclick = () => this.seek(position_s);
+    piece.onkeydown = (event) => {
+      const next = { ArrowRight: piece.nextElementSibling, ArrowLeft: piece.previousElementSibling }[event.key];
+      if (event.key === 'Enter' || event.key === ' ') piece.click();
+      else if (!event.key.startsWith('Arrow')) return;
+      if (next) { piece.tabIndex = -1; next.tabIndex = 0; next.focus(); }
+      event.preventDefault();
+    };
+  }
+
   drawVerdict() {
     const duration = this.last?.duration_s || 0;
     if (!this.verdict?.rating || !duration || this.drawn === duration) return;
@@ -96,8 +130,11 @@ export class PlayerControls {
       piece.style.width = `${100 * (Math.min(part.end_s, duration) - part.start_s) / duration}%`;
       piece.title = `${part.start_s.toFixed(1)} to ${part.end_s.toFixed(1)} s: ${part.rating}, ${(1000 * part.error).toFixed(0)} mm`
         + (part.reasons.length ? `: ${part.reasons.join(', ')}` : '');
+      this.makeButton(piece, part.start_s);
       return piece;
     }));
+    const first = el('verdict-parts').firstElementChild;
+    if (first) first.tabIndex = 0;
     const shares = Object.entries(seconds).filter(([, value]) => value > 0).map(([name, value]) => `${value.toFixed(1)} s ${name}`);
     el('verdict-parts').setAttribute('aria-label', `verdict: ${this.verdict.rating}; ${shares.join(', ')}`);
   }
@@ -122,9 +159,10 @@ export class PlayerControls {
       piece.style.left = `${100 * start_s / duration}%`;
       piece.style.width = `${100 * (Math.min(end_s, duration) - start_s) / duration}%`;
       piece.title = `${words}, ${start_s.toFixed(1)} to ${end_s.toFixed(1)} s: go there`;
-      piece.onclick = () => this.seek(start_s);
+      this.makeButton(piece, start_s);
       return piece;
     }));
+    el('posture-parts').firstElementChild.tabIndex = 0;
   }
 
   showTime(position) { el('clock').textContent = `${position.toFixed(1)} / ${(this.last?.duration_s || 0).toFixed(1)} s`; }

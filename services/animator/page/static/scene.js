@@ -23,6 +23,7 @@ export class Scene {
     this.layers = { floor: true, actor: true, cameras: true, silhouettes: true, trails: true, points: true };
     this.points = 0;
     this.capsules = [];
+    this.ghost = [];  // capsules of a second take, translucent, without a shadow
     this.lines = [];
     this.pictures = new Map();
     this.drawn = 0;
@@ -185,7 +186,7 @@ export class Scene {
   drawActor(camera) {
     const gl = this.gl;
     gl.enable(gl.CULL_FACE);
-    for (const one of this.capsules) {
+    for (const one of [...this.capsules, ...this.ghost]) {
       this.renderer.use('capsule', {
         camera, eye: this.position, origin: one.origin, rotation: one.rotation, near: one.near, far: one.far, axis: one.length,
         caps: one.caps, colour: one.colour,

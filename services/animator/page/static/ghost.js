@@ -1,0 +1,53 @@
+// The second take of a comparison: a translucent figure, and the distances of its joints from those of the shown take.
+import { placedCapsules, shapesOf } from './capsules.js';
+import { jointWords } from './joints.js';
+
+const COLOUR = [0.73, 0.52, 0.98];
+const OPACITY = 0.4;
+const el = (id) => document.getElementById(id);
+const millimetres = (metres) => `${(1000 * metres).toFixed(0)} mm`;
+
+export class Ghost {
+  // onChange: called when the figure must be drawn anew.
+  constructor(onChange) {
+    Object.assign(this, { onChange, body: null, last: null, take: '' });
+    el('ghost-on').onchange = () => this.draw();
+  }
+
+  // update: the second take, its body, and how its times are matched.
+  setTake({ take, alignment, body }) {
+    Object.assign(this, { take, body: { ...body, shapes: shapesOf(body) }, last: null });
+    el('ghost').hidden = false;
+    el('ghost-take').textContent = take;
+    el('ghost-alignment').textContent = alignment;
+    this.draw();
+  }
+
+  // update: its pose, or null, and the distances by joint in metres.
+  setPose(update) { this.last = update; this.draw(); }
+
+  toggle() { el('ghost-on').click(); return true; }
+
+  get shown() { return Boolean(this.body) && el('ghost-on').checked; }
+
+  // Its capsules as the scene draws them; none while it is switched off.
+  capsules() {
+    if (!this.shown || !this.last?.pose || this.last.pose.lost.includes('person')) return [];
+    return placedCapsules(this.body, this.last.pose).map((one) => ({ ...one, colour: [...COLOUR, OPACITY] }));
+  }
+
+  // Line on the distance of a joint, '' where it is not known.
+  text(name) {
+    const metres = this.shown ? this.last?.distances[name] : undefined;
+    return metres === undefined ? '' : `${millimetres(metres)} from ${this.take}`;
+  }
+
+  draw() {
+    const found = Object.entries(this.last?.distances || {}).sort((a, b) => b[1] - a[1]);
+    const mean = found.reduce((sum, [, metres]) => sum + metres, 0) / found.length;
+    const text = found.length ? `mean ${millimetres(mean)}, largest ${millimetres(found[0][1])} (${jointWords(found[0][0])})`
+      : this.last && !this.last.pose ? 'no pose of the second take at this time' : '–';
+    if (el('ghost-distance').textContent !== text) el('ghost-distance').textContent = text;
+    this.onChange();
+  }
+}

@@ -1,0 +1,45 @@
+"""Pictures of a shown take: of the time of the pose while it plays, of the position of the player while it is paused."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.services.animator.test_comparison import actor, timed
+from tests.support.pose_tracks import moving
+from zenocap.common.rig.animator import PageTable
+from zenocap.services.animator.page.page_messages import PlayerUpdate
+from zenocap.services.animator.show import TakePage
+
+SHIFT_NS = 40_000_000_000  # of the fifth repetition of a take of 10 s
+
+
+class Feed:
+    """Positions whose pictures were asked for."""
+
+    def __init__(self) -> None:
+        self.shown: list[float] = []
+
+    def show(self, position_s: float) -> None:
+        self.shown.append(position_s)
+
+
+@pytest.fixture
+def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TakePage:
+    page = TakePage(write_take(tmp_path / "a.mcap", messages_of_track(moving(10))), PageTable(port=0))
+    monkeypatch.setattr(page, "_feed", Feed())
+    monkeypatch.setattr(page, "_start_ns", START_NS)
+    return page
+
+
+def test_pictures_follow_the_poses_while_a_take_plays_and_the_position_while_it_is_paused(page: TakePage) -> None:
+    feed, track = page._feed, timed(moving(10, rate=20.0), "a.mcap")
+    assert isinstance(feed, Feed)
+    playing = PlayerUpdate("a.mcap", 0.2, 0.5)
+    page._on_update(playing)  # no pose yet: the position
+    page._on_pose(actor(track, 5, SHIFT_NS), SHIFT_NS)
+    page._on_update(playing)  # behind the pose by up to a period of the player: not shown
+    page._on_pose(actor(track, 6, SHIFT_NS), 0)  # its shift is not known yet: not shown
+    page._on_update(PlayerUpdate("a.mcap", 0.4, 0.5, paused=True))
+    page._on_pose(actor(track, 7, SHIFT_NS), SHIFT_NS)
+    assert feed.shown == pytest.approx([0.2, 0.25, 0.4])

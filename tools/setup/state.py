@@ -23,7 +23,6 @@ from zenocap.tools.setup.network import OPEN, Network, network_of, quoted
 Step = Literal["cameras", "look", "calibration", "rig", "take"]
 STEPS: tuple[Step, ...] = get_args(Step)
 CAMERAS, CALIBRATION, RIG, TAKES = "cameras.toml", "calibration.toml", "rig.toml", "recordings"
-EMPTY_S = 3.0  # empty scene at the start of a take, for the background; as in docs/takes.md
 WORKING_WIDTH = 960  # px; wider images are reduced: the tracker needs no more, and segmentation costs by the pixel
 
 
@@ -136,7 +135,7 @@ def rig_text(name: str, cameras: Cameras) -> str:
     ]
     for camera, source in cameras.sources.items():
         lines += ["", "[[viewer]]", f'id = "{camera}"', f'camera = "{camera}"', f"source = {quoted(source)}"]
-        lines.append(f'background = "first:{round(EMPTY_S * cameras.fps)}"  # {EMPTY_S:g} s of empty scene at the start')
+        lines.append('background = "adaptive"  # learnt all the time; best when the scene is empty at first')
         lines.append(f"fps = {cameras.fps:g}")
         if width > WORKING_WIDTH:
             factor = -(-width // WORKING_WIDTH)

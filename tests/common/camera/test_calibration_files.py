@@ -287,6 +287,13 @@ def test_qualisys_units_are_millimetres_and_sixty_fourths_of_a_pixel(tmp_path):
     np.testing.assert_allclose(camera.matrix, [[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
 
 
+@pytest.mark.parametrize(("third", "expected"), [("0", [1, 0, 0, 0]), ("12.8", [1, 0, 0, 0, 0.2])])
+def test_the_third_radial_coefficient_of_qualisys_is_read(tmp_path, third, expected):
+    path = tmp_path / "room.qca.txt"
+    path.write_text(QUALISYS.replace('radialDistortion1="0"', f'radialDistortion1="64" radialDistortion3="{third}"'))
+    np.testing.assert_allclose(read_calibration(path, "z")["7"].distortions, expected)
+
+
 @pytest.mark.clips
 @pytest.mark.skipif(not CLIPS.exists(), reason="the shared clips are not beside the project")
 def test_the_two_calibrations_of_the_real_clip_agree():

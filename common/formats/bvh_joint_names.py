@@ -28,16 +28,19 @@ STEMS: Mapping[str, tuple[str, ...]] = {
     "Knee": ("knee", "leg", "shin", "calf", "lowerleg", "lowleg", "tibia"),
     "Ankle": ("ankle", "foot"),
     "Shoulder": ("arm", "shldr", "upperarm", "uparm", "humerus", "shoulder"),
-    "Elbow": ("elbow", "forearm", "lowerarm", "lowarm"),
+    "Elbow": ("elbow", "forearm", "lowerarm", "lowarm", "radius"),
     "Wrist": ("wrist", "hand"),
     "Toe": ("toebase", "toe", "toes", "ball", "foot"),
 }
+KNOWN = frozenset(stem for stems in STEMS.values() for stem in stems)
 CROWNS = ("headend", "headtopend", "headtop", "headnub")
 OPTIONAL = ("Toe",)
 PREFIX = re.compile(r"^(.*:|mixamorig\d*_?|cc_base_|bip\d*[ _]|rl_|j_bip_(c_)?|def-)", re.IGNORECASE)
+# Forms of a name with its side: LeftLeg, L_Leg, lLeg; LegLeft, Leg_L; Lleg.  The first whose rest is a stem counts.
 SIDED = (
-    re.compile(r"^((?i:left|right)|[LRlr](?=[A-Z _.\-]))[ _.\-]*(.*)$"),
-    re.compile(r"^(.*?)[ _.\-]?((?i:left|right)|(?<=[ _.\-])[LRlr])$"),
+    re.compile(r"^(?P<side>(?i:left|right)|[LRlr](?=[A-Z _.\-]))[ _.\-]*(?P<rest>.*)$"),
+    re.compile(r"^(?P<rest>.*?)[ _.\-]?(?P<side>(?i:left|right)|(?<=[ _.\-])[LRlr])$"),
+    re.compile(r"^(?P<side>[LRlr])(?P<rest>[a-z].*)$"),
 )
 
 METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254, "CMU's 0.45 inches": 0.0254 / 0.45}
@@ -132,12 +135,16 @@ def _plain(name: str) -> str:
     rest = name
     while (short := PREFIX.sub("", rest)) != rest:
         rest = short
-    side = ""
-    for pattern, order in ((SIDED[0], (1, 2)), (SIDED[1], (2, 1))):  # `leg` is not `eg` of the left side
-        if match := pattern.match(rest):
-            side, rest = match[order[0]][0].upper() + ".", match[order[1]]
-            break
-    return side + re.sub(r"[^a-z]", "", rest.lower())
+    forms = [match for pattern in SIDED if (match := pattern.match(rest))]
+    known = [match for match in forms if _letters(match["rest"]) in KNOWN]  # `leg` is not `eg` of the left side
+    sure = [match for match in forms if match.re is not SIDED[2]]
+    for match in (known or sure)[:1]:
+        return f"{match['side'][0].upper()}.{_letters(match['rest'])}"
+    return _letters(rest)
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[^a-z]", "", name.lower())
 
 
 def _to_metres(points: Mapping[str, Floats], path: Path) -> float:

@@ -126,4 +126,5 @@ def test_joints_without_known_names_are_taken_by_the_structure(tmp_path: Path) -
     named, unnamed = (
         angle_series(read_source(tmp_path / name), tmp_path / name, rigid_trunk=False) for name in ("a.bvh", "b.bvh")
     )
-    np.testing.assert_allclose(named.angles["knee_flexion_l"], unnamed.angles["knee_flexion_l"], atol=1e-3)
+    # Not equal: the structure does not take the end of a foot in line with the shank for a toe.
+    np.testing.assert_allclose(named.angles["knee_flexion_l"], unnamed.angles["knee_flexion_l"], atol=1e-4)

@@ -35,6 +35,10 @@ FAMILIES = {
         "Bip01_Head",
     ),
     "Blender": ("thigh.{L} shin.{L} foot.{L} toe.{L} upper_arm.{L} forearm.{L} hand.{L} shoulder.{L}", "head"),
+    "Acclaim": ("{l}femur {l}tibia {l}foot {l}toes {l}humerus {l}radius {l}wrist {l}hand {l}hipjoint", "head"),
+    "capital letter": ("{L}thigh {L}shin {L}foot {L}toe {L}arm {L}forearm {L}hand", "Head"),
+    "capitals": ("{L}_UPPERLEG {L}_LOWERLEG {L}_FOOT {L}_TOE {L}_UPPERARM {L}_LOWERARM {L}_HAND", "HEAD"),
+    "capitals, side last": ("UPPERLEG_{L} LOWERLEG_{L} FOOT_{L} TOE_{L} UPPERARM_{L} LOWERARM_{L} HAND_{L}", "HEAD"),
     "Unity": (
         "UpperLeg_{L} LowerLeg_{L} Foot_{L} Toes_{L} UpperArm_{L} LowerArm_{L} Hand_{L} Shoulder_{L}", "Head",
     ),

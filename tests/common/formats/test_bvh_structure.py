@@ -16,6 +16,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import centres_of, joint_roles, roles_of
 from zenocap.common.formats.bvh_reader import END, Bvh, read_bvh
 from zenocap.common.formats.bvh_structure import StructureError, roles_by_structure, side_of
+from zenocap.common.formats.bvh_tree import Tree
 from zenocap.common.formats.bvh_writer import write_bvh
 
 Bone = tuple[str, str, tuple[float, float, float]]  # name, parent, offset in metres: X left, Y up, Z forward
@@ -135,6 +136,47 @@ def test_names_decide_the_sides_against_the_feet() -> None:
     found = roles_by_structure(replace(file, names=names))
     assert file.names[found["LKnee"]] == "RKnee"
     assert file.names[found["LWrist"]] == "RWrist"
+
+
+def renamed(file: Bvh, arms: str, legs: str) -> Bvh:
+    """Names that say the side of the arms, of the legs, or of neither.  arms, legs: "", as they are, or exchanged, "x"."""
+
+    def name(k: int, old: str) -> str:
+        kind = legs if re.match(r"[LR](Hip|Knee|Ankle|Toe)", old) else arms if old[0] in "LR" else ""
+        side = {"": "", "as": old[0], "x": "R" if old[0] == "L" else "L"}[kind]
+        return f"{side} j{k}{END if old.endswith(END) else ''}".strip()
+
+    return replace(file, names=tuple(name(k, old) for k, old in enumerate(file.names)))
+
+
+def test_the_names_of_the_arms_alone_decide_the_sides_of_the_legs_too() -> None:
+    file = skeleton()
+    for arms, legs, knee in (("as", "", "LKnee"), ("x", "", "RKnee"), ("", "x", "RKnee")):
+        found = roles_by_structure(renamed(file, arms, legs))
+        assert file.names[found["LKnee"]] == knee
+        assert file.names[found["LElbow"]] == knee[0] + "Elbow"
+    with pytest.raises(StructureError, match="the names of arms and legs call opposite sides left"):
+        roles_by_structure(renamed(file, "as", "x"))
+
+
+def test_the_search_is_not_quadratic_in_the_branches_of_a_joint(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of 200 kB with 3000 joints at one place took 43 s."""
+    count, calls = 3000, 0
+    ends = np.random.default_rng(0).normal(0.0, 1.0, (count, 3))
+    points = np.concatenate([np.zeros((1, 3)), ends / np.linalg.norm(ends, axis=1, keepdims=True)])[None]
+    names = tuple(f"j{k}" for k in range(count + 1))
+    star = Bvh(names, (-1, *[0] * count), points, np.tile(np.eye(3), (1, count + 1, 1, 1)), 30.0)
+    way_down = Tree.way_down
+
+    def counted(tree: Tree, joint: int) -> list[int]:
+        nonlocal calls
+        calls += 1
+        return way_down(tree, joint)
+
+    monkeypatch.setattr(Tree, "way_down", counted)
+    with pytest.raises(StructureError, match="no two pairs"):
+        roles_by_structure(star)
+    assert 0 < calls <= count
 
 
 @pytest.mark.parametrize(

@@ -14,14 +14,13 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.caliscope import caliscope_tables, is_caliscope
 from zenocap.common.camera.lens import Lens
-from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.pinhole import Camera, rodrigues
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
 from zenocap.common.toml_file import read_toml
@@ -77,7 +76,7 @@ def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float 
             f"size = {_row(np.array(lens.size))}\n"
             f"matrix = [{', '.join(_row(row) for row in lens.matrix)}]\n"
             f"distortions = {_row(lens.distortions)}\n"
-            f"rotation = {_row(_rodrigues(rotation))}\n"
+            f"rotation = {_row(rodrigues(rotation))}\n"
             f"translation = {_row(camera.translation)}\n"
             f"fisheye = {str(lens.fisheye).lower()}\n"
         )
@@ -89,10 +88,6 @@ def write_anipose(path: Path, cameras: Iterable[Camera], up_axis: str = "y", err
     """Write the calibration atomically.  Raises OSError, UserError."""
     checked_up_axis(path, up_axis)
     write_atomically(path, anipose_text(cameras, up_axis, error_px).encode())
-
-
-def _rodrigues(rotation: Floats) -> Floats:
-    return np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64).reshape(3)
 
 
 def _row(values: Floats | np.ndarray[tuple[int], np.dtype[np.int64]]) -> str:

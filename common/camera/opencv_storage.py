@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera.pinhole import Camera, rodrigues
 from zenocap.common.camera.validation import Z_UP_TO_Y_UP, Entry, checked_camera, checked_up_axis
 from zenocap.common.errors import UserError
 
@@ -89,7 +89,7 @@ def easymocap_texts(path: Path, cameras: Iterable[Camera], up_axis: str = "y") -
         intrinsics.write(f"dist_{camera.name}", camera.distortions.reshape(1, -1))
         intrinsics.write(f"W_{camera.name}", camera.size[0])
         intrinsics.write(f"H_{camera.name}", camera.size[1])
-        extrinsics.write(f"R_{camera.name}", np.asarray(cv2.Rodrigues(rotation)[0]))
+        extrinsics.write(f"R_{camera.name}", rodrigues(rotation).reshape(3, 1))
         extrinsics.write(f"Rot_{camera.name}", rotation)
         extrinsics.write(f"T_{camera.name}", camera.translation.reshape(3, 1))
     return extrinsics.releaseAndGetString(), intrinsics.releaseAndGetString()

@@ -13,6 +13,8 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.fisheye import FisheyeLens
 
+SMALL_TURN = 1e-3  # rad, below which the series of `rodrigues` is exact to rounding
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -97,3 +99,18 @@ def most_orthogonal_pair(cameras: dict[str, Camera]) -> tuple[str, str]:
     pair = min(candidates, key=lambda names: min(round(front[name], 6) for name in names))
     first, second = sorted(pair, key=lambda name: round(front[name], 6))
     return first, second
+
+
+def rodrigues(rotation: Floats) -> Floats:
+    """(3,) rotation vector in radians of a matrix (3, 3).
+
+    OpenCV's conversion returns 0 for turns below 1e-5 rad; for small ones the antisymmetric part is used, which is the sine
+    of the angle along the axis: v = s + |s|^2 s / 6, exact to |s|^5.
+    """
+    sine = 0.5 * np.array(
+        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    )
+    square = float(sine @ sine)
+    if square < SMALL_TURN**2 and np.trace(rotation) > 0.0:  # not near half a turn
+        return np.asarray(sine * (1.0 + square / 6.0))
+    return np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64).reshape(3)

@@ -1,7 +1,8 @@
 """Calibration files of Qualisys Track Manager (`.qca.txt`, XML).
 
 `transform` holds the camera's axes in the world, row by row in Qualisys' order (x right, y up, z backwards), and its
-position in millimetres; `intrinsic` is in 1/64 of a pixel, the distortions as Pose2Sim has them.
+position in millimetres; `intrinsic` is in 1/64 of a pixel, the distortions as Pose2Sim has them; it ignores
+`radialDistortion3`, which is read in the same unit and not written.
 """
 
 import xml.etree.ElementTree as ElementTree
@@ -100,33 +101,27 @@ def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str)
     fu, fv, cu, cv, k1, k2 = _numbers(entry, element, "intrinsic", keys)
     tangential = ("tangentalDistortion1", "tangentalDistortion2")  # Qualisys' spelling
     p1, p2 = _numbers(entry, element, "intrinsic", tangential)
-    k3 = _third_radial(entry, element)
+    k3 = _numbers(entry, element, "intrinsic", ("radialDistortion3",), missing="0")
     transform = ("r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33", "x", "y", "z")
     numbers = _numbers(entry, element, "transform", transform)
     rotation, centre = TO_OPENCV @ numbers[:9].reshape(3, 3), numbers[9:] / 1000.0
     matrix = np.array([[fu, 0.0, cu - SUBPIXELS * video[0]], [0.0, fv, cv - SUBPIXELS * video[1]], [0.0, 0.0, 1.0]])
     matrix[:2] /= SUBPIXELS
     size = [video[2] - video[0] + 1, video[3] - video[1] + 1]
-    lens = np.array([k1, k2, p1, p2, *k3]) / SUBPIXELS
+    lens = np.array([k1, k2, p1, p2, *(k3 if k3.any() else ())]) / SUBPIXELS
     return checked_camera(entry, name, size, matrix, lens, rotation, -rotation @ centre, up_axis)
 
 
-def _third_radial(entry: Entry, element: ElementTree.Element) -> list[float]:
-    """The third radial coefficient where the file has one that is not 0."""
-    child = element.find("intrinsic")
-    if child is None or child.get("radialDistortion3") is None:
-        return []
-    found = _numbers(entry, element, "intrinsic", ("radialDistortion3",))
-    return [float(found[0])] if found[0] else []
-
-
-def _numbers(entry: Entry, element: ElementTree.Element, tag: str, keys: tuple[str, ...]) -> Floats:
+def _numbers(
+    entry: Entry, element: ElementTree.Element, tag: str, keys: tuple[str, ...], missing: str | None = None
+) -> Floats:
+    """The attributes `keys` of a child.  missing: value of those that are not there; None: an error."""
     child = element.find(tag)
     if child is None:
         raise entry.missing(tag, [found.tag for found in element])
     values = []
     for key in keys:
-        text = child.get(key)
+        text = child.get(key, missing)
         if text is None:
             raise entry.missing(f"{tag}.{key}", child.keys())
         try:

@@ -62,6 +62,16 @@ def test_cameras_round_trip(tmp_path_factory, made, up_axis):
         np.testing.assert_array_equal(again.translation, camera.translation)
 
 
+@pytest.mark.parametrize("turn_rad", [1e-9, 1e-7, 9e-6, 1e-4, 9.9e-4, 1.1e-3, 3.14])
+def test_small_and_large_turns_are_kept(tmp_path, turn_rad):
+    """OpenCV gives the vector 0 for the matrix of a turn below 1e-5 rad."""
+    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+    turned = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    camera = Camera("a", (640, 480), np.diag([600.0, 600.0, 1.0]), np.zeros(5), turned, np.zeros(3))
+    write_calibration(tmp_path / "a.toml", {"a": camera}, "y")
+    np.testing.assert_allclose(read_calibration(tmp_path / "a.toml", "y")["a"].rotation, turned, atol=1e-12)
+
+
 def test_keys_are_written_in_the_order_of_anipose(tmp_path):
     path = tmp_path / "calibration.toml"
     path.write_text(GOOD)

@@ -9,6 +9,7 @@ from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.sources import AdaptiveBackground
 from zenocap.tools.setup.state import (
     CALIBRATION,
     CAMERAS,
@@ -61,6 +62,7 @@ def test_the_rig_file_is_a_rig(tmp_path):
     assert rig.name == "my-studio"
     assert [viewer.id for viewer in rig.viewers] == ["cam01", "cam02"]
     assert rig.viewers[0].fps == 25.0
+    assert {viewer.background for viewer in rig.viewers} == {AdaptiveBackground()}
     assert rig.viewers[0].camera.size == (640, 360)  # reduced
 
 

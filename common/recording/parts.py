@@ -35,7 +35,8 @@ NamePart: TypeAlias = Callable[[int], Path]
 class PartLimits:
     """Largest size (bytes) and duration (ns of messages) of a part; 0 for unlimited.
 
-    A part exceeds its size by at most one write, a second of messages, and the index.
+    A part exceeds its size by its beginning (the files of the rig, with the posture model), at most one write, a second of
+    messages, and the index.
     """
 
     bytes: int = 0
@@ -77,6 +78,7 @@ class Parts:
         self._kept: dict[str, Envelope] = {}
         # Statistics of the closed parts; the open part; statistics of its repeated messages.  One value, because other
         # threads read it.
+        self._begin_bytes = 0  # of a part, before its messages
         self._standing: tuple[Statistics, Recording | None, Statistics] = (NOTHING, None, NOTHING)
         self._failure: str | None = None
         self.path = path
@@ -149,7 +151,7 @@ class Parts:
     def _full(self, now_ns: int) -> bool:
         if self._recording is None or self._start_ns is None or self._recording.failure:
             return False
-        if self._limits.bytes and self._recording.size_bytes >= self._limits.bytes:
+        if self._limits.bytes and self._recording.size_bytes - self._begin_bytes >= self._limits.bytes:
             return True
         return bool(self._limits.ns) and not -SET_BACK_NS <= now_ns - self._start_ns < self._limits.ns
 
@@ -213,10 +215,13 @@ class Parts:
         for _ in range(ATTEMPTS):
             self.path = free_name(path) if self._number > 1 else path
             try:
-                return self._open_part(self.path, start_ns, part if self._limits or self._number > 1 else None)
+                recording = self._open_part(self.path, start_ns, part if self._limits or self._number > 1 else None)
             except TakeExists:
                 if self._number == 1:
                     raise
+                continue
+            self._begin_bytes = recording.size_bytes
+            return recording
         raise RecordingError(f"{self.path}: its name was taken {ATTEMPTS} times while it was opened")
 
     def _fail(self, error: Exception) -> None:

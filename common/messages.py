@@ -231,9 +231,11 @@ class ScenePoints(Message, frozen=True, tag="scene_points"):
 class Posture(Message, frozen=True, tag="posture"):
     """Posture between two moments on the integrator's clock.  [Two-view 5.2]
 
-    label: None when no model explains it.  log_likelihoods: log P(O | model) of the whole segment by label, natural.
-    score: how much better than the background the best label explains a frame of the model's rate, natural logarithm.
-    margin: how much better than the second best, in the same unit; 0 where there is one model.
+    label: None when it is none of the postures.  log_likelihoods: by label, natural logarithm of P(O | model) of the whole
+    segment, or of the share of votes of a forest.
+    score: how much better than the background the best label explains a frame of the model's rate, natural logarithm; of a
+    forest, -ln(1 - s) of its share of votes s.  margin: how much better than the second best, in the same unit; of a
+    forest, -ln(1 - s + t) with the share t of the second best; 0 where there is one model.
     frame, captured_ns: of the pose by which the answer was known, so that captured_ns - end_ns is what it took.
     """
 

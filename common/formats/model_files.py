@@ -1,7 +1,7 @@
 """Files of learnt models: data only, with a checksum; equal models give equal bytes.
 
 A header (magic, version, CRC-32 and length of the rest), then one MessagePack map; an array is its shape and its
-little-endian float64 values.
+little-endian float64 values, or float32 where they have no more digits.
 """
 
 import struct
@@ -71,18 +71,24 @@ class ModelFormat:
         return path.read_bytes()
 
 
-def packed_array(array: Floats) -> dict[str, object]:
-    """The array as in a file."""
-    return {"shape": list(array.shape), "data": np.ascontiguousarray(array, dtype="<f8").tobytes()}
+def _type(single: bool) -> str:
+    return "<f4" if single else "<f8"
 
 
-def unpacked_array(path: Path, name: str, packed: Array, shape: tuple[int, ...]) -> Floats:
-    """Array of this shape with finite numbers.  path, name: for errors.  Raises UserError."""
+def packed_array(array: Floats, *, single: bool = False) -> dict[str, object]:
+    """The array as in a file.  single: in single precision."""
+    return {"shape": list(array.shape), "data": np.ascontiguousarray(array, dtype=_type(single)).tobytes()}
+
+
+def unpacked_array(path: Path, name: str, packed: Array, shape: tuple[int, ...], *, single: bool = False) -> Floats:
+    """Array of this shape with finite numbers.  path, name: for errors.  single: see `packed_array`.  Raises UserError."""
+    kind = np.dtype(_type(single))
     if tuple(packed.shape) != shape:
         fail(path, f"{name}.shape", packed.shape, list(shape))
-    if len(packed.data) != 8 * prod(shape):
-        fail(path, f"{name}.data", f"{len(packed.data)} bytes", f"{8 * prod(shape)} bytes")
-    array = np.frombuffer(packed.data, dtype="<f8").reshape(shape).astype(np.float64)
+    size = kind.itemsize * prod(shape)
+    if len(packed.data) != size:
+        fail(path, f"{name}.data", f"{len(packed.data)} bytes", f"{size} bytes")
+    array = np.frombuffer(packed.data, dtype=kind).reshape(shape).astype(np.float64)
     if not np.all(np.isfinite(array)):
         fail(path, name, array[~np.isfinite(array)][0], "finite numbers")
     return array

@@ -3,8 +3,10 @@
 import numpy as np
 
 from zenocap.common.body.anatomy import Anatomy
-from zenocap.services.recognizer.features import DEFAULT, NAMES, features_of
+from zenocap.services.recognizer.features import DEFAULT, NAMES
+from zenocap.services.recognizer.forest import Forest
 from zenocap.services.recognizer.model import LabelFigures, PostureModel, Training, classify
+from zenocap.services.recognizer.motion_rows import rows_of
 from zenocap.services.recognizer.stream import StreamSetup, initial_stream, push
 
 POSES = 3
@@ -13,10 +15,10 @@ POSES = 3
 def load_compiled(setup: StreamSetup, anatomy: Anatomy) -> None:
     """Run every kernel of the recognizer with the arrays of a model."""
     stream = initial_stream(setup)
-    features = features_of(anatomy, anatomy.neutral, setup.kind)
+    row = rows_of(anatomy, np.zeros((1, 3)), anatomy.neutral[None], setup.kind)[0]
     for k in range(POSES):
-        stream, _, _ = push(setup, stream, round(k * setup.period_ns), features)
-    classify(setup.model, np.stack([features, features]))
+        stream, _, _ = push(setup, stream, round(k * setup.period_ns), row)
+    classify(setup.model, np.stack([row, row]))
 
 
 def minimal_model() -> PostureModel:
@@ -28,4 +30,5 @@ def minimal_model() -> PostureModel:
         transition=np.array([[[0.9, 0.1], [0.0, 1.0]]]), emission=np.full((1, 2, 2), 0.5),
         durations=np.ones((1, 3)), edges=np.zeros((1, 2, d)), reach=np.ones(1), thresholds=np.zeros(1),
         farthest=1.0, calm=1.0, slow=1.0, training=Training((), (), 0, {}, (LabelFigures(0, 0),)),
+        forest=Forest(np.array([[[-1.0, 0.0, 0.0]]]), np.zeros(1)),
     )  # fmt: skip

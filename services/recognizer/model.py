@@ -1,6 +1,8 @@
 """Posture models as arrays, and the classification of a window: symbols, log-likelihoods, acceptance.
 
-n postures, s states, k symbols, d features.  [Two-view 5.2]
+n postures, s states, k symbols, d features: the first columns of rows (T, d or more).  [Two-view 5.2]
+
+The hidden Markov models find windows in a stream.  A model with a forest leaves the decision on a window to the forest.
 """
 
 from dataclasses import dataclass
@@ -9,9 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
+from zenocap.services.recognizer.forest import Forest, votes_of
 from zenocap.services.recognizer.likelihood import filler_log_likelihood, forward_log_likelihoods
+from zenocap.services.recognizer.segment_description import describe
 
 MOST_LABELS = 256  # of a `Posture` message
+LEAST_VOTES = 0.5  # added to votes before logarithms
 NO_THRESHOLD, NO_DISTANCE_LIMIT = -1e3, 1e6  # values of models without thresholds, which accept every window
 
 
@@ -63,6 +68,7 @@ class PostureModel:
     thresholds: (n,) least score of a posture, see `scores_of`.
     farthest: largest mean distance of a window's frames to their codewords with which it is accepted.
     calm, slow: 95 % quantiles over first and last frames of the distance to `edges`, and of the speed per second.
+    forest: decides on windows; None: the paper's recognizer, which takes the likeliest model.
     """
 
     features: str
@@ -83,6 +89,7 @@ class PostureModel:
     calm: float
     slow: float
     training: Training
+    forest: Forest | None = None
 
     @property
     def states(self) -> int:
@@ -111,14 +118,18 @@ class PostureModel:
 class Classification:
     """Result of one window.
 
-    log_likelihoods: (n,) log P(O | λ).  filler: see `filler_likelihood`.  scores: (n,) (log_likelihoods - filler) / frames.
-    best: index of the likeliest posture.  distance: mean distance of the frames to their codewords.
+    By hidden Markov models: log_likelihoods: (n,) log P(O | λ).  scores: (n,) (log_likelihoods - filler) / frames, see
+    `filler_likelihood`.  best: index of the likeliest posture.  distance: mean distance of the frames to their codewords.
     accepted: the score of `best` reaches its threshold, and the distance is at most the model's `farthest`.
-    margin: the largest log-likelihood minus the second largest, 0 with a single posture.
+    margin: the largest log-likelihood minus the second largest per frame, 0 with a single posture.
+
+    By a forest: log_likelihoods: logarithms of the shares of votes.  scores: -ln(1 - s) of a share of votes s.
+    best: index of most votes.  accepted: its share reaches its threshold, and no fewer trees vote for it than for none.
+    margin: -ln(1 - s + t) with the share t of the second best, 0 with a single posture.  distance: 0.  In all logarithms
+    LEAST_VOTES are added to the votes.
     """
 
     log_likelihoods: Floats
-    filler: float
     scores: Floats
     best: int
     distance: float
@@ -133,8 +144,8 @@ def symbols_of(model: PostureModel, features: Floats) -> Ints:
 
 
 def whiten(model: PostureModel, features: Floats) -> Floats:
-    """(..., d) whitened feature vectors (..., d)."""
-    whitened: Floats = (features - model.mean) @ model.whitening
+    """(..., d) whitened feature vectors of rows (..., d or more)."""
+    whitened: Floats = (features[..., : len(model.mean)] - model.mean) @ model.whitening
     return whitened
 
 
@@ -166,13 +177,34 @@ def scores_of(model: PostureModel, symbols: Ints) -> Floats:
 
 
 def classify(model: PostureModel, features: Floats) -> Classification:
-    """Classify a window of feature vectors (T, d), T of 1 or more, at the model's rate, all finite."""
+    """Classify a window of rows (T, d or, by a forest, `motion_rows.WIDTH`), T of 1 or more, at the model's rate.
+
+    All values are finite.
+    """
+    return by_models(model, features) if model.forest is None else by_forest(model.forest, describe(features, model.rate))
+
+
+def by_forest(forest: Forest, values: Floats) -> Classification:
+    """Classify the description of a window."""
+    every = votes_of(forest, values)
+    votes, trees = every[:-1], int(every.sum())
+    best = int(np.argmax(votes))
+    second = int(np.delete(votes, best).max(initial=0))
+    otherwise = (trees - votes + LEAST_VOTES) / (trees + LEAST_VOTES)
+    margin = -np.log((trees - votes[best] + second + LEAST_VOTES) / (trees + LEAST_VOTES)) if len(votes) > 1 else 0.0
+    accepted = bool(votes[best] >= forest.thresholds[best] * trees and votes[best] >= every[-1])
+    shares = np.log((votes + LEAST_VOTES) / (trees + LEAST_VOTES * len(votes)))
+    return Classification(shares, -np.log(otherwise), best, 0.0, accepted, float(margin))
+
+
+def by_models(model: PostureModel, features: Floats) -> Classification:
+    """Classify by the hidden Markov models alone.  [Two-view 5.2]"""
     symbols = symbols_of(model, features)
     distance = float(distances_of(model, features, symbols).mean())
     likelihoods, filler = log_likelihoods(model, symbols), filler_likelihood(model, symbols)
     scores = (likelihoods - filler) / len(symbols)
     best = int(np.argmax(likelihoods))
     others = np.delete(likelihoods, best)
-    margin = float(likelihoods[best] - others.max()) if len(others) else 0.0
+    margin = float(likelihoods[best] - others.max()) / len(symbols) if len(others) else 0.0
     accepted = bool(scores[best] >= model.thresholds[best] and distance <= model.farthest)
-    return Classification(likelihoods, filler, scores, best, distance, accepted, margin)
+    return Classification(likelihoods, scores, best, distance, accepted, margin)

@@ -18,10 +18,13 @@ from zenocap.common.formats.model_files import Array, ModelFormat, fail, packed_
 from zenocap.common.rig import recognizer as recognizer_table
 from zenocap.data import POSTURES
 from zenocap.services.recognizer.features import KINDS, NAMES
+from zenocap.services.recognizer.forest import FEATURE, LEAF, OTHER, Forest
 from zenocap.services.recognizer.model import MOST_LABELS, LabelFigures, PostureModel, Training
+from zenocap.services.recognizer.segment_description import VALUES
 
 FORMAT = ModelFormat(b"zenocap postures\n", 1, "posture model", "zenocap posture train")
 ROUNDING = 1e-6
+NO_LIMIT = 1e9
 SHIPPED = POSTURES
 SUFFIX = recognizer_table.SUFFIX
 ARRAYS = (
@@ -54,6 +57,12 @@ class _Training(Struct, forbid_unknown_fields=True):
     figures: Annotated[list[_Figures], Meta(max_length=10_000)]
 
 
+class _Forest(Struct, forbid_unknown_fields=True):
+    values: Annotated[int, Meta(ge=1, le=10_000)]  # of the description of a segment
+    nodes: Array
+    thresholds: Array
+
+
 class _Contents(Struct, forbid_unknown_fields=True):
     features: Text
     names: Annotated[list[Text], Meta(max_length=100)]
@@ -74,6 +83,7 @@ class _Contents(Struct, forbid_unknown_fields=True):
     reach: Array
     thresholds: Array
     training: _Training
+    forest: _Forest | None = None  # not in files of `paper`, nor of versions before 0.3
 
 
 def find_model(text: str, base: Path | None = None) -> Path:
@@ -106,6 +116,12 @@ def packed(path: Path, model: PostureModel) -> bytes:
         "slow": model.slow,
         "training": asdict(model.training),
     }
+    if model.forest is not None:
+        arrays = {
+            "nodes": packed_array(model.forest.nodes, single=True),
+            "thresholds": packed_array(model.forest.thresholds),
+        }
+        content["forest"] = {"values": VALUES, **arrays}
     try:
         body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
     except msgspec.ValidationError as error:
@@ -165,7 +181,30 @@ def _unpacked(path: Path, contents: _Contents) -> PostureModel:
         calm=contents.calm,
         slow=contents.slow,
         training=training,
+        forest=None if contents.forest is None else _unpacked_forest(path, contents.forest, n),
     )
+
+
+def _unpacked_forest(path: Path, contents: _Forest, labels: int) -> Forest:
+    """Every path through a tree ends: nodes follow in rising order, and the last one of a tree is a leaf."""
+    if contents.values != VALUES:
+        fail(path, "forest.values", contents.values, f"{VALUES}; train it again with this version of zenocap")
+    trees, size = (*contents.nodes.shape, 0, 0)[:2]
+    if not (trees >= 1 and size >= 1):
+        fail(path, "forest.nodes.shape", contents.nodes.shape, "1 or more trees of 1 or more nodes")
+    nodes = unpacked_array(path, "forest.nodes", contents.nodes, (trees, size, 3), single=True)
+    feature, other = nodes[:, :, FEATURE], nodes[:, :, OTHER]
+    leaf, whole = feature == LEAF, (feature == np.floor(feature)) & (other == np.floor(other))
+    inner = (feature >= 0) & (feature < VALUES) & (other > np.arange(size)) & (other < size)
+    right = whole & np.where(leaf, (other >= 0) & (other <= labels), inner)
+    right[:, -1] &= leaf[:, -1]
+    if not right.all():
+        tree, node = (int(index) for index in np.argwhere(~right)[0])
+        fail(path, f"forest.nodes[{tree}][{node}]", nodes[tree, node].tolist(), "a leaf with a posture, or a later node")
+    thresholds = unpacked_array(path, "forest.thresholds", contents.thresholds, (labels,))
+    if np.abs(thresholds).max() > NO_LIMIT:
+        fail(path, "forest.thresholds", float(np.abs(thresholds).max()), f"values up to {NO_LIMIT:g}")
+    return Forest(nodes, thresholds)
 
 
 def _check_names(path: Path, contents: _Contents) -> None:

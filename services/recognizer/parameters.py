@@ -7,6 +7,17 @@ SHOULDER_MIDDLE = (0.5, -0.6, 0.6)  # middle of an arm's range in the torso fram
 HIP_MIDDLE = (0.1, -0.85, 0.5)  # the same of a leg; chosen by hand
 WAIST_SHARE = 0.35  # height of the spine's bend between hips and shoulders; as in `common.body.inverse_kinematics`
 
+# Standard body of `motion_rows`, in body heights: Drillis and Contini (1966) as in Winter, Biomechanics, 4th ed., fig. 4.1
+TRUNK, HEAD = 0.288, 0.182
+SHOULDER_HALF, HIP_HALF = 0.129, 0.05
+UPPER_ARM, FOREARM = 0.186, 0.146
+THIGH, SHANK = 0.245, 0.246
+
+# Description of segments
+SPEED_HALF_S = 0.133  # half the time over which velocities are taken; chosen by hand
+QUANTILES = (0.05, 0.25, 0.75, 0.95)  # chosen by hand
+THIRDS = 3  # parts of a segment whose means describe its course; chosen by hand
+
 # Likelihoods
 FILLER_STAY = 0.9  # probability per frame of staying in the filler's extra state; chosen by hand
 

@@ -12,7 +12,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import angles_of
 from zenocap.common.messages import Message, Phase, Posture, TrackerPose, UniversalBap
-from zenocap.services.recognizer.features import NAMES, features_of
+from zenocap.services.recognizer.motion_rows import WIDTH, rows_of
 from zenocap.services.recognizer.stream import GAP, LATE, Recognition, Stream, StreamSetup, initial_stream, push
 
 Source = Literal["integrator", "tracker"]
@@ -102,13 +102,14 @@ def _pose(setup: Setup, state: State, pose: UniversalBap | TrackerPose, lost: bo
 
 
 def _features(setup: Setup, pose: UniversalBap | TrackerPose, lost: bool) -> Floats:
-    """Feature vector (d,), NaN while the person is lost.  Raises ValueError for a pose of another anatomy."""
+    """Row (WIDTH,), NaN while the person is lost.  Raises ValueError for a pose of another anatomy."""
     if lost:
-        return np.full(len(NAMES), np.nan)
+        return np.full(WIDTH, np.nan)
     if len(pose.angles) != len(setup.anatomy.angles):
         raise ValueError(f"{len(pose.angles)} joint angles: allowed: {len(setup.anatomy.angles)}")
     angles = angles_of(setup.anatomy, pose.angles, setup.anatomy.neutral)
-    return features_of(setup.anatomy, angles, setup.stream.kind)
+    row: Floats = rows_of(setup.anatomy, np.array([pose.position]), angles[None], setup.stream.kind)[0]
+    return row
 
 
 def _message(setup: Setup, found: Recognition, pose: UniversalBap | TrackerPose) -> Posture:
@@ -122,7 +123,7 @@ def _message(setup: Setup, found: Recognition, pose: UniversalBap | TrackerPose)
         end_ns=found.end_ns,
         log_likelihoods={label: float(value) for label, value in zip(labels, scores.log_likelihoods, strict=True)},
         score=float(scores.scores[scores.best]),
-        margin=scores.margin / found.rows,
+        margin=scores.margin,
     )
 
 

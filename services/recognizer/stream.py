@@ -94,7 +94,7 @@ def stream_setup(model: PostureModel, strictness: float = STRICTNESS) -> StreamS
 
 def initial_stream(setup: StreamSetup) -> Stream:
     """State before the first vector."""
-    return Stream(initial_hypotheses(setup.segmentation), MovementState(), np.zeros((0, len(setup.model.mean))))
+    return Stream(initial_hypotheses(setup.segmentation), MovementState(), np.zeros((0, 0)))
 
 
 def push(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats) -> tuple[Stream, Recognition | None, str]:
@@ -130,7 +130,8 @@ def _resample(setup: StreamSetup, stream: Stream, captured_ns: int, features: Fl
 def _add_row(setup: StreamSetup, stream: Stream, features: Floats) -> Stream:
     """Add one row (d,) and the results that follow from it."""
     model = setup.model
-    rows = np.concatenate([stream.rows[-(setup.kept - 1) :], features[None]])
+    kept = stream.rows[-(setup.kept - 1) :]
+    rows = np.concatenate([kept, features[None]]) if len(kept) else features[None]
     whitened = whiten(model, features)
     symbol = int(symbols_of(model, features[None])[0])
     hypotheses = advance(setup.segmentation, stream.hypotheses, symbol, whitened)

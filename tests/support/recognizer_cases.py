@@ -9,6 +9,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.services.recognizer.features import NAMES, features_of
 from zenocap.services.recognizer.model import PostureModel
+from zenocap.services.recognizer.motion_rows import rows_of
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 from zenocap.services.recognizer.training.train import train
 from zenocap.simulation.body.person import person
@@ -54,7 +55,7 @@ def small_model() -> PostureModel:
                 scaled = {name: value * float(rng.uniform(0.9, 1.1)) for name, value in moves.items()}
                 features = movement_features(scaled, float(rng.uniform(1.8, 2.2)), rng)
                 examples.append(Example(label, str(subject), str(repetition), RATE, features))
-    return train(examples, TrainingSettings(symbols=32))
+    return train(examples, TrainingSettings(symbols=32, classifier="paper"))
 
 
 def stream_with(
@@ -82,11 +83,17 @@ def angles_of_posture(name: str, subject: int, repetition: int) -> Floats:
     return np.array([truth(actor, motion.pose_at(float(time_s))).ten_part_pose().angles for time_s in times])
 
 
+def rows_of_posture(name: str, subject: int, repetition: int) -> Floats:
+    """(T, WIDTH) rows of `angles_of_posture` by a person who stays at the origin."""
+    angles = angles_of_posture(name, subject, repetition)
+    return rows_of(TEN_PARTS, np.zeros((len(angles), 3)), angles)
+
+
 @lru_cache
 def actor_model() -> PostureModel:
     """A model of three postures from true angles of the simulated person."""
     examples = [
-        Example(name, str(subject), str(k), RATE, features_of(TEN_PARTS, angles_of_posture(name, subject, k)[8:-12]))
+        Example(name, str(subject), str(k), RATE, rows_of_posture(name, subject, k)[8:-12])
         for name in SIMULATED_POSTURES
         for subject in range(404, 410)
         for k in (0, 1)

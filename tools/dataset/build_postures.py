@@ -3,12 +3,13 @@
 python -m zenocap.tools.dataset.build_postures [--to FOLDER] [--takes FOLDER] [--jobs N]
 
 Trained on true angles and on angles tracked by two viewers together: with the first alone, two-view's errors are rejected
-as unknown movements, and with the second alone, the tracker's better angles are.
+as unknown movements, and with the second alone, the tracker's better angles are.  Everyday movement of other people is the
+background, by both, too.
 """
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,11 +20,13 @@ from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 from zenocap.services.recognizer.training.manifest import read_manifest
 from zenocap.services.recognizer.training.train import train
+from zenocap.tools.dataset.background import background_rows
 from zenocap.tools.dataset.batch import MANIFEST, PostureTake, Report, generate_takes, people, posture_takes
 from zenocap.tools.dataset.generate import Method
 
 NAME = "fifteen"
 PEOPLE_SEED = 9  # persons 108 to 119
+BACKGROUND_SEED, BACKGROUND_PEOPLE = 11, 6  # persons 132 to 137
 METHODS: tuple[Method, ...] = ("truth", "two-view")
 
 
@@ -31,17 +34,27 @@ def quiet(done: int, of: int, text: str) -> None: ...
 
 
 def shipped_model(
-    folder: Path, takes: Sequence[PostureTake], jobs: int, settings: TrainingSettings | None = None, report: Report = quiet
+    folder: Path,
+    takes: Sequence[PostureTake],
+    background: Iterable[int],
+    jobs: int,
+    settings: TrainingSettings | None = None,
+    report: Report = quiet,
 ) -> PostureModel:
-    """Train a model.  folder: of the takes; existing ones are reused.  Raises as `generate_takes` and `train` do."""
+    """Train a model.
+
+    folder: of the takes; existing ones are reused.  background: seeds of the people of everyday movement.  Raises as
+    `generate_takes` and `train` do.
+    """
     examples: list[Example] = []
     for method in METHODS:
         generate_takes(folder / method, method, takes, jobs, report)
         manifest = folder / method / MANIFEST
-        rows = read_manifest(manifest)
-        for row, example in zip(rows, examples_of(manifest, rows, DEFAULT), strict=True):
+        report(0, 1, f"{method}, everyday movement")
+        rows = [*read_manifest(manifest), *background_rows(folder / method, method, background)]
+        for row in rows:
             # Only the file name: with the folder, the model would differ between machines.
-            examples.append(replace(example, source=row.source.name))
+            examples += [replace(one, source=row.source.name) for one in examples_of(manifest, [row], DEFAULT, missing=[])]
     return train(examples, settings or TrainingSettings(), report)
 
 
@@ -57,7 +70,8 @@ def main() -> None:
     )
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="number of processes (default 2)")
     wanted = parser.parse_args()
-    model = shipped_model(wanted.takes, posture_takes(people(PEOPLE_SEED)), wanted.jobs, report=print_progress)
+    background = people(BACKGROUND_SEED, BACKGROUND_PEOPLE)
+    model = shipped_model(wanted.takes, posture_takes(people(PEOPLE_SEED)), background, wanted.jobs, report=print_progress)
     wanted.to.mkdir(parents=True, exist_ok=True)
     path = wanted.to / f"{NAME}{SUFFIX}"
     write_model(path, model)

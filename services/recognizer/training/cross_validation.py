@@ -1,20 +1,23 @@
 """Cross-validation of recognition on held-out examples, by two protocols.  [Two-view 5.2]
 
 `paper`: every person is in the training and the test set, with different repetitions of each posture.  `subjects`: tested
-people are not in the training set.  As in the paper, the result is the likeliest model, whatever its score.
+people are not in the training set.  As in the paper, the result is the likeliest posture, whatever its score.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
 
-from zenocap.common.arrays import Ints
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.errors import UserError
-from zenocap.services.recognizer.model import PostureModel, classify
-from zenocap.services.recognizer.training.examples import Example, Prepared, TrainingSettings, prepare
-from zenocap.services.recognizer.training.train import Report, no_report, train_without_thresholds
+from zenocap.services.recognizer.model import Classification, by_forest, classify
+from zenocap.services.recognizer.segment_description import VALUES, describe
+from zenocap.services.recognizer.training.examples import Example, Prepared, TrainingSettings, postures_of, prepare
+from zenocap.services.recognizer.training.forest import descriptions_of, train_forest
+from zenocap.services.recognizer.training.train import Report, no_report, train_models
 
 # Paper (open): 5.2 does not say whether tested people are in training; here one protocol for each reading.
 Protocol = Literal["paper", "subjects"]
@@ -26,7 +29,8 @@ HALVES = 2
 class HeldOutResult:
     """Result of one held-out example.
 
-    example: index.  true, given: indices of labels.  margin: log-likelihood of `true` minus the largest other.
+    example: index.  true, given: indices of labels.  margin: log-likelihood, or logarithm of votes, of `true` minus the
+    largest other.
     """
 
     example: int
@@ -88,9 +92,9 @@ def cross_validate(
     """Classify every example with a model trained on the others that the protocol allows.
 
     A posture of one person only (with the paper's protocol: of one example) cannot be tested, but is a possible result for
-    the others.  Raises UserError where no posture can be tested.
+    the others.  Background is left out.  Raises UserError where no posture can be tested.
     """
-    ready = prepare(examples, settings)
+    ready = prepare(postures_of(examples), settings)
     groups = by_person(ready) if protocol == "subjects" else by_repetition(ready)
     answers: list[HeldOutResult] = []
     for done, held in enumerate(groups):
@@ -100,8 +104,8 @@ def cross_validate(
         learnt = tuple(label for label in ready.labels if any(example.label == label for example in kept.examples))
         tested = [k for k in held if ready.examples[k].label in learnt]
         if tested:
-            model = train_without_thresholds(replace(kept, labels=learnt), settings)
-            answers += [_answer(ready, k, model) for k in tested]
+            decide = classifier_of(replace(kept, labels=learnt), settings)
+            answers += [_answer(ready, k, learnt, decide(ready.sequences[k])) for k in tested]
     report(len(groups), len(groups), f"{protocol}: done")
     people = len({example.person for example in ready.examples})
     if not answers:
@@ -131,10 +135,21 @@ def by_repetition(ready: Prepared) -> list[list[int]]:
     return halves
 
 
-def _answer(ready: Prepared, k: int, model: PostureModel) -> HeldOutResult:
-    found = classify(model, ready.sequences[k])
-    own = model.labels.index(ready.examples[k].label)
+def classifier_of(kept: Prepared, settings: TrainingSettings) -> Callable[[Floats], Classification]:
+    """Classification of rows (T, d) by what is learnt from the examples `kept`, without thresholds."""
+    if settings.classifier == "paper":
+        return partial(classify, train_models(kept, settings))
+    labels = np.array([kept.labels.index(example.label) for example in kept.examples])
+    values = descriptions_of(kept, settings.rate, settings.seed)
+    forest = train_forest(
+        values.reshape(-1, VALUES), np.repeat(labels, values.shape[1]), len(kept.labels), settings.trees, settings.seed
+    )
+    return lambda rows: by_forest(forest, describe(rows, settings.rate))
+
+
+def _answer(ready: Prepared, k: int, learnt: Sequence[str], found: Classification) -> HeldOutResult:
+    own = learnt.index(ready.examples[k].label)
     others = np.delete(found.log_likelihoods, own)
     margin = float(found.log_likelihoods[own] - others.max()) if len(others) else 0.0
-    true, given = (ready.labels.index(model.labels[index]) for index in (own, found.best))
+    true, given = (ready.labels.index(learnt[index]) for index in (own, found.best))
     return HeldOutResult(k, true, given, margin)

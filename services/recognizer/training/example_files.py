@@ -1,4 +1,4 @@
-"""Reading of examples: feature vectors of takes and motion-capture files, by the rows of a manifest."""
+"""Reading of examples: rows of takes and motion-capture files, by the rows of a manifest."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,9 +13,11 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.motion_files import read_poses_for
 from zenocap.common.formats.pose_track import every_frame
 from zenocap.common.formats.take_poses import read_poses
-from zenocap.services.recognizer.features import Kind, features_of
-from zenocap.services.recognizer.training.examples import LEAST_ROWS, Example, fill_gaps
+from zenocap.services.recognizer.features import Kind
+from zenocap.services.recognizer.motion_rows import rows_of
+from zenocap.services.recognizer.training.examples import BACKGROUND, LEAST_ROWS, Example, fill_gaps, gaps
 from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.parameters import LEAST_BACKGROUND_S
 
 EXACT_S = 1e-6
 CACHED_SOURCES = 4  # rows of the same source are mostly adjacent in a manifest
@@ -23,9 +25,9 @@ CACHED_SOURCES = 4  # rows of the same source are mostly adjacent in a manifest
 
 @dataclass(frozen=True)
 class Features:
-    """Feature vectors of a source.
+    """Rows of a source.
 
-    features: (T, 10) radians, NaN in frames without a pose.  times_s: (T,) seconds from the start of the source.
+    features: (T, `motion_rows.WIDTH`), NaN in frames without a pose.  times_s: (T,) seconds from the start of the source.
     rate: frames per second.
     """
 
@@ -61,12 +63,19 @@ def examples_of(
             failed[row.source] = str(error)
             wrong.append(f"{manifest}: line {row.line}: {error}")
             continue
+        name = f"{manifest}: {row}"
+        if row.posture == BACKGROUND:
+            found = _background(motion, row, name)
+            examples += found
+            if not found:
+                least = f"allowed: {LEAST_BACKGROUND_S:g} s or more without a gap"
+                wrong.append(f"{manifest}: {row}: background without a stretch of angles: {least}")
+            continue
         try:
             features = span(motion, row.start, row.end)
         except ValueError as error:
             wrong.append(f"{manifest}: {row}: {error}")
             continue
-        name = f"{manifest}: {row}"
         examples.append(Example(row.posture, row.person, row.repetition, motion.rate, features, name))
     report(len(rows), len(rows), "done")
     if missing is not None:
@@ -76,23 +85,37 @@ def examples_of(
     return examples
 
 
+def _background(motion: Features, row: Row, name: str) -> list[Example]:
+    """Stretches of a row without gaps, of LEAST_BACKGROUND_S or more."""
+    known = np.isfinite(motion.features).all(axis=1)
+    known &= motion.times_s >= (motion.times_s[0] if row.start is None else row.start) - EXACT_S
+    known &= motion.times_s <= (motion.times_s[-1] if row.end is None else row.end) + EXACT_S
+    least = max(LEAST_ROWS, round(LEAST_BACKGROUND_S * motion.rate))
+    return [
+        Example(row.posture, row.person, row.repetition, motion.rate, motion.features[start:end], name)
+        for start, end in gaps(~known)
+        if end - start >= least
+    ]
+
+
 def read_features(path: Path, kind: Kind) -> Features:
-    """Feature vectors of a whole source: a take in its own anatomy, a .bvh or .trc in ten parts.  Raises UserError."""
+    """Rows of a whole source: a take in its own anatomy, a .bvh or .trc in ten parts.  Raises UserError."""
     if path.suffix.lower() == ".mcap":
         track = every_frame(read_poses(path).track(), 0)
         if not track.rate > 0:
             raise UserError(f"{path}: {len(track.frames)} frames with a pose: allowed: two or more")
-        return Features(track.rate, track.times_s, features_of(track.anatomy, track.angles, kind))
+        return Features(track.rate, track.times_s, rows_of(track.anatomy, track.positions, track.angles, kind))
     motion = read_poses_for(path, TEN_PARTS)
     angles = np.full((len(motion.poses), len(TEN_PARTS.angles)), np.nan)
+    positions = np.full((len(motion.poses), 3), np.nan)
     for row, pose in enumerate(motion.poses):
         if pose is not None and motion.known[row]:
-            angles[row] = pose.angles
-    return Features(motion.rate, motion.times_s, features_of(TEN_PARTS, angles, kind))
+            angles[row], positions[row] = pose.angles, pose.position
+    return Features(motion.rate, motion.times_s, rows_of(TEN_PARTS, positions, angles, kind))
 
 
 def span(motion: Features, start: float | None, end: float | None) -> Floats:
-    """(T, 10) frames from `start` to `end` (s), short gaps filled; None: from the first pose, to the last one.
+    """(T, d) frames from `start` to `end` (s), short gaps filled; None: from the first pose, to the last one.
 
     Raises ValueError for fewer than two frames and for long gaps, see `examples.fill_gaps`.
     """

@@ -10,21 +10,26 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.features import DEFAULT, KINDS, Kind
 from zenocap.services.recognizer.model import MOST_LABELS
+from zenocap.services.recognizer.motion_rows import WIDTH
 from zenocap.services.recognizer.training.parameters import MAX_EXAMPLE_GAP_S
 
 Scale = Literal["full", "diagonal", "none"]
 SCALES: tuple[Scale, ...] = get_args(Scale)
 Topology = Literal["left-right", "ergodic"]
 TOPOLOGIES: tuple[Topology, ...] = get_args(Topology)
+Classifier = Literal["forest", "paper"]
+CLASSIFIERS: tuple[Classifier, ...] = get_args(Classifier)
 LONGEST_LABEL = 64
+BACKGROUND = "-"  # label of movement without postures
 LEAST_ROWS = 2
 
 
 @dataclass(frozen=True)
 class Example:
-    """One posture of one person.  features: (T, d) radians at `rate` per second, NaN in frames without a pose.
+    """One posture of one person.
 
-    source: file and line, for errors.
+    features: (T, d) rows at `rate` per second, see `motion_rows`, NaN in frames without a pose; ten angles are enough
+    for `paper`.  source: file and line, for errors.
     """
 
     label: str
@@ -42,7 +47,10 @@ class Example:
 class TrainingSettings:
     """Settings of training.  Raises UserError for values out of range.
 
-    features: kind of feature vectors.  rate: frames per second of the models.  symbols: of the codebook.  states: of each
+    classifier: `forest` decides on windows by a forest of trees over whole segments; `paper` by the hidden Markov models,
+    which find the windows in both.  trees: of the forest; 50, 100 and 200 differ by 2 of 360 examples of people 108 to 119.
+    features: kind of the ten angles.
+    rate: frames per second of the models.  symbols: of the codebook.  states: of each
     model [Two-view 5.1].  scale: see `codebook.standardisation`.  floor, spread: see `baum_welch.smoothed` and `spread_of`.
     restarts: of Baum-Welch.  folds: groups of people that are held out in turn to train the thresholds; 0: no thresholds.
     seed: equal seeds give equal models.
@@ -51,6 +59,8 @@ class TrainingSettings:
     are in no test.  The other defaults were chosen by hand.
     """
 
+    classifier: Classifier = "forest"
+    trees: int = 100
     features: Kind = DEFAULT
     rate: float = 15.0
     symbols: int = 64
@@ -64,10 +74,16 @@ class TrainingSettings:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, allowed in (("features", KINDS), ("topology", TOPOLOGIES), ("scale", SCALES)):
+        for name, allowed in (
+            ("classifier", CLASSIFIERS),
+            ("features", KINDS),
+            ("topology", TOPOLOGIES),
+            ("scale", SCALES),
+        ):
             if getattr(self, name) not in allowed:
                 raise UserError(f"{name} = {getattr(self, name)!r}: allowed: {', '.join(allowed)}")
         ranges: tuple[tuple[str, float, float], ...] = (
+            ("trees", 1, 10_000),
             ("rate", 1, 1000),
             ("symbols", 2, 1024),
             ("states", 1, 32),
@@ -95,6 +111,17 @@ class Prepared:
         return Prepared(tuple(self.examples[k] for k in keep), tuple(self.sequences[k] for k in keep), self.labels)
 
 
+def postures_of(examples: Sequence[Example]) -> list[Example]:
+    """Those that are not background."""
+    return [example for example in examples if example.label != BACKGROUND]
+
+
+def background_of(examples: Sequence[Example], settings: TrainingSettings) -> list[Floats]:
+    """Background (T_i, d) at the settings' rate."""
+    found = [example for example in examples if example.label == BACKGROUND]
+    return list(prepare(found, settings).sequences) if found else []
+
+
 def prepare(examples: Sequence[Example], settings: TrainingSettings) -> Prepared:
     """Resample examples to the settings' rate.  Raises UserError: no examples; labels, shapes, rates, gaps."""
     if not examples:
@@ -117,6 +144,8 @@ def prepare(examples: Sequence[Example], settings: TrainingSettings) -> Prepared
             least = f"{LEAST_ROWS} or more at {settings.rate:g}/s"
             raise UserError(f"{example}: {len(features)} frames: allowed: {least}")
         sequences.append(features)
+    if settings.classifier == "forest" and width != WIDTH:
+        raise UserError(f"{examples[0]}: {width} columns: allowed: {WIDTH} for the classifier forest, see `motion_rows`")
     labels = tuple(dict.fromkeys(example.label for example in examples))
     if len(labels) > MOST_LABELS:
         raise UserError(f"{len(labels)} different postures: allowed: {MOST_LABELS} at most")

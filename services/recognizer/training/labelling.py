@@ -13,6 +13,7 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats
 from zenocap.services.recognizer.features import KINDS, NAMES
 from zenocap.services.recognizer.model import PostureModel, classify
+from zenocap.services.recognizer.motion_rows import ANGLES
 from zenocap.services.recognizer.training.example_files import read_features, span
 from zenocap.services.recognizer.training.examples import resample
 from zenocap.services.recognizer.training.manifest import Row
@@ -52,9 +53,10 @@ class Candidate:
 def candidates_of(times_s: Floats, features: Floats, rate: float) -> list[Candidate]:
     """Candidates of a motion in order of time, without overlaps.
 
-    times_s: (T,) seconds, rising.  features: (T, 10) radians, NaN in frames without a pose, which end a candidate.
-    rate: frames per second.
+    times_s: (T,) seconds, rising.  features: (T, d) rows, NaN in frames without a pose, which end a
+    candidate.  rate: frames per second.
     """
+    features = features[:, ANGLES]
     known: Bools = np.asarray(np.isfinite(features).all(axis=1))
     if known.sum() < LEAST_ROWS:
         return []

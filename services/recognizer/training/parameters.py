@@ -14,12 +14,25 @@ VECTOR_DIGITS = 6  # decimals with which vectors count as different
 ITERATIONS, TOLERANCE = 30, 1e-2  # of Baum-Welch; chosen by hand
 PRIOR_COUNT = 1e-6  # frames added to every count, so that unused states have probabilities
 
+# Forest
+CUTS, CUT_SHARE = 4, 0.2  # descriptions of an example with other ends; largest change of an end; chosen by hand
+
+# Least descriptions in a leaf.  1, 3, 5 and 10 recognize 344 to 350 of 359 with `two-view` and 354 to 356 of 360 with the
+# tracker (people 108 to 119, both protocols); files of 3 are smaller than those of 1.  With few
+# examples, of which each has CUTS + 1 descriptions, it is 1; from how many on was chosen by hand.
+LEAF_DESCRIPTIONS, LEAF_FROM_EXAMPLES = 3, 10
+
+# Background
+BACKGROUND_STRIDE = 0.5  # of a window's length to the next one; chosen by hand
+LEAST_BACKGROUND_S = 2.0  # shorter stretches between gaps are left out; chosen by hand
+
 # Thresholds
 MISS_COST = 2.0  # of a missed posture, relative to a false one; chosen by hand
 NEAREST, FURTHEST = 1.0, 3.0  # limits of a threshold, in standard deviations below the mean correct score; by hand
 LEAST_SPREAD = 0.05  # standard deviation of scores, natural logarithms per frame; chosen by hand
 PRIOR_SCORES = 4  # scores with the pooled spread that are added to those of a posture; chosen by hand
 FARTHEST_QUANTILE, FARTHEST_FACTOR = 0.99, 1.25  # of held-out distances to codewords, for `farthest`; chosen by hand
+LEAST_FARTHEST = 1e-3  # of `farthest`, for examples that equal each other; chosen by hand
 
 # Candidates of postures in a motion; all chosen by hand
 SPEED_SMOOTHING_S = 0.2  # running mean before speeds

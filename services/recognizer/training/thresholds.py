@@ -27,6 +27,7 @@ from zenocap.services.recognizer.training.parameters import (
     FARTHEST_FACTOR,
     FARTHEST_QUANTILE,
     FURTHEST,
+    LEAST_FARTHEST,
     LEAST_SPREAD,
     MISS_COST,
     NEAREST,
@@ -59,7 +60,9 @@ def with_thresholds(model: PostureModel, trials: Sequence[Trial]) -> PostureMode
     impostors = [np.array([t.impostor_score for t in trials if t.impostor_of == k]) for k in range(len(model.labels))]
     thresholds = train_thresholds(correct, impostors)
     distances = np.array([t.distance for t in trials])
-    farthest = FARTHEST_FACTOR * float(np.quantile(distances, FARTHEST_QUANTILE)) if len(distances) else NO_DISTANCE_LIMIT
+    farthest = NO_DISTANCE_LIMIT
+    if len(distances):
+        farthest = max(LEAST_FARTHEST, FARTHEST_FACTOR * float(np.quantile(distances, FARTHEST_QUANTILE)))
     figures = tuple(_figures(known, k, trials, float(thresholds[k])) for k, known in enumerate(model.training.figures))
     training = replace(model.training, figures=figures)
     return replace(model, thresholds=thresholds, farthest=farthest, training=training)

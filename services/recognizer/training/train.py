@@ -7,9 +7,21 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.services.recognizer.model import NO_DISTANCE_LIMIT, NO_THRESHOLD, LabelFigures, PostureModel, Training
+from zenocap.services.recognizer.motion_rows import ANGLES
+from zenocap.services.recognizer.segment_description import VALUES, describe
+from zenocap.services.recognizer.training import forest as forest_training
+from zenocap.services.recognizer.training.background import proposed_windows, regular_windows
 from zenocap.services.recognizer.training.baum_welch import Hmm, smoothed, spread_of, train_hmm
 from zenocap.services.recognizer.training.codebook import Codebook, nearest, train_codebook, whitened
-from zenocap.services.recognizer.training.examples import Example, Prepared, TrainingSettings, prepare
+from zenocap.services.recognizer.training.examples import (
+    Example,
+    Prepared,
+    TrainingSettings,
+    background_of,
+    postures_of,
+    prepare,
+)
+from zenocap.services.recognizer.training.forest import ForestData, descriptions_of, forest_of
 from zenocap.services.recognizer.training.parameters import EDGE_FRAMES, EDGE_QUANTILE
 from zenocap.services.recognizer.training.thresholds import Trial, held_out_groups, trial, with_thresholds
 
@@ -23,15 +35,34 @@ def no_report(done: int, of: int, text: str) -> None:
 
 def train(examples: Sequence[Example], settings: TrainingSettings, report: Report = no_report) -> PostureModel:
     """Train a model of the examples' postures, with thresholds.  Equal arguments give equal models.  Raises UserError."""
-    ready = prepare(examples, settings)
-    model = train_without_thresholds(ready, settings, report)
-    return with_thresholds(model, trials_of(ready, settings, report)) if settings.folds else model
+    ready, background = prepare(postures_of(examples), settings), background_of(examples, settings)
+    model = train_models(ready, settings, report)
+    if settings.folds:
+        model = with_thresholds(model, trials_of(ready, settings, report))
+    return model if settings.classifier == "paper" else _with_forest(model, ready, background, settings)
 
 
-def train_without_thresholds(ready: Prepared, settings: TrainingSettings, report: Report = no_report) -> PostureModel:
-    """Train a model that accepts every window.  Every label needs an example."""
-    codebook = train_codebook(ready.sequences, settings.symbols, settings.scale, settings.seed)
-    vectors = [whitened(codebook, features) for features in ready.sequences]
+def _with_forest(
+    model: PostureModel, ready: Prepared, background: Sequence[Floats], settings: TrainingSettings
+) -> PostureModel:
+    labels = np.array([ready.labels.index(example.label) for example in ready.examples])
+    windows = (proposed_windows(model, background), regular_windows(model, background, settings.seed))
+    none = [np.array([describe(rows, settings.rate) for rows in found]).reshape(-1, VALUES) for found in windows]
+    data = ForestData(descriptions_of(ready, settings.rate, settings.seed), labels, len(ready.labels), none[0], none[1])
+    forest = forest_of(data, np.arange(len(labels)), settings.trees, settings.seed)
+    if not settings.folds:
+        return replace(model, forest=forest)
+    tried = forest_training.trials_of(data, held_out_groups(ready, settings.folds), settings.trees, settings.seed)
+    forest = forest_training.with_thresholds(forest, tried)
+    figures = forest_training.figures_of(model.training.figures, forest, tried)
+    return replace(model, forest=forest, training=replace(model.training, figures=figures))
+
+
+def train_models(ready: Prepared, settings: TrainingSettings, report: Report = no_report) -> PostureModel:
+    """Train hidden Markov models that accept every window.  Every label needs an example."""
+    angles = [rows[:, ANGLES] for rows in ready.sequences]
+    codebook = train_codebook(angles, settings.symbols, settings.scale, settings.seed)
+    vectors = [whitened(codebook, features) for features in angles]
     symbols = [nearest(codebook.codewords, sequence) for sequence in vectors]
     count = len(codebook.codewords)
     hmms: list[Hmm] = []
@@ -145,7 +176,7 @@ def trials_of(ready: Prepared, settings: TrainingSettings, report: Report) -> li
         labels = tuple(label for label in ready.labels if label in {example.label for example in kept.examples})
         if not labels:
             continue
-        model = train_without_thresholds(replace(kept, labels=labels), settings)
+        model = train_models(replace(kept, labels=labels), settings)
         trials += [trial(model, ready, k) for k in held]
     report(len(groups), len(groups), "done")
     return trials

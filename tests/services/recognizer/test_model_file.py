@@ -15,6 +15,7 @@ from tests.support.posture_cases import quick_model
 from tests.test_layers import closure, imported
 from zenocap.common.errors import UserError
 from zenocap.common.formats.model_files import MAX_BYTES
+from zenocap.services.recognizer.forest import votes_of
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import (
     ARRAYS,
@@ -26,6 +27,7 @@ from zenocap.services.recognizer.model_file import (
     read_model,
     write_model,
 )
+from zenocap.services.recognizer.segment_description import VALUES
 
 MAGIC, VERSION = b"zenocap postures\n", 1
 HEADER = struct.Struct(f"<{len(MAGIC)}sHIQ")  # magic, version, CRC-32, length of the rest
@@ -92,6 +94,46 @@ def test_error_names_the_fault_of_a_file(data: bytes, words: str) -> None:
     with pytest.raises(UserError, match=words) as raised:
         parse_model(MODEL_PATH, data)
     assert str(raised.value).startswith("some.postures: ")
+
+
+def forest(nodes: list[list[list[float]]], values: int = VALUES, thresholds: int = 3) -> bytes:
+    """The file with a forest."""
+    packed_nodes = np.array(nodes)
+    shape, data = list(packed_nodes.shape), packed_nodes.astype("<f4").tobytes()
+    return changed(
+        forest={"values": values, "nodes": {"shape": shape, "data": data}, "thresholds": array(np.full(thresholds, 0.5))}
+    )
+
+
+LEAF_0 = [-1.0, 0.0, 0.0]
+
+
+def test_a_forest_is_read() -> None:
+    found = parse_model(MODEL_PATH, forest([[[0.0, 0.5, 2.0], LEAF_0, [-1.0, 0.0, 3.0]]])).forest
+    assert found is not None
+    assert votes_of(found, np.zeros(VALUES)).tolist() == [1, 0, 0, 0]
+    assert votes_of(found, np.ones(VALUES)).tolist() == [0, 0, 0, 1]
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (forest([[LEAF_0]], values=3), f"forest.values = 3: allowed: {VALUES}; train it again"),
+        (forest([[LEAF_0]], thresholds=2), r"forest.thresholds.shape = \[2\]: allowed: \[3\]"),
+        (forest([[[0.0, 0.5, 2.0], LEAF_0]]), r"forest.nodes\[0\]\[0\] = \[0.0, 0.5, 2.0\]: allowed: a leaf"),
+        (forest([[[0.0, 0.5, 0.0], LEAF_0]]), r"forest.nodes\[0\]\[0\]"),
+        (forest([[LEAF_0, [0.0, 0.5, 1.0]]]), r"forest.nodes\[0\]\[1\]"),
+        (forest([[[float(VALUES), 0.5, 1.0], LEAF_0]]), r"forest.nodes\[0\]\[0\]"),
+        (forest([[[0.5, 0.5, 1.0], LEAF_0]]), r"forest.nodes\[0\]\[0\]"),
+        (forest([[LEAF_0], [[-1.0, 0.0, 4.0]]]), r"forest.nodes\[1\]\[0\] = \[-1.0, 0.0, 4.0\]"),
+        (forest([[[-2.0, 0.0, 0.0]]]), r"forest.nodes\[0\]\[0\]"),
+        (forest([[[np.nan, 0.0, 0.0]]]), "forest.nodes = nan: allowed: finite"),
+        (forest([[]]), "forest.nodes.shape"),
+    ],
+)
+def test_error_names_the_node_of_a_forest_that_would_not_end_or_name_a_posture(data: bytes, words: str) -> None:
+    with pytest.raises(UserError, match=words):
+        parse_model(MODEL_PATH, data)
 
 
 @settings(max_examples=60, deadline=None)

@@ -18,7 +18,7 @@ SMALL = posture_takes([7, 8], ("squat", "kick-left"), 1)
 def test_model_does_not_depend_on_the_folder_of_its_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build_postures, "METHODS", ("truth",))
     one, other = (
-        build_postures.shipped_model(tmp_path / name, SMALL, 1, TrainingSettings(folds=2)) for name in ("one", "other")
+        build_postures.shipped_model(tmp_path / name, SMALL, [9], 1, TrainingSettings(folds=2)) for name in ("one", "other")
     )
     assert packed(tmp_path, one) == packed(tmp_path, other)
     assert one.labels == ("squat", "kick-left")
@@ -27,6 +27,7 @@ def test_model_does_not_depend_on_the_folder_of_its_takes(tmp_path: Path, monkey
 def test_model_is_written_to_the_given_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build_postures, "METHODS", ("truth",))
     monkeypatch.setattr(build_postures, "posture_takes", lambda _people: SMALL)
+    monkeypatch.setattr(build_postures, "BACKGROUND_PEOPLE", 1)
     monkeypatch.setattr(
         sys, "argv", ["build_postures", "--to", str(tmp_path / "to"), "--takes", str(tmp_path), "--jobs", "1"]
     )
@@ -38,6 +39,7 @@ def test_built_in_model_recognizes_the_fifteen_postures() -> None:
     model = read_model(find_model("fifteen"))
     assert model.labels == POSTURES
     assert model.training.people == tuple(sorted(str(one) for one in people(build_postures.PEOPLE_SEED)))
+    assert model.forest is not None
     assert not any("/" in source for source in model.training.sources)
     recognized = sum(row.recognised for row in model.training.figures)
     assert recognized > 0.9 * sum(row.held for row in model.training.figures)

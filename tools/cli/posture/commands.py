@@ -28,7 +28,7 @@ from zenocap.tools.cli.progress import progress
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.services.recognizer.features import Kind
     from zenocap.services.recognizer.training.cross_validation import Outcome
-    from zenocap.services.recognizer.training.examples import Example, Scale, Topology, TrainingSettings
+    from zenocap.services.recognizer.training.examples import Classifier, Example, Scale, Topology, TrainingSettings
 
 Report = Callable[[int, int, str], None]
 HOW = "Training"
@@ -40,9 +40,16 @@ ManifestPath = Annotated[
         metavar="MANIFEST", help="CSV: source (take or clip), start, end, posture, person, repetition.", show_default=False
     ),
 ]
+ClassifierOption = Annotated[
+    Literal["forest", "paper"],
+    typer.Option(
+        help="forest: decision trees over joints, speeds and turns of a segment. paper: the likeliest hidden Markov model.",
+        rich_help_panel=HOW,
+    ),
+]
 FeaturesOption = Annotated[
     Literal["directions", "joint-angles"],
-    typer.Option(help="Features: limb directions, or the paper's ten joint angles.", rich_help_panel=HOW),
+    typer.Option(help="Angles of the hidden Markov models: limb directions, or the paper's ten.", rich_help_panel=HOW),
 ]
 SymbolsOption = Annotated[
     int, typer.Option(min=2, max=1024, help="Number of symbols of the codebook.", rich_help_panel=HOW)
@@ -56,7 +63,7 @@ TopologyOption = Annotated[
 ]
 ScaleOption = Annotated[
     Literal["full", "diagonal", "none"] | None,
-    typer.Option(help="Normalization of the features: covariance one, variance one, or none.", rich_help_panel=HOW),
+    typer.Option(help="Normalization of the angles: covariance one, variance one, or none.", rich_help_panel=HOW),
 ]
 RateOption = Annotated[
     float, typer.Option(min=1, max=1000, help="Frames per second that examples are resampled to.", rich_help_panel=HOW)
@@ -81,6 +88,7 @@ posture.command()(act)
 def train(
     manifest: ManifestPath,
     output: OutputOption,
+    classifier: ClassifierOption = "forest",
     features: FeaturesOption = "directions",
     symbols: SymbolsOption = 64,
     states: StatesOption = 5,
@@ -92,7 +100,7 @@ def train(
     method: MethodOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Train one hidden Markov model per posture of a manifest, and the rejection of other movements.
+    """Train a posture model of the examples in a manifest, and the rejection of other movements.
 
     Sources are takes (.mcap), motion capture (.bvh, .trc), and rig files or clip folders, which are tracked first.
     Start and end are seconds from the start of the source; empty means all of it. Rejection thresholds are trained by
@@ -105,7 +113,7 @@ def train(
         from zenocap.services.recognizer.training.train import train as run_train
 
         _check_folder(output)
-        settings = _settings(features, symbols, states, topology, scale, rate, seed)
+        settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed)
         with progress("reading takes", "takes") as state:
             examples = read_examples(manifest, settings.features, tracked, method, state.update)
         with progress("training", "models") as state:
@@ -130,6 +138,7 @@ def evaluate(
             help="paper: same people in training and test, other repetitions. subjects: people not in the training set."
         ),
     ] = "both",
+    classifier: ClassifierOption = "forest",
     features: FeaturesOption = "directions",
     symbols: SymbolsOption = 64,
     states: StatesOption = 5,
@@ -156,7 +165,7 @@ def evaluate(
         for path in (confusion, plot):
             _check_folder(path)
         draw = None if plot is None else _drawing(plot)
-        settings = _settings(features, symbols, states, topology, scale, rate, seed)
+        settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed)
         with progress("reading takes", "takes") as state:
             examples = read_examples(
                 manifest, settings.features, tracked, method, state.update, missing if skip_missing else None
@@ -199,11 +208,20 @@ def info(
 
 
 def _settings(
-    features: Kind, symbols: int, states: int, topology: Topology | None, scale: Scale | None, rate: float, seed: int
+    classifier: Classifier,
+    features: Kind,
+    symbols: int,
+    states: int,
+    topology: Topology | None,
+    scale: Scale | None,
+    rate: float,
+    seed: int,
 ) -> TrainingSettings:
     from zenocap.services.recognizer.training.examples import TrainingSettings
 
-    settings = TrainingSettings(features=features, symbols=symbols, states=states, rate=rate, seed=seed)
+    settings = TrainingSettings(
+        classifier=classifier, features=features, symbols=symbols, states=states, rate=rate, seed=seed
+    )
     return replace(settings, topology=topology or settings.topology, scale=scale or settings.scale)
 
 

@@ -24,7 +24,9 @@ def lines_of(path: Path, model: PostureModel) -> Iterator[str]:
     examples = sum(row.examples for row in training.figures)
     yield f"trained on  {examples} examples, {training.frames} frames at {model.rate:g}/s"
     yield f"people      {_names(training.people)}"
-    yield f"features    {model.features}; {model.symbols} symbols, {model.states} states each"
+    trees = "" if model.forest is None else f"{len(model.forest.nodes)} trees over segments; "
+    models = f"hidden Markov models of {model.features}: {model.symbols} symbols, {model.states} states each"
+    yield f"classifier  {trees}{models}"
     yield f"settings    {', '.join(f'{name} {value}' for name, value in training.settings.items())}"
     yield ""
     yield "held out: recognized by a model without that person's examples; accepted: of these, above the threshold;"
@@ -43,13 +45,14 @@ def model_json(path: Path, model: PostureModel) -> dict[str, object]:
     """The same as JSON; durations in seconds."""
     return {
         "file": str(path),
+        "classifier": "paper" if model.forest is None else "forest",
         "features": model.features,
         "rate": model.rate,
         "symbols": model.symbols,
         "states": model.states,
         "labels": list(model.labels),
         "durations": model.durations.tolist(),
-        "thresholds": model.thresholds.tolist(),
+        "thresholds": (model if model.forest is None else model.forest).thresholds.tolist(),
         "training": asdict(model.training),
     }
 

@@ -15,6 +15,7 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
 from zenocap.services.recognizer.features import NAMES, features_of
+from zenocap.services.recognizer.motion_rows import ANGLES, WAY, WIDTH
 from zenocap.services.recognizer.training.example_files import Features, examples_of, read_features, span
 from zenocap.services.recognizer.training.manifest import Row
 
@@ -42,7 +43,7 @@ def row(source: Path, start: float | None = None, end: float | None = None, line
 
 def test_a_row_with_start_and_end_selects_that_part_of_a_trajectory_file(raised: Path) -> None:
     whole, part = examples_of(Path("m.csv"), [row(raised), row(raised, 1.0, 2.0, 3)], "directions")
-    assert (whole.rate, whole.features.shape) == (RATE, (120, len(NAMES)))
+    assert (whole.rate, whole.features.shape) == (RATE, (120, WIDTH))
     np.testing.assert_allclose(part.features, whole.features[30:91], atol=1e-9)
     rising = whole.features[:, NAMES.index("left_shoulder.z")]
     assert rising[-1] - rising[0] > 0.8
@@ -58,7 +59,8 @@ def test_a_take_has_the_features_of_its_own_angles(kind: str) -> None:
     assert found.rate == pytest.approx(track.rate)
     known = np.flatnonzero(track.known)
     at = track.frames[known]
-    np.testing.assert_allclose(found.features[at], features_of(track.anatomy, track.angles[known], chosen))
+    np.testing.assert_allclose(found.features[at, ANGLES], features_of(track.anatomy, track.angles[known], chosen))
+    np.testing.assert_allclose(found.features[at, WAY], track.positions[known][:, [0, 2]])
     assert np.isnan(np.delete(found.features, at, axis=0)).all()
     (example,) = examples_of(Path("m.csv"), [row(GOLDEN)], chosen)
     assert len(example.features) == at[-1] - at[0] + 1

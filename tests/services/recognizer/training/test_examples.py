@@ -58,7 +58,7 @@ def test_error_names_the_invalid_value_of_an_example(changes: dict[str, object],
 
 
 def test_examples_with_another_number_of_features_are_refused() -> None:
-    with pytest.raises(UserError, match=r"features of shape \(9, 3\): allowed: \(1 or more, 10\)"):
+    with pytest.raises(UserError, match=r"features of shape \(9, 3\): allowed: \(1 or more, 45\)"):
         prepare([*examples(), example_with(features=np.zeros((9, 3)))], TrainingSettings())
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.posture_cases import FAST, LABELS, examples, movement
 from zenocap.services.recognizer.model import NO_THRESHOLD, classify
-from zenocap.services.recognizer.model_file import packed
+from zenocap.services.recognizer.model_file import packed, parse_model
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 from zenocap.services.recognizer.training.train import edges_of, reach_of, train
 
@@ -97,3 +97,9 @@ def test_reach_is_exceeded_by_95_percent_of_the_examples() -> None:
     reach = reach_of([0] * 20 + [1], 2, vectors)
     assert reach[0] == pytest.approx(np.quantile(np.arange(1, 21), 0.05))
     assert reach[1] == 100.0
+
+
+def test_equal_examples_of_two_people_give_a_model_that_is_read_back() -> None:
+    features = movement("kick", 1, 0)
+    model = train([Example("kick", person, "0", 15.0, features) for person in ("1", "2")], FAST)
+    assert parse_model(PATH, packed(PATH, model)).farthest > 0.0

@@ -16,6 +16,7 @@ from benchmarks.clips import SHARED
 from benchmarks.recognition.accuracy import accuracy_of
 from benchmarks.recognition.bench import Bench
 from benchmarks.recognition.costs import costs
+from benchmarks.recognition.few import few
 from benchmarks.recognition.paper import as_in_the_paper
 from benchmarks.recognition.real import real
 from benchmarks.recognition.settings import settings
@@ -30,6 +31,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "paper": as_in_the_paper,
     "real": real,
     "stream": streaming,
+    "few": few,
     "costs": costs,
     "settings": settings,
 }

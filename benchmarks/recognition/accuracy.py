@@ -1,6 +1,7 @@
 """Recognized postures of 360: the paper's Table 2, from rendered video and from the true angles."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from benchmarks.sections import Row, Section, Table
 from zenocap.common.arrays import Ints
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.training.cross_validation import PROTOCOLS, Outcome, Protocol, cross_validate
-from zenocap.services.recognizer.training.examples import TrainingSettings
+from zenocap.services.recognizer.training.examples import CLASSIFIERS, Classifier, TrainingSettings
 from zenocap.simulation.motion.posture_style import POSTURES
 from zenocap.tools.cli.posture.report import draw_confusion
 from zenocap.tools.dataset.batch import take_path
@@ -21,6 +22,8 @@ from zenocap.tools.dataset.generate import Method
 PAPER = (22, 21, 23, 21, 24, 20, 23, 24, 22, 22, 23, 24, 21, 22, 20)  # Table 2, of 24 for each posture
 AIMS: dict[Method, int] = {"two-view": 320, "hybrid": 350}  # of 360, by leave-subjects-out
 TRUE: Method = "truth"
+Case: TypeAlias = tuple[Classifier, Protocol]
+CASES: tuple[Case, ...] = tuple((classifier, protocol) for classifier in CLASSIFIERS for protocol in PROTOCOLS)
 MOST_CONFUSIONS = 8
 
 
@@ -39,16 +42,16 @@ class Result:
 
 def accuracy_of(bench: Bench, method: Method) -> Section:
     """Section of a method."""
-    results: dict[Protocol, list[Result]] = {protocol: [] for protocol in PROTOCOLS}
+    results: dict[Case, list[Result]] = {case: [] for case in CASES}
     for seed in range(bench.seeds):
         examples = bench.examples(method, seed, DEFAULT)
-        for protocol in PROTOCOLS:
-            outcome = cross_validate(examples, TrainingSettings(), protocol)
-            results[protocol].append(Result(seed, outcome, len(bench.posture_takes(seed))))
+        for classifier, protocol in CASES:
+            outcome = cross_validate(examples, TrainingSettings(classifier=classifier), protocol)
+            results[classifier, protocol].append(Result(seed, outcome, len(bench.posture_takes(seed))))
     pictures = []
     for seed in range(bench.seeds):
         name = f"confusion-{_name(bench, method)}-{seed}.png"
-        draw_confusion(bench.out / name, [results[protocol][seed].outcome for protocol in PROTOCOLS])
+        draw_confusion(bench.out / name, [results["forest", protocol][seed].outcome for protocol in PROTOCOLS])
         pictures.append(name)
     aim = f"; the aim: {AIMS[method]} of 360 by leave-subjects-out" if method in AIMS else ""
     notes = (
@@ -78,22 +81,22 @@ def _errors(bench: Bench, method: Method) -> Table:
     return Table("Errors of the same takes, from the start of the posture on", ("people", *SUMMARY), tuple(rows))
 
 
-def _totals(results: dict[Protocol, list[Result]]) -> Table:
+def _totals(results: dict[Case, list[Result]]) -> Table:
     rows: list[Row] = []
-    for protocol, seed_results in results.items():
+    for case, seed_results in results.items():
         counts = [f"{one.outcome.right}/{one.performed}" for one in seed_results]
         shares = [100.0 * one.share for one in seed_results]
-        rows.append((protocol, *counts, float(np.mean(shares)), float(min(shares))))
+        rows.append((*case, *counts, float(np.mean(shares)), float(min(shares))))
     seeds = [f"people {one.people_seed}" for one in next(iter(results.values()))]
-    return Table("Recognized", ("protocol", *seeds, "mean %", "worst %"), tuple(rows))
+    return Table("Recognized", ("classifier", "protocol", *seeds, "mean %", "worst %"), tuple(rows))
 
 
-def _by_posture(results: dict[Protocol, list[Result]]) -> Table:
+def _by_posture(results: dict[Case, list[Result]]) -> Table:
     rows: list[Row] = []
     for number, posture in enumerate(POSTURES):
         counts = [_correct(one)[number] for seed_results in results.values() for one in seed_results]
         rows.append((posture, PAPER[number], *(int(count) for count in counts)))
-    columns = tuple(f"{protocol} {one.people_seed}" for protocol, seed_results in results.items() for one in seed_results)
+    columns = tuple(f"{' '.join(case)} {one.people_seed}" for case, seed_results in results.items() for one in seed_results)
     return Table(
         "Correct recognitions by posture, and Table 2 of the paper",
         ("posture", "paper", *columns),
@@ -107,11 +110,11 @@ def _correct(result: Result) -> Ints:
     return np.array([counts.get(posture, 0) for posture in POSTURES])
 
 
-def _confusions(results: dict[Protocol, list[Result]]) -> Table:
+def _confusions(results: dict[Case, list[Result]]) -> Table:
     counts: dict[tuple[str, str], int] = {}
-    for one in results["subjects"]:
+    for one in results["forest", "subjects"]:
         for true, given, count in one.outcome.confusions:
             counts[true, given] = counts.get((true, given), 0) + count
     most = sorted(counts.items(), key=lambda item: (-item[1], item[0]))[:MOST_CONFUSIONS]
     rows: tuple[Row, ...] = tuple((true, given, count) for (true, given), count in most)
-    return Table("Confusions by leave-subjects-out, all seeds", ("posture", "recognized as", "times"), rows)
+    return Table("Confusions of the forest by leave-subjects-out, all seeds", ("posture", "recognized as", "times"), rows)

@@ -29,7 +29,9 @@ def as_in_the_paper(bench: Bench) -> Section:
     for method in METHODS:
         examples = [bench.examples(method, seed, FEATURES) for seed in range(bench.seeds)]
         for topology in TOPOLOGIES:
-            settings = TrainingSettings(features=FEATURES, topology=topology, floor=NO_SMOOTHING, spread=0.0, folds=0)
+            settings = TrainingSettings(
+                classifier="paper", features=FEATURES, topology=topology, floor=NO_SMOOTHING, spread=0.0, folds=0
+            )
             outcomes = [cross_validate(one, settings, "paper") for one in examples]
             counts = [f"{outcome.right}/{len(bench.posture_takes(seed))}" for seed, outcome in enumerate(outcomes)]
             totals.append((method, topology, *counts))

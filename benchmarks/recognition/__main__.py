@@ -1,6 +1,7 @@
 """Accuracy of posture recognition: tables and confusion plots of every part in one folder.
 
-    python -m benchmarks.recognition [--seeds 3] [--only PART,...] [--size WxH] [--motions DIR] [--out DIR] [--jobs 2]
+    python -m benchmarks.recognition [--seeds 3] [--only PART,...] [--size WxH] [--minutes 10]
+        [--motions DIR] [--out DIR] [--jobs 2]
 
 Takes are rendered and tracked once for the current code and kept in the folder: those of 12 people need 6 minutes of one
 core for two-view, 17 for hybrid.  `hybrid-two-view`: the tracker with the two cameras of two-view.  --size: of the images,
@@ -47,7 +48,10 @@ def main() -> None:
     parser.add_argument("--only", default=",".join(SHORT), metavar="PART,...", help=f"of {', '.join(PARTS)}, or all")
     parser.add_argument("--jobs", type=int, default=2, help="processes that film (default 2)")
     parser.add_argument("--size", metavar="WxH", help="of the images; default by method")
+    parser.add_argument("--minutes", type=float, default=10.0, help="duration of the streams (default 10)")
     options = parser.parse_args()
+    if not 0.5 <= options.minutes <= 600.0:
+        parser.error(f"--minutes {options.minutes:g}: allowed: 0.5 to 600")
     size = tuple(int(number) for number in options.size.split("x")) if options.size else None
     if size is not None and len(size) != 2:
         parser.error(f"--size {options.size}: allowed: WIDTHxHEIGHT, such as 640x480")
@@ -55,7 +59,7 @@ def main() -> None:
     unknown = sorted(set(wanted) - set(PARTS))
     if unknown:
         parser.error(f"--only {', '.join(unknown)}: allowed: {', '.join(PARTS)}")
-    bench = Bench(options.motions, options.out, options.seeds, options.people, options.jobs, size)
+    bench = Bench(options.motions, options.out, options.seeds, options.people, options.jobs, size, options.minutes)
     options.out.mkdir(parents=True, exist_ok=True)
     sized: list[str] = []
     for name in wanted:

@@ -33,7 +33,7 @@ class Bench:
     """motions: folder of the shared motion capture.  out: folder of the report and of stored takes.
 
     seeds: of people, from 0.  count: people per seed.  jobs: number of processes that generate takes.  size: of the images
-    (width, height) px; None for the default of each method.
+    (width, height) px; None for the default of each method.  minutes: of all streams together.
     """
 
     motions: Path
@@ -42,6 +42,7 @@ class Bench:
     count: int
     jobs: int
     size: tuple[int, int] | None = None
+    minutes: float = 10.0
 
     def posture_takes(self, people_seed: int) -> list[PostureTake]:
         return posture_takes(people(people_seed, self.count))

@@ -1,7 +1,21 @@
 """Settings of all tests."""
 
+import logging
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import settings
 
 # The same examples in each run, so that a failure is reproducible.
 settings.register_profile("zenocap", derandomize=True, deadline=None)
 settings.load_profile("zenocap")
+
+
+@pytest.fixture(autouse=True)
+def _logging_of_other_tests() -> Iterator[None]:
+    """Commands set up logging for their process, on a captured stream that is closed afterwards: set it back."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    yield
+    root.handlers[:] = handlers
+    root.setLevel(level)

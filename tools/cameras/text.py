@@ -3,8 +3,10 @@
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
+from zenocap.common.rig.sources import without_password
 from zenocap.common.video.v4l2.camera import Control, Mode
 from zenocap.common.video.v4l2.listing import FoundCamera
+from zenocap.tools.cameras.onvif_device import AskedDevice
 from zenocap.tools.cameras.streams import TriedStream
 
 
@@ -54,6 +56,38 @@ def stream_lines(streams: Sequence[TriedStream]) -> Iterator[str]:
             f"{stream.address}: {stream.size[0]} x {stream.size[1]}, {rate}, {stream.codec}, "
             f"first image after {stream.first_s:.1f} s"
         )
+
+
+def onvif_lines(devices: Sequence[AskedDevice]) -> Iterator[str]:
+    """Lines on ONVIF devices and their streams."""
+    for one in devices:
+        words = " ".join(part for part in (one.device.name, one.device.hardware) if part)
+        yield f"{one.device.address}: {one.problem or words or 'ONVIF device'}"
+        for stream in one.streams:
+            yield f"  {stream.profile}: {stream.size[0]} x {stream.size[1]}, {stream.encoding}"
+            yield f'    in a rig file: source = "{without_password(stream.address)}"'
+
+
+def onvif_data(devices: Sequence[AskedDevice]) -> list[dict[str, object]]:
+    """For JSON."""
+    return [
+        {
+            "address": one.device.address,
+            "name": one.device.name,
+            "hardware": one.device.hardware,
+            "problem": one.problem,
+            "streams": [
+                {
+                    "profile": stream.profile,
+                    "encoding": stream.encoding,
+                    "size": stream.size,
+                    "source": without_password(stream.address),
+                }
+                for stream in one.streams
+            ],
+        }
+        for one in devices
+    ]
 
 
 def camera_data(camera: FoundCamera, picture: str | None, picture_problem: str) -> dict[str, object]:

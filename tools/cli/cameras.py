@@ -23,7 +23,8 @@ def cameras(
         typer.Argument(
             metavar="[URL... | RIG | NAME=SOURCE...]",
             help="Network streams to try (rtsp, rtsps, http, https); default: list the cameras of this machine. With "
-            "--live: a rig file, or NAME=SOURCE as for `zenocap film`, SOURCE also a video file; default: all cameras.",
+            "--live: a rig file, or NAME=SOURCE as for `zenocap film`, SOURCE also a video file; default: all cameras. "
+            "With --onvif: HOST of each camera; default: those that answer a probe.",
             show_default=False,
         ),
     ] = None,
@@ -42,6 +43,27 @@ def cameras(
         bool,
         typer.Option("--discover", help="List the cameras of all machines on which `zenocap viewer --discover` runs."),
     ] = False,
+    onvif: Annotated[
+        bool, typer.Option("--onvif", help="List network cameras that have ONVIF, their streams, and try these.")
+    ] = False,
+    user: Annotated[
+        str | None,
+        typer.Option(
+            "--user",
+            metavar="NAME",
+            help="With --onvif: user of the cameras; the password is asked for.",
+            show_default=False,
+        ),
+    ] = None,
+    interface: Annotated[
+        str | None,
+        typer.Option(
+            "--interface",
+            metavar="ADDRESS",
+            help="With --onvif: own IPv4 address on the network of the cameras; default: that of the default route.",
+            show_default=False,
+        ),
+    ] = None,
     live: Annotated[bool, typer.Option("--live", help="Show the pictures and measures of the cameras on a page.")] = False,
     host: HostOption = "127.0.0.1",
     port: PortOption = None,
@@ -59,6 +81,10 @@ def cameras(
 
     With --discover: the cameras of all machines of the network that announce them, none of this one unless it does.
 
+    With --onvif: a multicast probe finds the cameras of the local network that have ONVIF; each is asked for its streams,
+    and without --json these are tried. Most want a user. The password goes to the cameras that answered, as a digest where
+    ONVIF is asked, and is not printed: put it into the source in the rig file, `rtsp://NAME:PASSWORD@HOST/...`.
+
     Exit status 1: there is no camera, or a camera or stream gave no answer or picture.
 
     With --live, a page at http://127.0.0.1:8090 shows all cameras side by side, with rate, focus, exposure, noise and
@@ -69,6 +95,12 @@ def cameras(
     """
     if discover and (urls or pictures is not None or live):
         raise typer.BadParameter("--discover: allowed without URL, --pictures and --live")
+    if (user is not None or interface is not None) and not onvif:
+        raise typer.BadParameter("--user, --interface: allowed with --onvif")
+    if interface is not None and urls:
+        raise typer.BadParameter("--interface: allowed without HOST, which need no probe")
+    if onvif and (discover or live):
+        raise typer.BadParameter("--onvif: allowed without --discover and --live")
     if live:
         if pictures is not None or as_json:
             raise typer.BadParameter("--live: allowed: without --pictures and --json")
@@ -81,6 +113,9 @@ def cameras(
     with one_line_errors():
         if discover:
             raise typer.Exit(DONE if _discovered(zenoh, as_json) else FAILED)
+        if onvif:
+            password = None if user is None else typer.prompt(f"password of {user}", hide_input=True, err=True)
+            raise typer.Exit(DONE if _onvif(urls or [], interface, user, password, pictures, as_json) else FAILED)
         good = _streams(urls, pictures, as_json) if urls else _devices(pictures, as_json)
     raise typer.Exit(DONE if good else FAILED)
 
@@ -131,6 +166,31 @@ def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
         _print(f"no machine of this network announces a camera: {advice}", err=True)
         return False
     return True
+
+
+def _onvif(
+    hosts: list[str], interface: str | None, user: str | None, password: str | None, folder: Path | None, as_json: bool
+) -> bool:
+    from zenocap.tools.cameras.onvif_device import User, asked_devices, device_address, with_user
+    from zenocap.tools.cameras.onvif_discovery import OnvifDevice, found_devices
+    from zenocap.tools.cameras.text import onvif_data, onvif_lines
+
+    own = None if user is None or password is None else User(user, password)
+    devices = [OnvifDevice(device_address(host)) for host in hosts]
+    with progress("looking for ONVIF cameras"):
+        asked = asked_devices(devices or found_devices(interface), own)
+    if as_json:
+        _print_json(onvif_data(asked))
+    else:
+        for line in onvif_lines(asked):
+            _print(line)
+    if not asked:
+        advice = "give their addresses, or --interface with your own address on their network"
+        _print(f"no ONVIF camera answers here: {advice}; many have ONVIF switched off", err=True)
+        return False
+    urls = [with_user(one.device, stream, own) for one in asked for stream in one.streams]
+    tried = as_json or not urls or _streams(urls, folder, as_json)
+    return tried and not any(one.problem for one in asked)
 
 
 def _streams(urls: list[str], folder: Path | None, as_json: bool) -> bool:

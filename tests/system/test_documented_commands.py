@@ -56,8 +56,8 @@ UNCERTAIN = {
     "track": {LOSS, UNUSABLE},
 }  # two views at 15 frames/s may show too little; no router runs
 STAND_INS = {
-    "192.168.1.10": "127.0.0.1", "192.168.1.5": "127.0.0.1", "/etc/zenocap/rig.toml": "machines.toml", "RIG": "studio.toml", "SERVICE": "integrator",
-    "NAME": "integrator",
+    "192.168.1.10": "127.0.0.1", "192.168.1.5": "127.0.0.1", "/etc/zenocap/rig.toml": "machines.toml",
+    "RIG": "studio.toml", "SERVICE": "integrator", "NAME": "integrator",
 }  # fmt: skip
 COPIES = ("monday.mcap", "monday-2.mcap", "ann.mcap", "take.mcap", "recordings/demo-20260101T120000Z.mcap")
 

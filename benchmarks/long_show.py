@@ -24,7 +24,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from benchmarks.animator import FLAGS
 from benchmarks.page_pictures import SIZE, await_page
-from benchmarks.table import table
+from benchmarks.table import Cell, table
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
@@ -123,7 +123,8 @@ def moves(take: Path, browser: Browser, count: int) -> list[float]:
     summary = read_summary(take)
     assert summary is not None
     duration_s = (max(chunk.message_end_time for chunk in summary.chunks) - summary.start_ns) / 1e9
-    chance, found = Random(1), []
+    chance = Random(1)
+    found: list[float] = []
     with shown(take) as (address, _):
         page: Page = browser.new_page(viewport=SIZE)
         page.goto(address)
@@ -160,7 +161,7 @@ def main() -> None:
         for _ in range(options.starts):
             for take, found in starts.items():
                 found.append(first_picture(take, browser))
-        rows: list[list[object]] = []
+        rows: list[list[Cell]] = []
         for kind, column in (
             ("command to page, s", 0),
             ("page to first picture, s", 1),

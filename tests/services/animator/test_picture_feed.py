@@ -16,7 +16,8 @@ def test_pictures_of_a_playing_take_are_of_the_time_at_which_they_are_shown() ->
     broadcaster = Broadcaster(loop, lambda: None)
     page = PageQueue(feed="take")
     broadcaster.add(page)
-    asked, made = [], threading.Semaphore(0)
+    asked: list[float] = []
+    made = threading.Semaphore(0)
 
     def pictures(time_ns: int) -> Iterator[tuple[str, bytes]]:
         asked.append((time_ns - START_NS) / 1e9)

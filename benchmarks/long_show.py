@@ -23,7 +23,7 @@ import numpy as np
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from benchmarks.animator import FLAGS
-from benchmarks.page_pictures import SIZE, await_page
+from benchmarks.page_pictures import SIZE, await_page, await_pose
 from benchmarks.table import Cell, table
 from zenocap.common import codec
 from zenocap.common import messages as m
@@ -111,8 +111,8 @@ def first_picture(take: Path, browser: Browser) -> tuple[float, float, float]:
     with shown(take) as (address, begun_s):
         served_s = time.monotonic()
         page = browser.new_page(viewport=SIZE)
-        page.goto(address, wait_until="commit")
-        page.wait_for_function("window.zenocap && zenocap.state.count > 0", polling=20, timeout=PATIENCE_MS)
+        page.goto(address)
+        await_pose(page)
         drawn_s = time.monotonic()
         page.close()
     return served_s - begun_s, drawn_s - served_s, drawn_s - begun_s
@@ -128,7 +128,7 @@ def moves(take: Path, browser: Browser, count: int) -> list[float]:
     with shown(take) as (address, _):
         page: Page = browser.new_page(viewport=SIZE)
         page.goto(address)
-        page.wait_for_function("window.zenocap && zenocap.state.count > 0", timeout=PATIENCE_MS)
+        await_pose(page)
         page.wait_for_timeout(3000)
         page.click("#pause")
         page.wait_for_timeout(1000)

@@ -113,7 +113,7 @@ class Playback:
         if not path.is_file():
             self._publish(pm.PlayerUpdate("", problem=f"{take}: no such take"))
             return None
-        port, pose_s = free_port(), _pose_s(path)
+        port, pose_s, start_ns = free_port(), _pose_s(path), _start_ns(path)
         options = ZenohOptions(mode="peer", listen=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)
         self._broadcaster.clear("take")
         try:
@@ -127,7 +127,7 @@ class Playback:
                     reading = threading.Event()
                     threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
                     try:
-                        command = self._show(take, bus, replay, pose_s)
+                        command = self._show(take, bus, replay, pose_s, start_ns)
                     finally:
                         reading.set()
             problem = "" if command else replay.problem()
@@ -139,11 +139,13 @@ class Playback:
     def _send_postures(self, path: Path, ended: threading.Event) -> None:
         """Send the postures of a take once they are read, unless playing has `ended`."""
         summary = read_summary(path)
-        update = pm.PosturesUpdate() if summary is None else postures_update(path, summary.start_ns, ended.is_set)
+        update = pm.PosturesUpdate() if summary is None else postures_update(path, summary, ended.is_set)
         if not ended.is_set():
             self._broadcaster.publish(None, [EncodedUpdate("postures", pm.encode(update))])
 
-    def _show(self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float) -> PlayerCommand | None:
+    def _show(
+        self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float, start_ns: int | None
+    ) -> PlayerCommand | None:
         """Send the replayed messages to the pages until the replay ends or another command comes, which is returned."""
         setup = Setup()
         state, schedule = initial_state(setup), Schedule()
@@ -155,11 +157,18 @@ class Playback:
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
                 event = bus.receive(0.0)
+            places: list[EncodedUpdate] = []
+            shift_ns, shift_frames = (
+                (0, 0) if replay.status is None else (replay.status.shift_ns, replay.status.shift_frames)
+            )
             for source, actor in state.actors.items():
-                latest = actor, replay.status.shift_ns if replay.status is not None else 0
-                if source not in seen or seen[source][0] is not actor or seen[source][1] != latest[1]:
+                latest = actor, shift_ns
+                if source not in seen or seen[source][0] is not actor or seen[source][1] != shift_ns:
                     seen[source] = latest
                     self._on_pose(*latest)
+                    if start_ns is not None:
+                        place_s = (actor.captured_ns - shift_ns - start_ns) / 1e9
+                        places = [EncodedUpdate("place", pm.encode(pm.PlaceUpdate(place_s, actor.frame - shift_frames)))]
             if self._clock.elapsed_ns() >= next_ns:
                 next_ns = self._clock.elapsed_ns() + PLAYER_PERIOD_NS
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
@@ -167,8 +176,8 @@ class Playback:
                     published = replay.status
                     self._publish(_player_update(take, published, pose_s))
             schedule, updates = due_updates(schedule, state, self._broadcaster.pages)
-            if updates:
-                self._broadcaster.publish("take", updates)
+            if updates or places:
+                self._broadcaster.publish("take", [*places, *updates])
             while not self._commands.empty():
                 command = self._commands.get()
                 if not isinstance(command, pm.ControlPlayer):
@@ -194,6 +203,15 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
     if not any(topic_at(key) is BOTH_WAYS_POSE for key in keys):
         return topics
     return tuple(BOTH_WAYS_POSE if topic is TRACKER_POSE else topic for topic in topics)
+
+
+def _start_ns(path: Path) -> int | None:
+    """Log time of the first message of a take, where the position of the player is 0; None where its index is lost."""
+    try:
+        summary = read_summary(path)
+    except OSError:  # the replay reports it
+        return None
+    return None if summary is None else summary.start_ns
 
 
 def _pose_s(path: Path) -> float:

@@ -21,7 +21,10 @@ ERROR_PREFIX = "error: "  # of the line that a failing command prints
 
 
 class ReplayStatus(msgspec.Struct, frozen=True):
-    """Status line of `zenocap replay --remote`.  shift_ns: by which capture times are published later than recorded."""
+    """Status line of `zenocap replay --remote`.  shift_ns: by which capture times are published later than recorded.
+
+    shift_frames: the same of frame numbers.
+    """
 
     place_s: float
     duration_s: float
@@ -29,6 +32,7 @@ class ReplayStatus(msgspec.Struct, frozen=True):
     paused: bool
     bad: int = 0
     shift_ns: int = 0
+    shift_frames: int = 0
 
     def problem(self) -> str:
         return f"{self.bad} messages cannot be read by this version" if self.bad else ""

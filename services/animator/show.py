@@ -92,7 +92,7 @@ class TakePage:
         self._posed_s = time.monotonic()
         position_s = (actor.captured_ns - shift_ns - self._start_ns) / 1e9
         if self._feed is not None and not self._player.paused and 0 <= position_s <= self._player.duration_s:
-            self._feed.show(position_s)
+            self._feed.show(position_s, self._player.rate)
         ghost = None if self._comparison is None else self._comparison.at(actor, shift_ns)
         if ghost is not None:
             self._server.broadcaster.publish("take", [EncodedUpdate("ghost_pose", pm.encode(ghost))])

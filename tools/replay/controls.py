@@ -75,6 +75,7 @@ class StatusLine(msgspec.Struct, frozen=True, kw_only=True):
     lap: int
     bad: int = 0
     shift_ns: int = 0
+    shift_frames: int = 0
 
 
 class Remote:
@@ -89,7 +90,11 @@ class Remote:
         """Commands since the last call; never blocks."""
         found: list[Command | Key] = []
         while not self._commands.empty():
-            found.append(self._commands.get())
+            command = self._commands.get()
+            if found and isinstance(command, Command) and isinstance(before := found[-1], Command):
+                found[-1] = before.followed_by(command)  # of the moves of a slider only the last one is made
+            else:
+                found.append(command)
         return found
 
     def _read(self) -> None:
@@ -127,6 +132,7 @@ def write_status(status: Status, stream: TextIO = sys.stdout) -> None:
         lap=status.lap,
         bad=status.bad,
         shift_ns=status.shift_ns,
+        shift_frames=status.shift_frames,
     )
     stream.write(msgspec.json.encode(line).decode() + "\n")
     stream.flush()

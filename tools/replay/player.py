@@ -18,7 +18,7 @@ from zenocap.tools.replay.time_shift import Progress, Shift, continued
 
 logger = logging.getLogger(__name__)
 
-POLL_NS = 50_000_000  # between polls of keys, bus and signals
+POLL_NS, REMOTE_POLL_NS = 50_000_000, 10_000_000  # between polls of keys, bus and signals; of a replay that a page controls
 POLL_MARGIN_NS = 5_000_000  # longest duration of a poll
 STALL_NS = 1_000_000_000  # lateness that shows that the process was stopped; it continues from there
 JUMP_NS = 5_000_000_000
@@ -31,7 +31,7 @@ class Status:
 
     place_ns: in the takes; the replayed part is begin_ns to end_ns.  rate: 0 for as fast as consumers keep up.
     bad: number of skipped invalid messages, such as those of another version.
-    shift_ns: by which capture times are published later than recorded.
+    shift_ns, shift_frames: by which capture times and frame numbers are published later than recorded.
     """
 
     place_ns: int
@@ -43,6 +43,7 @@ class Status:
     sent: int
     bad: int = 0
     shift_ns: int = 0
+    shift_frames: int = 0
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,14 @@ class Command:
     place_ns: int | None = None
     rate: float | None = None
 
+    def followed_by(self, later: "Command") -> "Command":
+        """Both as one command."""
+        return Command(
+            self.paused if later.paused is None else later.paused,
+            self.place_ns if later.place_ns is None else later.place_ns,
+            self.rate if later.rate is None else later.rate,
+        )
+
 
 class CommandSource(Protocol):
     """Source of keys and commands."""
@@ -62,7 +71,10 @@ class CommandSource(Protocol):
 
 
 class Player:
-    """Plays a plan once.  show: gets the status several times a second.  now: move times to the present."""
+    """Plays a plan once.  show: gets the status several times a second, and before the first message of another shift.
+
+    now: move times to the present.  poll_ns: between polls of keys, bus and signals.
+    """
 
     def __init__(
         self,
@@ -77,10 +89,11 @@ class Player:
         rate: float = 1.0,
         paused: bool = False,
         now: bool = False,
+        poll_ns: int = POLL_NS,
     ) -> None:
         self._bus, self._clock, self._timer, self._plan = bus, clock, timer, plan
         self._consumers, self._keyboard, self._show = consumers, keyboard, show
-        self._now = now
+        self._now, self._period_ns = now, poll_ns
         self._head = Playhead(0, clock.elapsed_ns(), rate, paused)
         self._log_once, self.bad = OncePerSource(logger), Counter[str]()
         self.sent = self.late_ns = self.stalls = 0
@@ -101,7 +114,7 @@ class Player:
                 self._consumers.keep_pace()
             self._head = self._head.moved(0, self._clock.elapsed_ns())
             while not stopped() and not self._quit:
-                prepared = self._prefetch.peek(POLL_NS / 1e9)
+                prepared = self._prefetch.peek(self._period_ns / 1e9)
                 if prepared is not None:
                     self._play(prepared)
                 elif self._prefetch.ended:
@@ -120,7 +133,7 @@ class Player:
         bad = self.bad.total()
         return Status(
             self._place_ns, plan.begin_ns, plan.end_ns, head.rate, head.paused, self._lap, self.sent, bad,
-            self._shift.time_ns,
+            self._shift.time_ns, self._shift.frames,
         )  # fmt: skip
 
     def _play(self, prepared: Prepared) -> None:
@@ -134,12 +147,12 @@ class Player:
             self._step = None
         now_ns = self._clock.elapsed_ns()
         due_ns = now_ns if prepared.state else self._head.due_ns(prepared.line_ns)
-        left_ns = POLL_NS if due_ns is None else due_ns - now_ns
-        if now_ns >= self._poll_ns and (left_ns > POLL_MARGIN_NS or now_ns >= self._poll_ns + 4 * POLL_NS):
+        left_ns = self._period_ns if due_ns is None else due_ns - now_ns
+        if now_ns >= self._poll_ns and (left_ns > POLL_MARGIN_NS or now_ns >= self._poll_ns + 4 * self._period_ns):
             self._poll()  # may change rate, place and pause
             return
-        if due_ns is None or left_ns > POLL_NS:
-            self._timer.until(now_ns + POLL_NS)
+        if due_ns is None or left_ns > self._period_ns:
+            self._timer.until(now_ns + self._period_ns)
             return
         self._timer.until(due_ns)
         if not prepared.state and self._head.rate:
@@ -153,10 +166,12 @@ class Player:
     def _send(self, prepared: Prepared) -> None:
         if not self._head.rate:
             self._consumers.send(prepared.topic, prepared.key)
+        if prepared.shift != self._shift:  # first, so that the time of the message in the take is known
+            self._shift = prepared.shift
+            self._show(self.status)
         self._bus.forward(prepared.topic, prepared.key, prepared.data)
         self._prefetch.take()
         self.sent += 1
-        self._shift = prepared.shift
         if not prepared.state:
             self._place_ns, self._lap = prepared.place_ns, prepared.lap
             before = self._reached or Progress(0, 0, 0)
@@ -172,7 +187,7 @@ class Player:
             else:
                 self._press(pressed)
         self._show(self.status)
-        self._poll_ns = self._clock.elapsed_ns() + POLL_NS
+        self._poll_ns = self._clock.elapsed_ns() + self._period_ns
 
     def _press(self, key: Key) -> None:
         now_ns = self._clock.elapsed_ns()

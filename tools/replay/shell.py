@@ -24,7 +24,7 @@ from zenocap.tools.recordings.take_part import frame_of
 from zenocap.tools.replay.consumers import Consumers, Name
 from zenocap.tools.replay.controls import Remote, display, status_lines, status_text, write_status
 from zenocap.tools.replay.pacing import RealTimer
-from zenocap.tools.replay.player import CommandSource, Player, Status
+from zenocap.tools.replay.player import POLL_NS, REMOTE_POLL_NS, CommandSource, Player, Status
 from zenocap.tools.replay.playlist import Plan
 from zenocap.tools.replay.remap import Remapping, remapped_keys
 from zenocap.tools.replay.selection import Selection
@@ -73,6 +73,7 @@ def run_replay(
             player = Player(
                 bus, clock, RealTimer(clock), plan, consumers, keys, show,
                 rate=options.rate, paused=options.paused, now=options.now,
+                poll_ns=REMOTE_POLL_NS if options.remote else POLL_NS,
             )  # fmt: skip
             started_s = monotonic()
             player.run(stopped)

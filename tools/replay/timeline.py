@@ -7,16 +7,17 @@ two, such as the files of one recording, is kept up to LONGEST_GAP_NS.
 import logging
 import struct
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
+from typing import BinaryIO
 
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
-from mcap.records import Chunk, Message
+from mcap.records import Chunk, ChunkIndex, McapRecord, Message
 from mcap.stream_reader import breakup_chunk
 from mcap.summary import Summary
 
@@ -29,7 +30,6 @@ logger = logging.getLogger(__name__)
 # Exceptions of the mcap reader on missing or damaged bytes.
 BROKEN = (McapError, struct.error, zstandard.ZstdError, ValueError, KeyError, OverflowError, MemoryError)
 LONGEST_GAP_NS = 10_000_000_000
-FOREVER_NS = 2**64
 OPCODE_AND_LENGTH = 9  # bytes of a record before its content
 CLOCK_STEP_NS = 1_000_000_000  # a log_time further back than this shows that the clock was set back
 
@@ -38,14 +38,16 @@ CLOCK_STEP_NS = 1_000_000_000  # a log_time further back than this shows that th
 class Part:
     """One take.  start_ns, end_ns: its first and last log_time.  keys: messages by key.
 
-    indexed: it can be read from any log_time without reading the messages before.
+    index: with which it is read from any log_time without reading the messages before; None without a whole one.
+    chunks: of the index, in the order of the file.
     """
 
     path: Path
     start_ns: int
     end_ns: int
     keys: dict[str, int]
-    indexed: bool
+    index: Summary | None = field(default=None, repr=False)
+    chunks: tuple[ChunkIndex, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True)
@@ -118,18 +120,21 @@ class Timeline:
                 start_ns = recorded.log_ns
             counts[recorded.topic] += 1
             length_ns = place_ns
-        return Part(path, start_ns, start_ns + length_ns, dict(counts), False)
+        return Part(path, start_ns, start_ns + length_ns, dict(counts))
 
     def _of_part(self, part: Part, from_ns: int) -> Iterator[tuple[int, Recorded]]:
-        if not (part.indexed and from_ns):
+        if part.index is None or not from_ns:
             yield from (item for item in _places(self._scan(part.path), part.start_ns) if item[0] >= from_ns)
             return
-        yield from _places(self._indexed(part, part.start_ns + from_ns), part.start_ns)
+        yield from _places(self._indexed(part, part.index, part.start_ns + from_ns), part.start_ns)
 
-    def _state(self, part: Part, before_ns: int, keys: Sequence[str]) -> Iterator[Recorded]:
-        if part.indexed:
-            yield from self._indexed(part, 0, part.start_ns + before_ns, keys)
-            return
+    def _state(self, part: Part, before_ns: int, keys: Sequence[str]) -> Iterable[Recorded]:
+        """Messages of `keys` before a time, in the order of writing, at least the last one of each."""
+        if part.index is not None:
+            return self._last_indexed(part, part.index, part.start_ns + before_ns, keys)
+        return self._scanned_state(part, before_ns, keys)
+
+    def _scanned_state(self, part: Part, before_ns: int, keys: Sequence[str]) -> Iterator[Recorded]:
         for place_ns, recorded in _places(self._scan(part.path), part.start_ns):
             if place_ns >= before_ns:
                 return
@@ -142,38 +147,57 @@ class Timeline:
         if take.cut:
             self.lost[path] = take.cut
 
-    def _indexed(
-        self, part: Part, from_log_ns: int, to_log_ns: int | None = None, keys: Sequence[str] | None = None
-    ) -> Iterator[Recorded]:
-        """Messages logged from one time until before another, of `keys` if given, in the order of writing.
+    def _indexed(self, part: Part, summary: Summary, from_log_ns: int) -> Iterator[Recorded]:
+        """Messages logged from a time on, in the order of writing.
 
         One chunk is in memory at a time (mcap's own reader loads all of them for the order of writing).
         """
-        try:
-            file = part.path.open("rb")
-        except OSError as error:
-            raise UserError(f"{part.path} cannot be read: {error.strerror or error}") from error
-        with file:
-            summary = SeekingReader(file, record_size_limit=MAX_RECORD).get_summary()
-            if summary is None:
-                return
-            for index in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
-                if index.message_end_time < from_log_ns or (to_log_ns and index.message_start_time >= to_log_ns):
+        with _opened(part.path) as file:
+            for chunk in part.chunks:
+                if chunk.message_end_time < from_log_ns:
                     continue
-                channels = [summary.channels[id] for id in index.message_index_offsets]
-                if keys is not None and channels and not any(channel.topic in keys for channel in channels):
-                    continue
-                try:
-                    file.seek(index.chunk_start_offset + OPCODE_AND_LENGTH)
-                    records = breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
-                except (*BROKEN, OSError):
-                    self.lost[part.path] = f"{part.path}: damaged: a chunk lost at byte {index.chunk_start_offset}"
-                    continue
-                for message in records:
-                    if isinstance(message, Message) and from_log_ns <= message.log_time < (to_log_ns or FOREVER_NS):
+                for message in self._records(part, file, chunk):
+                    if isinstance(message, Message) and message.log_time >= from_log_ns:
                         channel = summary.channels.get(message.channel_id)
-                        if channel is not None and (keys is None or channel.topic in keys):
+                        if channel is not None:
                             yield recorded_of(message, channel, summary.schemas)
+
+    def _last_indexed(self, part: Part, summary: Summary, to_log_ns: int, keys: Sequence[str]) -> list[Recorded]:
+        """The last message of each of `keys` logged before a time, in the order of writing; read from the end."""
+        missing, found = set(keys), dict[str, tuple[int, int, Recorded]]()
+        with _opened(part.path) as file:
+            for chunk in reversed(part.chunks):
+                if not missing:
+                    break
+                topics = {summary.channels[id].topic for id in chunk.message_index_offsets}
+                if chunk.message_start_time >= to_log_ns or (topics and not topics & missing):
+                    continue
+                for number, message in enumerate(self._records(part, file, chunk)):
+                    channel = summary.channels.get(message.channel_id) if isinstance(message, Message) else None
+                    if channel is None or channel.topic not in missing or not isinstance(message, Message):
+                        continue
+                    if message.log_time < to_log_ns:
+                        recorded = recorded_of(message, channel, summary.schemas)
+                        found[channel.topic] = chunk.chunk_start_offset, number, recorded
+                missing -= found.keys()
+        return [recorded for *_, recorded in sorted(found.values(), key=lambda each: each[:2])]
+
+    def _records(self, part: Part, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
+        """The records of a chunk; none of a damaged one, which counts as lost."""
+        try:
+            file.seek(chunk.chunk_start_offset + OPCODE_AND_LENGTH)
+            return breakup_chunk(Chunk.read(ReadDataStream(file)), validate_crc=True)
+        except (*BROKEN, OSError):
+            self.lost[part.path] = f"{part.path}: damaged: a chunk lost at byte {chunk.chunk_start_offset}"
+            return ()
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Open for reading.  Raises UserError."""
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror or error}") from error
 
 
 def _places(messages: Iterator[Recorded], start_ns: int | None = None) -> Iterator[tuple[int, Recorded]]:
@@ -203,7 +227,8 @@ def _from_summary(path: Path, summary: Summary | None) -> Part | None:
         return None
     if any(id not in summary.channels for chunk in filled for id in chunk.message_index_offsets):
         return None
-    return Part(path, start_ns, end_ns, dict(counts), True)
+    chunks = tuple(sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset))
+    return Part(path, start_ns, end_ns, dict(counts), summary, chunks)
 
 
 def _in_order(summary: Summary) -> bool:

@@ -93,8 +93,11 @@ class ViewUpdate(msgspec.Struct, frozen=True, tag="view", tag_field="type"):
 
 
 class PreviewUpdate(msgspec.Struct, frozen=True, tag="preview", tag_field="type"):
+    """Picture of a camera.  position_s: of the player at its time; None for one of a live rig, or of the take itself."""
+
     viewer: str
     jpeg: bytes
+    position_s: float | None = None
 
 
 class ServiceRow(msgspec.Struct, frozen=True):
@@ -208,6 +211,13 @@ class PlayerUpdate(msgspec.Struct, frozen=True, tag="player", tag_field="type"):
     pose_s: float = 0.0
 
 
+class PlaceUpdate(msgspec.Struct, frozen=True, tag="place", tag_field="type"):
+    """Place in the take of the pose that is sent with it.  position_s: of the player.  frame: as recorded."""
+
+    position_s: float
+    frame: int
+
+
 class VerdictPart(msgspec.Struct, frozen=True):
     """Part of a take in which its verdict is the same.  start_s, end_s: position of the player.  error: expected, metres.
 
@@ -270,8 +280,8 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 
 Update: TypeAlias = (
     HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
-    | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | VerdictUpdate
-    | PosturesUpdate | GhostUpdate | GhostPoseUpdate | NoticeUpdate
+    | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | PlaceUpdate
+    | VerdictUpdate | PosturesUpdate | GhostUpdate | GhostPoseUpdate | NoticeUpdate
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]

@@ -20,7 +20,7 @@ class Feed:
     def __init__(self) -> None:
         self.shown: list[float] = []
 
-    def show(self, position_s: float) -> None:
+    def show(self, position_s: float, rate: float = 0.0) -> None:
         self.shown.append(position_s)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
+from zenocap.common.recording.summary import Summary, read_summary
 from zenocap.services.animator.page.page_messages import PosturePart, PosturesUpdate
 from zenocap.services.animator.take_postures import postures_update
 
@@ -17,16 +18,20 @@ def posture(label: str | None, start_s: float, end_s: float) -> m.Posture:
     )  # fmt: skip
 
 
+def summary_of(take: Path) -> Summary:
+    summary = read_summary(take)
+    assert summary is not None
+    return summary
+
+
 def test_named_postures_have_their_place_in_the_take(tmp_path: Path) -> None:
     found = [posture("squat", 1.0, 2.5), posture(None, 2.5, 3.0), posture("raise-right-arm", 3.0, 4.0)]
     take = write_take(tmp_path / "a.mcap", [*messages_of_track(moving(20)), *found])
     expected = [PosturePart(1.0, 2.5, "squat"), PosturePart(3.0, 4.0, "raise-right-arm")]
-    assert postures_update(take, START_NS, lambda: False) == PosturesUpdate(expected)
-    assert postures_update(take, START_NS, lambda: True) == PosturesUpdate([])
+    assert postures_update(take, summary_of(take), lambda: False) == PosturesUpdate(expected)
+    assert postures_update(take, summary_of(take), lambda: True) == PosturesUpdate([])
 
 
-def test_a_take_without_postures_and_a_file_that_is_none_have_none(tmp_path: Path) -> None:
+def test_a_take_without_postures_has_none(tmp_path: Path) -> None:
     take = write_take(tmp_path / "a.mcap", messages_of_track(moving(20)))
-    assert postures_update(take, START_NS, lambda: False) == PosturesUpdate([])
-    (tmp_path / "text.mcap").write_text("not a take")
-    assert postures_update(tmp_path / "text.mcap", START_NS, lambda: False) == PosturesUpdate([])
+    assert postures_update(take, summary_of(take), lambda: False) == PosturesUpdate([])

@@ -1,15 +1,18 @@
 """Takes on one time line: every message at its position, from any start, also for truncated, damaged and several files."""
 
 import random
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
+from mcap.records import ChunkIndex, McapRecord
 
 from tests.support.replay_takes import PERIOD_NS, RIG, START_NS, sample_messages, written
 from zenocap.common.errors import UserError
-from zenocap.common.topics import PARTIAL_BDP
-from zenocap.tools.replay.timeline import LONGEST_GAP_NS, PlacedMessage, Timeline
+from zenocap.common.topics import PARTIAL_BDP, SIGHTING
+from zenocap.tools.replay.timeline import LONGEST_GAP_NS, Part, PlacedMessage, Timeline
 
 BDPS = [PARTIAL_BDP.at(RIG, viewer=viewer) for viewer in ("1", "2")]
 
@@ -45,7 +48,7 @@ def test_messages_have_positions_in_the_order_of_recording(take: Path) -> None:
 def test_reading_from_a_position_skips_only_the_messages_before_it(take: Path, place_ns: int) -> None:
     for path in (take, truncated_copy(take, 0.98)):
         timeline = Timeline([path])
-        assert timeline.parts[0].indexed == (path == take)
+        assert (timeline.parts[0].index is not None) == (path == take)
         assert list(timeline.read(place_ns)) == [p for p in timeline.read() if p.place_ns >= place_ns]
 
 
@@ -92,7 +95,7 @@ def test_clock_set_back_does_not_stop_playback(tmp_path: Path) -> None:
     path = written(tmp_path / "a.mcap", [*sample_messages(10), *sample_messages(10, START_NS - hour_ns)], flush_every=5)
     timeline = Timeline([path])
     positions = [placed.place_ns for placed in timeline.read()]
-    assert not timeline.parts[0].indexed
+    assert timeline.parts[0].index is None
     assert positions == sorted(positions)
     assert timeline.duration_ns == positions[-1] < 20 * PERIOD_NS
     assert [p.place_ns for p in timeline.read(12 * PERIOD_NS)] == [place for place in positions if place >= 12 * PERIOD_NS]
@@ -151,3 +154,24 @@ def test_messages_read_from_a_damaged_take_were_recorded(take: Path, seed: int) 
             timeline.last_before(place_ns, BDPS)
     except UserError:
         assert len(data) < 200 or data[:8] != b"\x89MCAP0\r\n"
+
+
+def test_state_of_a_long_take_is_found_without_reading_all_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path / "a.mcap", sample_messages(400), flush_every=10)
+    timeline = Timeline([path])
+    read: list[int] = []
+    records = Timeline._records
+
+    def counted(self: Timeline, part: Part, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
+        read.append(chunk.chunk_start_offset)
+        return records(self, part, file, chunk)
+
+    monkeypatch.setattr(Timeline, "_records", counted)
+    keys = [*BDPS, SIGHTING.at(RIG, viewer="1")]
+    for place_ns in (20 * PERIOD_NS, 399 * PERIOD_NS):
+        read.clear()
+        whole = [placed.recorded for placed in Timeline([path]).read() if placed.place_ns < place_ns]
+        expected = {recorded.topic: recorded for recorded in whole if recorded.topic in keys}
+        read.clear()
+        assert timeline.last_before(place_ns, keys) == sorted(expected.values(), key=whole.index)
+        assert len(read) <= 3  # of some hundred: the latest, and that of the bodies

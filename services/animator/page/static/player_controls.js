@@ -25,7 +25,10 @@ export class PlayerControls {
       if (this.playsAfter) this.send({ type: 'control_player', paused: true });
     }
     this.showTime(Number(el('position').value));
-    this.scrubbing ||= setTimeout(() => { this.scrubbing = 0; this.sendPosition(); }, SCRUB_MS);
+    if (this.scrubbing) { this.moved = true; return; }
+    this.sendPosition();
+    const held = () => { this.scrubbing = this.moved ? setTimeout(held, SCRUB_MS) : 0; if (this.moved) this.sendPosition(); };
+    this.scrubbing = setTimeout(held, SCRUB_MS);
   }
 
   release() {
@@ -36,7 +39,7 @@ export class PlayerControls {
     this.dragging = false;
   }
 
-  sendPosition() { this.send({ type: 'control_player', position_s: Number(el('position').value) }); }
+  sendPosition() { this.moved = false; this.send({ type: 'control_player', position_s: Number(el('position').value) }); }
 
   // Go to a position in seconds, within the take.
   seek(position) {
@@ -163,6 +166,12 @@ export class PlayerControls {
       return piece;
     }));
     el('posture-parts').firstElementChild.tabIndex = 0;
+  }
+
+  // update: place in the take of the pose that is shown.
+  showPlace(update) {
+    this.place = update;
+    el('clock').title = `frame ${update.frame} of the take, at ${update.position_s.toFixed(3)} s`;
   }
 
   showTime(position) { el('clock').textContent = `${position.toFixed(1)} / ${(this.last?.duration_s || 0).toFixed(1)} s`; }

@@ -27,7 +27,10 @@ MEASURES = ("rate", "jitter", "focus", "exposure", "noise", "drift", "flicker")
 
 
 class PointsMode:
-    """Holds points and picks, and publishes them with what follows.  solution: of what was written; None before."""
+    """Holds points and picks, and publishes them with what follows.  solution: that was written last; None before.
+
+    written: names of the files that were written.
+    """
 
     name: lm.ModeName = "points"
     hidden: Collection[str] = MEASURES
@@ -39,7 +42,7 @@ class PointsMode:
         self._solution: Solution | None = None
         self._solved_for: Placed | None = None
         self._saved_for: Placed | None = self._placed
-        self._written: list[str] = []
+        self.written: list[str] = []
         self._failure = ""
         self._finish_s = -1e9
         self.solution: Solution | None = None
@@ -100,7 +103,7 @@ class PointsMode:
     def _save(self) -> None:
         if self._solution is None or self._solved_for is not self._placed:
             raise UserError("not yet: the cameras are being solved")
-        self._written = self._task.write(self._placed, self._solution)
+        self.written = self._task.write(self._placed, self._solution)
         self._saved_for, self.solution = self._placed, self._solution
 
     def _finish(self) -> None:
@@ -147,7 +150,7 @@ class PointsMode:
         verdict = "" if solution is None else solution.verdict
         if self._failure:
             sentence, verdict = self._failure, ""
-        elif self._written and not self._unsaved and verdict != "poor":
+        elif self.written and not self._unsaved and verdict != "poor":
             sentence = "Saved: press Finish."
         return pm.PointsUpdate(
             task=self._task.name,
@@ -159,7 +162,7 @@ class PointsMode:
             sentence=sentence,
             verdict=verdict,
             reasons=[] if solution is None else list(solution.reasons),
-            written=self._written,
+            written=self.written,
             unsaved=self._unsaved,
             busy=busy,
         )

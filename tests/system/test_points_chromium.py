@@ -101,7 +101,7 @@ def test_clicked_points_give_the_cameras_and_both_files(browser, tmp_path, known
                 tab.click(f".pointname:has-text('{name}')")
                 click_pixel(tab, camera.project(np.array([place]))[0])
         until(tab, lambda: "good" in tab.inner_text("#outcome"), "the verdict")
-        assert "one pixel matters" in tab.inner_text("#effect")
+        until(tab, lambda: "one pixel matters" in tab.inner_text("#effect"), "the effect of a pixel")
         tab.click("#save")
         until(tab, lambda: "written:" in tab.inner_text("#outcome"), "the files")
         tab.click("#finish")
@@ -168,7 +168,7 @@ def test_the_lines_of_the_paper_with_the_verdict_at_once(browser, tmp_path) -> N
     tops = {"A": (0.0, 1.7, 0.0), "B": (0.0, 1.7, 1.0), "C": (1.0, 1.7, 0.0)}
     task = LinePoints(["cam01", "cam02"], tmp_path / "lines.toml", tmp_path / "room.toml")
     images = [marked_picture(one, tops) for one in cameras]
-    with opened(browser, cameras, task, images=images) as (tab, mode):
+    with opened(browser, cameras, task, images=images) as (tab, _):
         for key, value in (("d_x", 1), ("d_z", 1), ("t", 1.7), ("distance1", 5.2), ("distance2", 5.2)):
             tab.fill(f"#field-{key}", str(value))
             tab.press(f"#field-{key}", "Tab")

@@ -101,8 +101,8 @@ class PointsMode:
         self._changed.set()
 
     def _save(self) -> None:
-        if self._solution is None or self._solved_for is not self._placed:
-            raise UserError("not yet: the cameras are being solved")
+        if self._solution is None or self._solved_for is not self._placed:  # not solved meanwhile
+            self._solution, self._solved_for = self._task.solve(self._placed), self._placed
         self.written = self._task.write(self._placed, self._solution)
         self._saved_for, self.solution = self._placed, self._solution
 

@@ -165,7 +165,7 @@ export class PointsPanel {
     find('sentence').classList.toggle('ready', update.verdict === 'good');
     const words = { '': '', good: 'good', unchecked: 'unchecked: nothing contradicts, but an error would not be noticed', poor: 'poor' };
     const saved = update.written.length ? ` · ${update.unsaved ? 'changed since' : 'written:'} ${update.written.join(', ')}` : '';
-    find('outcome').textContent = `${update.verdict ? `Calibration: ${words[update.verdict]}` : 'Not complete yet'}${saved}`;
+    find('outcome').textContent = `${update.busy ? 'Solving …' : update.verdict ? `Calibration: ${words[update.verdict]}` : 'Not complete yet'}${saved}`;
     find('outcome').dataset.verdict = update.verdict;
     find('add').hidden = !update.editable;
     find('tabletitle').textContent = update.editable ? 'Points of the room, m' : 'Tops of the objects, m';
@@ -234,7 +234,7 @@ export class PointsPanel {
       });
       const off = view?.off_px[point.name];
       row.querySelector('.off').textContent = off !== undefined ? `${off.toFixed(2)}${view.suspect === point.name ? ' !' : ''}` : this.pick(point.name) ? '…' : '–';
-      row.querySelector('.pointname').setAttribute('aria-pressed', String(point.name === this.point));
+      row.querySelector('.pointname')?.setAttribute('aria-pressed', String(point.name === this.point));
     });
     if (this.focusNew && this.rows.has(this.focusNew)) {
       this.rows.get(this.focusNew).querySelector('input.place').focus();
@@ -272,8 +272,10 @@ export class PointsPanel {
     input.setAttribute('aria-label', `new name of ${name}`);
     button.replaceWith(input);
     input.select();
+    let ended = false;
     const end = (change) => {
-      if (!input.isConnected) return;
+      if (ended) return;
+      ended = true;  // replacing a field that has the focus ends it again
       input.replaceWith(button);
       if (change && input.value && input.value !== name) { this.point = input.value; this.send({ type: 'rename_point', point: name, to: input.value }); }
     };

@@ -102,6 +102,12 @@ def calibrate_lines(
     measured: Measurements, names: tuple[str, str] = ("cam01", "cam02")
 ) -> tuple[SolvedCamera, SolvedCamera]:
     """Return cameras 1 and 2 in the Y-up world with the ground at Y = 0.  [Two-view 4.1]  Raises UserError."""
+    check_measurements(measured)
+    return solved_camera(measured, 1, names[0]), solved_camera(measured, 2, names[1])
+
+
+def check_measurements(measured: Measurements) -> None:
+    """Raise UserError where a size or distance is outside of its range."""
     width, height = measured.size
     if width < 2 or height < 2:
         raise UserError(f"size = {width} x {height}: allowed: at least 2 x 2 px")
@@ -110,7 +116,6 @@ def calibrate_lines(
             raise UserError(f"{key} = {value}: allowed: {MARKER_M[0]:g} to {MARKER_M[1]:g} m on either side of the origin")
     if not OBJECT_M[0] <= measured.t <= OBJECT_M[1]:
         raise UserError(f"t = {measured.t}: allowed: {OBJECT_M[0]:g} to {OBJECT_M[1]:g} m")
-    return solved_camera(measured, 1, names[0]), solved_camera(measured, 2, names[1])
 
 
 def solved_camera(measured: Measurements, number: int, name: str) -> SolvedCamera:

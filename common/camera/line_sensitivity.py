@@ -47,6 +47,18 @@ def sensitivity(measured: Measurements, number: int, solved: SolvedCamera) -> Se
     return Sensitivity(pixel[0], pixel[1], undetected[0], undetected[1], undetected[2])
 
 
+def pixel_effects(measured: Measurements, number: int, solved: SolvedCamera) -> dict[str, float]:
+    """Largest relative change of the focal length by an error of 1 px in A, B and C, of camera 1 or 2, from `measured`."""
+    found = {}
+    for name in "abc":
+        firsts = [
+            next(_effects(measured, number, solved, (name, axis), sign), None)
+            for (_, axis), sign in product(COORDINATES, (-1, 1))
+        ]
+        found[name.upper()] = max((first[1] for first in firsts if first is not None), default=0.0)
+    return found
+
+
 def _effects(
     measured: Measurements, number: int, solved: SolvedCamera, coordinate: tuple[str, int], sign: int
 ) -> Iterator[tuple[int, float, bool]]:

@@ -11,6 +11,7 @@ solution by N⁻¹ Jᵀ e_i NOTICED σ / √r_i.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -27,6 +28,9 @@ FEWEST, FEWEST_WITHOUT_LENS = 4, 6  # points
 MIN_SPREAD = 0.05  # smallest extent of the points relative to the largest: less is a line, or without a lens a plane
 PERSON_M = 1.0  # height above the floor of the place at which errors are stated
 MIRRORED = 0.2  # the mirrored image fits when it leaves less than this share of the residuals
+EXCHANGED = 0.2  # the same of two points that are exchanged; of another pair, 1 / EXCHANGED_APART times as much is left
+EXCHANGED_APART = 0.5
+MOST_EXCHANGES = 66  # pairs that are tried, those of twelve points: each costs a fit
 AMBIGUOUS_PX, AMBIGUOUS_M = 1.0, 0.1  # another pose fits as well: difference of its residuals, and its distance
 
 
@@ -37,6 +41,7 @@ class PlacedCamera:
     Errors are of the place of a person in the middle of the points, 1 m above the floor, across the camera's view.
 
     residuals_px: (n, 2), picked minus projected, in the order of `points`.
+    per_pixel_m: (n,), error by a pick that is 1 px off in the direction that matters most.
     error_m: standard deviation, from picks that are CLICK_PX off, or more where the residuals are larger.
     suspect: the point that contradicts the others most, and its distance in px from where they put it; None: no point does.
     unnoticed: the point whose wrong pick matters most, by how many px it may be wrong without being noticed, and the error
@@ -47,6 +52,7 @@ class PlacedCamera:
     camera: Camera
     points: tuple[str, ...]
     residuals_px: Floats
+    per_pixel_m: Floats
     error_m: float
     suspect: tuple[str, float] | None
     unnoticed: tuple[str, float, float]
@@ -72,7 +78,12 @@ def placed_camera(
     names = tuple(pixels)
     world, seen = np.array([points[key] for key in names]), np.array([pixels[key] for key in names])
     _check_points(name, world, lens)
-    pose, *others = fitted_poses(world, seen, size, lens)
+    try:
+        pose, *others = fitted_poses(world, seen, size, lens)
+    except UserError as error:
+        if (exchanged := exchanged_points(world, seen, size, lens, np.inf)) is not None:
+            raise UserError(f"{name}: {_exchange_text(names, exchanged)}") from error
+        raise UserError(f"{name}: {error}") from error
     jacobian, residuals = pose.jacobian(world), seen - pose.project(world)
     inverse: Floats = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
     redundancy: Floats = np.clip(1.0 - ((jacobian @ inverse) * jacobian).sum(axis=1), 0.0, 1.0)
@@ -82,13 +93,48 @@ def placed_camera(
     noise = max(CLICK_PX, float(np.sqrt((residuals**2).sum() / free)) if free else 0.0)
     spread = float(np.sqrt(np.trace(effect @ inverse @ effect.T)))
     suspect = _suspect(names, world, seen, size, lens, residuals, redundancy)
-    remarks = _remarks(name, pose, others, world, seen, size, lens)
+    exchanged = None if suspect is None else exchanged_points(world, seen, size, lens, pose.residual_px(world, seen))
+    if exchanged is not None:
+        remarks: tuple[str, ...] = (f"{name}: {_exchange_text(names, exchanged)}",)
+    else:
+        remarks = _remarks(name, pose, others, world, seen, size, lens)
     if suspect is not None and not remarks:
-        remarks += (
+        remarks = (
             f"{name}: {suspect[0]} is {suspect[1]:.1f} px from where the other points put it: pick or measure it again",
         )
-    unnoticed = _unnoticed(names, jacobian, inverse, redundancy, effect)
-    return PlacedCamera(pose.camera(name), names, residuals, noise * spread, suspect, unnoticed, remarks)
+    moves = effect @ inverse @ jacobian.T  # (2, 2 n), metres by 1 px
+    unnoticed = _unnoticed(names, moves, redundancy)
+    per_pixel = np.linalg.norm(moves.reshape(2, -1, 2).transpose(1, 0, 2), ord=2, axis=(1, 2))
+    return PlacedCamera(pose.camera(name), names, residuals, per_pixel, noise * spread, suspect, unnoticed, remarks)
+
+
+def _exchange_text(names: tuple[str, ...], exchanged: tuple[int, int]) -> str:
+    one, other = (names[place] for place in exchanged)
+    return f"{one} and {other} seem to be exchanged: with each at the other's pixel all points fit"
+
+
+def exchanged_points(
+    world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None, residual_px: float
+) -> tuple[int, int] | None:
+    """Two points (n, 3) whose pixels (n, 2) are exchanged, by number: all fit when these are put right; None: no such two.
+
+    residual_px: root mean square residual as they are.
+    """
+    found: list[tuple[float, tuple[int, int]]] = []
+    for one, other in islice(combinations(range(len(world)), 2), MOST_EXCHANGES):
+        order = np.arange(len(world))
+        order[[one, other]] = other, one
+        try:
+            left_px = fitted_poses(world, seen[order], size, lens, most=1)[0].residual_px(world, seen[order])
+        except UserError:
+            continue
+        found.append((left_px, (one, other)))
+    found.sort()
+    if not found or found[0][0] > max(EXCHANGED * residual_px, CLICK_PX) or found[0][0] > NOTICED * CLICK_PX:
+        return None
+    if len(found) > 1 and found[1][0] * EXCHANGED_APART < found[0][0]:
+        return None  # two ways to put it right: none is certain
+    return found[0][1]
 
 
 def _check_points(name: str, world: Floats, lens: Lens | None) -> None:
@@ -128,12 +174,10 @@ def _suspect(
     return names[place], float(np.hypot(*(seen[place] - pose.project(world[place : place + 1])[0])))
 
 
-def _unnoticed(
-    names: tuple[str, ...], jacobian: Floats, inverse: Floats, redundancy: Floats, effect: Floats
-) -> tuple[str, float, float]:
+def _unnoticed(names: tuple[str, ...], moves: Floats, redundancy: Floats) -> tuple[str, float, float]:
     limits = NOTICED * CLICK_PX / np.sqrt(np.maximum(redundancy, 1e-12))
     limits[redundancy < 1e-6] = np.inf
-    moved = np.linalg.norm(effect @ inverse @ jacobian.T, axis=0)  # metres by 1 px
+    moved = np.linalg.norm(moves, axis=0)
     errors = np.where(np.isfinite(limits), moved * np.where(np.isfinite(limits), limits, 0.0), np.inf)
     place = int(errors.argmax())
     return names[place // 2], float(limits[place]), float(errors[place])

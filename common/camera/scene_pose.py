@@ -81,22 +81,31 @@ class ScenePose:
         return Lens("", self.size, matrix, np.zeros(4))
 
 
-def fitted_poses(world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None) -> list[ScenePose]:
-    """Poses that fit points (n, 3), m, at pixels (n, 2), the best first; others are local minima.  Raises UserError."""
+def fitted_poses(
+    world: Floats, seen: Floats, size: tuple[int, int], lens: Lens | None, most: int | None = None
+) -> list[ScenePose]:
+    """Poses that fit points (n, 3), m, at pixels (n, 2), the best first; others are local minima.
+
+    most: number of starts that are refined, those that fit best; None: all.  Raises UserError.
+    """
     logs: list[float | None] = [None] if lens is not None else [float(np.log(start * size[0])) for start in STARTS]
-    found: list[ScenePose] = []
+    starts: list[ScenePose] = []
     for log in logs:
         start = ScenePose(size, lens, np.zeros(6) if log is None else np.append(np.zeros(6), log))
-        for pose in _starts(start, world, seen):
-            refined = least_squares(
-                lambda vector, pose=pose: (replace(pose, vector=vector).project(world) - seen).ravel(),
-                pose.vector,
-                x_scale="jac",
-                max_nfev=MAX_STEPS,
-            )
-            fitted = replace(pose, vector=np.asarray(refined.x, dtype=np.float64))
-            if fitted.in_front(world) and np.isfinite(fitted.residual_px(world, seen)):
-                found.append(fitted)
+        starts += _starts(start, world, seen)
+    if most is not None:
+        starts = sorted(starts, key=lambda pose: pose.residual_px(world, seen))[:most]
+    found: list[ScenePose] = []
+    for pose in starts:
+        refined = least_squares(
+            lambda vector, pose=pose: (replace(pose, vector=vector).project(world) - seen).ravel(),
+            pose.vector,
+            x_scale="jac",
+            max_nfev=MAX_STEPS,
+        )
+        fitted = replace(pose, vector=np.asarray(refined.x, dtype=np.float64))
+        if fitted.in_front(world) and np.isfinite(fitted.residual_px(world, seen)):
+            found.append(fitted)
     if not found:
         raise UserError("no camera sees the points at these pixels: are points exchanged?")
     return sorted(found, key=lambda pose: pose.residual_px(world, seen))

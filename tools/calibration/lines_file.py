@@ -5,6 +5,7 @@ from pathlib import Path
 
 import msgspec
 
+from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.line_calibration import Measurements, Pinnacles, SolvedCamera
 from zenocap.common.camera.line_sensitivity import MAX_UNDETECTED, Sensitivity
 from zenocap.common.errors import UserError
@@ -39,6 +40,23 @@ def read_measurements(path: Path) -> Measurements:
         raise UserError(f"{path}: {error}; allowed: {allowed}") from error
     one, two = (Pinnacles(c.a, c.b, c.c, c.distance, c.height) for c in (content.camera1, content.camera2))
     return Measurements(content.size, content.d_x, content.d_z, content.t, one, two)
+
+
+def write_measurements(path: Path, measured: Measurements) -> None:
+    """Write a TOML file of measurements atomically; comments of an earlier one are lost.  Raises OSError."""
+    lines = [
+        "# For zenocap calibrate lines: equal objects at A = (0, 0), B = (0, d_z), C = (d_x, 0), and their tops.",
+        f"size = {list(measured.size)}  # of the images, px",
+        f"d_x = {measured.d_x:g}  # m",
+        f"d_z = {measured.d_z:g}",
+        f"t = {measured.t:g}  # height of the objects, m",
+    ]
+    for number, its in ((1, measured.camera1), (2, measured.camera2)):
+        lines += ["", f"[camera{number}]"]
+        lines += [f"{key} = [{x:.2f}, {y:.2f}]" for key, (x, y) in (("a", its.a), ("b", its.b), ("c", its.c))]
+        lines += [] if its.distance_m is None else [f"distance = {its.distance_m:g}"]
+        lines += [] if its.height_m is None else [f"height = {its.height_m:g}"]
+    write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
 def solution_report(solved: SolvedCamera, found: Sensitivity) -> list[str]:

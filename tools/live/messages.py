@@ -7,8 +7,9 @@ from msgspec import Meta
 
 from zenocap.services.animator.page.page_messages import Acknowledge
 from zenocap.tools.live.advice import Row
+from zenocap.tools.live.point_messages import PointCommand
 
-ModeName = Literal["cameras", "board"]
+ModeName = Literal["cameras", "board", "points"]
 
 
 class CameraEntry(msgspec.Struct, frozen=True):
@@ -142,7 +143,7 @@ class Finish(msgspec.Struct, frozen=True, tag="finish", tag_field="type", forbid
     """End the command."""
 
 
-Command: TypeAlias = Enlarge | Anew | Settle | Calibrate | Floor | Discard | Finish
+Command: TypeAlias = Enlarge | Anew | Settle | Calibrate | Floor | Discard | Finish | PointCommand
 _decoder = msgspec.json.Decoder(Acknowledge | Command)
 encode = msgspec.json.Encoder().encode
 

@@ -156,8 +156,12 @@ class LivePage:
         if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._server.broadcaster.pages:
             shown.measured_s, busy = now_s, True
             found = [row for row in rows(camera.measures()) if row.key not in self._mode.hidden]
-            self._publish(f"state/{camera.name}", lm.StateUpdate(camera.name, camera.problem, found))
+            self._publish(f"state/{camera.name}", lm.StateUpdate(camera.name, self._problem(camera), found))
         return busy
+
+    def _problem(self, camera: LiveCamera) -> str:
+        """A picture, or a video that has ended, is enough to place points in it."""
+        return "" if self._mode.name == "points" and camera.ended else camera.problem
 
     def _handle(self, command: lm.Command) -> None:
         match command:

@@ -50,3 +50,9 @@ MIN_TILTED: Final = 2  # moments in each of MIN_SIDES of four sides to which the
 MIN_SIDES: Final = 2
 NOMINAL_FOCAL: Final = 0.85  # of the image width, for the angle of the board before the lens is known; by hand
 MAX_VIEWS: Final = 6000  # of a camera: 8 minutes; later ones replace the earliest; by hand
+
+# Points in pictures.
+STILL_PX: Final = 4096  # long side of the picture in which points are placed, at most; by hand
+STILL_JPEG_QUALITY: Final = 95  # of that picture; by hand
+MOST_POINTS: Final = 200  # of a scene; by hand
+FINISH_HINT_S: Final = 10.0  # in which Finish is pressed again though changes are not saved; by hand

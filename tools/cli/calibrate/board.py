@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.calibrate.lines import POOR
-from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
 from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption, page_table, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
+from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, TokenOption
 from zenocap.tools.cli.options import one_line_errors
-
-POOR = 3  # exit status of a calibration with remarks
 
 Pair = tuple[float, float]
 
@@ -35,7 +35,7 @@ height = 1.0
 
 
 def lines(
-    measurements: Annotated[Path | None, typer.Argument(help="TOML of measurements, instead of the options.")] = None,
+    measurements: FileAndCameras = None,
     example: Annotated[bool, typer.Option("--example", help="Print a TOML of measurements, and exit.")] = False,
     size: Annotated[Pair | None, typer.Option(help="Width and height of the images, px.")] = None,
     d_x: Annotated[float | None, typer.Option(help="Position of object C on the X axis, m.")] = None,
@@ -55,10 +55,21 @@ def lines(
     height2: Annotated[float | None, typer.Option(help="Height of camera 2, m, if measured.")] = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="Calibration file.")] = Path("calibration.toml"),
     force: ForceOption = False,
+    live: LiveOption = False,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = None,
+    token: TokenOption = None,
+    live_size: Annotated[
+        str, typer.Option(metavar="WxH", help="With --live: size of the images that is requested, px.")
+    ] = "1280x720",
+    fps: FpsOption = 30.0,
 ) -> None:
     """Calibrate two level cameras, aimed along the axes, from three upright objects of one height (the paper's method).
 
     Place them at A = (0, 0), B = (0, D_Z) and C = (D_X, 0); camera 1 on +Z looks to -Z, camera 2 on -X looks to +X.
+
+    With --live, a page at http://127.0.0.1:8090 shows both pictures with their middle lines, in which the tops are placed,
+    and at once what one pixel matters: `zenocap calibrate lines lines.toml --live cam01=/dev/video0 cam02=/dev/video2`
     """
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.line_calibration import Measurements, Pinnacles, calibrate_lines
@@ -72,10 +83,21 @@ def lines(
     options |= {"--a1": a1, "--b1": b1, "--c1": c1, "--a2": a2, "--b2": b2, "--c2": c2}
     with one_line_errors():
         check_new(output, force)
-        if measurements is not None:
-            if given := [name for name, value in options.items() if value is not None]:
-                raise typer.BadParameter(f"{measurements} has the measurements: leave out {', '.join(given)}")
-            measured = read_measurements(measurements)
+        given = [name for name, value in options.items() if value is not None]
+        if live:
+            from zenocap.tools.live.points_lines import LinePoints
+
+            if given:
+                raise typer.BadParameter(f"with --live the page has the measurements: leave out {', '.join(given)}")
+            path, sources = file_and_cameras(measurements, "lines.toml")
+            page, program = (host, port, token), "zenocap calibrate lines --live"
+            task = lambda names: LinePoints(names, path, output)  # noqa: E731
+            raise typer.Exit(run_points(sources, live_size, fps, page, program, task, output))
+        if measurements:
+            file = one_file(measurements, "")
+            if given:
+                raise typer.BadParameter(f"{file} has the measurements: leave out {', '.join(given)}")
+            measured = read_measurements(file)
         elif size and d_x is not None and d_z is not None and t is not None and a1 and b1 and c1 and a2 and b2 and c2:
             one = Pinnacles(a1, b1, c1, distance1, height1)
             two = Pinnacles(a2, b2, c2, distance2, height2)

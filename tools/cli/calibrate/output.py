@@ -9,6 +9,8 @@ import typer
 
 from zenocap.common.errors import UserError
 
+POOR = 3  # exit status of a calibration with remarks
+
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")]
 
 

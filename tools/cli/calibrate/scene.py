@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.lines import POOR
-from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.points_page import FileAndCameras, LiveOption, file_and_cameras, one_file, run_points
+from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 
 SCENE_EXAMPLE = """# For zenocap calibrate scene: points of the room, measured with a tape, and where each camera sees them.
@@ -32,9 +33,7 @@ shelf = [319.5, 167.9]
 
 
 def scene(
-    points: Annotated[
-        Path | None, typer.Argument(help="TOML of known points and their pixels.", show_default=False)
-    ] = None,
+    points: FileAndCameras = None,
     lenses: Annotated[
         Path | None,
         typer.Option(
@@ -46,23 +45,43 @@ def scene(
     force: ForceOption = False,
     as_json: JsonOption = False,
     example: Annotated[bool, typer.Option("--example", help="Print a TOML of points, and exit.")] = False,
+    live: LiveOption = False,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = None,
+    token: TokenOption = None,
+    size: SizeOption = "1280x720",
+    fps: FpsOption = 30.0,
 ) -> None:
     """Calibrate each camera from points of the room whose places are known, four or more with a lens file.
 
     States the error to expect, and how far a wrong pixel would go unnoticed.  Exit status 3 when points contradict.
+
+    With --live, a page at http://127.0.0.1:8090 shows the pictures of the cameras, in which the points are placed, and at
+    once where each camera is, which point contradicts the others, and what one pixel matters; it writes the file of points
+    too: `zenocap calibrate scene points.toml --live left=/dev/video0 right=right.png --lenses lenses.toml`
     """
     if example:
         typer.echo(SCENE_EXAMPLE, nl=False)
         return
-    if points is None:
-        raise typer.BadParameter("give a TOML of points; --example prints one")
     from zenocap.common.camera.calibration_files import write_calibration
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.tools.calibration.scene_file import placed_cameras, read_scene, scene_report, scene_verdict
 
     with one_line_errors():
+        if not live:
+            file = one_file(points, "give a TOML of points; --example prints one")
         check_new(output, force)
-        placed = placed_cameras(read_scene(points), None if lenses is None else read_lenses(lenses))
+        known = None if lenses is None else read_lenses(lenses)
+        if live:
+            from zenocap.tools.live.points_scene import ScenePoints
+
+            if as_json:
+                raise typer.BadParameter("--json: allowed: without --live")
+            path, sources = file_and_cameras(points, "points.toml")
+            page, program = (host, port, token), "zenocap calibrate scene --live"
+            task = lambda names: ScenePoints(names, path, output, known)  # noqa: E731
+            raise typer.Exit(run_points(sources, size, fps, page, program, task, output))
+        placed = placed_cameras(read_scene(file), known)
         with writing(output):
             write_calibration(output, {one.camera.name: one.camera for one in placed})
     word, reasons = scene_verdict(placed)

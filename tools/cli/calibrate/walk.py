@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.lines import POOR
-from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 

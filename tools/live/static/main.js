@@ -3,8 +3,9 @@
 import { BoardPanel } from './board_panel.js';
 import { CameraCard } from './camera_card.js';
 import { Connection } from './connection.js';
+import { PointsPanel } from './points_panel.js';
 
-const TITLES = { cameras: 'Cameras', board: 'Calibration with a board' };
+const TITLES = { cameras: 'Cameras', board: 'Calibration with a board', points: 'Calibration with points' };
 const NOTICE_MS = 8000;
 const $ = (id) => document.getElementById(id);
 
@@ -14,6 +15,7 @@ let panel = null;  // of the mode
 let noticeTimer = 0;
 
 function enlarge(name) {
+  if (document.body.dataset.mode === 'points') { if (name) panel.choose(name); return; }
   large = name;
   for (const [other, card] of cards) card.setLarge(other === name);
   connection.send({ type: 'enlarge', camera: name });
@@ -46,6 +48,7 @@ function hello(update) {
   if (large && cards.has(large)) enlarge(large);
   document.body.dataset.mode = update.mode;
   $('anew').hidden = update.mode !== 'cameras';
+  if (update.mode === 'points') panel ??= new PointsPanel({ bar: $('bar'), panel: $('task'), stage: $('stage') }, (command) => connection.send(command));
   if (update.mode === 'board') panel = new BoardPanel($('bar'), $('task'), cards, (command) => connection.send(command));
 }
 
@@ -54,7 +57,12 @@ const handlers = {
   picture: (update) => cards.get(update.camera)?.show(update),
   state: (update) => cards.get(update.camera)?.setState(update),
   board: (update) => panel?.show(update),
-  notice: ({ text }) => notice(text),
+  still: (update) => panel?.still(update),
+  points: (update) => panel?.show(update),
+  notice: ({ text }) => {
+    panel?.refused?.();
+    notice(text);
+  },
 };
 
 const connection = new Connection(handlers, (open) => {
@@ -70,4 +78,4 @@ addEventListener('keydown', (event) => {
   else if (event.key === 'ArrowLeft' && large) step(-1);
 });
 
-window.zenocap = { cards, connection };
+window.zenocap = { cards, connection, get panel() { return panel; } };

@@ -1,0 +1,97 @@
+"""The live page of `zenocap calibrate scene` and `lines`: points are placed in the pictures of the cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenocap.common.errors import UserError
+from zenocap.tools.cli.calibrate.output import POOR
+from zenocap.tools.cli.live_page import page_table, run_page
+from zenocap.tools.cli.options import DONE, FAILED
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.tools.live.camera import LiveCamera
+    from zenocap.tools.live.page import Mode
+    from zenocap.tools.live.points_task import PointsTask
+
+FileAndCameras = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[FILE] [CAMERA...]",
+        help="TOML, as --example prints one.  With --live it need not exist yet, and the page writes it, without its "
+        "comments; after it the cameras: a rig file, NAME=SOURCE, where SOURCE may be a camera, stream, video or picture, "
+        "or a folder of videos or pictures; default: all cameras of this machine.",
+        show_default=False,
+    ),
+]
+LiveOption = Annotated[
+    bool, typer.Option("--live", help="Place the points with mouse, finger or keys in pictures of the cameras, on a page.")
+]
+
+
+def one_file(texts: Sequence[str] | None, missing: str) -> Path:
+    """The file of a command without --live.  Raises typer.BadParameter."""
+    if not texts:
+        raise typer.BadParameter(missing)
+    if len(texts) > 1:
+        raise typer.BadParameter(f"{texts[1]}: cameras: allowed: with --live")
+    return Path(texts[0])
+
+
+def file_and_cameras(texts: Sequence[str] | None, default: str) -> tuple[Path, list[str]]:
+    """The file of a page, and the sources of its cameras as `run_page` takes them.  Raises UserError."""
+    found = list(texts or [])
+    own = bool(found) and "=" not in found[0] and not Path(found[0]).is_dir()
+    path = Path(found.pop(0)) if own else Path(default)
+    if path.suffix.lower() != ".toml":
+        raise UserError(f"{path}: allowed: a .toml file, which the page writes; then the cameras, NAME=SOURCE")
+    return path, [source for text in found for source in _expanded(text)]
+
+
+def _expanded(text: str) -> list[str]:
+    """The videos or pictures of a folder as NAME=SOURCE; any other text as it is.  Raises UserError."""
+    from zenocap.common.rig.folder import IMAGE_SUFFIXES
+    from zenocap.common.rig.sources import VIDEO_SUFFIXES
+
+    folder = Path(text)
+    if "=" in text or not folder.is_dir():
+        return [text]
+    for place in (folder / "videos", folder):
+        files = sorted(place.iterdir()) if place.is_dir() else []
+        if found := [f"{one.stem}={one}" for one in files if one.suffix.lower() in VIDEO_SUFFIXES + IMAGE_SUFFIXES]:
+            return found
+    raise UserError(f"{folder}: no videos and no pictures in it: allowed: {', '.join(VIDEO_SUFFIXES + IMAGE_SUFFIXES)}")
+
+
+def run_points(
+    sources: Sequence[str],
+    size: str,
+    fps: float,
+    page: tuple[str, int | None, str | None],
+    program: str,
+    make_task: Callable[[list[str]], PointsTask],
+    output: Path,
+) -> int:
+    """Serve the page until Finish; returns the exit status, FAILED when nothing was saved.  Raises UserError.
+
+    page: host, port, token.  make_task: of the names of the cameras.
+    """
+    from zenocap.tools.live.points_mode import PointsMode
+
+    def make(cameras: Sequence[LiveCamera], epoch_ns: int) -> Mode:
+        return PointsMode(cameras, make_task([camera.name for camera in cameras]))
+
+    mode = run_page(sources, size, fps, page_table(*page), program, make, loop=False)
+    assert isinstance(mode, PointsMode)
+    mode.close()
+    if mode.solution is None:
+        typer.echo("nothing was saved", err=True)
+        return FAILED
+    typer.echo("\n".join([*mode.solution.report, f"written: {', '.join(mode.written)}"]))
+    typer.echo("\n  ".join([f"verdict: {mode.solution.verdict}", *mode.solution.reasons]))
+    typer.echo(f"next: zenocap calibrate check {output}")
+    return POOR if mode.solution.verdict == "poor" else DONE

@@ -1,4 +1,4 @@
-"""Joint angles in degrees of takes (.mcap), BVH, TRC and OpenSim's .mot files, over time."""
+"""Joint angles in degrees of takes (.mcap), BVH, TRC, C3D and OpenSim's .mot files, over time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,13 +16,13 @@ from zenocap.common.formats.bvh_joint_names import centres_of
 from zenocap.common.formats.bvh_reader import read_bvh
 from zenocap.common.formats.bvh_segments import segment_rotations
 from zenocap.common.formats.mot import Mot, read_mot
+from zenocap.common.formats.motion_files import read_centres
 from zenocap.common.formats.opensim_coordinates import rotations_of
 from zenocap.common.formats.pose_track import PoseTrack, every_frame
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.formats.trc import read_trc
 
-FORMATS = (".mot", ".bvh", ".trc", ".mcap")
+FORMATS = (".mot", ".bvh", ".trc", ".c3d", ".mcap")
 SIDES = ("right", "left")
 SOURCES = {"right_ankle": "RToe", "left_ankle": "LToe", "neck": "Head"}  # centres without which a joint is not measured
 
@@ -63,8 +63,8 @@ def read_source(path: Path) -> AngleSource:
         case ".bvh":
             bvh = read_bvh(path)
             return BvhPoses(centres_of(bvh, path), segment_rotations(bvh, path))
-        case ".trc":
-            return read_trc(path)
+        case ".trc" | ".c3d":
+            return read_centres(path)
         case ".mcap":
             return filled(read_poses(path).track())
     raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")

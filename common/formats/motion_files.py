@@ -1,4 +1,4 @@
-"""Poses and joint centres of motion files: BVH, TRC, takes."""
+"""Poses and joint centres of motion files: BVH, TRC, C3D, takes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,12 +14,15 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.inverse_kinematics import NEEDED, poses_from_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import read_bvh_centres
+from zenocap.common.formats.c3d_reader import read_c3d
+from zenocap.common.formats.joint_map import UPS, JointMap
+from zenocap.common.formats.marker_sets import named_centres
 from zenocap.common.formats.pose_track import PoseTrack, every_frame
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import read_trc
 
-FORMATS = (".bvh", ".trc", ".mcap")
+FORMATS = (".bvh", ".trc", ".c3d", ".mcap")
 MAX_GAP_S = 0.25  # longest gap in joint centres that poses bridge as known; chosen by hand
 FASTEST = 30.0  # rad/s about one axis, faster than human joints: a leap from a rest pose in the first rows; chosen by hand
 REST_ROWS = 5  # searched for a leap; chosen by hand
@@ -29,8 +32,9 @@ REST_ROWS = 5  # searched for a leap; chosen by hand
 class Motion:
     """Poses of n consecutive frames of a file.
 
-    rate: frames per second.  times_s: (n,) seconds: of a take since frame 0, of a TRC its column Time, of a BVH since its
-    first frame.  poses: None for rows without.  known: (n,) False also where a pose bridges a gap longer than MAX_GAP_S.
+    rate: frames per second.  times_s: (n,) seconds: of a take and a C3D since frame 0, of a TRC its column Time, of a BVH
+    since its first frame.  poses: None for rows without.  known: (n,) False also where a pose bridges a gap longer than
+    MAX_GAP_S.
     """
 
     name: str
@@ -40,35 +44,33 @@ class Motion:
     known: Bools
 
 
-def read_poses_for(path: Path, anatomy: Anatomy, frames: range | None = None) -> Motion:
-    """Read the motion in a .bvh, a .trc (HALPE names) or a take (.mcap) for an anatomy; its name is the file's stem.
+def read_poses_for(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> Motion:
+    """Read the motion in a .bvh, .trc, .c3d or a take (.mcap) for an anatomy; its name is the file's stem.
 
-    frames: frame numbers of the file, without step; default: all.  A rest pose at the beginning of a file of motion
-    capture is left out.  Raises UserError, also for a .mcap that is no take.
+    frames: frame numbers of the file, without step; default: all.  joints: see `read_centres`.  A rest pose at the
+    beginning of a file of motion capture is left out.  Raises UserError, also for a .mcap that is no take.
+    """
+    if path.suffix.lower() != ".mcap":
+        return _of_centres(path, read_centres(path, joints), anatomy, frames)
+    track = every_frame(read_poses(path).track(), 0)
+    if track.anatomy is not anatomy:
+        return _of_centres(path, track.trajectories(), anatomy, frames)
+    return _of_track(path, track, frames)
+
+
+def read_centres(path: Path, joints: JointMap | None = None) -> Trajectories:
+    """Read the joint centres (HALPE names) in a .bvh, .trc, .c3d or a take (.mcap), with the times of `read_poses_for`.
+
+    joints: names of joints and markers that are not recognized; not used for takes.  Raises UserError, also for a .mcap
+    that is no take.
     """
     match path.suffix.lower():
         case ".bvh":
-            return _of_centres(path, read_bvh_centres(path), anatomy, frames)
+            return read_bvh_centres(path, joints=joints)
         case ".trc":
-            return _of_centres(path, read_trc(path), anatomy, frames)
-        case ".mcap":
-            track = every_frame(read_poses(path).track(), 0)
-            if track.anatomy is not anatomy:
-                return _of_centres(path, track.trajectories(), anatomy, frames)
-            return _of_track(path, track, frames)
-    raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")
-
-
-def read_centres(path: Path) -> Trajectories:
-    """Read the joint centres (HALPE names) in a .bvh, a .trc or a take (.mcap), with the times of `read_poses_for`.
-
-    Raises UserError, also for a .mcap that is no take.
-    """
-    match path.suffix.lower():
-        case ".bvh":
-            return read_bvh_centres(path)
-        case ".trc":
-            return read_trc(path)
+            return named_centres(read_trc(path), path, UPS.index("y"), joints)
+        case ".c3d":
+            return named_centres(read_c3d(path), path, UPS.index("z"), joints)
         case ".mcap":
             return every_frame(read_poses(path).track(), 0).trajectories()
     raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")

@@ -18,8 +18,8 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.recordings.evaluate import Accuracy
 
 SAME_RATE = 0.02  # relative difference up to which two durations are equal; chosen by hand
-CENTRES = (".trc", ".bvh", ".mcap")  # suffixes of files with joint centres; the first one's are compared by default
-ANGLES = (".mot", ".bvh", ".trc", ".mcap")
+CENTRES = (".trc", ".c3d", ".bvh", ".mcap")  # suffixes of files with joint centres; the first one's are compared by default
+ANGLES = (".mot", ".bvh", ".trc", ".c3d", ".mcap")
 
 
 def evaluate(
@@ -28,7 +28,8 @@ def evaluate(
         Path,
         typer.Option(
             metavar="FILE",
-            help="Ground truth: joint centres (.trc), skeleton (.bvh), OpenSim coordinates (.mot), or a take (.mcap).",
+            help="Ground truth: joint centres or markers (.trc, .c3d), skeleton (.bvh), OpenSim coordinates (.mot), or a "
+            "take (.mcap).",
             show_default=False,
         ),
     ],

@@ -29,6 +29,15 @@ OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", he
 RawOption = Annotated[
     bool, typer.Option("--raw", help="Use the poses of the forward pass, also of a take that was tracked both ways.")
 ]
+JointsOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="MAP.toml",
+        help="Names of joints or markers in .bvh, .trc and .c3d that are not recognized: a table [joints] with lines such "
+        'as RHip = "thigh_r".',
+        show_default=False,
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
 
 

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from zenocap.tools.cli.options import JsonOption, OutputOption, one_line_errors
+from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, one_line_errors
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.body.anatomy import Anatomy
+    from zenocap.common.formats.joint_map import JointMap
     from zenocap.services.tracker.prior.model import Prior
     from zenocap.services.tracker.prior.training import Recording
 
@@ -29,7 +30,7 @@ prior = typer.Typer(help="Motion priors, trained on motion capture or takes.", n
 def train(
     motions: Annotated[
         list[Path],
-        typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, or takes (.mcap).", show_default=False),
+        typer.Argument(metavar="MOTION...", help="Training files: .bvh, .trc, .c3d, or takes (.mcap).", show_default=False),
     ],
     output: OutputOption,
     held: Annotated[
@@ -56,6 +57,7 @@ def train(
     plot: Annotated[
         Path | None, typer.Option(metavar="FIG", help="Plot the reconstruction errors (.png, .svg, .pdf).")
     ] = None,
+    joints: JointsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Train a motion prior: regions of similar poses, a subspace for each, and transition probabilities.
@@ -71,6 +73,7 @@ def train(
         from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
         from zenocap.common.body.coordinates import coordinates_of
         from zenocap.common.errors import UserError
+        from zenocap.common.formats.joint_map import read_joint_map
         from zenocap.services.tracker.prior.file import write_prior
         from zenocap.services.tracker.prior.training import Plan
         from zenocap.services.tracker.prior.training import train as run_train
@@ -80,10 +83,11 @@ def train(
                 raise UserError(f"{path}: there is no folder {path.parent}: allowed: a file in a folder that exists")
         draw = None if plot is None else _drawing(plot)
         body = {"fourteen-parts": FOURTEEN_PARTS, "ten-parts": TEN_PARTS}[anatomy]
+        names = None if joints is None else read_joint_map(joints)
         plan = Plan(dims, rate, mirror, seed, regions)
         with progress("learning", "steps") as state:
-            learnt_from = [_recording(path, body, wanted) for path in motions]
-            held_out = [_recording(path, body, None) for path in held or ()]
+            learnt_from = [_recording(path, body, wanted, names) for path in motions]
+            held_out = [_recording(path, body, None, names) for path in held or ()]
             found = run_train(coordinates_of(body), learnt_from, held_out, plan, state.update)
         write_prior(output, found)
         if draw is not None:
@@ -162,15 +166,15 @@ def _show(path: Path, prior: Prior, as_json: bool) -> None:
     typer.echo(json.dumps(content))
 
 
-def _recording(path: Path, anatomy: Anatomy, frames: range | None) -> Recording:
+def _recording(path: Path, anatomy: Anatomy, frames: range | None, joints: JointMap | None) -> Recording:
     """Raises UserError."""
     from zenocap.common.errors import UserError
     from zenocap.services.tracker.prior.motions import read_motion
     from zenocap.services.tracker.prior.training import Recording
 
     if not path.is_file():
-        raise UserError(f"{path}: there is no such file: allowed: a .bvh, .trc or .mcap")
-    motion = read_motion(path, anatomy, frames)
+        raise UserError(f"{path}: there is no such file: allowed: a .bvh, .trc, .c3d or .mcap")
+    motion = read_motion(path, anatomy, frames, joints)
     return Recording(motion.name, motion.rate, motion.coordinates)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.errors import UserError
+from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_poses_for
 from zenocap.common.formats.pose_track import every_frame
 from zenocap.common.formats.take_poses import read_poses
@@ -42,14 +43,19 @@ def examples_of(
     kind: Kind,
     report: Callable[[int, int, str], None] = lambda done, of, text: None,
     missing: list[str] | None = None,
+    joints: JointMap | None = None,
 ) -> list[Example]:
     """Examples of a manifest's rows, in order.  Raises UserError with one line per unusable row.
 
-    missing: receives these lines instead of raising.
+    missing: receives these lines instead of raising.  joints: of the files of motion capture.
     """
     examples: list[Example] = []
     wrong: list[str] = []
-    read = lru_cache(CACHED_SOURCES)(read_features)
+
+    @lru_cache(CACHED_SOURCES)
+    def read(source: Path) -> Features:
+        return read_features(source, kind, joints)
+
     failed: dict[Path, str] = {}
     for done, row in enumerate(rows):
         report(done, len(rows), row.source.name)
@@ -58,7 +64,7 @@ def examples_of(
                 wrong.append(f"{manifest}: line {row.line}: {failed[row.source]}")
             continue
         try:
-            motion = read(row.source, kind)
+            motion = read(row.source)
         except (UserError, OSError) as error:
             failed[row.source] = str(error)
             wrong.append(f"{manifest}: line {row.line}: {error}")
@@ -98,14 +104,14 @@ def _background(motion: Features, row: Row, name: str) -> list[Example]:
     ]
 
 
-def read_features(path: Path, kind: Kind) -> Features:
-    """Rows of a whole source: a take in its own anatomy, a .bvh or .trc in ten parts.  Raises UserError."""
+def read_features(path: Path, kind: Kind, joints: JointMap | None = None) -> Features:
+    """Rows of a whole source: a take in its own anatomy, a .bvh, .trc or .c3d in ten parts.  Raises UserError."""
     if path.suffix.lower() == ".mcap":
         track = every_frame(read_poses(path).track(), 0)
         if not track.rate > 0:
             raise UserError(f"{path}: {len(track.frames)} frames with a pose: allowed: two or more")
         return Features(track.rate, track.times_s, rows_of(track.anatomy, track.positions, track.angles, kind))
-    motion = read_poses_for(path, TEN_PARTS)
+    motion = read_poses_for(path, TEN_PARTS, joints=joints)
     angles = np.full((len(motion.poses), len(TEN_PARTS.angles)), np.nan)
     positions = np.full((len(motion.poses), 3), np.nan)
     for row, pose in enumerate(motion.poses):

@@ -14,7 +14,7 @@ from zenocap.services.recognizer.training.examples import LONGEST_LABEL
 COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
 SOURCE_NAMES = ("source", "take", "clip", "file")  # accepted names of the first column
 NEEDED = ("source", "posture")
-MOTIONS = (".mcap", ".bvh", ".trc")
+MOTIONS = (".mcap", ".bvh", ".trc", ".c3d")
 RIG = ".toml"
 DELIMITERS = ",;\t"
 MAX_BYTES = 16 << 20

@@ -10,6 +10,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of, unwrap_rotations
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.inverse_kinematics import poses_from_centres
+from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_poses_for
 from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import landmarks
@@ -29,9 +30,9 @@ class Motion:
     coordinates: Floats
 
 
-def read_motion(path: Path, anatomy: Anatomy, frames: range | None = None) -> Motion:
-    """Motion in a .bvh, a .trc or a take (.mcap); see `read_poses_for`.  Raises UserError."""
-    found = read_poses_for(path, anatomy, frames)
+def read_motion(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> Motion:
+    """Motion in a .bvh, .trc, .c3d or a take (.mcap); see `read_poses_for`.  Raises UserError."""
+    found = read_poses_for(path, anatomy, frames, joints)
     table = coordinates_of(anatomy)
     coordinates = np.full((len(found.poses), table.dimension), np.nan)
     rows_with_pose = [row for row, pose in enumerate(found.poses) if pose is not None]

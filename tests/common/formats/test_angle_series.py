@@ -98,7 +98,7 @@ def test_missing_markers_and_unknown_suffixes_are_errors(tmp_path: Path) -> None
     write_trc(tmp_path / "b.trc", data)
     with pytest.raises(UserError, match=r"b\.trc: joint centres LKnee: in no frame"):
         read(tmp_path / "b.trc")
-    with pytest.raises(UserError, match=r"a\.csv: suffix '\.csv': allowed: \.mot, \.bvh, \.trc, \.mcap"):
+    with pytest.raises(UserError, match=r"a\.csv: suffix '\.csv': allowed: \.mot, \.bvh, \.trc, \.c3d, \.mcap"):
         read_source(tmp_path / "a.csv")
 
 

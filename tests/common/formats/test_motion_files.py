@@ -85,5 +85,5 @@ def test_a_take_read_in_its_own_anatomy_has_the_recorded_poses() -> None:
 
 
 def test_other_suffixes_raise_an_error_that_names_the_file(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"a\.fbx: suffix '\.fbx': allowed: \.bvh, \.trc, \.mcap"):
+    with pytest.raises(UserError, match=r"a\.fbx: suffix '\.fbx': allowed: \.bvh, \.trc, \.c3d, \.mcap"):
         read_poses_for(tmp_path / "a.fbx", TEN_PARTS)

@@ -10,6 +10,7 @@ from tests.support.places import MOTIONS
 from tests.support.prior_cases import gait
 from tests.tools.cli.test_main import zenocap
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
+from zenocap.common.formats.joint_map import JointMap
 from zenocap.services.tracker.prior import motions
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.prior.motions import Motion
@@ -23,7 +24,7 @@ def walks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     for path in paths:
         path.touch()
 
-    def read(path: Path, anatomy: Anatomy, frames: range | None = None) -> Motion:
+    def read(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> Motion:
         assert anatomy is FOURTEEN_PARTS
         poses = gait(240, int(path.stem[-1]))
         return Motion(path.stem, 60.0, poses if frames is None else poses[frames.start : frames.stop])

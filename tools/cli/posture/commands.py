@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.tools.cli.options import JsonOption, Method, OutputOption, one_line_errors
+from zenocap.tools.cli.options import JointsOption, JsonOption, Method, OutputOption, one_line_errors
 from zenocap.tools.cli.posture.act import act
 from zenocap.tools.cli.posture.label import label
 from zenocap.tools.cli.posture.report import (
@@ -98,11 +98,12 @@ def train(
     seed: SeedOption = 0,
     tracked: TrackedOption = None,
     method: MethodOption = None,
+    joints: JointsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Train a posture model of the examples in a manifest, and the rejection of other movements.
 
-    Sources are takes (.mcap), motion capture (.bvh, .trc), and rig files or clip folders, which are tracked first.
+    Sources are takes (.mcap), motion capture (.bvh, .trc, .c3d), and rig files or clip folders, which are tracked first.
     Start and end are seconds from the start of the source; empty means all of it. Rejection thresholds are trained by
     leaving people out in turn. An existing output is replaced.
 
@@ -115,7 +116,7 @@ def train(
         _check_folder(output)
         settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed)
         with progress("reading takes", "takes") as state:
-            examples = read_examples(manifest, settings.features, tracked, method, state.update)
+            examples = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
         with progress("training", "models") as state:
             model = run_train(examples, settings, state.update)
         write_model(output, model)
@@ -148,6 +149,7 @@ def evaluate(
     seed: SeedOption = 0,
     tracked: TrackedOption = None,
     method: MethodOption = None,
+    joints: JointsOption = None,
     confusion: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write the confusion matrix.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FIG", help="Plot the confusion matrix (.png, .svg, .pdf).")] = None,
     skip_missing: Annotated[bool, typer.Option("--skip-missing", help="Leave out rows without angles.")] = False,
@@ -168,7 +170,7 @@ def evaluate(
         settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed)
         with progress("reading takes", "takes") as state:
             examples = read_examples(
-                manifest, settings.features, tracked, method, state.update, missing if skip_missing else None
+                manifest, settings.features, tracked, method, state.update, missing if skip_missing else None, joints
             )
         with progress("evaluating", "models") as state:
             outcomes = _outcomes(examples, settings, protocol, state.update)

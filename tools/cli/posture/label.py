@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import JsonOption, one_line_errors
+from zenocap.tools.cli.options import JointsOption, JsonOption, one_line_errors
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.formats.trajectories import Trajectories
@@ -29,7 +29,8 @@ HELP = """  a label        label the segment, such as kick  Enter      accept th
 
 def label(
     source: Annotated[
-        Path, typer.Argument(metavar="TAKE", help="A take (.mcap), or motion capture (.bvh, .trc).", show_default=False)
+        Path,
+        typer.Argument(metavar="TAKE", help="A take (.mcap), or motion capture (.bvh, .trc, .c3d).", show_default=False),
     ],
     output: Annotated[
         Path | None,
@@ -50,6 +51,7 @@ def label(
     only_list: Annotated[bool, typer.Option("--list", help="List the candidates only.")] = False,
     play: Annotated[bool, typer.Option(help="Play every candidate in the terminal.")] = True,
     speed: Annotated[float, typer.Option(min=0.05, max=20, help="Playback speed of candidates.")] = 1.0,
+    joints: JointsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Find segments of a take that may be postures, play them, and label them for a manifest.
@@ -60,13 +62,15 @@ def label(
     Example: `zenocap posture label take.mcap -o examples.csv --person anna`
     """
     with one_line_errors():
+        from zenocap.common.formats.joint_map import read_joint_map
         from zenocap.common.formats.motion_files import read_centres
         from zenocap.services.recognizer.training.example_files import read_features
         from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggest_labels
         from zenocap.services.recognizer.training.manifest import write_manifest
 
         guesser = _suggesting_model(model)
-        motion = read_features(source, "directions")
+        names = None if joints is None else read_joint_map(joints)
+        motion = read_features(source, "directions", names)
         found = candidates_of(motion.times_s, motion.features, motion.rate)
         rows = _rows_of(output)
         left = [one for one in found if not is_labelled(rows, source, one)]
@@ -78,7 +82,7 @@ def label(
         if accept:
             chosen = [(one, guess.label) for one, guess in guesses.items() if guess and guess.known]
         else:
-            centres = read_centres(source) if play else None
+            centres = read_centres(source, names) if play else None
             chosen = _labels_entered(guesses, (float(motion.times_s[0]), float(motion.times_s[-1])), centres, speed)
         named = add_rows(rows, source, person, chosen)
         if chosen:

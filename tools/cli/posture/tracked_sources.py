@@ -26,17 +26,20 @@ def read_examples(
     method: Method | None,
     report: Report,
     missing: list[str] | None = None,
+    joints: Path | None = None,
 ) -> list[Example]:
     """The examples of a manifest, its rigs tracked first.  missing: takes a line for each row that has no angles.
 
-    Raises UserError.
+    joints: file of a joint map.  Raises UserError.
     """
+    from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.services.recognizer.training.example_files import examples_of
     from zenocap.services.recognizer.training.manifest import read_manifest
 
+    names = None if joints is None else read_joint_map(joints)
     rows = read_manifest(manifest)
     rows = with_takes(manifest, rows, folder or manifest.parent / TRACKED, method, report)
-    return examples_of(manifest, rows, kind, report, missing)
+    return examples_of(manifest, rows, kind, report, missing, names)
 
 
 def with_takes(manifest: Path, rows: Sequence[Row], folder: Path, method: Method | None, report: Report) -> list[Row]:

@@ -69,7 +69,7 @@ def test_all_errors_are_reported_together(folder: Path) -> None:
         (5, "end = 'nan': allowed: seconds"),
         (6, "posture = 'xxx"),
         (7, "posture = '': allowed: 1 to 64 printable characters"),
-        (8, "source = 'notes.txt': allowed: .mcap, .bvh, .trc"),
+        (8, "source = 'notes.txt': allowed: .mcap, .bvh, .trc, .c3d"),
         (9, "7 cells: allowed: 6"),
         (10, "source = '': allowed: a file"),
         (12, "the same span of"),

@@ -100,7 +100,7 @@ def test_short_gaps_are_interpolated_and_long_ones_are_not(tmp_path: Path) -> No
 
 
 def test_error_names_the_invalid_motion_file(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"a\.fbx: suffix '\.fbx': allowed: \.bvh, \.trc, \.mcap"):
+    with pytest.raises(UserError, match=r"a\.fbx: suffix '\.fbx': allowed: \.bvh, \.trc, \.c3d, \.mcap"):
         read_motion(tmp_path / "a.fbx", TEN_PARTS)
     data = Trajectories(("Hip", "LKnee"), np.arange(2), np.arange(2) / 60, np.zeros((2, 2, 3)), 60.0)
     write_trc(tmp_path / "b.trc", data)

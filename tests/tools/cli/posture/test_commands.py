@@ -11,6 +11,7 @@ from tests.support.places import MOTIONS
 from tests.support.posture_cases import LABELS, RATE, movement
 from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
+from zenocap.common.formats.joint_map import JointMap
 from zenocap.services.recognizer.features import Kind
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training import example_files
@@ -24,7 +25,7 @@ from zenocap.tools.cli.posture.tracked_sources import take_name, with_takes
 def manifest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Three people, three postures, two repetitions; real files are covered by the tests of their reader."""
 
-    def read(path: Path, kind: Kind) -> Features:
+    def read(path: Path, kind: Kind, joints: JointMap | None = None) -> Features:
         label, person, repetition = path.stem.split("-")
         features = movement(label, int(person), int(repetition))
         return Features(RATE, np.arange(len(features)) / RATE, features)
@@ -112,10 +113,10 @@ def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path
 
     read = example_files.read_features
 
-    def read_or_fail(path: Path, kind: Kind) -> Features:
+    def read_or_fail(path: Path, kind: Kind, joints: JointMap | None = None) -> Features:
         if path == unreadable:
             raise UserError(f"{path}: no universal BDP")
-        return read(path, kind)
+        return read(path, kind, joints)
 
     with pytest.MonkeyPatch.context() as patch, manifest.open("a") as file:
         patch.setattr(example_files, "read_features", read_or_fail)
@@ -128,6 +129,28 @@ def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path
     assert errors.startswith("missing: ")
     assert len(json.loads(text)["missing"]) == 1
     assert json.loads(text)["protocols"][0]["total"] == 18
+
+
+def test_a_joint_map_is_read_and_passed_to_the_reader_of_sources(
+    manifest: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[JointMap | None] = []
+    read = example_files.read_features
+
+    def read_and_note(path: Path, kind: Kind, joints: JointMap | None = None) -> Features:
+        given.append(joints)
+        return read(path, kind, joints)
+
+    monkeypatch.setattr(example_files, "read_features", read_and_note)
+    names = tmp_path / "map.toml"
+    names.write_text('[joints]\nRHip = "thigh"\n')
+    assert zenocap("posture", "train", manifest, "-o", tmp_path / "a.postures", "--symbols", 24, "--joints", names)[0] == 0
+    assert {joints.joints["RHip"] for joints in given if joints} == {("thigh",)}
+    assert None not in given
+    names.write_text("[joints]\nHip = 3\n")
+    status, _, errors = zenocap("posture", "train", manifest, "-o", tmp_path / "b.postures", "--joints", names)
+    assert (status, len(errors.strip().splitlines())) == (1, 1)
+    assert f"{names}: joints.Hip: allowed: Head, RHip" in errors
 
 
 def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_guess_of_a_model_is_shown_and_accepted_by_enter(
     ("arguments", "words"),
     [
         (["missing.trc"], "missing.trc"),
-        (["three.wav"], "allowed: .bvh, .trc, .mcap"),
+        (["three.wav"], "allowed: .bvh, .trc, .c3d, .mcap"),
         (["three.trc", "--model", "none-such"], "none-such"),
         (["three.trc", "-o", "nowhere/m.csv"], "there is no folder"),
     ],

@@ -1,0 +1,92 @@
+"""C3D reader: named points in metres, in the file's axes."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.errors import UserError
+from zenocap.common.formats.trajectories import Trajectories
+from zenocap.common.formats.trc import MAX_BYTES, MAX_NUMBERS
+
+METRES: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+NOT_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")  # parameters of POINT that list other quantities
+MAGIC, INTEL = 0x50, 84  # second byte of a C3D file; fourth byte of its parameters, the kind of processor
+
+
+def read_c3d(path: Path) -> Trajectories:
+    """Read the labelled points of a C3D file, without angles, forces, moments and powers; missing points are NaN.
+
+    Frame k of the file, which counts from 1, is frame k - 1; times are seconds since frame 0.  Raises UserError.
+    """
+    try:
+        import ezc3d
+    except ImportError:
+        raise UserError(f"{path}: .c3d needs ezc3d: pip install 'zenocap[export]'") from None
+    size, intel, head = _header(path)
+    try:
+        file = ezc3d.c3d(str(path))
+        point, first = file["parameters"]["POINT"], int(file["header"]["points"]["first_frame"])
+        points = np.asarray(file["data"]["points"], dtype=np.float64)
+        residuals = np.asarray(file["data"]["meta_points"]["residuals"], dtype=np.float64)[0]
+        labels = [str(label).strip() for label in _listed(point, "LABELS")]
+        unit = str(point["UNITS"]["value"][0]).strip().lower()
+        rate = float(point["RATE"]["value"][0])
+        other = {str(label).strip() for name in NOT_POSITIONS for label in _listed(point, name)}
+    except (OSError, ValueError, RuntimeError, KeyError, IndexError, TypeError, MemoryError) as error:
+        raise UserError(f"{path}: not a C3D file: {str(error).splitlines()[0] if str(error) else error!r}") from None
+    width = 4 if int.from_bytes(head[14:16], "little") & 0x8000 else 2  # single precision where the scale is negative
+    rows = int.from_bytes(head[8:10], "little") - int.from_bytes(head[6:8], "little") + 1  # ezc3d reads what is there
+    needed = max(rows, points.shape[2]) * width * (4 * points.shape[1] + int.from_bytes(head[4:6], "little"))
+    needed += 512 * (int.from_bytes(head[16:18], "little") - 1)
+    if intel and size < needed:
+        raise UserError(f"{path}: cut: {size} bytes: allowed: {needed} or more")
+    if unit not in METRES:
+        raise UserError(f"{path}: POINT:UNITS = {unit!r}: allowed: {', '.join(METRES)}")
+    kept = [
+        k for k, name in enumerate(labels[: points.shape[1]]) if name and not name.startswith("*") and name not in other
+    ]
+    names = tuple(labels[k] for k in kept)
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise UserError(f"{path}: POINT:LABELS: {twice[0]!r} more than once: allowed: different labels")
+    if not names:
+        raise UserError(f"{path}: POINT:LABELS: no labelled point: allowed: one or more")
+    centres = points[:3, kept].transpose(2, 1, 0) * METRES[unit]
+    missing = (residuals[kept] < 0.0).T | (centres == 0.0).all(axis=2)
+    centres[missing | ~np.isfinite(centres).all(axis=2)] = np.nan
+    frames = np.arange(first, first + len(centres), dtype=np.int64)
+    times_s = frames / rate if rate > 0.0 else np.zeros(len(frames))
+    return Trajectories(names, frames, times_s, centres, rate)
+
+
+def _header(path: Path) -> tuple[int, bool, bytes]:
+    """Size in bytes, whether numbers are those of Intel's processors, and the header, of 512 bytes.
+
+    Raises UserError for what ezc3d would read at length or not at all.
+    """
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            head = file.read(512)
+            file.seek(512 * max(head[0] - 1, 0) if head else 0)
+            intel = file.read(4)[3:] == bytes([INTEL])
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if size > MAX_BYTES:
+        raise UserError(f"{path}: more than {MAX_BYTES >> 20} MiB: allowed: shorter C3D files")
+    if len(head) < 512 or head[1] != MAGIC:
+        raise UserError(f"{path}: not a C3D file: byte 2 is {head[1:2].hex() or 'missing'}: allowed: {MAGIC:02x}")
+    if intel and int.from_bytes(head[2:4], "little") * 4 > MAX_NUMBERS:
+        raise UserError(f"{path}: too many points: allowed: fewer")
+    return size, intel, head
+
+
+def _listed(point: Mapping[str, Mapping[str, object]], name: str) -> list[object]:
+    """Values of a parameter and of its continuations: LABELS, LABELS2, LABELS3, ...; empty without it."""
+    found: list[object] = []
+    number = 1
+    while (key := name if number == 1 else f"{name}{number}") in point:
+        value = point[key]["value"]
+        found += list(value) if isinstance(value, (list, tuple)) else []
+        number += 1
+    return found

@@ -1,0 +1,140 @@
+"""Joint centres (HALPE names, Y up) of the points of TRC and C3D files, by their names.
+
+Points that are joint centres already, in any spelling of the side: OpenPose BODY_25, HALPE-26, COCO-17, MediaPipe's 33, the
+names of Pose2Sim, those of ISB, and the centres that Plug-in Gait writes (LFEP, LFEO, LTIO, LCLO, LHUO, LRAO).
+Otherwise optical markers on the skin, see `optical_markers`.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from zenocap.common.arrays import Floats
+from zenocap.common.body.anatomy import FOURTEEN_PARTS
+from zenocap.common.body.inverse_kinematics import NEEDED
+from zenocap.common.body.joint_conventions import ANSUR_MM, points_of
+from zenocap.common.errors import UserError
+from zenocap.common.formats.bvh_joint_names import LEG_SHARE, y_up_matrix
+from zenocap.common.formats.joint_map import UPS, JointMap
+from zenocap.common.formats.joint_names import plain_name
+from zenocap.common.formats.optical_markers import markers_of, missing_markers, optical_centres
+from zenocap.common.formats.trajectories import Trajectories
+
+logger = logging.getLogger(__name__)
+
+# Names of joint centres by role, without side; all of a role that are there are averaged for Toe.
+CENTRES: Mapping[str, tuple[str, ...]] = {
+    "Hip": ("hip", "hjc", "fep"),
+    "Knee": ("knee", "kjc", "feo"),
+    "Ankle": ("ankle", "ajc", "tio"),
+    "Shoulder": ("shoulder", "gh", "sjc", "clo"),
+    "Elbow": ("elbow", "ejc", "huo"),
+    "Wrist": ("wrist", "wjc", "rao"),
+}
+TOES, EARS = ("bigtoe", "smalltoe", "footindex", "toe"), ("R.ear", "L.ear")
+CROWN_OVER_EARS = (
+    -next(p for p in points_of("halpe", FOURTEEN_PARTS) if p.name == "REar").offset_mm[1] / ANSUR_MM["stature"]
+)
+UPRIGHT = 0.5  # share of the largest component along the usual axis from which it counts as up; chosen by hand
+NAMES_SHOWN = 60
+
+
+def named_centres(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None = None) -> Trajectories:
+    """Joint centres of the points of a file, Y up.
+
+    The twelve of `inverse_kinematics.NEEDED`, `Head` (the crown), `RToe` and `LToe` where they can be had.  Points that
+    have the twelve names already keep all their names.  path: for errors.  usual_up: axis, 0 to 2, that is up unless
+    the posture contradicts or the map gives another.  Raises UserError that lists what is missing.
+    """
+    if joints is not None:
+        joints.check(path, data.names)
+    if joints is None and set(NEEDED) <= set(data.names):
+        return _y_up(data, path, usual_up, joints)
+    points = {name: data.points[:, k] for k, name in enumerate(data.names)}
+    found = _centres(points)
+    if joints is not None:
+        found |= {role: np.mean([points[name] for name in names], axis=0) for role, names in joints.joints.items()}
+    if missing := [role for role in NEEDED if role not in found]:
+        markers = markers_of(points)
+        lacking = missing_markers(markers)
+        if joints is not None or lacking:
+            raise UserError(_missing(path, data.names, missing, len(markers), lacking, joints))
+        found = optical_centres(markers, path)
+    own = Trajectories(tuple(found), data.frames, data.times_s, np.stack(list(found.values()), axis=1), data.rate)
+    return _y_up(own, path, usual_up, joints)
+
+
+def _centres(points: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Joint centres (n, 3) by role that have the name of one."""
+    by_name = {plain_name(name): place for name, place in reversed(list(points.items()))}
+    found: dict[str, Floats] = {}
+    for letter in "RL":
+        for role, stems in CENTRES.items():
+            own = [by_name[f"{letter}.{stem}"] for stem in stems if f"{letter}.{stem}" in by_name]
+            found |= {f"{letter}{role}": own[0]} if own else {}
+        toes = [by_name[f"{letter}.{stem}"] for stem in TOES if f"{letter}.{stem}" in by_name]
+        found |= {f"{letter}Toe": np.mean(toes[:2], axis=0)} if toes else {}
+    if "head" in by_name:
+        found["Head"] = by_name["head"]
+    elif set(EARS) <= set(by_name) and set(NEEDED) <= set(found):
+        found["Head"] = _crown(found, 0.5 * (by_name[EARS[0]] + by_name[EARS[1]]))
+    return found
+
+
+def _crown(found: Mapping[str, Floats], ears: Floats) -> Floats:
+    """(n, 3) crown above the middle of the ears (n, 3), in line with the middle of the shoulders.
+
+    Distance: tragion to the top of the head in ANSUR II (`joint_conventions`), of a stature by the length of the legs.
+    """
+    lengths = [
+        np.nanmedian(np.linalg.norm(found[f"{side}{a}"] - found[f"{side}{b}"], axis=1))
+        for side in "RL"
+        for a, b in (("Hip", "Knee"), ("Knee", "Ankle"))
+    ]
+    line = ears - 0.5 * (found["RShoulder"] + found["LShoulder"])
+    length = np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
+    crown: Floats = ears + CROWN_OVER_EARS * float(np.sum(lengths)) / 2.0 / LEG_SHARE * line / length
+    return crown
+
+
+def _y_up(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None) -> Trajectories:
+    """The same in a world with Y up.  Up is from the ankles to the shoulders, if that is clear, else the usual axis."""
+    at = {name: data.points[:, k] for k, name in enumerate(data.names)}
+    rising = at["RShoulder"] + at["LShoulder"] - at["RAnkle"] - at["LAnkle"]
+    rising = rising[np.isfinite(rising).all(axis=1)]
+    up = np.median(rising, axis=0) if len(rising) else np.zeros(3)
+    axis = int(np.argmax(np.abs(up)))
+    if joints is not None and joints.up is not None:
+        axis, down = UPS.index(joints.up), False
+    elif up[usual_up] >= UPRIGHT * abs(up[axis]):
+        axis, down = usual_up, False
+    else:
+        down = bool(up[axis] < 0.0)
+        direction = f"{'-' if down else ''}{UPS[axis]}"
+        logger.warning(
+            "%s: %s is taken for up, as the person stands along it; otherwise: `up` in a joint map", path, direction
+        )
+    rotation = y_up_matrix(axis, down)
+    return data if np.array_equal(rotation, np.eye(3)) else replace(data, points=data.points @ rotation.T)
+
+
+def _missing(
+    path: Path,
+    names: Sequence[str],
+    missing: Sequence[str],
+    markers: int,
+    lacking: Sequence[str],
+    joints: JointMap | None,
+) -> str:
+    """Error of a file without some joint centres; with few of them and many markers, of a file without some markers."""
+    more = ", ..." if len(names) > NAMES_SHOWN else ""
+    there = f"there are: {', '.join(names[:NAMES_SHOWN])}{more}"
+    if joints is None and markers > len(NEEDED) - len(missing):
+        return f"{path}: no marker {', '.join(lacking)}; {there}; allowed: those, joint centres, or a joint map (--joints)"
+    known = ", ".join(CENTRES[missing[0][1:]])
+    allowed = f"allowed for {missing[0]}, with its side: {known}"
+    helps = f"a line in {joints.path}" if joints is not None else "a joint map (--joints)"
+    return f"{path}: no marker {', '.join(missing)}; {there}; {allowed}, or {helps}"

@@ -1,0 +1,62 @@
+"""C3D files of other programs: units, first frames, quantities that are no positions; damaged files are one-line errors."""
+
+import io
+from pathlib import Path
+
+import c3d
+import numpy as np
+import pytest
+
+from tests.support.marker_files import FRAMES, acted_centres, write_points
+from tests.support.pose_tracks import moving
+from zenocap.common.errors import UserError
+from zenocap.common.formats.c3d import write_c3d
+from zenocap.common.formats.c3d_reader import read_c3d
+
+
+def test_written_files_are_read_back_with_frames_and_gaps(tmp_path: Path) -> None:
+    data = moving(20, lost=(3, 4), rate=50.0).trajectories()
+    write_c3d(tmp_path / "a.c3d", data)
+    found = read_c3d(tmp_path / "a.c3d")
+    assert (found.names, found.rate) == (data.names, 50.0)
+    np.testing.assert_array_equal(found.frames, data.frames)
+    np.testing.assert_allclose(found.times_s, data.frames / 50.0)
+    np.testing.assert_allclose(found.points, data.points, atol=1e-6)
+
+
+def test_a_file_of_an_independent_library_is_read(tmp_path: Path) -> None:
+    centres = acted_centres()
+    writer = c3d.Writer(point_rate=120.0)
+    rows = np.zeros((FRAMES, len(centres), 5), dtype=np.float32)
+    rows[:, :, :3] = np.stack(list(centres.values()), axis=1) * 1000.0
+    writer.add_frames([(row, np.zeros((0, 0))) for row in rows])
+    writer.set_point_labels(list(centres))
+    content = io.BytesIO()
+    writer.write(content)
+    (tmp_path / "a.c3d").write_bytes(content.getvalue())
+    found = read_c3d(tmp_path / "a.c3d")
+    assert found.rate == 120.0
+    for k, name in enumerate(found.names):
+        np.testing.assert_allclose(found.points[:, k], centres[name], atol=1e-5)
+
+
+@pytest.mark.parametrize("content", [b"", b"\x02\x50", b"not a C3D file" * 100, b"\x02\x50" + bytes(510)])
+def test_other_files_are_one_line_errors(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "a.c3d").write_bytes(content)
+    with pytest.raises(UserError, match=r"a\.c3d: ") as raised:
+        read_c3d(tmp_path / "a.c3d")
+    assert len(str(raised.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.6, 0.95])
+def test_a_cut_file_is_an_error_or_shorter(tmp_path: Path, share: float) -> None:
+    write_points(tmp_path / "a.c3d", acted_centres())
+    content = (tmp_path / "a.c3d").read_bytes()
+    (tmp_path / "a.c3d").write_bytes(content[: int(share * len(content))])
+    with pytest.raises(UserError, match=r"a\.c3d: "):
+        read_c3d(tmp_path / "a.c3d")
+
+
+def test_a_missing_file_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"no\.c3d: cannot be read: No such file"):
+        read_c3d(tmp_path / "no.c3d")

@@ -1,0 +1,145 @@
+"""Joint centres of TRC and C3D files by the names of the usual key points and optical markers."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.marker_files import TO_Z_UP, acted_centres, optical_markers, write_points
+from tests.support.pose_tracks import moving
+from zenocap.common.body.anatomy import TEN_PARTS
+from zenocap.common.body.inverse_kinematics import NEEDED
+from zenocap.common.errors import UserError
+from zenocap.common.formats.c3d import write_c3d
+from zenocap.common.formats.motion_files import read_centres, read_poses_for
+from zenocap.common.formats.trc import write_trc
+
+MILLIMETRE = 1e-3
+FILES = [".trc", ".c3d"]
+WORDS = {"R": "right", "L": "left"}
+
+
+def snake(name: str) -> str:
+    return f"{WORDS[name[0]]}_{name[1:].lower()}" if name != "Head" else name
+
+
+SPELLINGS = {  # of the names of joint centres, from ours
+    "BODY_25, HALPE-26, COCO-17": lambda name: name,
+    "MediaPipe and COCO of programs": snake,
+    "capitals": lambda name: snake(name).upper(),
+    "camel": lambda name: f"{WORDS[name[0]]}{name[1:]}" if name != "Head" else name,
+    "with a subject": lambda name: f"ann:{name}",
+    "Plug-in Gait's centres": lambda name: name[0] + {
+        "Hip": "FEP", "Knee": "FEO", "Ankle": "TIO", "Shoulder": "CLO", "Elbow": "HUO", "Wrist": "RAO",
+    }.get(name[1:], name[1:]) if name != "Head" else name,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", FILES)
+@pytest.mark.parametrize("spelling", list(SPELLINGS))
+def test_joint_centres_are_known_in_every_spelling(tmp_path: Path, suffix: str, spelling: str) -> None:
+    centres = acted_centres()
+    path = tmp_path / f"a{suffix}"
+    write_points(path, {SPELLINGS[spelling](name): points for name, points in centres.items()} | {"C7": centres["Head"]})
+    found = read_centres(path)
+    for name, points in centres.items():
+        np.testing.assert_allclose(found.points[:, found.names.index(name)], points, atol=MILLIMETRE)
+    assert read_poses_for(path, TEN_PARTS).known.all()
+
+
+@pytest.mark.parametrize("convention", ["zenocap", "isb", "coco", "halpe"])
+@pytest.mark.parametrize("suffix", FILES)
+def test_exports_in_every_convention_are_read_back(tmp_path: Path, convention: str, suffix: str) -> None:
+    data = moving(20).trajectories(convention)  # type: ignore[arg-type]  # one of CONVENTIONS
+    path = tmp_path / f"a{suffix}"
+    (write_trc if suffix == ".trc" else write_c3d)(path, data)
+    found = read_centres(path)
+    assert set(NEEDED) <= set(found.names)
+    np.testing.assert_allclose(found.times_s, data.times_s, atol=1e-6)
+    wrist = {"isb": "RWJC"}.get(convention, "RWrist")
+    np.testing.assert_allclose(
+        found.points[:, found.names.index("RWrist")], data.points[:, data.names.index(wrist)], atol=MILLIMETRE
+    )
+
+
+def test_the_crown_is_above_the_ears_where_a_set_has_no_head(tmp_path: Path) -> None:
+    track = moving(20)
+    write_trc(tmp_path / "a.trc", track.trajectories("coco"))
+    own = track.trajectories("zenocap")
+    # Names in capitals are not taken as they are, so the crown is derived.
+    text = (tmp_path / "a.trc").read_text()
+    (tmp_path / "a.trc").write_text(text.replace("RHip", "right_hip"))
+    found = read_centres(tmp_path / "a.trc")
+    off = found.points[:, found.names.index("Head")] - own.points[:, own.names.index("Head")]
+    assert np.linalg.norm(off, axis=1).max() < 0.05
+
+
+@pytest.mark.parametrize("suffix", FILES)
+@pytest.mark.parametrize("medial", [False, True])
+def test_plug_in_gait_markers_give_the_joint_centres(tmp_path: Path, suffix: str, medial: bool) -> None:
+    path = tmp_path / f"a{suffix}"
+    write_points(path, optical_markers(medial=medial))
+    found = read_centres(path)
+    for name, points in acted_centres().items():
+        if name != "Head":
+            off = np.linalg.norm(found.points[:, found.names.index(name)] - points, axis=1)
+            # Without a medial marker the rule takes the plane of the elbow's marker for that of its centre.
+            assert off.max() < (0.025 if name[1:] == "Elbow" and not medial else 0.006), name
+
+
+def test_helen_hayes_names_and_a_sacral_marker_are_known(tmp_path: Path) -> None:
+    own = optical_markers(medial=True)
+    named = {
+        "ASI": "ASIS", "KNE": "Knee", "ANK": "Ankle", "SHO": "Shoulder", "ELB": "Elbow", "WRA": "Wrist",
+        "KNM": "Knee.Medial", "MED": "Ankle.Medial", "ELM": "Elbow.Medial",
+    }  # fmt: skip
+    points = {f"{name[0]}.{named[name[1:]]}": values for name, values in own.items() if name[1:] in named}
+    write_points(tmp_path / "a.trc", points | {"V.Sacral": 0.5 * (own["RPSI"] + own["LPSI"])})
+    found = read_centres(tmp_path / "a.trc")
+    hips = acted_centres()["RHip"]
+    np.testing.assert_allclose(found.points[:, found.names.index("RHip")], hips, atol=2 * MILLIMETRE)
+
+
+def test_a_world_with_z_up_is_turned_and_the_log_says_so(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    centres = acted_centres()
+    turned = {name: points @ TO_Z_UP.T for name, points in centres.items()}
+    write_points(tmp_path / "a.c3d", turned)
+    write_points(tmp_path / "a.trc", turned)
+    with caplog.at_level(logging.WARNING):
+        of_c3d = read_centres(tmp_path / "a.c3d")
+        assert not caplog.records  # usual in C3D
+        of_trc = read_centres(tmp_path / "a.trc")
+    assert "z is taken for up" in caplog.text
+    for found in (of_c3d, of_trc):
+        np.testing.assert_allclose(found.points[:, found.names.index("LWrist")], centres["LWrist"], atol=MILLIMETRE)
+
+
+def test_frames_without_a_marker_have_no_centre_of_its_joint(tmp_path: Path) -> None:
+    points = optical_markers()
+    points["RKNE"][10:40] = np.nan
+    write_points(tmp_path / "a.c3d", points)
+    found = read_centres(tmp_path / "a.c3d")
+    lost = np.isnan(found.points[:, found.names.index("RKnee")]).all(axis=1)
+    assert list(np.flatnonzero(lost)) == list(range(10, 40))
+    assert np.isfinite(found.points[:, found.names.index("LKnee")]).all()
+    assert list(np.flatnonzero(~read_poses_for(tmp_path / "a.c3d", TEN_PARTS).known)) == list(range(10, 40))
+
+
+def test_errors_list_the_missing_markers_of_the_set_that_fits_best(tmp_path: Path) -> None:
+    points = optical_markers()
+    for name in ("RPSI", "LPSI", "LELB"):
+        del points[name]
+    write_points(tmp_path / "a.c3d", points)
+    with pytest.raises(UserError, match=r"no marker LPSI \(or SACR\), RPSI \(or SACR\), LELB; there are: RASI, RKNE"):
+        read_centres(tmp_path / "a.c3d")
+    centres = acted_centres()
+    del centres["RWrist"]
+    write_points(tmp_path / "a.trc", centres)
+    with pytest.raises(UserError, match=r"no marker RWrist; there are: .*; allowed for RWrist, with its side: wrist, wjc"):
+        read_centres(tmp_path / "a.trc")
+    empty = optical_markers()
+    empty["LELB"][:] = np.nan
+    write_points(tmp_path / "b.c3d", empty)
+    with pytest.raises(UserError, match=r"marker Lelbow: in no frame"):
+        read_centres(tmp_path / "b.c3d")

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 import zipfile
@@ -12,6 +13,7 @@ import pytest
 
 from tests.support.small_disk import small_disk
 from tests.tools.cli.test_main import zenocap
+from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.viewer.people import model_file
 from zenocap.services.viewer.people.model_file import model_path
 from zenocap.services.viewer.people.network import load_network
@@ -107,3 +109,22 @@ def test_the_real_model_finds_no_person_in_an_empty_picture(monkeypatch: pytest.
     found = load_network()(np.full((300, 300, 3), 120, np.uint8))
     assert found.shape == (300, 300)
     assert 0.0 <= found.min() <= found.max() < 0.5
+
+
+@pytest.mark.system
+def test_without_a_route_nothing_is_fetched_and_each_command_gives_one_error(tmp_path: Path, data_folder: Path) -> None:
+    isolated = ["unshare", "--net"]
+    if subprocess.run([*isolated, "true"], capture_output=True).returncode:
+        pytest.skip("network namespaces may not be made here")
+    for arguments in (
+        ["models", "add", "people"],
+        ["track", str(demo_rig_file()), "--people", "-o", str(tmp_path / "a.mcap")],
+    ):
+        command = [*isolated, sys.executable, "-m", "zenocap", *arguments]
+        environment = os.environ | {"PIP_RETRIES": "0", "XDG_DATA_HOME": str(data_folder)}
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path)
+        assert done.returncode == 1
+        errors = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
+        assert len(errors) == 1
+        assert ("--from FILE" if arguments[0] == "models" else "zenocap models add people") in errors[0]
+    assert not list(tmp_path.rglob("*.tflite"))

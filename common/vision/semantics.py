@@ -19,10 +19,10 @@ KEEP: Final = 0  # the subtraction decides
 NOT_PERSON: Final = 1
 PERSON: Final = 2
 
-SURE_PERSON = 0.9  # probability above which a pixel shows a person; chosen on simulated rooms
-SURE_ROOM = 0.02  # probability below which it shows none; chosen on simulated rooms
+SURE_PERSON = 0.9  # probability above which a pixel shows a person; chosen by hand
+SURE_ROOM = 0.02  # probability below which it shows none; chosen by hand
 SEEN_IN_ROOM = 0.3  # by which the probability must exceed that of the picture of the room; chosen by hand
-INSIDE, OUTSIDE = 0.008, 0.04  # sides of the crop by which PERSON is shrunk, and NOT_PERSON keeps away; simulated rooms
+INSIDE, OUTSIDE = 0.008, 0.04  # sides of the crop by which PERSON is shrunk, and NOT_PERSON keeps away; chosen by hand
 UNCHANGED_SIGMAS = 4.5  # of the noise, a channel's change up to which a pixel is unchanged; chosen by hand
 UNCHANGED_SHARE = 0.03  # of the brightness, added to that; chosen by hand
 LONGEST_NS = 2_000_000_000  # ns for which a result counts; chosen by hand

@@ -18,8 +18,8 @@ PREVIEW_PX = 320  # px, largest side of a preview; chosen by hand
 PREVIEW_JPEG_QUALITY = 70  # of 100; chosen by hand
 
 # The network that finds people, `people = true`
-PEOPLE_PERIOD_NS = 300_000_000  # ns between two questions, at least; chosen on simulated rooms
-PEOPLE_MARGIN = 0.2  # of the person's longer side, added on each side of the crop; chosen on simulated rooms
+PEOPLE_PERIOD_NS = 300_000_000  # ns between two questions, at least; chosen by hand
+PEOPLE_MARGIN = 0.2  # of the person's longer side, added on each side of the crop; chosen by hand
 MIXTURE_NOISE = 2.0  # grey levels of noise where the background is mog2, which has no noise of its own; chosen by hand
 PEOPLE_SMALLEST_PX = 48  # px, smallest side of a crop; chosen by hand
 

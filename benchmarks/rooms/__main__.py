@@ -3,7 +3,9 @@
     python -m benchmarks.rooms [--seeds 5] [--first-seed 0] [--size 320x240] [--methods adaptive,first:60] [--only NAME]
 
 overlap: intersection over union in the frames with a person from SETTLED_S after the person has come into view, mean of the
-seeds, and the mean of the worst seed in brackets.  edge: mean distance of the edge from the true one, px.  unusable: share
+seeds, and the mean of the worst seed in brackets.  A method with `+people` has the network of `people = true`, with results
+one frame late, as live; `zenocap models add people` gets it.
+edge: mean distance of the edge from the true one, px.  unusable: share
 of those frames with an overlap below 0.6.  time: of a frame, median (ms).
 """
 
@@ -18,9 +20,13 @@ import numpy as np
 
 from benchmarks.rooms.situations import EMPTY_S, SITUATIONS, Scene, Shot, shots
 from benchmarks.table import table
-from zenocap.common.arrays import Mask
+from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.rig.sources import parse_background
+from zenocap.common.vision.semantics import Semantics
+from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.people.network import load_network
+from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.states import LearningBackground, viewer_setup
 
@@ -29,6 +35,16 @@ UNUSABLE = 0.6  # overlap
 SMALLEST = 0.004  # of the image: a person of less is not measured
 COLUMNS = ("situation", "method", "overlap", "edge", "unusable", "time")
 Row = tuple[float, float, float, float]
+
+
+class LatePeople(PeopleSegmenter):
+    """The network, with results that come one frame after the question."""
+
+    last: Semantics | None = None
+
+    def latest(self, frame: Frame, room: Floats32 | None, person: Extents | None) -> Semantics | None:
+        before, self.last = self.last, super().latest(frame, room, person)
+        return before
 
 
 def overlap(a: Mask, b: Mask) -> float:
@@ -60,7 +76,9 @@ def measured(job: tuple[int, str], size: tuple[int, int], methods: tuple[str, ..
 
 
 def _errors(film: list[Shot], scene: Scene, method: str, seen_s: float) -> Row:
-    setup = viewer_setup("cam01", scene.camera, parse_background(method, Path()), True)
+    background, _, people = method.partition("+")
+    segmenter = LatePeople(load_network(), threaded=False) if people else None
+    setup = viewer_setup("cam01", scene.camera, parse_background(background, Path()), True, people=segmenter)
     state, place = LearningBackground(), None
     found, edges, times = [], [], []
     for number, shot in enumerate(film):

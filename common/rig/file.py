@@ -44,6 +44,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
     delay_ms: by which the images of a camera or stream are older than their capture times say; subtracted from these.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
+    people: whether a small network corrects the silhouette, see `zenocap.services.viewer.people`.
     format to focus: of a camera of this machine, see `CameraSettings`.
     """
 
@@ -58,6 +59,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     delay_ms: Delay = 0.0
     hardware_decoding: bool = False
     preview: bool = False
+    people: bool = False
     silhouette: bool = True
     format: str | None = None
     exposure: CameraValue | str | None = None

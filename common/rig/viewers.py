@@ -38,7 +38,10 @@ SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working
 
 @dataclass(frozen=True)
 class Viewer:
-    """camera: at the working size.  calibrated_size: required (width, height) of the source's images, px."""
+    """camera: at the working size.  calibrated_size: required (width, height) of the source's images, px.
+
+    people: whether a small network corrects the silhouettes.
+    """
 
     id: str
     camera: Camera
@@ -48,6 +51,7 @@ class Viewer:
     fps: float
     preview: bool
     silhouette: bool
+    people: bool = False
 
     @property
     def is_synthetic(self) -> bool:
@@ -102,7 +106,13 @@ def rig_viewers(
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
         fps = table.fps or _own_fps(path, key, source, files)
         working = camera.resized(size)
-        viewers.append(Viewer(table.id, working, camera.size, source, background, fps, table.preview, table.silhouette))
+        if isinstance(source, Announced) and table.people:
+            raise UserError(f"{path}: {key}.people = true: allowed: false for a camera of another machine (discover:)")
+        viewers.append(
+            Viewer(
+                table.id, working, camera.size, source, background, fps, table.preview, table.silhouette, table.people
+            )
+        )  # fmt: skip
     return _from_the_first(viewers)
 
 

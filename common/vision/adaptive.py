@@ -26,6 +26,7 @@ from zenocap.common.vision.background import Background, gains, learn, learn_med
 from zenocap.common.vision.foreground import BACKGROUND, UNSURE, WEAK, expected_gain, foreground
 from zenocap.common.vision.regions import Regions, find_regions
 from zenocap.common.vision.relight import relit
+from zenocap.common.vision.semantics import NOT_PERSON, PERSON, overrule
 from zenocap.common.vision.silhouette import Edges, Extents, Silhouette, SilhouetteOptions, clean
 
 STRIDE = 8  # frames in which every row is visited once; chosen by hand
@@ -92,10 +93,14 @@ def _in_one_light(frames: Sequence[Image]) -> list[Image]:
     return lit
 
 
-def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOptions) -> tuple[Adaptive, Silhouette | None]:
+def follow(
+    model: Adaptive, frame: Image, time_s: float, options: SilhouetteOptions, decided: Mask | None = None
+) -> tuple[Adaptive, Silhouette | None]:
     """Silhouette of the person in a frame (height, width, 3) uint8 BGR, and the model after it.
 
-    time_s: of the frame, on any clock.  Raises ValueError when the frame's shape is not the model's.
+    time_s: of the frame, on any clock.  decided: (height, width) of `common.vision.semantics`: what is surely no person is
+    learnt after STILL_S, and what surely is the person not at all; None: nothing is decided.
+    Raises ValueError when the frame's shape is not the model's.
     """
     background = model.background
     gain = expected_gain(background, frame, options.foreground)
@@ -107,6 +112,8 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
             model, background = replace(model, background=changed), changed
             gain = expected_gain(background, frame, options.foreground)
             labels = foreground(background, frame, gain, options.foreground, model.halo)
+    if decided is not None:
+        _take_decisions(model, frame, gain, labels, decided, time_s)
     if model.frames % STRIDE == 0:
         model = _judged(model, frame, gain, labels, time_s)
     silhouette = clean(labels, options, model.extents, Edges(frame, background.mean, background.weight, gain))
@@ -122,6 +129,18 @@ def follow(model: Adaptive, frame: Image, time_s: float, options: SilhouetteOpti
             halo += HALO_RATE * (_halo(frame, background, gain, silhouette) - halo)
         model = replace(model, person=silhouette.mask, extents=silhouette.extents, halo=halo)
     return replace(model, frames=model.frames + 1), silhouette
+
+
+def _take_decisions(model: Adaptive, frame: Image, gain: Floats32, labels: Labels, decided: Mask, time_s: float) -> None:
+    """Learn what is surely no person, renew what surely is the last one, and overrule the labels, in place."""
+    if model.frames % STRIDE == 0:
+        learnt = np.where(decided == NOT_PERSON, np.uint8(LEARN), np.uint8(NEVER))
+        same = np.float32(SAME_SIGMAS * model.noise)
+        _learn(frame, labels, learnt, gain, model.background.mean, model.candidate, model.since_s, np.float32(time_s), same)
+        model.background.forget_limits()
+    if model.person is not None:
+        model.since_s[(decided == PERSON) & (model.person != 0)] = time_s
+    overrule(labels, decided)
 
 
 def _widened(shape: tuple[int, ...], silhouette: Silhouette | None) -> Mask:

@@ -7,6 +7,7 @@ Frames are (height, width, 3) uint8 BGR.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import erf, exp, pi, sqrt
 from typing import NamedTuple
 
@@ -68,6 +69,11 @@ class Background:
     def forget_limits(self) -> None:
         """Compute the limits anew, after the mean was changed in place."""
         self._limits.clear()
+
+    @cached_property
+    def typical_noise(self) -> float:
+        """Median noise of a channel, grey levels; of every eighth pixel."""
+        return float(np.median(1 / np.sqrt(self.weight[::8, ::8])))
 
     def sigma(self) -> Floats32:
         """Noise of every pixel and channel, (height, width, 3) grey levels."""

@@ -12,6 +12,7 @@ from zenocap.common.vision.foreground import STRONG, UNSURE, WEAK, ForegroundOpt
 from zenocap.common.vision.mask_refinement import close_cracks, enclosed, fill_holes, trim_edges
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.regions import Regions, find_regions, paint, reachable
+from zenocap.common.vision.semantics import overrule
 
 FOOT_SHARE = 0.3  # of the body height from the soles, where a shadow may be between the feet; chosen by hand
 NEAREST_SHARE = 0.2  # of the pixels of the largest region, for the choice "nearest"; chosen by hand
@@ -73,17 +74,27 @@ class SilhouetteOptions:
 
 
 def extract(
-    background: Background | Mixture, frame: Image, options: SilhouetteOptions, previous: Extents | None = None
+    background: Background | Mixture,
+    frame: Image,
+    options: SilhouetteOptions,
+    previous: Extents | None = None,
+    decided: Mask | None = None,
 ) -> Silhouette | None:
     """Silhouette of the person in a frame (height, width, 3) uint8 BGR; None when no region is large enough.
 
-    previous: last extents of the person, for the choice "nearest".  Pure for a `Background`; a `Mixture` learns from it.
+    previous: last extents of the person, for the choice "nearest".  decided: see `common.vision.semantics`.
+    Pure for a `Background`; a `Mixture` learns from it.
     Raises ValueError when the frame's shape is not the background's.
     """
     if isinstance(background, Mixture):
-        return clean(background.foreground(frame), options, previous)
+        labels = background.foreground(frame)
+        if decided is not None:
+            overrule(labels, decided)
+        return clean(labels, options, previous)
     gain = expected_gain(background, frame, options.foreground)
     labels = foreground(background, frame, gain, options.foreground)
+    if decided is not None:
+        overrule(labels, decided)
     return clean(labels, options, previous, Edges(frame, background.mean, background.weight, gain))
 
 

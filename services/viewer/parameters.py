@@ -17,6 +17,12 @@ PREVIEW_NS = 200_000_000  # ns between two previews, at most 5 per second; chose
 PREVIEW_PX = 320  # px, largest side of a preview; chosen by hand
 PREVIEW_JPEG_QUALITY = 70  # of 100; chosen by hand
 
+# The network that finds people, `people = true`
+PEOPLE_PERIOD_NS = 300_000_000  # ns between two questions, at least; chosen by hand
+PEOPLE_MARGIN = 0.2  # of the person's longer side, added on each side of the crop; chosen by hand
+MIXTURE_NOISE = 2.0  # grey levels of noise where the background is mog2, which has no noise of its own; chosen by hand
+PEOPLE_SMALLEST_PX = 48  # px, smallest side of a crop; chosen by hand
+
 # Facade and flank, silhouette features  [Two-view 3.1]
 UPPER_BODY_COLUMN = 0.65  # torso heights, smallest column of the upper body; paper 3.1: 1.0; measured: 0.6 to 0.7 is robust
 BELOW_HIPS = 0.2  # torso heights below the navel: y_hip = y_c + 0.2 h; paper 3.1

@@ -5,7 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Image, Mask
+from zenocap.common.arrays import Floats32, Image, Mask
 from zenocap.common.messages import Message, Preview
 from zenocap.common.messages import Silhouette as SilhouetteMessage
 from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, Mog2, learning_frames
@@ -14,9 +14,11 @@ from zenocap.common.vision.background import Background, from_image, learn_media
 from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.mask_codec import pack
 from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.semantics import decision
 from zenocap.common.vision.silhouette import SilhouetteOptions, extract
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import (
+    MIXTURE_NOISE,
     PREVIEW_JPEG_QUALITY,
     PREVIEW_NS,
     PREVIEW_PX,
@@ -59,12 +61,13 @@ def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | Non
     """Segment a frame: (scene, mask (height, width) or None without a person, preview if one is due)."""
     background = scene.background
     assert background is not None  # a scene learnt from frames has one
+    decided = _decided(setup, scene, frame)
     if isinstance(background, Adaptive):
         background, silhouette = follow(
-            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest")
+            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest"), decided
         )
     else:
-        silhouette = extract(background, frame.image, OPTIONS, scene.extents)
+        silhouette = extract(background, frame.image, OPTIONS, scene.extents, decided)
     # Paper (added): the background model follows slow changes of the light.
     if isinstance(background, Background) and frame.frame % UPDATE_EVERY == 0:
         person = silhouette.mask if silhouette else np.zeros(frame.image.shape[:2], np.uint8)
@@ -74,6 +77,22 @@ def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | Non
     preview_ns = frame.captured_ns if previewed else scene.preview_ns
     after = Scene(background, silhouette.extents if silhouette else None, preview_ns)
     return after, silhouette.mask if silhouette else None, [_preview_message(setup, frame)] if previewed else []
+
+
+def _decided(setup: Setup, scene: Scene, frame: Frame) -> Mask | None:
+    """What the network of `people = true` decides, (height, width) of `common.vision.semantics`; None without it."""
+    if setup.people is None:
+        return None
+    room: Floats32 | None
+    match scene.background:
+        case Adaptive(background=model, noise=noise):
+            room = model.mean
+        case Background() as model:
+            room, noise = model.mean, model.typical_noise
+        case _:
+            room, noise = None, MIXTURE_NOISE
+    semantics = setup.people.latest(frame, room, scene.extents)
+    return decision(semantics, frame.image, frame.captured_ns, noise)
 
 
 def silhouette_message(setup: Setup, frame: Frame, mask: Mask | None) -> SilhouetteMessage:

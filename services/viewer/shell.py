@@ -32,6 +32,8 @@ from zenocap.services.viewer.film.feeds import Tap
 from zenocap.services.viewer.film.parameters import FILMS
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.jit_warmup import load_compiled
+from zenocap.services.viewer.people.network import load_network
+from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, rectification
 from zenocap.services.viewer.sources.source import open_source
@@ -45,12 +47,16 @@ logger = logging.getLogger(__name__)
 S = TypeVar("S")
 
 
-def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[Setup, State, Frame]:
+def viewer_service(
+    viewer: Viewer, additions: Additions = IMPROVED, people: PeopleSegmenter | None = None
+) -> Service[Setup, State, Frame]:
     """Service of one viewer of a two-view rig.  additions: to the paper, see `zenocap.common.rig.two_view`.
+
+    people: the network that corrects the silhouettes, see `people_of`; None: without.
 
     Raises OpenError for an unreadable background picture, ValueError for a camera that looks straight up or down.
     """
-    setup = _setup(viewer, additions)
+    setup = _setup(viewer, additions, people)
     setup.level.warp(np.zeros(viewer.camera.size[::-1], np.uint8))  # its tables are made now, not at the first frame
     subscriptions = tuple(map(Subscription, (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP, FRAME_RATE)))
     return Service(
@@ -59,9 +65,9 @@ def viewer_service(viewer: Viewer, additions: Additions = IMPROVED) -> Service[S
     )  # fmt: skip
 
 
-def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
+def silhouette_service(viewer: Viewer, people: PeopleSegmenter | None = None) -> Service[Setup, watching.State, Frame]:
     """Service of one viewer of a rig with a tracker; publishes silhouettes only.  Raises as `viewer_service` does."""
-    setup = _setup(viewer)
+    setup = _setup(viewer, people=people)
     return Service(
         "viewer",
         viewer.id,
@@ -74,7 +80,15 @@ def silhouette_service(viewer: Viewer) -> Service[Setup, watching.State, Frame]:
     )
 
 
-def _setup(viewer: Viewer, additions: Additions = IMPROVED) -> Setup:
+def people_of(viewer: Viewer, *, threaded: bool) -> PeopleSegmenter | None:
+    """The network of a viewer with `people = true`, None for others.  threaded: whether it runs beside the frames.
+
+    Raises UserError when its model file is missing or another.
+    """
+    return PeopleSegmenter(load_network(), threaded=threaded) if viewer.people else None
+
+
+def _setup(viewer: Viewer, additions: Additions = IMPROVED, people: PeopleSegmenter | None = None) -> Setup:
     background, plate = viewer.background_in_use, None
     match viewer.background, background:
         case BackgroundImage(path=path), _:
@@ -84,7 +98,9 @@ def _setup(viewer: Viewer, additions: Additions = IMPROVED) -> Setup:
             plate = median_picture(path, fit, hardware=hardware)
         case _:
             pass
-    return viewer_setup(viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate, additions=additions)
+    return viewer_setup(
+        viewer.id, viewer.camera, background, viewer.silhouette, viewer.preview, plate, additions=additions, people=people
+    )
 
 
 def run_viewer(
@@ -108,12 +124,17 @@ def run_viewer(
     viewer = rig.viewer(id)
     films = films or rig.base / FILMS
     permission = Permission(film=rig.film, read=allow_fetch or options.security is not None)
-    if rig.tracker is not None:
-        return _run(silhouette_service(viewer), rig, viewer, options, stopped, epoch_ns, films, permission)
-    service = viewer_service(viewer, rig.additions)
-    with compiling(logger, "viewer-service", "tracking"):
-        load_compiled(service.setup)
-    return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission)
+    people = people_of(viewer, threaded=True)
+    try:
+        if rig.tracker is not None:
+            return _run(silhouette_service(viewer, people), rig, viewer, options, stopped, epoch_ns, films, permission)
+        service = viewer_service(viewer, rig.additions, people)
+        with compiling(logger, "viewer-service", "tracking"):
+            load_compiled(service.setup)
+        return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission)
+    finally:
+        if people is not None:
+            people.close()
 
 
 def _run(

@@ -15,6 +15,7 @@ from zenocap.common.vision.background import Background
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.body_fit import BodyModel, camera_rows
+from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 
 BackgroundSpec = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
 
@@ -24,7 +25,8 @@ class Setup:
     """Setup of a viewer.
 
     camera: at the working size.  rows: (5, 3) of the level view.  plate: image of an image background, or None.
-    additions: to the paper, see `zenocap.common.rig.two_view`.
+    additions: to the paper, see `zenocap.common.rig.two_view`.  people: network that corrects the silhouettes, or None; it
+    is no value, for it works in a thread: only `segment` uses it.
     """
 
     id: str
@@ -37,6 +39,7 @@ class Setup:
     anatomy: Anatomy
     plate: Image | None
     additions: Additions = IMPROVED
+    people: PeopleSegmenter | None = None
 
 
 def viewer_setup(
@@ -48,6 +51,7 @@ def viewer_setup(
     plate: Image | None = None,
     anatomy: Anatomy = TEN_PARTS,
     additions: Additions = IMPROVED,
+    people: PeopleSegmenter | None = None,
 ) -> Setup:
     """Setup of a viewer.  plate: (height, width, 3) at the working size, for an image background.
 
@@ -59,7 +63,7 @@ def viewer_setup(
     level = level_view(camera)
     return Setup(
         id, camera, level, camera_rows(level.camera), background, publish_silhouette, publish_preview, anatomy, plate,
-        additions,
+        additions, people,
     )  # fmt: skip
 
 

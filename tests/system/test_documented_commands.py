@@ -44,7 +44,7 @@ LIVE = {
     "traces", "tracker", "up", "viewer",
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, cameras, enough examples, answers.
-MAY_FAIL = {"cameras", "doctor", "film", "health", "posture evaluate", "posture train", "setup"}
+MAY_FAIL = {"cameras", "doctor", "film", "health", "models add", "posture evaluate", "posture train", "setup"}
 UNCERTAIN = {
     "calibrate board": {LOSS},
     "calibrate drift": {LOSS},
@@ -65,7 +65,7 @@ COPIES = ("monday.mcap", "monday-2.mcap", "ann.mcap", "take.mcap", "recordings/d
 def name_of(line: str) -> str:
     """The command of a line: `track`, `posture act`."""
     words = [*shlex.split(line, comments=True)[1:], "", ""]
-    grouped = words[0] in ("calibrate", "posture", "prior")
+    grouped = words[0] in ("calibrate", "models", "posture", "prior")
     return " ".join(words[:2]) if grouped else words[0]
 
 

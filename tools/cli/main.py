@@ -36,6 +36,7 @@ from zenocap.tools.cli import (
 )
 from zenocap.tools.cli.calibrate.commands import calibrate
 from zenocap.tools.cli.expansion import expanded
+from zenocap.tools.cli.models import models
 from zenocap.tools.cli.posture.commands import posture
 from zenocap.tools.cli.prior import prior
 from zenocap.tools.cli.suggestions import Commands
@@ -108,6 +109,7 @@ for panel, command in TABLE:
 app.add_typer(calibrate, name="calibrate", rich_help_panel=BEFORE)
 app.add_typer(prior, name="prior", rich_help_panel=BEFORE)
 app.add_typer(posture, name="posture", rich_help_panel=BEFORE)
+app.add_typer(models, name="models", rich_help_panel=BEFORE)
 
 
 def _print_version(wanted: bool) -> None:

@@ -159,6 +159,14 @@ def track(
             help="Decode videos by the graphics card where FFmpeg can; pixels may differ slightly from those in software.",
         ),
     ] = False,
+    people: Annotated[
+        bool,
+        typer.Option(
+            "--people",
+            help="Correct the silhouettes by a small network, as people = true of every viewer; "
+            "`zenocap models add people` gets it.",
+        ),
+    ] = False,
     decisions: Decisions = Decisions(),  # noqa: B008 - a frozen value
     overlay: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for pictures and a video of the model over the images.")
@@ -192,12 +200,18 @@ def track(
     with one_line_errors():
         from zenocap.common.rig.tracker import TrackerOverrides
         from zenocap.common.runtime import logs
-        from zenocap.tools.recordings.track import at_working_size, decoded_by_hardware, of_height, with_tracker
+        from zenocap.tools.recordings.track import (
+            at_working_size,
+            decoded_by_hardware,
+            of_height,
+            with_people,
+            with_tracker,
+        )
 
         logs.configure("track")
         loaded = _rig(source, Videos(calibration, up_axis, empty_frames), method, variant, decisions.names())
         loaded = decoded_by_hardware(loaded) if hardware_decoding else loaded
-        one = at_working_size(loaded, working_size, fps)
+        one = at_working_size(with_people(loaded) if people else loaded, working_size, fps)
         output = Path(f"{one.name}.mcap") if output is None else output
         to = EXPORTED.get(output.suffix.lower())
         front, heading = decisions.front, decisions.heading

@@ -18,7 +18,7 @@ from zenocap.services.integrator.shell import integrator_service
 from zenocap.services.recognizer.shell import model_of, recognizer_service
 from zenocap.services.tracker.shell import tracker_service
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.shell import camera_info, silhouette_service, viewer_service
+from zenocap.services.viewer.shell import camera_info, people_of, silhouette_service, viewer_service
 
 Setup = TypeVar("Setup")
 State = TypeVar("State")
@@ -133,15 +133,16 @@ class Offline:
     """The viewers, the integrator or tracker, and the recognizer if the rig has one."""
 
     def __init__(self, rig: Rig, network: LocalNetwork) -> None:
-        """Raises as `viewer_service`, `integrator_service`, `tracker_service` and `model_of` do."""
+        """Raises as `viewer_service`, `people_of`, `integrator_service`, `tracker_service` and `model_of` do."""
         self._rig, self._network = rig, network
         self._viewers: dict[str, ViewerMember] = {}
         self._pose_service: Member
         for viewer in rig.viewers:
+            people = people_of(viewer, threaded=False)
             if rig.tracker is None:
-                self._viewers[viewer.id] = TwoViewViewer(viewer_service(viewer, rig.additions), network)
+                self._viewers[viewer.id] = TwoViewViewer(viewer_service(viewer, rig.additions, people), network)
             else:
-                self._viewers[viewer.id] = SilhouetteViewer(silhouette_service(viewer), network)
+                self._viewers[viewer.id] = SilhouetteViewer(silhouette_service(viewer, people), network)
         if rig.tracker is None:
             self._pose_service = Running(integrator_service(rig), network)
         else:

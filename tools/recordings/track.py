@@ -232,6 +232,11 @@ def decoded_by_hardware(rig: Rig) -> Rig:
     return replace(rig, viewers=viewers)
 
 
+def with_people(rig: Rig) -> Rig:
+    """The rig with the network that finds people in every viewer."""
+    return replace(rig, viewers=tuple(replace(viewer, people=True) for viewer in rig.viewers))
+
+
 def of_height(rig: Rig, height: float) -> Rig:
     """The rig for a person of that height (m) whose body is not measured, for videos without T-pose."""
     viewers = tuple(

@@ -1,0 +1,75 @@
+"""Commands for model files that are not shipped: models add, models list, models remove."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from zenocap.tools.cli.options import JsonOption, one_line_errors
+
+Name = Annotated[Literal["people"], typer.Argument(help="Model; there is one.", show_default=False)]
+
+models = typer.Typer(help="Model files that are not part of zenocap: the network of `people = true`.", no_args_is_help=True)
+
+
+@models.command()
+def add(
+    name: Name,
+    file: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="FILE",
+            help="Wheel of mediapipe (.whl), or the model itself (.tflite), for machines without network.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Fetch the model of `people = true`, check it, and keep it in the user's data folder.
+
+    pip downloads a wheel of mediapipe 0.10.14 to 0.10.21 (36 MB) from the index that is set up for it; one file of 0.25 MB
+    is kept after its SHA-256 was compared, with a note on its licence (Apache-2.0), and the wheel is deleted. Nothing of
+    it is installed or run. It works offline afterwards. A model that is there is left alone.
+
+    Examples: `zenocap models add people`, `zenocap models add people --from selfie_segmentation.tflite`
+    """
+    with one_line_errors():
+        from zenocap.tools.models.store import add_people
+        from zenocap.tools.models.wheel import fetched, from_file
+
+        path, written = add_people(fetched if file is None else lambda: from_file(file))
+    typer.echo(f"{path}: {'added' if written else 'is there already'}; in a rig file: people = true of a viewer")
+
+
+@models.command("list")
+def list_models(as_json: JsonOption = False) -> None:
+    """List the models: present, missing, or damaged, and the path of each.
+
+    Example: `zenocap models list`
+    """
+    with one_line_errors():
+        from zenocap.tools.models.store import people_state
+
+        state = people_state()
+    if as_json:
+        row = {"name": state.name, "state": state.state, "path": str(state.path), "size": state.size}
+        typer.echo(json.dumps({"models": [row]}))
+        return
+    advice = "" if state.state == "present" else f"; `zenocap models add {state.name}` gets it"
+    typer.echo(f"{state.name}: {state.state}: {state.path}{advice}")
+
+
+@models.command()
+def remove(name: Name) -> None:
+    """Delete a model from the user's data folder; viewers with `people = true` do not start without it.
+
+    Example: `zenocap models remove people`
+    """
+    with one_line_errors():
+        from zenocap.tools.models.store import remove_people
+
+        there = remove_people()
+    typer.echo(f"{name}: {'removed' if there else 'was not there'}")

@@ -1,0 +1,1 @@
+"""Model files that are not shipped: fetched on command, checked, kept in the user's data folder."""

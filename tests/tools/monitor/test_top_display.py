@@ -68,5 +68,5 @@ def test_json_has_every_row() -> None:
 
 
 def test_faults_of_images_stand_before_the_state() -> None:
-    assert words(replace(UP, advice="focus, holes")) == "! focus, holes | tracking"
-    assert words(UP) == "tracking"
+    assert words(replace(UP, words="tracking", advice="focus, holes")) == "! focus, holes | tracking"
+    assert words(replace(UP, words="tracking")) == "tracking"

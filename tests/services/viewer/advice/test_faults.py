@@ -18,7 +18,7 @@ from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.states import LearningBackground, viewer_setup
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
-FPS, EMPTY, SECONDS, SEED, SIZE = 10, 10, 9, 3, (160, 120)
+FPS, EMPTY, SECONDS, SEED, SIZE = 10, 10, 9, 3, (240, 180)
 A = AdviceCode
 
 

@@ -93,7 +93,7 @@ def test_faults_of_the_light_are_found(code: AdviceCode, share: object) -> None:
 
 @pytest.mark.slow
 def test_a_soft_image_is_found() -> None:
-    assert A.FOCUS in codes([np.asarray(cv2.GaussianBlur(image, (0, 0), 2.5), dtype=np.uint8) for image in film()])
+    assert A.FOCUS in codes([np.asarray(cv2.GaussianBlur(image, (0, 0), 4.0), dtype=np.uint8) for image in film()])
 
 
 @pytest.mark.slow

@@ -282,6 +282,49 @@ class Preview(Message, frozen=True, tag="preview"):
     jpeg: Annotated[bytes, Meta(max_length=1 << 20)]
 
 
+class AdviceCode(StrEnum):
+    """What is wrong with the images of a camera.  Sentences and units: `zenocap.common.camera_advice`."""
+
+    CONTRAST = "contrast"  # the person hardly differs from the room
+    HOLES = "holes"  # in the silhouette
+    GLOSSY_FLOOR = "glossy_floor"  # the floor mirrors the person
+    CUT_OFF = "cut_off"  # the border of the image cuts the person off
+    SMALL = "small"  # the person has few pixels
+    LIGHT_DRIFT = "light_drift"  # exposure or light changes
+    WHITE_BALANCE = "white_balance"  # colours change
+    FLICKER = "flicker"  # lamps and shutter differ in frequency
+    DARK = "dark"
+    SATURATED = "saturated"
+    FOCUS = "focus"  # the whole image is soft
+    MOTION_BLUR = "motion_blur"  # what moves is soft
+
+
+Third = Literal["", "upper", "middle", "lower"]  # of the silhouette, by height; "" for what is not of a part
+
+
+class CameraFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """value: measured, in `unit`.  limit: from where it is a fault.  part: third of the silhouette.
+
+    unit: "levels" of 255; "%" of what the code is about, see docs/cameras.md; "px" at the working size.
+    """
+
+    code: AdviceCode
+    value: Number
+    limit: Number
+    unit: Literal["levels", "%", "px"]
+    part: Third = ""
+
+
+class CameraAdvice(Message, frozen=True, tag="camera_advice"):
+    """What a viewer found to be wrong with its own images, the worst first; no faults: all is right.
+
+    Measured about once a second over the last seconds, once the background is learnt.
+    """
+
+    viewer: Name
+    faults: Annotated[list[CameraFault], Meta(max_length=16)] = []
+
+
 class CameraInfo(Message, frozen=True, tag="camera"):
     """Calibration of a viewer's camera in the Y-up world, OpenCV convention, row by row."""
 

@@ -60,6 +60,7 @@ SIGHTING = Topic("sighting", "zenocap/{rig}/viewer/{viewer}/sighting", m.Sightin
 PARTIAL_BAP = Topic("partial_bap", "zenocap/{rig}/viewer/{viewer}/bap", m.PartialBap, Queueing.LATEST, FRAME_HZ)
 SILHOUETTE = Topic("silhouette", "zenocap/{rig}/viewer/{viewer}/silhouette", m.Silhouette, Queueing.LATEST, FRAME_HZ)
 PREVIEW = Topic("preview", "zenocap/{rig}/viewer/{viewer}/preview", m.Preview, Queueing.LATEST, 5)
+CAMERA_ADVICE = Topic("camera_advice", "zenocap/{rig}/viewer/{viewer}/advice", m.CameraAdvice, Queueing.LATEST, 1)
 CAMERA = Topic("camera", "zenocap/{rig}/viewer/{viewer}/camera", m.CameraInfo, Queueing.LATCHED, 0)
 UNIVERSAL_BDP = Topic("universal_bdp", "zenocap/{rig}/integrator/bdp", m.UniversalBdp, Queueing.LATCHED, 0, True)
 ASSIGNMENT = Topic("assignment", "zenocap/{rig}/integrator/assignment", m.Assignment, Queueing.LATEST, FRAME_HZ)
@@ -83,6 +84,7 @@ TOPICS = (
     PARTIAL_BAP,
     SILHOUETTE,
     PREVIEW,
+    CAMERA_ADVICE,
     CAMERA,
     UNIVERSAL_BDP,
     ASSIGNMENT,

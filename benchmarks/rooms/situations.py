@@ -91,14 +91,14 @@ class Shot:
     truth: Mask
 
 
-def shots(scene: Scene, situation: Situation) -> Iterator[Shot]:
-    """The film of a situation."""
+def shots(scene: Scene, situation: Situation, truth_every: int = 1, length_s: float = LENGTH_S) -> Iterator[Shot]:
+    """The film of a situation.  truth_every: frames between two with a truth; it is empty in the others."""
     subject = scene.walker.person if situation.dressed is None else situation.dressed(scene)
     film = SimulatedCamera(scene.camera, subject, scene.seed)
     second = SimulatedCamera(scene.camera, person(SECOND_PERSON + scene.seed), scene.seed)
     motion = scene.walker.motion
     first_s = EMPTY_S if situation.empty else 0.0
-    for k in range(int(LENGTH_S * FPS)):
+    for k in range(int(length_s * FPS)):
         time_s = k / FPS
         moving_s = min(time_s, CHANGE_S) if situation.still else time_s
         pose = None if time_s < first_s else motion.pose_at((moving_s - first_s) % motion.duration_s)
@@ -109,8 +109,8 @@ def shots(scene: Scene, situation: Situation) -> Iterator[Shot]:
         image = film.render(pose, k, room, [] if other is None else [(second, other)])
         if situation.tone is not None:
             image = situation.tone(scene, time_s, image)
-        truth = np.asarray(film.silhouette(pose) != 0, dtype=np.uint8)
-        if other is not None and pose is not None:
+        truth = np.asarray(film.silhouette(pose if k % truth_every == 0 else None) != 0, dtype=np.uint8)
+        if other is not None and pose is not None and truth.any():
             truth = _before(film, pose, second, other, truth)
         yield Shot(time_s, image, truth)
 

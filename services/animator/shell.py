@@ -18,6 +18,7 @@ from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
     ASSIGNMENT,
     CAMERA,
+    CAMERA_ADVICE,
     COMMAND,
     FRAME_RATE,
     HEALTH,
@@ -42,8 +43,8 @@ from zenocap.services.animator.step import counts, describe, initial_state, phas
 
 ID = "main"
 TOPICS = (
-    SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE,
-    SCENE_POINTS, HEALTH, POSTURE, COMMAND, FRAME_RATE, TRACKER_DETAIL,
+    SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA_ADVICE, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP,
+    TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, HEALTH, POSTURE, COMMAND, FRAME_RATE, TRACKER_DETAIL,
 )  # fmt: skip
 
 

@@ -95,6 +95,7 @@ class State:
     silhouettes: Mapping[str, m.Silhouette] = field(default_factory=dict)
     sightings: Mapping[str, m.Sighting] = field(default_factory=dict)
     previews: Mapping[str, m.Preview] = field(default_factory=dict)
+    advice: Mapping[str, m.CameraAdvice] = field(default_factory=dict)
     cameras: Mapping[str, Camera] = field(default_factory=dict)
     assignment: m.Assignment | None = None
     posture: m.Posture | None = None

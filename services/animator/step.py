@@ -116,7 +116,7 @@ def _sender(message: m.Message) -> tuple[Service | None, bool]:
             return (service, id), False
         case m.Sighting(viewer=viewer) | m.Silhouette(viewer=viewer) | m.PartialBap(viewer=viewer):
             return ("viewer", viewer), True
-        case m.PartialBdp(viewer=viewer) | m.Preview(viewer=viewer):
+        case m.PartialBdp(viewer=viewer) | m.Preview(viewer=viewer) | m.CameraAdvice(viewer=viewer):
             return ("viewer", viewer), False
         case m.Assignment() | m.UniversalBap():
             return ("integrator", "main"), True
@@ -133,7 +133,13 @@ def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
     viewer = getattr(message, "viewer", None)
     if viewer is None or ("viewer", viewer) in setup.expected:
         return True
-    shown: tuple[Mapping[str, object], ...] = (state.silhouettes, state.sightings, state.previews, state.cameras)
+    shown: tuple[Mapping[str, object], ...] = (
+        state.silhouettes,
+        state.sightings,
+        state.previews,
+        state.advice,
+        state.cameras,
+    )
     return any(viewer in views for views in shown) or max(map(len, shown)) < MAX_ENTRIES // 2
 
 
@@ -153,6 +159,8 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return replace(state, sightings=_with(state.sightings, viewer, message))
         case m.Preview(viewer=viewer):
             return replace(state, previews=_with(state.previews, viewer, message))
+        case m.CameraAdvice(viewer=viewer):
+            return replace(state, advice=_with(state.advice, viewer, message))
         case m.CameraInfo():
             return _update_camera(state, message)
         case m.Assignment(tracking=tracking):

@@ -23,6 +23,45 @@ PEOPLE_MARGIN = 0.2  # of the person's longer side, added on each side of the cr
 MIXTURE_NOISE = 2.0  # grey levels of noise where the background is mog2, which has no noise of its own; chosen by hand
 PEOPLE_SMALLEST_PX = 48  # px, smallest side of a crop; chosen by hand
 
+# Advice about the camera's images.  "Rooms": chosen on `benchmarks.rooms.advice`, seeds 40 to 47, see docs/measured.md
+ADVICE_SAMPLE_S = 0.5  # s between two images that are measured; chosen by hand
+ADVICE_REPORT_S = 1.0  # s between two messages; chosen by hand
+ADVICE_WINDOW_S = 5.0  # s over which the person is measured; chosen by hand
+ADVICE_LIGHT_S = 10.0  # s over which light and colour are compared; as the live page of the cameras
+ADVICE_FLICKER_S = 6.4  # s of images for the flicker; each half is a little more than its measure needs
+ADVICE_PX = 80  # px, width of the reduced image on which light and colours are measured; chosen by hand
+ADVICE_CELLS = (8, 6)  # cells across and down whose brightness is followed; chosen by hand
+ADVICE_PERSON_PX = 64  # px, height of the reduced person that is measured; chosen by hand
+ADVICE_FOCUS_S = 10.0  # s between two measures of the focus on the room; chosen by hand
+ADVICE_SAMPLES = 6  # images with a person, before anything is stated about the person; chosen by hand
+ADVICE_ROWS = 48  # rows of the person whose edges are measured; chosen by hand
+LOW_CONTRAST = 20.0  # levels, that CONTRAST_QUANTILE of a third of the person differs from the room; rooms
+CONTRAST_QUANTILE = 0.3  # of the pixels of the third, darkest difference first; chosen by hand
+MANY_HOLES = 9.0  # %, area that closing adds to the silhouette; rooms
+CLOSING = 0.06  # of the person's height, diameter of that closing; chosen by hand
+OFTEN_MIRRORED = 50.0  # %, of the images with a person, whose silhouettes contain a mirror image; chosen by hand
+GLOSS_LIKENESS = 0.5  # overlap of the legs and their mirror image; rooms
+GLOSS_CONTRAST = 0.45  # of the contrast of the legs, that of their mirror image at most; rooms
+GLOSS_REACH = 0.33  # of the height of the silhouette, rows above and below the feet that are compared; chosen by hand
+GLOSS_FEET = (0.48, 0.66)  # of the height of the silhouette from the top, where feet that are mirrored are; rooms
+OFTEN_CUT = 40.0  # %, of the images with a person; chosen by hand
+SMALL_PERSON = 50.0  # px, height; chosen by hand
+CONTACT_PX = 3  # px of a silhouette along the border of the image, from which it is cut off; chosen by hand
+HIGH_DRIFT = 5.0  # %, change of the brightness over ADVICE_LIGHT_S; rooms
+HIGH_COLOUR_DRIFT = 3.0  # %, change of the ratio of two colours; rooms
+HIGH_FLICKER = 1.5  # %, standard deviation; as the live page of the cameras
+LOW_BRIGHTNESS = 45.0  # levels, mean; as the live page of the cameras
+MUCH_SATURATED = 5.0  # %, of the pixels; as the live page of the cameras
+WIDE_EDGES = 0.01  # of the image height, width of its sharpest edges; rooms
+WIDE_EDGES_MIN_PX = 3.5  # px, the same at least; rooms
+SHARPEST = 0.2  # quantile of the widths of the edges of the room; chosen by hand
+EDGE_LEVELS = 30.0  # levels, across an edge whose width is measured; chosen by hand
+EDGE_REACH_ROWS = 20  # image rows per px on both sides of such an edge; chosen by hand
+MOVING_SHARE = 0.015  # of the person's height per frame, from which a contour moves; chosen by hand
+JUMP_SHARE = 0.15  # of the person's height per frame, from which it is another contour; chosen by hand
+MOVING_ROWS = 40  # moving edges, before motion blur is stated; chosen by hand
+LONG_BLUR = 1.0  # %, of the person's height: 17 mm of an adult; rooms
+
 # Facade and flank, silhouette features  [Two-view 3.1]
 UPPER_BODY_COLUMN = 0.65  # torso heights, smallest column of the upper body; paper 3.1: 1.0; measured: 0.6 to 0.7 is robust
 BELOW_HIPS = 0.2  # torso heights below the navel: y_hip = y_c + 0.2 h; paper 3.1

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Mask
-from zenocap.common.messages import Message, Preview
+from zenocap.common.messages import CameraAdvice, Message, Preview
 from zenocap.common.messages import Silhouette as SilhouetteMessage
 from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, Mog2, learning_frames
 from zenocap.common.vision.adaptive import Adaptive, follow, start
@@ -16,6 +16,7 @@ from zenocap.common.vision.mask_codec import pack
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.semantics import decision
 from zenocap.common.vision.silhouette import SilhouetteOptions, extract
+from zenocap.services.viewer.advice.watch import watched
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import (
     MIXTURE_NOISE,
@@ -58,7 +59,7 @@ def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Ada
 
 
 def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | None, list[Message]]:
-    """Segment a frame: (scene, mask (height, width) or None without a person, preview if one is due)."""
+    """Segment a frame: (scene, mask (height, width) or None without a person, preview and advice if they are due)."""
     background = scene.background
     assert background is not None  # a scene learnt from frames has one
     decided = _decided(setup, scene, frame)
@@ -75,8 +76,12 @@ def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | Non
         background = update(background, frame.image, person, UPDATE_RATE, margin_px=margin_px)
     previewed = setup.publish_preview and frame.captured_ns - scene.preview_ns >= PREVIEW_NS
     preview_ns = frame.captured_ns if previewed else scene.preview_ns
-    after = Scene(background, silhouette.extents if silhouette else None, preview_ns)
-    return after, silhouette.mask if silhouette else None, [_preview_message(setup, frame)] if previewed else []
+    mask = silhouette.mask if silhouette else None
+    watch, faults = watched(scene.watch, frame.image, frame.captured_ns / 1e9, mask, background)
+    messages: list[Message] = [_preview_message(setup, frame)] if previewed else []
+    if faults is not None:
+        messages.append(CameraAdvice(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, faults=faults))
+    return Scene(background, silhouette.extents if silhouette else None, preview_ns, watch), mask, messages
 
 
 def _decided(setup: Setup, scene: Scene, frame: Frame) -> Mask | None:

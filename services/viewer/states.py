@@ -1,6 +1,6 @@
 """Setup and states of a viewer."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.body.anatomy import TEN_PARTS, Anatomy
@@ -14,6 +14,7 @@ from zenocap.common.vision.adaptive import Adaptive
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents
+from zenocap.services.viewer.advice.watch import Watch
 from zenocap.services.viewer.body_fit import BodyModel, camera_rows
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 
@@ -72,6 +73,7 @@ class Scene:
     """Background model and last extents of the person.
 
     background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
+    watch: measures for the advice.
     A `Mixture` and the arrays of an `Adaptive` are the mutable objects in a state: OpenCV gives no access to its model, and
     copies of the arrays would cost more than the silhouette.
     """
@@ -79,6 +81,7 @@ class Scene:
     background: Background | Mixture | Adaptive | None
     extents: Extents | None = None
     preview_ns: int = -(10**18)
+    watch: Watch = field(default_factory=Watch)
 
 
 @dataclass(frozen=True)

@@ -74,17 +74,21 @@ class SimulatedCamera:
         frame: int,
         room: Floats32 | None = None,
         beside: "Sequence[tuple[SimulatedCamera, PersonPose]]" = (),
+        gloss: float = 0.0,
     ) -> Image:
         """Image number `frame` with the person in `pose`, None for the empty room; (height, width, 3) BGR.
 
         room: (height, width, 3) grey levels, drawn instead of the empty room; furniture in it is behind all people.
         beside: further people in the room, each with an equal camera of their own.
+        gloss: share of the people's light that the floor mirrors, 0 to 1.
         """
         scene = self._view.bgr.copy() if room is None else np.ascontiguousarray(room, dtype=np.float32).copy()
         figures = [*beside] if pose is None else [(self, pose), *beside]
         posed = [(one, *one._surface.posed(at)) for one, at in figures]
-        for one, points, _ in posed:
+        for one, points, normals in posed:
             one._cast_shadow(scene, points)
+            if gloss > 0.0:
+                one._mirror(scene, points, normals, gloss)
         for one, points, normals in sorted(posed, key=lambda figure: -self._distance(figure[1])):
             layer, region = one._draw(points, one._lit(normals), self._samples)
             if region is not None:
@@ -138,6 +142,15 @@ class SimulatedCamera:
         layer = np.empty((region.height, region.width, 4), dtype=np.float32)
         downsample(nearness, colour, samples, layer)
         return layer, region
+
+    def _mirror(self, scene: Floats32, points: Floats, normals: Floats, gloss: float) -> None:
+        """Draw the mirror image of the person in the floor."""
+        below = points * np.array([1.0, -1.0, 1.0])
+        layer, region = self._draw(below, self._lit(normals), self._samples)
+        if region is not None:
+            place = np.s_[region.top : region.top + region.height, region.left : region.left + region.width]
+            faint = layer * np.float32(gloss) * self._view.floor[place][..., None]
+            composite(scene, np.ascontiguousarray(faint), region.left, region.top)
 
     def _cast_shadow(self, scene: Floats32, points: Floats) -> None:
         ground = points + points[:, 1:2] * self._light.fall  # `fall` drops one metre

@@ -180,7 +180,7 @@ def track(
     The same steps as live, without network; equal inputs give equal bytes. The body is measured in a T-pose (standing, arms
     stretched sideways); without it, it gets average proportions, improved while the person moves, and two-view needs
     --height. An existing output is replaced. Frames are paired by the times in their
-    files. The last lines are the verdict: good, doubtful or unusable, and why.
+    files. The last lines are the verdict: good, doubtful or unusable, and why; and what to improve at the cameras.
     Exit status 3: done, but the take is
     doubtful, a video ended early, or something was lost or left out; 4: done, but the take is unusable.
 
@@ -265,13 +265,17 @@ def track(
 
 
 def _status(result: Tracked) -> int:
-    """Print the verdict; return the exit status."""
+    """Print the verdict and the advice about the cameras; return the exit status."""
+    from zenocap.common.camera_advice import take_lines
+
     rating = "good" if result.verdict is None else result.verdict.rating
     if result.verdict is not None:
         from zenocap.tools.verdict.text import verdict_lines
 
         for line in verdict_lines(result.verdict):
             typer.echo(line, err=rating != "good")
+    for line in take_lines(result.advice):
+        typer.echo(line, err=True)
     if rating == "unusable" or not result.poses:
         return UNUSABLE
     return LOSS if result.problems or result.left_out or rating == "doubtful" else DONE

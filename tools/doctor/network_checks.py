@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from zenocap.common.messages import Health, ServiceInfo
+from zenocap.common.camera_advice import change_text, found_text
+from zenocap.common.messages import CameraAdvice, Health, ServiceInfo
 from zenocap.common.rig.services import ServiceKey, title
 from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in
 from zenocap.tools.doctor.finding import Finding, ok, warning, wrong
@@ -17,7 +18,7 @@ SHOULD_AGREE = ("eclipse-zenoh", "msgspec", "python")
 class Network:
     """Observations of a few seconds.  problem: why the network could not be opened; None when it could.
 
-    about: service information, or an error text.  offset: of this machine's clock to the integrator's.
+    about: service information, or an error text.  advice: by viewer.  offset: of this machine's clock to the integrator's.
     """
 
     problem: str | None = None
@@ -25,6 +26,7 @@ class Network:
     about: Mapping[ServiceKey, ServiceInfo | str] = field(default_factory=dict)
     health: Mapping[ServiceKey, Health] = field(default_factory=dict)
     offset: Offset | None = None
+    advice: Mapping[str, CameraAdvice] = field(default_factory=dict)
 
 
 def check_open(network: Network, secured: bool) -> Finding:
@@ -148,6 +150,17 @@ def check_messages(network: Network) -> list[Finding]:
             found.append(warning("messages", text, "see its log for the error, and report it"))
     if network.health and not found:
         found.append(ok("messages", f"all valid, in {len(network.health)} services"))
+    return found
+
+
+def check_pictures(network: Network) -> list[Finding]:
+    """Check of the images of the cameras, as the running viewers measure them."""
+    found = []
+    for viewer, advice in sorted(network.advice.items()):
+        check = f"images of viewer {viewer}"
+        found += [warning(check, found_text(fault), change_text(fault)) for fault in advice.faults]
+        if not advice.faults:
+            found.append(ok(check, "contrast, light, focus and place of the person are right"))
     return found
 
 

@@ -10,12 +10,12 @@ from zenocap.common.bus.protocol import Alive, BusError, Envelope, RoundTrip
 from zenocap.common.bus.security import Security
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.messages import Health
+from zenocap.common.messages import CameraAdvice, Health
 from zenocap.common.rig.security import host_of
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.clock_offset import ClockFilter, observe, offset_at
-from zenocap.common.topics import HEALTH
+from zenocap.common.topics import CAMERA_ADVICE, HEALTH
 from zenocap.tools.doctor.machine_checks import Endpoint
 from zenocap.tools.doctor.network_checks import Network
 
@@ -33,8 +33,10 @@ def look_at_network(options: ZenohOptions, rig: str) -> Network:
         with ZenohBus.open(options, rig, clock, lambda: time.monotonic() > deadline_s) as bus:
             bus.watch_alive()
             bus.subscribe(HEALTH)
+            bus.subscribe(CAMERA_ADVICE)
             alive: set[ServiceKey] = set()
             health: dict[ServiceKey, Health] = {}
+            advice: dict[str, CameraAdvice] = {}
             trips, sent_queries = ClockFilter(), 0
             started_s = time.monotonic()
             while (elapsed_s := time.monotonic() - started_s) < LISTEN_S:
@@ -46,10 +48,12 @@ def look_at_network(options: ZenohOptions, rig: str) -> Network:
                         (alive.add if is_alive else alive.discard)((service, id))
                     case Envelope(message=Health() as report) if len(health) < MAX_SERVICES:
                         health[(report.service, report.id)] = report
+                    case Envelope(message=CameraAdvice() as one) if len(advice) < MAX_SERVICES:
+                        advice[one.viewer] = one
                     case RoundTrip() as trip:
                         trips = observe(trips, trip)
             about = bus.query_service_info(1.0)
-            return Network(None, frozenset(alive), about, health, offset_at(trips, clock.now_ns()))
+            return Network(None, frozenset(alive), about, health, offset_at(trips, clock.now_ns()), advice)
     except BusError as error:
         return Network(str(error))
 

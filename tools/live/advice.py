@@ -7,7 +7,7 @@ from typing import Literal
 
 import msgspec
 
-from zenocap.tools.live.measures import Exposure, Light
+from zenocap.common.vision.image_measures import Exposure, Light
 from zenocap.tools.live.parameters import (
     BRIGHT_MEAN,
     BRIGHTNESS_S,

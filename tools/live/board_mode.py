@@ -10,6 +10,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.lens import Lens
 from zenocap.common.errors import UserError
+from zenocap.common.vision.image_measures import grey_of
 from zenocap.services.animator.page.broadcast import EncodedUpdate
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.calibration.board import Board
@@ -22,7 +23,6 @@ from zenocap.tools.live import messages as lm
 from zenocap.tools.live.board_guide import REGIONS, BoardGuide, CameraProgress
 from zenocap.tools.live.board_search import Burst, VariantSearch, searched
 from zenocap.tools.live.camera import LiveCamera
-from zenocap.tools.live.measures import grey_of
 from zenocap.tools.live.parameters import BURST_PERIOD_S, MAX_VIEWS, MIN_MOMENTS, WHY_PERIOD_S
 
 WAIT_S = 0.05  # between looks whether a stretch of images is due; chosen by hand

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Image
+from zenocap.common.vision.image_measures import grey_of
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_detection import BoardDetector, board_variant
 from zenocap.tools.calibration.board_views import View
 from zenocap.tools.calibration.parameters import PAIRED_PERIODS
-from zenocap.tools.live.measures import grey_of
 from zenocap.tools.live.parameters import VARIANT_IMAGES
 
 THREADS = 2  # that search at the same time; chosen by hand

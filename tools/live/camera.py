@@ -13,12 +13,12 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import Device, Stream
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.vision.image_measures import Exposure, Light, brightness, exposure, focus, grey_of, light, noise
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import live_images
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.tools.live.advice import Measures
-from zenocap.tools.live.measures import Exposure, Light, brightness, exposure, focus, grey_of, light, noise
 from zenocap.tools.live.parameters import BRIGHTNESS_S, KEPT_S, LATE_S, RETRY_S
 
 logger = logging.getLogger(__name__)

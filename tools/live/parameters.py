@@ -19,13 +19,6 @@ FILE_DELAY_S: Final = 0.5  # before video files begin, so that all of them are o
 MEASURE_PERIOD_S: Final = 0.5  # between two measures of a camera; by hand
 KEPT_S: Final = 0.45  # of images that are kept of each camera: those around a view of the board, BURST_S, and a little
 BRIGHTNESS_S: Final = 10.0  # over which drift and flicker are measured; by hand
-LEAST_BRIGHTNESS_S: Final = 3.0  # of images, for drift and flicker; by hand
-FLICKER_S: Final = 1.0  # changes of brightness slower than this are drift; by hand
-BRIGHTNESS_GRID: Final = (16, 12)  # cells across and down whose brightness is followed; by hand
-SATURATED_LEVEL, BLACK_LEVEL = 250, 5  # of 255, from which a pixel has no detail left: at the ends of the range
-NOISE_CELL_PX: Final = 16  # side of the squares in which noise is measured; by hand
-RANGE: Final = (10.0, 245.0)  # mean level of a square whose noise is not cut off at the ends of the range; by hand
-OFFSET: Final = 2.0  # levels added before ratios, so that black does not divide; by hand
 
 # Advice.
 LOW_RATE: Final = 0.9  # of the requested rate; by hand

@@ -61,8 +61,14 @@ def _cells(row: Row, *, secured: bool) -> list[str | Text]:
         title, status, f"{row.rate:.1f}", sparkline(row.rates), _number(row.latency_ms), Text(printable(row.stage)), lost,
         _clock(row),
         f"{row.memory_mb:.0f}", f"{row.cores:.2f}", Text(f"{row.busy:.0%}", style="red" if row.busy > 0.9 else ""),
-        *([_days(row.certificate_days)] if secured else []), Text(printable(row.words)),
+        *([_days(row.certificate_days)] if secured else []),
+        Text(printable(words(row)), style="yellow" if row.advice else ""),
     ]  # fmt: skip
+
+
+def words(row: Row) -> str:
+    """State of a service, after the faults of its camera's images."""
+    return f"! {row.advice} | {row.words}" if row.advice else row.words
 
 
 def _days(days: int | None) -> Text:

@@ -15,8 +15,8 @@ from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.runtime.keyboard import Key, keyboard
-from zenocap.common.topics import HEALTH
-from zenocap.tools.monitor.display import as_json, shown
+from zenocap.common.topics import CAMERA_ADVICE, HEALTH
+from zenocap.tools.monitor.display import as_json, shown, words
 from zenocap.tools.monitor.table import TROUBLE, Network, Row
 
 DONE, FAILED = 0, 1
@@ -50,6 +50,7 @@ class Top:
     def _read(self, rig: str) -> None:
         reader = self._readers[rig] = self._stack.enter_context(self._own.reader_of(rig))
         reader.subscribe(HEALTH)
+        reader.subscribe(CAMERA_ADVICE)
         reader.watch_alive()
 
     def listen(self, seconds: float) -> None:
@@ -108,4 +109,4 @@ def plain_line(row: Row) -> str:
     text = printable(f"{row.rig} {row.title}: {row.status}")
     if row.status in ("missing", "starting"):
         return text
-    return f"{text} {row.rate:.1f}/s {row.cores:.2f} cores {row.memory_mb:.0f} MB lost {row.lost} | {printable(row.words)}"
+    return f"{text} {row.rate:.1f}/s {row.cores:.2f} cores {row.memory_mb:.0f} MB lost {row.lost} | {printable(words(row))}"

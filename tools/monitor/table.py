@@ -6,7 +6,8 @@ from types import MappingProxyType
 from typing import Literal
 
 from zenocap.common.bus.protocol import Alive, Envelope
-from zenocap.common.messages import Health
+from zenocap.common.camera_advice import marks
+from zenocap.common.messages import CameraAdvice, Health
 from zenocap.common.rig.services import ServiceKey, sort_key, title
 
 Status = Literal["up", "starting", "silent", "gone", "missing"]
@@ -34,6 +35,7 @@ class ServiceState:
     health_ns: int = 0
     rates: tuple[float, ...] = ()
     lately: int = 0
+    advice: CameraAdvice | None = None
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class Row:
 
     stage: its slowest stage, with the time.  lost: since its start.  offset_ms, error_ms: of its clock; None if unknown.
     certificate_days: until its certificate expires; None for a rig without certificates.
+    advice: faults of a camera's images in few words, empty without any.
     """
 
     rig: str
@@ -63,6 +66,7 @@ class Row:
     phase: str = ""
     words: str = ""
     certificate_days: int | None = None
+    advice: str = ""
 
     @property
     def title(self) -> str:
@@ -89,6 +93,9 @@ class Network:
             case Envelope(message=Health() as health, received_ns=ns):
                 key = (rig, health.service, health.id)
                 return self._with(key, _with_health(self.known.get(key) or ServiceState(False, ns), health, ns))
+            case Envelope(message=CameraAdvice() as advice, received_ns=ns):
+                key = (rig, "viewer", advice.viewer)
+                return self._with(key, replace(self.known.get(key) or ServiceState(False, ns), advice=advice))
             case _:
                 return self
 
@@ -130,7 +137,7 @@ def _row(rig: str, service: str, id: str, state: ServiceState, now_ns: int) -> R
         _lost(health), state.lately, health.counts.get("dropped_superseded", 0),
         health.clock_offset_ns / 1e6 if clock else None, health.clock_error_ns / 1e6 if clock else None,
         health.memory_bytes / 1e6, health.cores, health.busy, health.phase, health.state,
-        health.counts.get("certificate_days"),
+        health.counts.get("certificate_days"), marks(state.advice) if state.advice else "",
     )  # fmt: skip
 
 

@@ -6,12 +6,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from zenocap.common import messages as m
+from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.codec import BadMessage
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.recording.reader import Recorded, Take, envelope
 from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
 from zenocap.common.topics import (
     ASSIGNMENT,
+    CAMERA_ADVICE,
     COMMAND,
     FRAME_RATE,
     HEALTH,
@@ -83,6 +85,7 @@ class Info:
     parameters: dict[str, int]
     verdict: m.Verdict | None  # stored, or else of the messages read; None without poses or silhouettes
     verdict_stored: bool
+    advice: tuple[TakeFault, ...]  # of the cameras' images, the worst first
 
 
 def info(
@@ -143,6 +146,7 @@ def info(
         parameters=_parameters(path, take),
         verdict=tally.verdict_of(),
         verdict_stored=tally.verdict is not None,
+        advice=tuple(tally.advice.faults()),
     )
 
 
@@ -174,6 +178,7 @@ class _Tally:
         self.rig = ""
         self.evidence = Evidence()
         self.verdict: m.Verdict | None = None
+        self.advice = TakeAdvice()
 
     def add(self, recorded: Recorded) -> None:
         channel = (recorded.topic, recorded.schema, recorded.encoding)
@@ -185,7 +190,7 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        if topic in (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL):
+        if topic in (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL, CAMERA_ADVICE):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -199,6 +204,8 @@ class _Tally:
         match received.message if received else None:
             case m.Verdict() as verdict:
                 self.verdict = verdict
+            case m.CameraAdvice() as advice:
+                self.advice.add(advice)
             case m.Assignment() as assignment:
                 self.pairs.add(assignment)
             case m.UniversalBdp() as body:

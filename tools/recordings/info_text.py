@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
+from zenocap.common.camera_advice import take_lines
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.recordings.info import Info
 from zenocap.tools.recordings.take_health import ServiceHealth
@@ -74,6 +75,9 @@ def _lines(info: Info) -> Iterator[str]:
         stored = "recorded" if info.verdict_stored else "computed now"
         yield _line("rests on", f"{EVIDENCE[info.verdict.evidence]}; {stored}")
         yield from part_lines(info.verdict, info.start_ns)
+    if info.advice:
+        yield ""
+        yield from take_lines(info.advice)
     if info.recognised:
         recognized = info.recognised
         by_label = [f"{printable(label)} {count}" for label, count in sorted(recognized.labels.items())]

@@ -14,8 +14,9 @@ from pathlib import Path
 from zenocap.common import codec
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
+from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.errors import SourceError, UserError
-from zenocap.common.messages import Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
+from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.file import TRACKER_METHODS
@@ -59,7 +60,7 @@ class Tracked:
     states: of each service at the end, in words.  measured: False for a body of average proportions.
     complete: False when the take could not be written to its end.  both_ways: True when the take has the poses of two
     passes.  notes: what was unusual about the videos, in words.  left_out: frames that were not used, in words.
-    verdict: on the take; None where it could not be written.
+    verdict: on the take; None where it could not be written.  advice: faults of the cameras' images, the worst first.
     """
 
     frame_sets: int
@@ -73,6 +74,7 @@ class Tracked:
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     verdict: Verdict | None = None
+    advice: tuple[TakeFault, ...] = ()
 
 
 def track(
@@ -144,6 +146,7 @@ def _track_frames(
     recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
     count, poses, measured = 0, 0, True
     evidence, verdict = Evidence(), None
+    advice = TakeAdvice()
     report_ns = EPOCH_NS + HEALTH_NS
     with closing(recording):
         offline.publish_cameras(EPOCH_NS)
@@ -157,6 +160,8 @@ def _track_frames(
             messages = tuple(_record(recorder, recording))
             for message in messages:
                 evidence.add(message)
+                if isinstance(message, CameraAdvice):
+                    advice.add(message)
             poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
             measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
             count += 1
@@ -180,6 +185,7 @@ def _track_frames(
         measured,
         complete=written.failure is None,
         verdict=None if written.failure else verdict,
+        advice=tuple(advice.faults()),
     )
 
 

@@ -100,6 +100,21 @@ class PreviewUpdate(msgspec.Struct, frozen=True, tag="preview", tag_field="type"
     position_s: float | None = None
 
 
+class AdviceLine(msgspec.Struct, frozen=True):
+    """A fault of a camera's images.  code: see `zenocap.common.messages.AdviceCode`.  found, change: text."""
+
+    code: str
+    found: str
+    change: str
+
+
+class AdviceUpdate(msgspec.Struct, frozen=True, tag="advice", tag_field="type"):
+    """Faults of the images of a camera, the worst first; empty: all is right."""
+
+    viewer: str
+    lines: list[AdviceLine]
+
+
 class ServiceRow(msgspec.Struct, frozen=True):
     """Status of one service.
 
@@ -279,8 +294,9 @@ class NoticeUpdate(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
 
 
 Update: TypeAlias = (
-    HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | ServicesUpdate
-    | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate | PlaceUpdate
+    HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | AdviceUpdate
+    | ServicesUpdate | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate
+    | PlaceUpdate
     | VerdictUpdate | PosturesUpdate | GhostUpdate | GhostPoseUpdate | NoticeUpdate
 )  # fmt: skip
 

@@ -14,6 +14,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, neutral_pose
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.camera_advice import change_text, found_text
 from zenocap.common.runtime.frame_rate import reduced_text
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
@@ -73,7 +74,7 @@ def _views_changed(schedule: Schedule, state: State) -> bool:
 
 
 def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
-    """Yield updates of all bodies, poses, points, cameras, postures, commands and previews that differ between two states.
+    """Yield updates of bodies, poses, points, cameras, postures, commands, previews and advice that differ between states.
 
     Commands are also sent after the initial state, so that a page knows which of them are old.
     """
@@ -96,6 +97,11 @@ def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
     for viewer, preview in after.previews.items():
         if before.previews.get(viewer) is not preview:
             yield _encoded(f"preview/{viewer}", pm.PreviewUpdate(viewer, preview.jpeg))
+    for viewer, advice in after.advice.items():
+        before_it = before.advice.get(viewer)
+        if before_it is None or before_it.faults != advice.faults:
+            lines = [pm.AdviceLine(fault.code.value, found_text(fault), change_text(fault)) for fault in advice.faults]
+            yield _encoded(f"advice/{viewer}", pm.AdviceUpdate(viewer, lines))
 
 
 def view_updates(state: State) -> Iterator[EncodedUpdate]:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenocap.common.messages import Health, ServiceInfo
+from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault, Health, ServiceInfo
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.tools.doctor.finding import Finding
 from zenocap.tools.doctor.machine_checks import (
@@ -31,6 +31,7 @@ from zenocap.tools.doctor.network_checks import (
     check_clocks,
     check_messages,
     check_open,
+    check_pictures,
     check_presence,
     check_rigs,
     check_versions,
@@ -171,3 +172,15 @@ def test_only_faults_have_a_remedy(finding: Finding, verdict: str) -> None:
 def test_remedy_for_an_untrusted_endpoint_is_new_certificates() -> None:
     assert "firewall" in check_endpoint(Endpoint("tcp/a:1", "Connection refused")).remedy
     assert "zenocap certs" in check_endpoint(Endpoint("tls/a:1", "TLS fails", trusted=False)).remedy
+
+
+def test_faults_of_images_are_warnings_with_what_to_change() -> None:
+    fault = CameraFault(code=AdviceCode.FOCUS, value=6.0, limit=3.5, unit="px")
+    faults = {"1": [fault], "2": []}
+    advice = {name: CameraAdvice(frame=0, captured_ns=0, viewer=name, faults=found) for name, found in faults.items()}
+    soft, good = check_pictures(Network(advice=advice))
+    assert (soft.check, soft.verdict) == ("images of viewer 1", "warning")
+    assert "6.0 px" in soft.words
+    assert "focus" in soft.remedy
+    assert (good.check, good.verdict) == ("images of viewer 2", "ok")
+    assert check_pictures(Network()) == []

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from zenocap.common.vision.image_measures import Exposure, Light
 from zenocap.tools.live.advice import Measures, rows
-from zenocap.tools.live.measures import Exposure, Light
 
 GOOD = Measures(29.9, 30.0, 0.001, 0.9, 1.0, Exposure(120.0, 0.01, 0.02), 2.0, Light(0.01, 0.002))
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from zenocap.tools.monitor.display import BLOCKS, as_json, shown, sparkline
+from zenocap.tools.monitor.display import BLOCKS, as_json, shown, sparkline, words
 from zenocap.tools.monitor.table import Row
 
 UP = Row(
@@ -65,3 +65,8 @@ def test_sparkline_shows_the_last_values_relative_to_the_largest(values: list[fl
 def test_json_has_every_row() -> None:
     (service,) = json.loads(msgspec.json.encode(as_json([UP])))["services"]
     assert (service["rig"], service["service"], service["status"], service["lost"]) == ("studio", "viewer", "up", 9)
+
+
+def test_faults_of_images_stand_before_the_state() -> None:
+    assert words(replace(UP, words="tracking", advice="focus, holes")) == "! focus, holes | tracking"
+    assert words(replace(UP, words="tracking")) == "tracking"

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from zenocap.common.bus.protocol import Alive, Envelope
-from zenocap.common.messages import Health
-from zenocap.common.topics import HEALTH
+from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault, Health
+from zenocap.common.topics import CAMERA_ADVICE, HEALTH
 from zenocap.tools.monitor.table import KEPT_RATES, MAX_SERVICES, Network, Row
 
 S = 1_000_000_000
@@ -96,3 +96,13 @@ def test_invented_services_are_bounded_and_displace_none_of_the_rig() -> None:
     rows = list(network.rows(S))
     assert len(rows) <= MAX_SERVICES + 2
     assert {"viewer 1", "integrator"} <= {row.title for row in rows}
+
+
+def test_row_has_the_faults_of_the_images() -> None:
+    fault = CameraFault(code=AdviceCode.FOCUS, value=6.0, limit=3.5, unit="px")
+    network = Network().updated("r", health(S))
+    assert row(network, S).advice == ""
+    for faults, expected in (([fault], "focus"), ([], "")):
+        advice = CameraAdvice(frame=0, captured_ns=S, viewer="1", faults=faults)
+        network = network.updated("r", Envelope(CAMERA_ADVICE.at("r", viewer="1"), CAMERA_ADVICE, advice, S))
+        assert row(network.updated("r", health(S)), S).advice == expected

@@ -58,6 +58,8 @@ class View {
     this.caption.innerHTML = '<span class="dot"></span><b></b><span class="role"></span><span class="score number"></span>';
     this.caption.querySelector('.score').title = 'Matching score of the model and this silhouette, 0 to 1';
     this.caption.querySelector('b').textContent = `viewer ${viewer}`;
+    this.advice = this.card.appendChild(document.createElement('ul'));
+    Object.assign(this.advice, { className: 'advice-lines', hidden: true });
     this.mask = document.createElement('canvas');   // for the scene too: transparent except for person and outlines
     this.preview = null;
     this.number = 0;
@@ -150,6 +152,18 @@ export class CameraViews {
     const view = this.view(viewer);
     view.preview = await createImageBitmap(new Blob([bytesOf(jpeg)], { type: 'image/jpeg' }));
     if (view.mask.width) view.draw();
+  }
+
+  // lines: faults of the camera's images, the worst first; the first is shown, all of them in the large view.
+  setAdvice({ viewer, lines }) {
+    const { advice } = this.view(viewer);
+    advice.hidden = !lines.length;
+    advice.replaceChildren(...lines.map(({ code, found, change }) => {
+      const line = document.createElement('li');
+      line.dataset.code = code;
+      line.append(Object.assign(document.createElement('b'), { textContent: `${found}: ` }), change);
+      return line;
+    }));
   }
 
   // condition: of a viewer, as in the table of services.  silent: seconds without messages.

@@ -51,6 +51,7 @@ const connection = new Connection({
   commands: (update) => slides.receive(update, state.feed === 'live'),
   view: (update) => { if (el('slides').hidden) views.show(update, state.source, drawnInViews); },
   preview: (update) => { state.picture_s = update.position_s; if (el('slides').hidden) views.setPreview(update); },
+  advice: (update) => views.setAdvice(update),
   checks: (update) => { panel.showChecks(update); dialog.setAdvice(update.advice); },
   takes: ({ takes }) => panel.listTakes(takes, (take) => player.play(take)),
   player: (update) => player.show(update),

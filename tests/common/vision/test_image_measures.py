@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from zenocap.tools.live.measures import brightness, exposure, focus, grey_of, light, noise
+from zenocap.common.vision.image_measures import brightness, exposure, focus, grey_of, light, noise
 
 SIZE = (320, 240)
 

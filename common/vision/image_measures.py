@@ -10,17 +10,14 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats, Image
-from zenocap.tools.live.parameters import (
-    BLACK_LEVEL,
-    BRIGHTNESS_GRID,
-    FLICKER_S,
-    LEAST_BRIGHTNESS_S,
-    NOISE_CELL_PX,
-    OFFSET,
-    RANGE,
-    SATURATED_LEVEL,
-)
 
+LEAST_BRIGHTNESS_S = 3.0  # of images, for drift and flicker; by hand
+FLICKER_S = 1.0  # changes of brightness slower than this are drift; by hand
+BRIGHTNESS_GRID = (16, 12)  # cells across and down whose brightness is followed; by hand
+SATURATED_LEVEL, BLACK_LEVEL = 250, 5  # of 255, from which a pixel has no detail left: at the ends of the range
+NOISE_CELL_PX = 16  # side of the squares in which noise is measured; by hand
+RANGE = (10.0, 245.0)  # mean level of a square whose noise is not cut off at the ends of the range; by hand
+OFFSET = 2.0  # levels added before ratios, so that black does not divide; by hand
 STEP = 2  # every second pixel in both directions suffices for a histogram
 SMOOTHING = np.outer([1.0, 2.0, 1.0], [1.0, 2.0, 1.0]) / 16.0
 LAPLACIAN = np.array([[0.0, 1.0, 0.0], [1.0, -4.0, 1.0], [0.0, 1.0, 0.0]])

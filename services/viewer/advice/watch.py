@@ -1,0 +1,124 @@
+"""What a viewer has measured of its images over the last seconds, and the advice that follows."""
+
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import cv2
+import numpy as np
+
+from zenocap.common.arrays import Floats, Floats32, Image, Mask
+from zenocap.common.messages import CameraFault
+from zenocap.common.vision.adaptive import Adaptive
+from zenocap.common.vision.background import Background
+from zenocap.common.vision.image_measures import Exposure, exposure
+from zenocap.common.vision.mixture import Mixture
+from zenocap.services.viewer.advice.edges import GREEN, Blur, Outline, moved_since, outline_of, room_edge_px
+from zenocap.services.viewer.advice.faults import Measured, faults_of
+from zenocap.services.viewer.advice.person import PersonSample, gains, person_sample, reduced
+from zenocap.services.viewer.parameters import (
+    ADVICE_CELLS,
+    ADVICE_FLICKER_S,
+    ADVICE_FOCUS_S,
+    ADVICE_LIGHT_S,
+    ADVICE_PX,
+    ADVICE_REPORT_S,
+    ADVICE_SAMPLE_S,
+    ADVICE_WINDOW_S,
+)
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Measures by capture time (s), oldest first.
+
+    fast: cells of every image, for flicker.  slow: cells of each colour (cells down, cells across, 3).
+    samples: of the person.  blurs: edges of the moving person.  outline: edges of the last sampled image, until the next
+    image shows how far they have moved.  exposure: of the last sampled image.  edge_px: of the sharpest edges of the room.
+    """
+
+    fast: tuple[tuple[float, Floats], ...] = ()
+    slow: tuple[tuple[float, Floats], ...] = ()
+    samples: tuple[PersonSample, ...] = ()
+    blurs: tuple[tuple[float, Blur], ...] = ()
+    outline: Outline | None = None
+    exposure: Exposure | None = None
+    edge_px: float | None = None
+    sampled_s: float = -1e9
+    focus_s: float = -1e9
+    reported_s: float = -1e9
+
+
+def watched(
+    watch: Watch, image: Image, time_s: float, mask: Mask | None, background: Background | Mixture | Adaptive
+) -> tuple[Watch, list[CameraFault] | None]:
+    """Measure one image (height, width, 3): the measures after it, and the faults when they are due, otherwise None.
+
+    mask: silhouette, None without a person.
+    """
+    step = max(1, round(image.shape[1] / ADVICE_PX))
+    fast = _since((*watch.fast, (time_s, _cells(image[::step, ::step, GREEN]))), time_s - ADVICE_FLICKER_S)
+    watch = replace(watch, fast=fast)
+    if watch.outline is not None:
+        if mask is not None:
+            blurs = (*watch.blurs, (time_s, moved_since(watch.outline, mask)))
+            watch = replace(watch, blurs=_since(blurs, time_s - ADVICE_WINDOW_S))
+        watch = replace(watch, outline=None)
+    if time_s - watch.sampled_s >= ADVICE_SAMPLE_S:
+        watch = _sampled(watch, image[::step, ::step], time_s)
+        room = room_of(background)
+        if mask is not None and room is not None:
+            watch = _with_person(watch, image, room, mask, time_s)
+    if watch.reported_s < 0:
+        return replace(watch, reported_s=time_s), None
+    if time_s - watch.reported_s < ADVICE_REPORT_S:
+        return watch, None
+    if time_s - watch.focus_s >= ADVICE_FOCUS_S:
+        room = room_of(background)
+        watch = replace(watch, edge_px=None if room is None else room_edge_px(room), focus_s=time_s)
+    found = Measured(
+        watch.fast, watch.slow, [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S],
+        [one for at_s, one in watch.blurs if time_s - at_s <= ADVICE_WINDOW_S], watch.exposure,
+        watch.edge_px, image.shape[0],
+    )  # fmt: skip
+    return replace(watch, reported_s=time_s), faults_of(found)
+
+
+def room_of(background: Background | Mixture | Adaptive) -> Floats32 | None:
+    """The empty room (height, width, 3) as the model has it; None for a model that does not give it cheaply."""
+    match background:
+        case Background(mean=mean):
+            return mean
+        case Adaptive(background=Background(mean=mean)):
+            return mean
+        case _:
+            return None
+
+
+def _cells(values: Image) -> Floats:
+    """Mean levels of the cells of reduced values (h, w) or (h, w, 3)."""
+    small = np.ascontiguousarray(values)
+    return np.asarray(cv2.resize(small, ADVICE_CELLS, interpolation=cv2.INTER_AREA), dtype=np.float64)
+
+
+def _sampled(watch: Watch, small: Image, time_s: float) -> Watch:
+    slow = _since((*watch.slow, (time_s, _cells(small))), time_s - ADVICE_LIGHT_S)
+    return replace(watch, slow=slow, exposure=exposure(small), sampled_s=time_s)
+
+
+def _with_person(watch: Watch, image: Image, room: Floats32, mask: Mask, time_s: float) -> Watch:
+    rows = np.flatnonzero(mask.any(axis=1))
+    if not len(rows):
+        return watch
+    top, bottom = int(rows[0]), int(rows[-1])
+    gain = gains(image, room, mask)
+    sample = person_sample(time_s, reduced(image, room, gain, mask, top, bottom), mask, top, bottom)
+    kept = [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S]
+    outline = outline_of(image, room, float(gain[GREEN]), mask, top, bottom)
+    return replace(watch, samples=(*kept, sample), outline=outline)
+
+
+def _since(items: tuple[tuple[float, T], ...], start_s: float) -> tuple[tuple[float, T], ...]:
+    first = next((k for k, (time_s, _) in enumerate(items) if time_s >= start_s), len(items))
+    return items[first:]

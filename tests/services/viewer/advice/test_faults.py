@@ -1,0 +1,117 @@
+"""Advice about a camera: each fault of a simulated film is found, and the same film without it has none."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.support.walkers import walker
+from zenocap.common.arrays import Image
+from zenocap.common.camera_advice import TakeAdvice
+from zenocap.common.messages import AdviceCode, CameraAdvice
+from zenocap.common.rig.sources import parse_background
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.segmentation import learn, segment
+from zenocap.services.viewer.states import LearningBackground, viewer_setup
+from zenocap.simulation.rendering.camera import SimulatedCamera
+
+FPS, EMPTY, SECONDS, SEED, SIZE = 10, 10, 9, 3, (240, 180)
+A = AdviceCode
+
+
+@cache
+def film(gloss: float = 0.0, like_wall: bool = False) -> tuple[Image, ...]:
+    """EMPTY images of the empty room, then the person walks."""
+    scene = walker(SEED, 2, SIZE)
+    subject = scene.person
+    camera = scene.cameras["cam01"]
+    if like_wall:
+        room = SimulatedCamera(camera, subject, SEED).empty()
+        blue, green, red = (float(value) for value in np.median(room[: SIZE[1] // 2].reshape(-1, 3), axis=0))
+        worn = replace(subject.clothing, shirt_bgr=(blue, green, red), trouser_bgr=(blue, green, red), stripes=0.0)
+        subject = replace(subject, clothing=worn)
+    rendered = SimulatedCamera(camera, subject, SEED)
+    images = [rendered.render(None, k) for k in range(EMPTY)]
+    return (
+        *images,
+        *(rendered.render(scene.motion.pose_at(k / FPS), EMPTY + k, gloss=gloss) for k in range(SECONDS * FPS)),
+    )
+
+
+def found(images: list[Image] | tuple[Image, ...]) -> list[CameraAdvice]:
+    """Advice of a viewer of these images."""
+    camera = walker(SEED, 2, SIZE).cameras["cam01"]
+    setup = viewer_setup("1", camera, parse_background(f"first:{EMPTY}", Path()), True)
+    state, scene, advice = LearningBackground(), None, []
+    for k, image in enumerate(images):
+        if scene is None:
+            state, scene = learn(setup, state, image)
+            continue
+        scene, _, messages = segment(setup, scene, Frame(k, k * 1_000_000_000 // FPS, image))
+        advice += [message for message in messages if isinstance(message, CameraAdvice)]
+    return advice
+
+
+def codes(images: list[Image] | tuple[Image, ...]) -> set[AdviceCode]:
+    """Codes that count for the whole film."""
+    collected = TakeAdvice()
+    for message in found(images):
+        collected.add(message)
+    return {one.fault.code for one in collected.faults()}
+
+
+def scaled(image: Image, share: object) -> Image:
+    return np.clip(np.rint(image * np.asarray(share)), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.slow
+def test_a_good_film_has_no_advice_and_a_message_each_second() -> None:
+    advice = found(film())
+    assert [message.faults for message in advice] == [[]] * len(advice)
+    assert len(advice) == SECONDS - 1  # the first second ends with the first message
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("code", "share"),
+    [
+        (A.DARK, lambda _: 0.2),
+        (A.SATURATED, lambda _: 1.9),
+        (A.LIGHT_DRIFT, lambda k: 1.0 - 0.004 * k),
+        (A.WHITE_BALANCE, lambda k: [1.0 - 0.002 * k, 1.0, 1.0 + 0.002 * k]),
+        (A.FLICKER, lambda k: 1.0 + 0.05 * np.cos(2.0 * np.pi * 0.37 * k)),
+    ],
+)
+def test_faults_of_the_light_are_found(code: AdviceCode, share: object) -> None:
+    assert callable(share)
+    advice = found([scaled(image, share(k)) for k, image in enumerate(film())])
+    assert code in {fault.code for message in advice for fault in message.faults}
+
+
+@pytest.mark.slow
+def test_a_soft_image_is_found() -> None:
+    assert A.FOCUS in codes([np.asarray(cv2.GaussianBlur(image, (0, 0), 4.0), dtype=np.uint8) for image in film()])
+
+
+@pytest.mark.slow
+def test_clothes_like_the_wall_are_found_by_contrast_or_holes() -> None:
+    assert codes(film(like_wall=True)) & {A.CONTRAST, A.HOLES}
+
+
+@pytest.mark.slow
+def test_a_glossy_floor_spoils_the_silhouette() -> None:
+    assert codes(film(gloss=0.5)) & {A.GLOSSY_FLOOR, A.CONTRAST, A.HOLES}
+
+
+@pytest.mark.slow
+def test_a_person_without_feet_in_the_image_is_cut_off() -> None:
+    lifted = [np.asarray(np.roll(image, SIZE[1] // 3, axis=0)) for image in film()]
+    assert A.CUT_OFF in codes(lifted)
+
+
+@pytest.mark.slow
+def test_advice_depends_on_the_images_alone() -> None:
+    assert found(film()) == found(film())

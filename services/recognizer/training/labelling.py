@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
-from zenocap.services.recognizer.features import KINDS, NAMES
+from zenocap.services.recognizer.features import KINDS, NAMES, Kind
 from zenocap.services.recognizer.model import PostureModel, classify
 from zenocap.services.recognizer.motion_rows import ANGLES
-from zenocap.services.recognizer.training.example_files import read_features, span
+from zenocap.services.recognizer.training.example_files import Features, read_features, span
 from zenocap.services.recognizer.training.examples import resample
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.services.recognizer.training.parameters import (
@@ -56,11 +56,11 @@ def candidates_of(times_s: Floats, features: Floats, rate: float) -> list[Candid
     times_s: (T,) seconds, rising.  features: (T, d) rows, NaN in frames without a pose, which end a
     candidate.  rate: frames per second.
     """
+    speeds = speeds_of(features, rate)
     features = features[:, ANGLES]
     known: Bools = np.asarray(np.isfinite(features).all(axis=1))
     if known.sum() < LEAST_ROWS:
         return []
-    speeds = _speeds(features, known, rate)
     sorted_speeds = np.sort(speeds[np.isfinite(speeds)])
     still = sorted_speeds[: max(1, len(sorted_speeds) // 3)]
     begins = float(np.clip(NOISE_FACTOR * np.median(still), LEAST_SPEED, MOST_SPEED)) if len(still) else MOST_SPEED
@@ -79,8 +79,12 @@ def candidates_of(times_s: Floats, features: Floats, rate: float) -> list[Candid
     return found
 
 
-def _speeds(features: Floats, known: Bools, rate: float) -> Floats:
-    """(T,) rad/s of the smoothed features; NaN near frames without a pose."""
+def speeds_of(features: Floats, rate: float) -> Floats:
+    """(T,) rad/s of the smoothed angles of features (T, d); NaN near frames without a pose."""
+    features = features[:, ANGLES]
+    known = np.isfinite(features).all(axis=1)
+    if len(features) < LEAST_ROWS:
+        return np.full(len(features), np.nan)
     width = max(1, round(SPEED_SMOOTHING_S * rate) // 2 * 2 + 1)
     padded = np.pad(features, ((width // 2, width // 2), (0, 0)), mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, width, axis=0)
@@ -154,8 +158,16 @@ class Suggestion:
 
 def suggest_labels(model: PostureModel, source: Path, candidates: Sequence[Candidate]) -> list[Suggestion | None]:
     """Label of each candidate by a model; None for candidates with too few frames.  Raises UserError."""
-    kind = next(kind for kind in KINDS if kind == model.features)
-    motion = read_features(source, kind)
+    return suggestions_in(model, read_features(source, kind_of(model)), candidates)
+
+
+def kind_of(model: PostureModel) -> Kind:
+    """Kind of the angles of a model."""
+    return next(kind for kind in KINDS if kind == model.features)
+
+
+def suggestions_in(model: PostureModel, motion: Features, candidates: Sequence[Candidate]) -> list[Suggestion | None]:
+    """Label of each candidate of a motion by a model; None for candidates with too few frames."""
     suggestions: list[Suggestion | None] = []
     for one in candidates:
         try:

@@ -49,8 +49,8 @@ def one_person(bench: Bench) -> Section:
         f"People of seed {PEOPLE_SEED}: {counts}. Each performs fifteen postures {REPETITIONS} times in one take, with "
         f"pauses. A number of the first {max(NUMBERS)} repetitions of each posture by one of them is learnt, of "
         f"{FEW_POSTURES} random postures or of all fifteen, {DRAWS} draws for each person; the last {TESTED} repetitions "
-        "are tested, of the same person and of the others, and the likeliest posture of the default classifier counts. Mean "
-        "(worst draw), %.",
+        "are tested, of the same person and of the others, and the likeliest posture of the default classifier counts. "
+        "Mean (worst draw), %.",
     )
     columns = ("poses by", "postures", "tested", *(str(number) for number in NUMBERS))
     return Section("one-person", "Examples of one person", notes, (Table("Recognized", columns, tuple(rows)),))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.posture_takes import NAMES, posture_take
+from tests.support.posture_takes import NAMES, posture_spans, posture_take
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.example_files import examples_of
@@ -31,7 +31,11 @@ class Pages:
     def __init__(self, take: MotionView, manifest: Path) -> None:
         self.latest: dict[str, object] = {}
         self.session = Session(
-            [take], ManifestFile(manifest), "anna", reader_of(manifest), lambda key, update: self.latest.update({key: update})
+            [take],
+            ManifestFile(manifest),
+            "anna",
+            reader_of(manifest),
+            lambda key, update: self.latest.update({key: update}),
         )
         self.session.open()
 
@@ -69,43 +73,8 @@ def manifest(tmp_path: Path) -> Path:
 
 
 def adds(take: MotionView, count: int = 9) -> list[pm.Command]:
-    """Commands that label the first proposals."""
-    return [
-        pm.AddLabel(0, one.start_s, one.end_s, NAMES[k % len(NAMES)]) for k, one in enumerate(take.proposals()[:count])
-    ]
-
-
-def test_every_change_is_in_the_file_at_once_and_can_be_undone(take, manifest) -> None:
-    pages = Pages(take, manifest)
-    assert pages.send(*adds(take, 3)) == ""
-    assert [(row.posture, row.person, row.repetition) for row in read_manifest(manifest)] == [(n, "anna", "1") for n in NAMES]
-    first = pages.labels[0]
-    assert pages.send(pm.ChangeLabel(first.id, first.start_s + 0.1, first.end_s, "wave")) == ""
-    assert read_manifest(manifest)[0].posture == "wave"
-    assert read_manifest(manifest)[0].start == pytest.approx(first.start_s + 0.1, abs=1e-3)
-    pages.send(pm.DeleteLabel(first.id))
-    assert len(read_manifest(manifest)) == 2
-    pages.send(pm.Undo(), pm.Undo())
-    assert [row.posture for row in read_manifest(manifest)] == list(NAMES)
-    pages.send(pm.Undo(redo=True))
-    assert read_manifest(manifest)[0].posture == "wave"
-    pages.send(pm.SetPerson(0, "ben"))
-    assert {row.person for row in read_manifest(manifest)} == {"ben"}
-    pages.send(*[pm.DeleteLabel(one.id) for one in pages.labels])
-    assert Pages(take, manifest).labels == []  # a manifest without rows is taken up
-
-
-def test_an_existing_manifest_is_taken_up_with_the_rows_of_other_takes(take, manifest) -> None:
-    other = manifest.with_name("other.mcap")
-    other.touch()
-    rows = [Row(0, other, 1.0, 2.0, "bow", "cat", "1"), Row(0, take.source, 4.0, 6.0, "wave", "ben", "1")]
-    write_manifest(manifest, rows)
-    pages = Pages(take, manifest)
-    update = pages.latest["labels"]
-    assert isinstance(update, pm.LabelsUpdate)
-    assert (len(update.labels), update.elsewhere, update.people, update.names) == (1, 1, ["ben"], ["bow", "wave"])
-    pages.send(pm.DeleteLabel(update.labels[0].id))
-    assert [(row.source.name, row.posture) for row in read_manifest(manifest)] == [("other.mcap", "bow")]
+    """Commands that label the first postures of the take where they are."""
+    return [pm.AddLabel(0, *span, name) for name, *span in posture_spans()[:count]]
 
 
 @pytest.mark.parametrize(
@@ -193,7 +162,10 @@ def test_training_writes_the_model_and_its_results_are_compared_with_the_labels(
     done = pages.latest["training"]
     assert isinstance(done, pm.TrainingUpdate)
     assert (done.state, done.outdated) == ("done", False)
-    assert done.lines[0] == f"{sum(row.right for row in done.postures)} of 9 examples are recognized by a model without that repetition."
+    assert (
+        done.lines[0]
+        == f"{sum(row.right for row in done.postures)} of 9 examples are recognized by a model without that repetition."
+    )
     assert [(row.posture, row.examples, row.tested) for row in done.postures] == [(name, 3, 3) for name in NAMES]
     assert read_model(manifest.with_suffix(".postures")).labels == NAMES
     tried = pages.latest["trial/0"]

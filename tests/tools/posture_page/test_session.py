@@ -77,6 +77,41 @@ def adds(take: MotionView, count: int = 9) -> list[pm.Command]:
     return [pm.AddLabel(0, *span, name) for name, *span in posture_spans()[:count]]
 
 
+def test_every_change_is_in_the_file_at_once_and_can_be_undone(take, manifest) -> None:
+    pages = Pages(take, manifest)
+    assert pages.send(*adds(take, 3)) == ""
+    assert [(row.posture, row.person, row.repetition) for row in read_manifest(manifest)] == [
+        (n, "anna", "1") for n in NAMES
+    ]
+    first = pages.labels[0]
+    assert pages.send(pm.ChangeLabel(first.id, first.start_s + 0.1, first.end_s, "wave")) == ""
+    assert read_manifest(manifest)[0].posture == "wave"
+    assert read_manifest(manifest)[0].start == pytest.approx(first.start_s + 0.1, abs=1e-3)
+    pages.send(pm.DeleteLabel(first.id))
+    assert len(read_manifest(manifest)) == 2
+    pages.send(pm.Undo(), pm.Undo())
+    assert [row.posture for row in read_manifest(manifest)] == list(NAMES)
+    pages.send(pm.Undo(redo=True))
+    assert read_manifest(manifest)[0].posture == "wave"
+    pages.send(pm.SetPerson(0, "ben"))
+    assert {row.person for row in read_manifest(manifest)} == {"ben"}
+    pages.send(*[pm.DeleteLabel(one.id) for one in pages.labels])
+    assert Pages(take, manifest).labels == []  # a manifest without rows is taken up
+
+
+def test_an_existing_manifest_is_taken_up_with_the_rows_of_other_takes(take, manifest) -> None:
+    other = manifest.with_name("other.mcap")
+    other.touch()
+    rows = [Row(0, other, 1.0, 2.0, "bow", "cat", "1"), Row(0, take.source, 4.0, 6.0, "wave", "ben", "1")]
+    write_manifest(manifest, rows)
+    pages = Pages(take, manifest)
+    update = pages.latest["labels"]
+    assert isinstance(update, pm.LabelsUpdate)
+    assert (len(update.labels), update.elsewhere, update.people, update.names) == (1, 1, ["ben"], ["bow", "wave"])
+    pages.send(pm.DeleteLabel(update.labels[0].id))
+    assert [(row.source.name, row.posture) for row in read_manifest(manifest)] == [("other.mcap", "bow")]
+
+
 @pytest.mark.parametrize(
     ("command", "words"),
     [

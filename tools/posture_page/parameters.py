@@ -20,7 +20,7 @@ MOST_UNDONE: Final = 500  # changes that can be undone; by hand
 
 # Held-out result.
 MOST_GROUPS: Final = 8  # of examples that are held out in turn, one training each; by hand
-ENOUGH_EXAMPLES: Final = 3  # of one person: see docs/measured.md, `python -m benchmarks.recognition --only one-person`
+ENOUGH_EXAMPLES: Final = 3  # that are advised for each posture; by hand
 
 # Trial.
 OVERLAP: Final = 0.5  # of the shorter one, from which a result belongs to a label; as in `benchmarks.recognition`

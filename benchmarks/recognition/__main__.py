@@ -18,6 +18,7 @@ from benchmarks.recognition.accuracy import accuracy_of
 from benchmarks.recognition.bench import Bench
 from benchmarks.recognition.costs import costs
 from benchmarks.recognition.few import few
+from benchmarks.recognition.one_person import one_person
 from benchmarks.recognition.paper import as_in_the_paper
 from benchmarks.recognition.real import real
 from benchmarks.recognition.settings import settings
@@ -33,6 +34,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "real": real,
     "stream": streaming,
     "few": few,
+    "one-person": one_person,
     "costs": costs,
     "settings": settings,
 }

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
-from zenocap.services.recognizer.features import KINDS, NAMES
+from zenocap.services.recognizer.features import KINDS, NAMES, Kind
 from zenocap.services.recognizer.model import PostureModel, classify
 from zenocap.services.recognizer.motion_rows import ANGLES
-from zenocap.services.recognizer.training.example_files import read_features, span
+from zenocap.services.recognizer.training.example_files import Features, read_features, span
 from zenocap.services.recognizer.training.examples import resample
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.services.recognizer.training.parameters import (
@@ -56,16 +56,17 @@ def candidates_of(times_s: Floats, features: Floats, rate: float) -> list[Candid
     times_s: (T,) seconds, rising.  features: (T, d) rows, NaN in frames without a pose, which end a
     candidate.  rate: frames per second.
     """
+    speeds = speeds_of(features, rate)
     features = features[:, ANGLES]
     known: Bools = np.asarray(np.isfinite(features).all(axis=1))
     if known.sum() < LEAST_ROWS:
         return []
-    speeds = _speeds(features, known, rate)
     sorted_speeds = np.sort(speeds[np.isfinite(speeds)])
     still = sorted_speeds[: max(1, len(sorted_speeds) // 3)]
     begins = float(np.clip(NOISE_FACTOR * np.median(still), LEAST_SPEED, MOST_SPEED)) if len(still) else MOST_SPEED
     found: list[Candidate] = []
-    for first, last in _joined(_active(speeds, begins), features, known, rate):
+    movements = _active(speeds, begins)
+    for first, last in _joined(movements, features, _rest(movements, features, known), known, rate):
         rows = slice(first, last + 1)
         changes = np.abs(features[rows] - features[first]).max(axis=0)
         reach = float(np.linalg.norm(features[rows] - features[first], axis=1).max())
@@ -79,8 +80,12 @@ def candidates_of(times_s: Floats, features: Floats, rate: float) -> list[Candid
     return found
 
 
-def _speeds(features: Floats, known: Bools, rate: float) -> Floats:
-    """(T,) rad/s of the smoothed features; NaN near frames without a pose."""
+def speeds_of(features: Floats, rate: float) -> Floats:
+    """(T,) rad/s of the smoothed angles of features (T, d); NaN near frames without a pose."""
+    features = features[:, ANGLES]
+    known = np.isfinite(features).all(axis=1)
+    if len(features) < LEAST_ROWS:
+        return np.full(len(features), np.nan)
     width = max(1, round(SPEED_SMOOTHING_S * rate) // 2 * 2 + 1)
     padded = np.pad(features, ((width // 2, width // 2), (0, 0)), mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, width, axis=0)
@@ -104,15 +109,34 @@ def _active(speeds: Floats, begins: float) -> list[tuple[int, int]]:
     return movements
 
 
-def _joined(movements: list[tuple[int, int]], features: Floats, known: Bools, rate: float) -> list[tuple[int, int]]:
-    """Join movements across pauses that do not end a candidate."""
+def _rest(movements: list[tuple[int, int]], features: Floats, known: Bools) -> Floats:
+    """(d,) features of the pause that is most like the others: a T-pose at the start, or a raised arm, is one of many."""
+    edges = [0, *(row for movement in movements for row in movement), len(features) - 1]
+    pauses = [
+        features[first : last + 1][known[first : last + 1]] for first, last in zip(edges[::2], edges[1::2], strict=True)
+    ]
+    middles = np.array([np.median(pause, axis=0) for pause in pauses if len(pause)])
+    if not len(middles):
+        middles = features[known][:1]
+    distances = np.linalg.norm(middles[:, None] - middles[None], axis=2)
+    usual: Floats = middles[np.argmin(np.median(distances, axis=1))]
+    return usual
+
+
+def _joined(
+    movements: list[tuple[int, int]], features: Floats, rest: Floats, known: Bools, rate: float
+) -> list[tuple[int, int]]:
+    """Join movements across pauses that do not end a candidate: short ones, and longer ones away from begin and rest.
+
+    rest: (d,) features of the usual pause.
+    """
     joined: list[tuple[int, int]] = []
     for first, last in movements:
         if joined:
             begin, end = joined[-1]
             pause_s, length_s = (first - end) / rate, (last - begin) / rate
             away = np.linalg.norm(features[begin : end + 1] - features[begin], axis=1)
-            held = away[-1] > HELD_SHARE * away.max()
+            held = min(away[-1], np.linalg.norm(features[end] - rest)) > HELD_SHARE * away.max()
             continues = pause_s < SHORT_PAUSE_S or (held and pause_s < HOLD_S)
             if continues and length_s < LONGEST_CANDIDATE_S and known[begin : last + 1].all():
                 joined[-1] = (begin, last)
@@ -154,8 +178,16 @@ class Suggestion:
 
 def suggest_labels(model: PostureModel, source: Path, candidates: Sequence[Candidate]) -> list[Suggestion | None]:
     """Label of each candidate by a model; None for candidates with too few frames.  Raises UserError."""
-    kind = next(kind for kind in KINDS if kind == model.features)
-    motion = read_features(source, kind)
+    return suggestions_in(model, read_features(source, kind_of(model)), candidates)
+
+
+def kind_of(model: PostureModel) -> Kind:
+    """Kind of the angles of a model."""
+    return next(kind for kind in KINDS if kind == model.features)
+
+
+def suggestions_in(model: PostureModel, motion: Features, candidates: Sequence[Candidate]) -> list[Suggestion | None]:
+    """Label of each candidate of a motion by a model; None for candidates with too few frames."""
     suggestions: list[Suggestion | None] = []
     for one in candidates:
         try:

@@ -3,39 +3,40 @@
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Mapping
-from dataclasses import asdict, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.tools.cli.live_page import DEFAULT_PORT, page_table
 from zenocap.tools.cli.options import JointsOption, JsonOption, one_line_errors
+from zenocap.tools.cli.posture.label_terminal import labels_entered
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
-    from zenocap.common.formats.trajectories import Trajectories
+    from zenocap.common.rig.animator import PageTable
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.labelling import Candidate, Suggestion
     from zenocap.services.recognizer.training.manifest import Row
 
-FRAMES_PER_S = 20.0  # of the playback
 SHIPPED = "fifteen"
-HELP = """  a label        label the segment, such as kick  Enter      accept the suggestion
-  s              skip the segment                 r          play it again
-  b SECONDS      move its start; -: earlier       e SECONDS  move its end; -: earlier
-  q              save the labels and quit         ?          show this help"""
+PAGE, TERMINAL = "Page", "Terminal"
 
 
 def label(
-    source: Annotated[
-        Path,
-        typer.Argument(metavar="TAKE", help="A take (.mcap), or motion capture (.bvh, .trc, .c3d).", show_default=False),
+    sources: Annotated[
+        list[Path],
+        typer.Argument(metavar="TAKE...", help="Takes (.mcap), or motion capture (.bvh, .trc, .c3d).", show_default=False),
     ],
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", metavar="MANIFEST", help="Manifest to write; existing rows are kept.", show_default=False
+            "-o",
+            "--output",
+            metavar="FOLDER|MANIFEST",
+            help="Folder of examples.csv, or a manifest; existing rows are kept. Default: this folder.",
+            show_default=False,
         ),
     ] = None,
     model: Annotated[
@@ -44,59 +45,157 @@ def label(
             metavar="NAME|FILE", help=f"Posture model that suggests labels; default: {SHIPPED}, which is built in."
         ),
     ] = None,
-    person: Annotated[str, typer.Option(metavar="NAME", help="Person in the take.")] = "1",
-    accept: Annotated[
-        bool, typer.Option("--accept", help="Do not ask: accept all suggestions above the model's thresholds.")
+    person: Annotated[str, typer.Option(metavar="NAME", help="Person in the takes.")] = "1",
+    host: Annotated[
+        str, typer.Option("--host", help="Address of the page on this machine.", rich_help_panel=PAGE)
+    ] = "127.0.0.1",
+    port: Annotated[
+        int | None,
+        typer.Option(
+            "--port",
+            min=0,
+            max=65535,
+            help=f"Port of the page, 0 for any free one; default: {DEFAULT_PORT} or a free one.",
+            rich_help_panel=PAGE,
+        ),
+    ] = None,
+    token: Annotated[
+        str | None,
+        typer.Option(
+            "--token",
+            help="Access token; required with a --host that other machines can reach. `new` generates one.",
+            show_default=False,
+            rich_help_panel=PAGE,
+        ),
+    ] = None,
+    terminal: Annotated[
+        bool,
+        typer.Option("--terminal", help="No page: play and label here; without -o only list.", rich_help_panel=TERMINAL),
     ] = False,
-    only_list: Annotated[bool, typer.Option("--list", help="List the candidates only.")] = False,
-    play: Annotated[bool, typer.Option(help="Play every candidate in the terminal.")] = True,
-    speed: Annotated[float, typer.Option(min=0.05, max=20, help="Playback speed of candidates.")] = 1.0,
+    accept: Annotated[
+        bool,
+        typer.Option(
+            "--accept", help="Do not ask: accept all suggestions above the model's thresholds.", rich_help_panel=TERMINAL
+        ),
+    ] = False,
+    only_list: Annotated[bool, typer.Option("--list", help="List the candidates only.", rich_help_panel=TERMINAL)] = False,
+    play: Annotated[bool, typer.Option(help="Play every candidate in the terminal.", rich_help_panel=TERMINAL)] = True,
+    speed: Annotated[
+        float, typer.Option(min=0.05, max=20, help="Playback speed of candidates.", rich_help_panel=TERMINAL)
+    ] = 1.0,
     joints: JointsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Find segments of a take that may be postures, play them, and label them for a manifest.
+    """Label postures in takes on a page, train a model of them and try it, until Ctrl-C.
 
-    A segment is a movement between two moments of rest. With MANIFEST every segment is played in the terminal and its
-    label is asked for; labelled segments are skipped, so the work can be interrupted. Without MANIFEST they are listed.
+    The page plays the takes and proposes movements between two moments of rest. Every change is saved at once to the
+    manifest, which `zenocap posture train` reads, too; the model is written beside it, with the suffix .postures. Only this
+    machine can open the page, unless --host is given.
 
-    Example: `zenocap posture label take.mcap -o examples.csv --person anna`
+    --terminal works without a page: every segment is played and its label is asked for; labelled segments are skipped, so
+    the work can be interrupted. --list, --json and --accept need no page either.
+
+    Example: `zenocap posture label monday.mcap -o lessons --person anna`
     """
     with one_line_errors():
-        from zenocap.common.formats.joint_map import read_joint_map
-        from zenocap.common.formats.motion_files import read_centres
-        from zenocap.services.recognizer.training.example_files import read_features
-        from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggest_labels
-        from zenocap.services.recognizer.training.manifest import write_manifest
-
-        guesser = _suggesting_model(model)
-        names = None if joints is None else read_joint_map(joints)
-        motion = read_features(source, "directions", names)
-        found = candidates_of(motion.times_s, motion.features, motion.rate)
-        rows = _rows_of(output)
-        left = [one for one in found if not is_labelled(rows, source, one)]
-        none: list[Suggestion | None] = [None] * len(left)
-        guesses = dict(zip(left, suggest_labels(guesser, source, left) if guesser else none, strict=True))
-        if output is None or only_list or as_json:
-            _list(source, guesses, as_json)
-            return
-        if accept:
-            chosen = [(one, guess.label) for one, guess in guesses.items() if guess and guess.known]
+        if terminal or accept or only_list or as_json:
+            if len(sources) > 1:
+                raise typer.BadParameter(f"{len(sources)} takes: allowed with --terminal, --list, --accept and --json: one")
+            _in_terminal(sources[0], output, model, person, accept, only_list or as_json, play, speed, as_json, joints)
         else:
-            centres = read_centres(source, names) if play else None
-            chosen = _labels_entered(guesses, (float(motion.times_s[0]), float(motion.times_s[-1])), centres, speed)
-        named = add_rows(rows, source, person, chosen)
-        if chosen:
-            write_manifest(output, named)
+            _on_page(sources, output or Path(), _suggesting(model), person, page_table(host, port, token), joints)
+
+
+def _on_page(
+    sources: Sequence[Path],
+    output: Path,
+    suggesting: tuple[str, PostureModel] | None,
+    person: str,
+    table: PageTable,
+    joints: Path | None,
+) -> None:
+    """Raises UserError."""
+    from zenocap.common.errors import UserError
+    from zenocap.common.formats.joint_map import read_joint_map
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.services.recognizer.training.example_files import examples_of
+    from zenocap.services.recognizer.training.examples import Example
+    from zenocap.tools.cli.posture.tracked_sources import TRACKED, Report, with_takes
+    from zenocap.tools.posture_page.labels import checked_text
+    from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
+    from zenocap.tools.posture_page.motion_view import open_motion
+    from zenocap.tools.posture_page.page import PosturePage, run_page
+    from zenocap.tools.posture_page.session import Session
+
+    logs.configure("postures")
+    if len({source.resolve() for source in sources}) < len(sources):
+        raise UserError("a take is given twice: allowed: every take once")
+    person = checked_text("--person", person)
+    file = ManifestFile(manifest_at(output))
+    file.check_writable()
+    names = None if joints is None else read_joint_map(joints)
+    takes = [open_motion(source, names) for source in sources]
+
+    def read(rows: Sequence[Row], report: Report) -> list[Example]:
+        tracked = with_takes(file.path, rows, file.path.parent / TRACKED, None, report)
+        return examples_of(file.path, tracked, "directions", report, joints=names)
+
+    page = PosturePage(takes, lambda publish: Session(takes, file, person, read, publish, suggesting=suggesting), table)
+    with stop_signals() as stopped:
+        run_page(page, stopped, lambda url: typer.echo(f"{file.path}: open {url} in a browser; Ctrl-C ends"))
+
+
+def _in_terminal(
+    source: Path,
+    output: Path | None,
+    model: str | None,
+    person: str,
+    accept: bool,
+    only_list: bool,
+    play: bool,
+    speed: float,
+    as_json: bool,
+    joints: Path | None,
+) -> None:
+    """Raises UserError."""
+    from zenocap.common.formats.joint_map import read_joint_map
+    from zenocap.common.formats.motion_files import read_centres
+    from zenocap.services.recognizer.training.example_files import read_features
+    from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggest_labels
+    from zenocap.services.recognizer.training.manifest import write_manifest
+    from zenocap.tools.posture_page.manifest_file import manifest_at
+
+    output = None if output is None else manifest_at(output)
+    guesser = _suggesting(model)
+    names = None if joints is None else read_joint_map(joints)
+    motion = read_features(source, "directions", names)
+    found = candidates_of(motion.times_s, motion.features, motion.rate)
+    rows = _rows_of(output)
+    left = [one for one in found if not is_labelled(rows, source, one)]
+    none: list[Suggestion | None] = [None] * len(left)
+    guesses = dict(zip(left, suggest_labels(guesser[1], source, left) if guesser else none, strict=True))
+    if output is None or only_list:
+        _list(source, guesses, as_json)
+        return
+    if accept:
+        chosen = [(one, guess.label) for one, guess in guesses.items() if guess and guess.known]
+    else:
+        centres = read_centres(source, names) if play else None
+        chosen = labels_entered(guesses, (float(motion.times_s[0]), float(motion.times_s[-1])), centres, speed)
+    named = add_rows(rows, source, person, chosen)
+    if chosen:
+        write_manifest(output, named)
     typer.echo(f"{output}: {len(chosen)} of {len(left)} labelled, {len(named)} rows")
 
 
-def _suggesting_model(name: str | None) -> PostureModel | None:
-    """Raises UserError for a model that was asked for."""
+def _suggesting(name: str | None) -> tuple[str, PostureModel] | None:
+    """Name and model that suggests labels.  Raises UserError for a model that was asked for."""
     from zenocap.common.errors import UserError
     from zenocap.services.recognizer.model_file import find_model, read_model
 
     try:
-        return read_model(find_model(name or SHIPPED))
+        return name or SHIPPED, read_model(find_model(name or SHIPPED))
     except UserError:
         if name is not None:
             raise
@@ -118,88 +217,6 @@ def _list(source: Path, guesses: Mapping[Candidate, Suggestion | None], as_json:
             f"{', '.join(one.limbs)}"
         )
     typer.echo("a suggestion with ?: the likeliest posture, but below the model's threshold")
-
-
-def _labels_entered(
-    guesses: Mapping[Candidate, Suggestion | None], limits: tuple[float, float], centres: Trajectories | None, speed: float
-) -> list[tuple[Candidate, str]]:
-    """Labels entered for the candidates; those entered before q, Ctrl-C or Ctrl-D are kept.
-
-    limits: start and end of the take, seconds.  centres: joint centres to play; None: no playback.
-    """
-    chosen: list[tuple[Candidate, str]] = []
-    typer.echo(HELP)
-    for number, (one, guess) in enumerate(guesses.items(), 1):
-        play_again = True
-        while True:
-            if play_again and centres is not None:
-                _play(centres, one, speed)
-            play_again = False
-            span = f"{one.start_s:.2f} to {one.end_s:.2f} s, {', '.join(one.limbs)}"
-            typer.echo(f"{number} of {len(guesses)}: {span}; suggestion: {guess or 'none'}")
-            try:
-                entered = input("posture> ").strip()
-            except (EOFError, KeyboardInterrupt):
-                typer.echo("")
-                return chosen
-            word, _, value = entered.partition(" ")
-            if entered == "q":
-                return chosen
-            if entered == "s":
-                break
-            if entered == "?":
-                typer.echo(HELP)
-            elif entered == "r":
-                play_again = True
-            elif word in ("b", "e") and value:
-                moved = _moved(one, word, value, limits)
-                if moved is None:
-                    typer.echo(f"{entered!r}: allowed: seconds, such as {word} -0.2, within the take, begin before end")
-                else:
-                    one, play_again = moved, True
-            elif entered or guess:
-                text = entered or (guess.label if guess else "")
-                problem = _problem(text)
-                if problem is None:
-                    chosen.append((one, text))
-                    break
-                typer.echo(problem)
-            else:
-                typer.echo("no suggestion: type a label, s to skip the segment, or ? for help")
-    return chosen
-
-
-def _moved(one: Candidate, which: str, value: str, limits: tuple[float, float]) -> Candidate | None:
-    try:
-        by = float(value)
-    except ValueError:
-        return None
-    moved = replace(one, start_s=one.start_s + by) if which == "b" else replace(one, end_s=one.end_s + by)
-    return moved if limits[0] <= moved.start_s < moved.end_s <= limits[1] else None
-
-
-def _problem(text: str) -> str | None:
-    from zenocap.services.recognizer.training.examples import LONGEST_LABEL
-
-    if len(text) <= LONGEST_LABEL and text.isprintable():
-        return None
-    return f"posture = {text!r}: allowed: 1 to {LONGEST_LABEL} printable characters"
-
-
-def _play(data: Trajectories, one: Candidate, speed: float) -> None:
-    """In the terminal; Ctrl-C ends it early."""
-    from rich.live import Live
-
-    from zenocap.tools.recordings.figure_text import pictures
-
-    texts = pictures(data, one.start_s, one.end_s, FRAMES_PER_S / speed)
-    try:
-        with Live(refresh_per_second=2 * FRAMES_PER_S) as live:
-            for text in texts:
-                live.update(text)
-                time.sleep(1.0 / FRAMES_PER_S)
-    except KeyboardInterrupt:
-        return
 
 
 def _rows_of(output: Path | None) -> list[Row]:

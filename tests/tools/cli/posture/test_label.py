@@ -52,7 +52,7 @@ def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
     assert status == 0
     assert [one["limbs"] for one in (found[0], found[2])] == [["right arm"], ["left leg"]]
     assert {"left leg", "right leg"} <= set(found[1]["limbs"])
-    status, text, _ = zenocap("posture", "label", motion)
+    status, text, _ = zenocap("posture", "label", motion, "--terminal")
     assert status == 0
     assert text.count("right arm") >= 1
     assert len([line for line in text.splitlines() if line[:3].strip().isdigit()]) == 3
@@ -61,14 +61,14 @@ def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
 def test_answers_become_rows_and_are_not_asked_again(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     manifest = tmp_path / "m.csv"
     answers(monkeypatch, "?", "raise", "s", "b -0.1", "b x", "kick")
-    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play")
+    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play", "--terminal")
     assert status == 0
     assert "2 of 3 labelled, 2 rows" in output
     assert "allowed: seconds, such as b -0.2" in output
     rows = read_manifest(manifest)
     assert [(row.posture, row.person, row.repetition) for row in rows] == [("raise", "anna", "1"), ("kick", "anna", "1")]
     answers(monkeypatch, "squat")
-    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play")
+    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--person", "anna", "--no-play", "--terminal")
     assert "1 of 1 labelled, 3 rows" in output
     assert [row.posture for row in read_manifest(manifest)] == ["raise", "kick", "squat"]
     result = json.loads(zenocap("posture", "label", motion, "-o", manifest, "--json")[1])
@@ -81,7 +81,7 @@ def test_labels_are_saved_when_the_user_quits(
 ) -> None:
     manifest = tmp_path / "m.csv"
     answers(monkeypatch, "raise", *([quit_key] if quit_key else []))
-    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--no-play")
+    status, output, _ = zenocap("posture", "label", motion, "-o", manifest, "--no-play", "--terminal")
     assert status == 0
     assert "1 of 3 labelled, 1 rows" in output
     assert [row.posture for row in read_manifest(manifest)] == ["raise"]
@@ -89,7 +89,7 @@ def test_labels_are_saved_when_the_user_quits(
 
 def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answers(monkeypatch, "r", "q")
-    status, output, _ = zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20)
+    status, output, _ = zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20, "--terminal")
     assert status == 0
     assert output.count("from the front") >= 2
     assert not (tmp_path / "m.csv").exists()
@@ -104,7 +104,7 @@ def test_guess_of_a_model_is_shown_and_accepted_by_enter(
     guesses = [one["guess"]["label"] for one in found]
     assert set(guesses) <= set(quick_model().labels)
     answers(monkeypatch, "")
-    zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--model", model, "--no-play")
+    zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--model", model, "--no-play", "--terminal")
     assert [row.posture for row in read_manifest(tmp_path / "m.csv")] == guesses[:1]
     confident = sum(one["guess"]["known"] for one in found)
     zenocap("posture", "label", motion, "-o", tmp_path / "all.csv", "--model", model, "--accept")
@@ -118,7 +118,10 @@ def test_guess_of_a_model_is_shown_and_accepted_by_enter(
         (["missing.trc"], "missing.trc"),
         (["three.wav"], "allowed: .bvh, .trc, .c3d, .mcap"),
         (["three.trc", "--model", "none-such"], "none-such"),
-        (["three.trc", "-o", "nowhere/m.csv"], "there is no folder"),
+        (["three.trc", "-o", "nowhere/m.csv", "--terminal"], "there is no folder"),
+        (["three.trc", "-o", "three.wav"], "allowed: a folder, or a manifest"),
+        (["three.trc", "three.trc"], "a take is given twice"),
+        (["three.trc", "--host", "0.0.0.0"], "--token"),
     ],
 )
 def test_unusable_input_is_a_one_line_error(

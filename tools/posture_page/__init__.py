@@ -1,0 +1,1 @@
+"""The page on which postures are labelled in takes, trained and tried."""

@@ -1,0 +1,26 @@
+"""Behavioural constants of the page on which postures are taught, with unit and provenance.
+
+"By hand" means chosen without a measurement.
+"""
+
+from typing import Final
+
+# Poses that are sent to the page.
+MAX_POSE_RATE: Final = 30.0  # poses/s; more are left out; by hand
+CHUNK_S: Final = 20.0  # of poses in one update: about 120 kB; by hand
+POSITION_SCALE: Final = 1000.0  # steps per metre: millimetres
+QUATERNION_SCALE: Final = 32767.0  # steps per 1: 16-bit integers
+CURVE_POINTS: Final = 4000  # at most, of the speed of a take; by hand
+POLL_S: Final = 0.02  # between looks for commands; by hand
+MOST_COMMANDS: Final = 64  # that wait; further ones are refused; by hand
+
+# Labels.
+LEAST_LABEL_S: Final = 0.2  # 3 frames at the models' 15 frames/s; by hand
+MOST_UNDONE: Final = 500  # changes that can be undone; by hand
+
+# Held-out result.
+MOST_GROUPS: Final = 8  # of examples that are held out in turn, one training each; by hand
+ENOUGH_EXAMPLES: Final = 3  # that are advised for each posture; by hand
+
+# Trial.
+OVERLAP: Final = 0.5  # of the shorter one, from which a result belongs to a label; as in `benchmarks.recognition`

@@ -86,8 +86,9 @@ function setTake(number) {
   timeline.setTake(take());
   el('curve').setAttribute('aria-label', `speed of the movement in ${take().name}, ${seconds(take().end_s)} seconds`);
   select(null);
-  const first = take().pose_start_s;
-  seek(Math.max(first, take().start_s));
+  const { curve, start_s, end_s } = take();
+  const seen = Math.max(curve.findIndex((speed) => speed >= 0), 0);  // the first stretch with a pose
+  seek(start_s + ((seen + 1) / curve.length) * (end_s - start_s));
   el('person').value = state.people[number] ?? '';
 }
 
@@ -349,7 +350,10 @@ addEventListener('keydown', (event) => {
     connection.send({ type: 'undo', redo });
   } else if (event.altKey || !(event.key in KEYS)) return;
   else if ((event.key === ' ' || event.key === 'Enter') && event.target.matches('button, summary')) return;
-  else KEYS[event.key](event);
+  else {
+    if ('npio'.includes(event.key)) document.activeElement.blur();  // Enter then names the stretch and presses no button
+    KEYS[event.key](event);
+  }
   event.preventDefault();
 });
 

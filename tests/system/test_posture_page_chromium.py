@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.posture_takes import NAMES, REPETITIONS, posture_take
+from tests.support.posture_takes import NAMES, REPETITIONS, posture_spans, posture_take
 from tests.tools.posture_page.test_session import reader_of
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.recognizer.model_file import read_model
@@ -91,7 +91,8 @@ def test_three_examples_are_labelled_with_the_keyboard_trained_and_tried(browser
         visit = Visit(browser, page)
         one, labels = visit.page, visit.page.locator("#labels .segment")
         visit.until(lambda: one.evaluate("zenocap.scene.capsules.length") >= 10, "the actor")
-        one.keyboard.press("n")  # the first proposal
+        one.keyboard.press("n")  # the first proposal: the arms are lowered from the T-pose
+        one.keyboard.press("n")
         start_s = one.evaluate("zenocap.state.selected.start")
         one.keyboard.press("Space")
         visit.until(lambda: one.evaluate("zenocap.state.time") > start_s + 0.2, "the stretch is played")
@@ -105,6 +106,8 @@ def test_three_examples_are_labelled_with_the_keyboard_trained_and_tried(browser
             )
         rows = read_manifest(manifest)  # saved at once
         assert [(row.posture, row.person) for row in rows] == [(name, "anna") for name in NAMES * REPETITIONS]
+        for row, (name, begin_s, end_s) in zip(rows, posture_spans(), strict=True):
+            assert row.start < (begin_s + end_s) / 2 < row.end, (row, name)
 
         labels.nth(0).click()
         one.keyboard.press("Delete")

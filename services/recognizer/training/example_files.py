@@ -17,7 +17,7 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.services.recognizer.features import Kind
 from zenocap.services.recognizer.motion_rows import rows_of
 from zenocap.services.recognizer.training.examples import BACKGROUND, LEAST_ROWS, Example, fill_gaps, gaps
-from zenocap.services.recognizer.training.manifest import Row
+from zenocap.services.recognizer.training.manifest import Row, relative, summarized
 from zenocap.services.recognizer.training.parameters import LEAST_BACKGROUND_S
 
 EXACT_S = 1e-6
@@ -45,12 +45,13 @@ def examples_of(
     missing: list[str] | None = None,
     joints: JointMap | None = None,
 ) -> list[Example]:
-    """Examples of a manifest's rows, in order.  Raises UserError with one line per unusable row.
+    """Examples of a manifest's rows, in order.  Raises UserError with the unusable rows, see `manifest.summarized`.
 
     missing: receives these lines instead of raising.  joints: of the files of motion capture.
     """
     examples: list[Example] = []
     wrong: list[str] = []
+    base = manifest.parent
 
     @lru_cache(CACHED_SOURCES)
     def read(source: Path) -> Features:
@@ -66,28 +67,28 @@ def examples_of(
         try:
             motion = read(row.source)
         except (UserError, OSError) as error:
-            failed[row.source] = str(error)
-            wrong.append(f"{manifest}: line {row.line}: {error}")
+            failed[row.source] = str(error).replace(str(row.source), str(relative(row.source, base)))
+            wrong.append(f"{manifest}: line {row.line}: {failed[row.source]}")
             continue
-        name = f"{manifest}: {row}"
+        name = f"{manifest}: {row.text(base)}"
         if row.posture == BACKGROUND:
             found = _background(motion, row, name)
             examples += found
             if not found:
                 least = f"allowed: {LEAST_BACKGROUND_S:g} s or more without a gap"
-                wrong.append(f"{manifest}: {row}: background without a stretch of angles: {least}")
+                wrong.append(f"{name}: background without a stretch of angles: {least}")
             continue
         try:
             features = span(motion, row.start, row.end)
         except ValueError as error:
-            wrong.append(f"{manifest}: {row}: {error}")
+            wrong.append(f"{name}: {error}")
             continue
         examples.append(Example(row.posture, row.person, row.repetition, motion.rate, features, name))
     report(len(rows), len(rows), "done")
     if missing is not None:
         missing += wrong
     elif wrong:
-        raise UserError("\n".join(wrong))
+        raise UserError("\n".join(summarized(wrong)))
     return examples
 
 

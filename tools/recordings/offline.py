@@ -84,8 +84,8 @@ class ViewerMember(Member, Protocol):
     def process(self, frame: Frame) -> None: ...
 
 
-class TwoViewViewer(Running[Setup, State, Frame]):
-    """A `ViewerMember` whose steps depend on the answers of the integrator."""
+class AnsweredViewer(Running[Setup, State, Frame]):
+    """A `ViewerMember` whose steps depend on the answers of the integrator, or on the poses of the tracker."""
 
     def read(self, frames: Iterator[Frame]) -> Iterator[Frame]:
         return frames
@@ -139,7 +139,9 @@ class Offline:
         self._pose_service: Member
         for viewer in rig.viewers:
             if rig.tracker is None:
-                self._viewers[viewer.id] = TwoViewViewer(viewer_service(viewer, rig.additions), network)
+                self._viewers[viewer.id] = AnsweredViewer(viewer_service(viewer, rig.additions), network)
+            elif viewer.feedback:
+                self._viewers[viewer.id] = AnsweredViewer(silhouette_service(viewer), network)
             else:
                 self._viewers[viewer.id] = SilhouetteViewer(silhouette_service(viewer), network)
         if rig.tracker is None:

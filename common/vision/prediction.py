@@ -11,9 +11,7 @@ from zenocap.common.vision.silhouette import Extents
 
 FARTHEST_PX = 1e4  # from the image; farther points are behind the camera or too close to it
 BAND_M = 0.08  # m, half width of the band in which the outline of a still body is uncertain: clothes, errors of the pose
-BAND_MOTION = (
-    0.5  # of the largest motion of the outline since the pose before, added to that; chosen on rooms, seeds 0 to 5
-)
+BAND_MOTION = 0.5  # of the largest motion of the outline since the pose before, added to that; chosen by hand
 MOVING_PERCENTILE = 90  # of the motions of the points of the body that counts as the largest; chosen by hand
 BAND_MIN_PX = 2.0  # px; chosen by hand
 LARGEST_SHARE = 0.9  # of the image, of the box of a body of use; chosen by hand
@@ -24,7 +22,8 @@ class Prediction(NamedTuple):
     """Expected image of a body.
 
     left, top: column and row of the image at the first pixel of `depth`.  depth: (rows, columns) px from the outline,
-    positive inside.  band: px, half width of the band in which the outline is uncertain.  extents: of the body in the image.
+    positive inside.  band: px, half width of the band in which the outline is uncertain.
+    extents: of the body in the image.
     """
 
     left: int
@@ -43,8 +42,8 @@ class Prediction(NamedTuple):
 def predicted(camera: Camera, points: Floats, motion: Floats | None = None) -> Prediction | None:
     """Expected image of a body in the view of a camera; None when too little of it is in the image.
 
-    points: (parts, points, 3) in the world, metres; each part is the convex hull of its own.  motion: the same array, by how
-    much they moved since the pose before, which they are expected to do again; None: a body at rest.
+    points: (parts, points, 3) in the world, metres; each part is the convex hull of its own.  motion: (parts, points, 3),
+    by how much they moved since the pose before and are expected to move again; None: a body at rest.
     """
     expected = points if motion is None else points + motion
     pixels = camera.project(expected.reshape(-1, 3))

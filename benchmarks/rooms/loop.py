@@ -3,9 +3,9 @@
     python -m benchmarks.rooms.loop [--seeds 6] [--first-seed 0] [--views 3] [--only NAME] [--variants off,on]
 
 overlap, edge, unusable: as of `benchmarks.rooms`, of all views.  joints: mean distance of the joints from the true ones
-from SETTLED_S after the person has come into view, mm.  lost: share of those instants without a pose.  Variants: off: no pose
-is fed back; on; no-prior: nothing is decided by the prior; no-learn: nothing of a person's region is learnt; stuck: from
-STUCK_S on the tracker repeats its pose, as one that follows a false person.
+from SETTLED_S after the person has come into view, mm.  lost: share of those instants without a pose.  Variants: off: no
+pose is fed back; on; no-prior: nothing is decided by the prior; no-learn: nothing of a person's region is learnt; stuck:
+from STUCK_S on the tracker repeats its pose, as one that follows a false person.
 """
 
 import argparse

@@ -104,9 +104,8 @@ class Film:
                 times = time_s - EMPTY_S + np.linspace(0.0, self.exposed / FPS, EXPOSURES)
                 every = [film.render(motion.pose_at(at % motion.duration_s), k) for at in times.tolist()]
                 image = np.rint(np.mean(every, axis=0)).astype(np.uint8)
-            yield Shot(
-                time_s, image, np.asarray(film.silhouette(pose if k % TRUTH_EVERY == 0 else None) != 0, dtype=np.uint8)
-            )
+            truth = np.asarray(film.silhouette(pose if k % TRUTH_EVERY == 0 else None) != 0, dtype=np.uint8)
+            yield Shot(time_s, image, truth, pose)
 
 
 def _focal(camera: Camera) -> Camera:

@@ -27,6 +27,8 @@ WHITE_BALANCE = (0.85, 1.0, 1.2)  # blue, green, red
 SWAY_M = 0.006  # of quiet standing, amplitude (m); posturography: 5 to 10 mm
 NOISE = 6.0  # grey levels, added to those of the camera
 JPEG_QUALITY = 35
+STAND_S = 60.0  # for which the person stands, in the long film
+GLOSS, REFLECTED = 0.3, 0.5  # of a glossy floor: share of the light; of the person's height in the picture
 SECOND_PERSON = 900  # seed of the first of the other people
 
 Draw = Callable[["Scene", float], Floats32]
@@ -35,14 +37,16 @@ Tone = Callable[["Scene", float, Image], Image]
 
 @dataclass(frozen=True)
 class Scene:
-    """The person, the walk and the camera of a seed.  size: (width, height) px."""
+    """The person, the walk and one camera of a seed.  size: (width, height) px.  views: cameras around the walk."""
 
     seed: int
     size: tuple[int, int]
+    views: int = 2
+    view: str = "cam01"
 
     @cached_property
     def walker(self) -> Walker:
-        return walker(self.seed, 2, self.size)
+        return walker(self.seed, self.views, self.size)
 
     @cached_property
     def room(self) -> Floats32:
@@ -51,11 +55,12 @@ class Scene:
 
     @property
     def camera(self) -> Camera:
-        return self.walker.cameras["cam01"]
+        return self.walker.cameras[self.view]
 
     def place(self, x: float, z: float) -> Floats:
-        """World coordinates of a point on the floor, x m to the right of the middle of the walk and z m behind it."""
-        centre = self.camera.centre
+        """World coordinates of a point on the floor, x m to the right of the middle of the walk and z m behind it, as the
+        first camera sees it."""
+        centre = self.walker.cameras["cam01"].centre
         middle = np.array([0.0, 0.0, 0.0])
         away = middle - centre
         away[1] = 0.0
@@ -70,7 +75,8 @@ class Situation:
 
     room: the empty room at a time (s), of grey levels; None: as it is.  tone: applied to the finished image.
     still: the person stands from CHANGE_S on.  dressed: the person in other clothes.
-    other: pose of a second person at a time, None when there is none.  enters: the second person is there from the start.
+    other: pose of a second person at a time, None when there is none.  gloss: reflectance of the floor.
+    stands_s: for how long the person stands, until the end unless given.  length_s: of the film.
     """
 
     name: str
@@ -78,17 +84,21 @@ class Situation:
     room: Draw | None = None
     tone: Tone | None = None
     still: bool = False
+    stands_s: float = LENGTH_S
+    length_s: float = LENGTH_S
+    gloss: float = 0.0
     dressed: Callable[[Scene], Person] | None = None
     other: Callable[[Scene, float], PersonPose | None] | None = None
 
 
 @dataclass(frozen=True)
 class Shot:
-    """A frame of a film.  truth: (height, width) of 0 and 1, without the second person.  person: someone is in view."""
+    """A frame of a film.  truth: (height, width) of 0 and 1, without the second person.  pose: of the person, or None."""
 
     time_s: float
     image: Image
     truth: Mask
+    pose: PersonPose | None
 
 
 def shots(scene: Scene, situation: Situation, truth_every: int = 1, length_s: float = LENGTH_S) -> Iterator[Shot]:
@@ -98,21 +108,41 @@ def shots(scene: Scene, situation: Situation, truth_every: int = 1, length_s: fl
     second = SimulatedCamera(scene.camera, person(SECOND_PERSON + scene.seed), scene.seed)
     motion = scene.walker.motion
     first_s = EMPTY_S if situation.empty else 0.0
-    for k in range(int(length_s * FPS)):
+    for k in range(int(max(length_s, situation.length_s) * FPS)):
         time_s = k / FPS
-        moving_s = min(time_s, CHANGE_S) if situation.still else time_s
+        stood_s = min(max(time_s - CHANGE_S, 0.0), situation.stands_s) if situation.still else 0.0
+        moving_s = time_s - stood_s
         pose = None if time_s < first_s else motion.pose_at((moving_s - first_s) % motion.duration_s)
-        if pose is not None and moving_s < time_s:
+        if pose is not None and 0.0 < stood_s < situation.stands_s:
             pose = _swaying(pose, time_s - CHANGE_S)
         other = None if situation.other is None else situation.other(scene, time_s)
         room = None if situation.room is None else situation.room(scene, time_s)
         image = film.render(pose, k, room, [] if other is None else [(second, other)])
+        truth = np.asarray(film.silhouette(pose) != 0, dtype=np.uint8)
+        if situation.gloss:
+            image = _reflected(image, truth, situation.gloss)
         if situation.tone is not None:
             image = situation.tone(scene, time_s, image)
-        truth = np.asarray(film.silhouette(pose if k % truth_every == 0 else None) != 0, dtype=np.uint8)
+        truth = truth if k % truth_every == 0 else np.zeros_like(truth)
         if other is not None and pose is not None and truth.any():
             truth = _before(film, pose, second, other, truth)
-        yield Shot(time_s, image, truth)
+        yield Shot(time_s, image, truth, pose)
+
+
+def _reflected(image: Image, truth: Mask, share: float) -> Image:
+    """The picture with the person's lower part mirrored in the floor under the feet."""
+    rows = np.flatnonzero(truth.any(axis=1))
+    if len(rows) == 0:
+        return image
+    foot, height = int(rows[-1]), int(rows[-1] - rows[0])
+    count = min(int(REFLECTED * height), image.shape[0] - foot - 1)
+    out = image.copy()
+    if count > 0:
+        mirrored, own = image[foot - count : foot][::-1], truth[foot - count : foot][::-1]
+        faded = share * np.linspace(1.0, 0.0, count)[:, None, None] * own[..., None]
+        below = out[foot + 1 : foot + 1 + count]
+        below[:] = np.rint((1.0 - faded) * below + faded * mirrored).astype(np.uint8)
+    return out
 
 
 def _swaying(pose: PersonPose, time_s: float) -> PersonPose:
@@ -231,6 +261,16 @@ def _passing(z: float) -> Callable[[Scene, float], PersonPose | None]:
     return pose
 
 
+def _beside(scene: Scene, time_s: float) -> PersonPose | None:
+    """A second person who walks with the first from 8 s to 16 s, half a metre to the right: both touch in the picture."""
+    if not 8.0 <= time_s <= 16.0:
+        return None
+    own = scene.walker.motion.pose_at(time_s - EMPTY_S)
+    return _moved(
+        scene, np.array([own.pelvis[0], 0.0, own.pelvis[1]]) + scene.place(0.5, 0.0) - scene.place(0.0, 0.0), time_s
+    )
+
+
 def _at_the_back(scene: Scene, time_s: float) -> PersonPose | None:
     """A second person who stands at the back from the start and sways."""
     return _moved(scene, scene.place(1.2, 2.4), 0.4 * np.sin(time_s))
@@ -263,4 +303,8 @@ SITUATIONS: Sequence[Situation] = (
     Situation("stands still", still=True),
     Situation("second person passes behind", other=_passing(1.8)),
     Situation("second person at the back", other=_at_the_back),
+    Situation("second person touches", other=_beside),
+    Situation("second person passes in front", other=_passing(-0.9)),
+    Situation("glossy floor", gloss=GLOSS),
+    Situation("stands for a minute", still=True, stands_s=STAND_S, length_s=CHANGE_S + STAND_S + 8.0),
 )

@@ -45,6 +45,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     delay_ms: by which the images of a camera or stream are older than their capture times say; subtracted from these.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
     people: whether a small network corrects the silhouette, see `zenocap.services.viewer.people`.
+    feedback: whether the tracker's pose helps its silhouettes, with an adaptive background.
     format to focus: of a camera of this machine, see `CameraSettings`.
     """
 
@@ -61,6 +62,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     preview: bool = False
     people: bool = False
     silhouette: bool = True
+    feedback: bool = False
     format: str | None = None
     exposure: CameraValue | str | None = None
     gain: CameraValue | str | None = None

@@ -247,6 +247,11 @@ def _viewers_in_use(path: Path, method: str, viewers: tuple[Viewer, ...]) -> tup
     without_silhouette = [f"viewer {viewer.id}" for viewer in viewers if not viewer.silhouette]
     if method in TRACKER_METHODS and without_silhouette:
         raise UserError(f"{path}: {', '.join(without_silhouette)}: silhouette = False: allowed: true for method {method!r}")
+    fed = [f"viewer {viewer.id}" for viewer in viewers if viewer.feedback]
+    if method not in TRACKER_METHODS and fed:
+        raise UserError(
+            f"{path}: {', '.join(fed)}: feedback = true: allowed: false for method {method!r}, without a tracker"
+        )
     if method != "two-view" or len(viewers) == 2:
         return viewers, ()
     by_id = {viewer.id: viewer for viewer in viewers}

@@ -12,6 +12,7 @@ from zenocap.common.rig.file import RigFile, ViewerTable
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.sources import (
     Actor,
+    AdaptiveBackground,
     Announced,
     Background,
     BackgroundImage,
@@ -40,7 +41,7 @@ SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working
 class Viewer:
     """camera: at the working size.  calibrated_size: required (width, height) of the source's images, px.
 
-    people: whether a small network corrects the silhouettes.
+    people: whether a small network corrects the silhouettes.  feedback: whether the tracker's pose helps them.
     """
 
     id: str
@@ -52,6 +53,7 @@ class Viewer:
     preview: bool
     silhouette: bool
     people: bool = False
+    feedback: bool = False
 
     @property
     def is_synthetic(self) -> bool:
@@ -104,16 +106,26 @@ def rig_viewers(
             )
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
+        _check_feedback(path, key, table, source, background)
         fps = table.fps or _own_fps(path, key, source, files)
         working = camera.resized(size)
         if isinstance(source, Announced) and table.people:
             raise UserError(f"{path}: {key}.people = true: allowed: false for a camera of another machine (discover:)")
         viewers.append(
             Viewer(
-                table.id, working, camera.size, source, background, fps, table.preview, table.silhouette, table.people
+                table.id, working, camera.size, source, background, fps, table.preview, table.silhouette, table.people,
+                table.feedback,
             )
         )  # fmt: skip
     return _from_the_first(viewers)
+
+
+def _check_feedback(path: Path, key: str, table: ViewerTable, source: Source, background: Background) -> None:
+    """Raise UserError where the tracker's pose cannot help the silhouettes."""
+    if table.feedback and isinstance(source, Announced):
+        raise UserError(f"{path}: {key}.feedback = true: allowed for a camera of another machine: false")
+    if table.feedback and not isinstance(background, AdaptiveBackground):
+        raise UserError(f'{path}: {key}.feedback = true: allowed: only with background = "adaptive"')
 
 
 def _from_the_first(viewers: Sequence[Viewer]) -> tuple[Viewer, ...]:

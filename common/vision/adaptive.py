@@ -24,6 +24,8 @@ from zenocap.common.arrays import Bools, Floats, Floats32, Image, Ints, Ints32, 
 from zenocap.common.jit import kernel
 from zenocap.common.vision.background import Background, gains, learn, learn_median
 from zenocap.common.vision.foreground import BACKGROUND, UNSURE, WEAK, expected_gain, foreground
+from zenocap.common.vision.prediction import Prediction
+from zenocap.common.vision.prior import explained_share, with_prior
 from zenocap.common.vision.regions import Regions, find_regions
 from zenocap.common.vision.relight import relit
 from zenocap.common.vision.semantics import NOT_PERSON, PERSON, overrule
@@ -38,6 +40,10 @@ ALIVE_S, ALIVE_SHARE = 1.5, 0.03  # s; share of the pixels of a region; chosen b
 STILL_S, FAINT_S = 0.7, 4.0  # s without a change before a pixel is learnt; FAINT_S in small regions; chosen by hand
 SETTLING_GAIN = 0.02  # change of a colour while learning that is corrected; chosen by hand
 HOLD_S = 60.0  # s for which the person's region is held although nothing of it changes; chosen by hand
+EXPLAINED_HOLD_S = 600.0  # s of the same where the tracked body explains the region; chosen by hand
+EXPLAINED_SHARE = 0.5  # of the expected body that differs, from which it explains a region; chosen by hand
+AGREEMENT_RATE = 0.2  # per frame, of the running mean of that share; chosen by hand
+BESIDE_BANDS = 1.5  # bands outside the expected body, from where a region is not explained by it; chosen by hand
 OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
 PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
 EDGE_RATIO = 1.5  # of the edges along an outline, model to frame, of an uncovered region; chosen by hand
@@ -59,7 +65,7 @@ class Adaptive:
     candidate: (height, width, 3) colour that a pixel shows, divided by the gain of the frame.  since_s: (height, width)
     time since when.  person, extents: last silhouette, or None.  alive_s: when the person's region last changed.
     noise: grey levels, median of the model's.  halo: noise around the person in units of the model's, which compression
-    makes larger than 1.
+    makes larger than 1.  agreement: running mean of the share of the expected body that differs, without help of the prior.
     """
 
     background: Background
@@ -71,6 +77,7 @@ class Adaptive:
     extents: Extents | None = None
     alive_s: float = -1e9
     frames: int = 0
+    agreement: float = 0.0
 
 
 def start(frames: Sequence[Image]) -> Adaptive:
@@ -94,12 +101,18 @@ def _in_one_light(frames: Sequence[Image]) -> list[Image]:
 
 
 def follow(
-    model: Adaptive, frame: Image, time_s: float, options: SilhouetteOptions, decided: Mask | None = None
+    model: Adaptive,
+    frame: Image,
+    time_s: float,
+    options: SilhouetteOptions,
+    decided: Mask | None = None,
+    prediction: Prediction | None = None,
 ) -> tuple[Adaptive, Silhouette | None]:
     """Silhouette of the person in a frame (height, width, 3) uint8 BGR, and the model after it.
 
     time_s: of the frame, on any clock.  decided: (height, width) of `common.vision.semantics`: what is surely no person is
-    learnt after STILL_S, and what surely is the person not at all; None: nothing is decided.
+    learnt after STILL_S, and what surely is the person not at all; None: nothing is decided.  prediction: expected image of
+    the tracked body; None without a confident pose.
     Raises ValueError when the frame's shape is not the model's.
     """
     background = model.background
@@ -114,10 +127,17 @@ def follow(
             labels = foreground(background, frame, gain, options.foreground, model.halo)
     if decided is not None:
         _take_decisions(model, frame, gain, labels, decided, time_s)
+    model = _agreeing(model, labels, prediction)
+    trusted = prediction if model.agreement >= EXPLAINED_SHARE else None
     if model.frames % STRIDE == 0:
-        model = _judged(model, frame, gain, labels, time_s)
-    silhouette = clean(labels, options, model.extents, Edges(frame, background.mean, background.weight, gain))
+        model = _judged(model, frame, gain, labels, time_s, trusted)
+    previous = model.extents if trusted is None else trusted.extents
+    silhouette = clean(labels, options, previous, Edges(frame, background.mean, background.weight, gain))
+    if silhouette is not None and trusted is not None:
+        silhouette = with_prior(silhouette, labels, trusted, model.since_s, np.float32(time_s), options)
     held = _widened(labels.shape, silhouette)
+    if trusted is not None:
+        held[trusted.place] |= trusted.depth > -trusted.band
     same = np.float32(SAME_SIGMAS * model.noise)
     _visit(
         frame, labels, held, gain, background.mean, model.candidate, model.since_s, np.float32(time_s), same,
@@ -141,6 +161,15 @@ def _take_decisions(model: Adaptive, frame: Image, gain: Floats32, labels: Label
     if model.person is not None:
         model.since_s[(decided == PERSON) & (model.person != 0)] = time_s
     overrule(labels, decided)
+
+
+def _agreeing(model: Adaptive, labels: Labels, prediction: Prediction | None) -> Adaptive:
+    """The model with the agreement of this frame; 0 after a frame without a prediction."""
+    if prediction is None:
+        return replace(model, agreement=0.0) if model.agreement else model
+    share = explained_share(labels[prediction.place], prediction.depth)
+    before = model.agreement if model.agreement else share
+    return replace(model, agreement=before + AGREEMENT_RATE * (share - before))
 
 
 def _widened(shape: tuple[int, ...], silhouette: Silhouette | None) -> Mask:
@@ -186,7 +215,9 @@ def _visit(
                     mean[y, x, c] += np.float32(MEAN_RATE) * (value[c] - mean[y, x, c])
 
 
-def _judged(model: Adaptive, frame: Image, gain: Floats32, labels: Labels, time_s: float) -> Adaptive:
+def _judged(
+    model: Adaptive, frame: Image, gain: Floats32, labels: Labels, time_s: float, trusted: Prediction | None
+) -> Adaptive:
     """The model with the regions that differ judged and learnt; the labels of what was learnt become BACKGROUND."""
     shape, smallest = labels.shape, SMALLEST_REGION * labels.size
     differs = _joined(labels >= UNSURE)
@@ -207,16 +238,37 @@ def _judged(model: Adaptive, frame: Image, gain: Floats32, labels: Labels, time_
     regions, alive_s = find_regions(differs, 1, 1, 1, True), model.alive_s
     if len(regions.areas) > 0:
         number = _numbered(regions.runs, *shape)
-        verdicts, alive_s = _verdicts(model, labels, regions, number, time_s)
+        hold_s = HOLD_S if trusted is None else EXPLAINED_HOLD_S
+        verdicts, chosen, alive_s = _verdicts(model, labels, regions, number, time_s, hold_s)
         learnt = np.where(number > 0, verdicts[number], learnt).astype(np.uint8)
+        if trusted is not None and chosen >= 0:
+            _explain(trusted, number, chosen + 1, learnt)
     same = np.float32(SAME_SIGMAS * model.noise)
     _learn(frame, labels, learnt, gain, model.background.mean, model.candidate, model.since_s, np.float32(time_s), same)
     model.background.forget_limits()
     return replace(model, alive_s=alive_s)
 
 
-def _verdicts(model: Adaptive, labels: Labels, regions: Regions, number: Ints32, time_s: float) -> tuple[Mask, float]:
-    """Verdict on every region, after one for none, and when the person's region last changed."""
+def _explain(trusted: Prediction, number: Ints32, person: int, learnt: Mask) -> None:
+    """Correct the verdicts where a body is expected in the person's region, in place.
+
+    What the body explains is never learnt, in whatever region it is; of the person's region the rest is, where it is still.
+    """
+    own = number == person
+    beside = own.copy()
+    beside[trusted.place] &= trusted.depth < -BESIDE_BANDS * trusted.band
+    body = trusted.depth > 0
+    if np.count_nonzero(own[trusted.place] & body) < EXPLAINED_SHARE * np.count_nonzero(body):
+        return
+    near = trusted.depth > -trusted.band
+    learnt[beside] = LATER
+    learnt[trusted.place][near & (number[trusted.place] > 0)] = NEVER
+
+
+def _verdicts(
+    model: Adaptive, labels: Labels, regions: Regions, number: Ints32, time_s: float, hold_s: float
+) -> tuple[Mask, int, float]:
+    """Verdict on every region, after one for none; the person's region, or -1; and when that last changed."""
     sums = np.zeros((3, len(regions.areas) + 1), dtype=np.int64)
     person = np.zeros(labels.shape, np.uint8) if model.person is None else model.person
     _count(number, model.since_s, person, labels, np.float32(time_s - ALIVE_S), sums)
@@ -229,12 +281,12 @@ def _verdicts(model: Adaptive, labels: Labels, regions: Regions, number: Ints32,
     if alive.any():
         near = alive & (previous > PREVIOUS_SHARE * max(1, previous[alive].max()))
         chosen, alive_s = int(np.argmax(np.where(near if near.any() else alive, seeds, -1))), time_s
-    elif previous.any() and time_s - alive_s < HOLD_S:
+    elif previous.any() and time_s - alive_s < hold_s:
         chosen = int(np.argmax(previous))
     if chosen >= 0:
         verdicts[alive & (_gaps(regions, chosen) > OTHER_GAP)] = LEARN
         verdicts[chosen] = NEVER
-    return np.concatenate([np.full(1, LATER, np.uint8), verdicts]), alive_s
+    return np.concatenate([np.full(1, LATER, np.uint8), verdicts]), chosen, alive_s
 
 
 @kernel

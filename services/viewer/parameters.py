@@ -62,6 +62,10 @@ JUMP_SHARE = 0.15  # of the person's height per frame, from which it is another 
 MOVING_ROWS = 40  # moving edges, before motion blur is stated; chosen by hand
 LONG_BLUR = 1.0  # %, of the person's height: 17 mm of an adult; rooms
 
+# Feedback of the tracker
+FEEDBACK_FRAMES = 4  # frames after a pose in which its prediction is used; chosen by hand
+FEEDBACK_GAP_NS = 200_000_000  # ns between two poses from which a motion is measured, at most; chosen by hand
+
 # Facade and flank, silhouette features  [Two-view 3.1]
 UPPER_BODY_COLUMN = 0.65  # torso heights, smallest column of the upper body; paper 3.1: 1.0; measured: 0.6 to 0.7 is robust
 BELOW_HIPS = 0.2  # torso heights below the navel: y_hip = y_c + 0.2 h; paper 3.1

@@ -14,6 +14,7 @@ from zenocap.common.vision.background import Background, from_image, learn_media
 from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.mask_codec import pack
 from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.semantics import decision
 from zenocap.common.vision.silhouette import SilhouetteOptions, extract
 from zenocap.services.viewer.advice.watch import watched
@@ -58,14 +59,19 @@ def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Ada
             return learn_median(images)
 
 
-def segment(setup: Setup, scene: Scene, frame: Frame) -> tuple[Scene, Mask | None, list[Message]]:
-    """Segment a frame: (scene, mask (height, width) or None without a person, preview and advice if they are due)."""
+def segment(
+    setup: Setup, scene: Scene, frame: Frame, prediction: Prediction | None = None
+) -> tuple[Scene, Mask | None, list[Message]]:
+    """Segment a frame: (scene, mask (height, width) or None without a person, preview and advice if they are due).
+
+    prediction: expected image of the tracked body, for an adaptive background.
+    """
     background = scene.background
     assert background is not None  # a scene learnt from frames has one
     decided = _decided(setup, scene, frame)
     if isinstance(background, Adaptive):
         background, silhouette = follow(
-            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest"), decided
+            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest"), decided, prediction
         )
     else:
         silhouette = extract(background, frame.image, OPTIONS, scene.extents, decided)

@@ -23,7 +23,7 @@ from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
@@ -66,15 +66,19 @@ def viewer_service(
 
 
 def silhouette_service(viewer: Viewer, people: PeopleSegmenter | None = None) -> Service[Setup, watching.State, Frame]:
-    """Service of one viewer of a rig with a tracker; publishes silhouettes only.  Raises as `viewer_service` does."""
+    """Service of one viewer of a rig with a tracker; publishes silhouettes only.  Raises as `viewer_service` does.
+
+    With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
+    """
     setup = _setup(viewer, people=people)
+    fed = (Subscription(TRACKER_BDP), Subscription(TRACKER_POSE)) if viewer.feedback else ()
     return Service(
         "viewer",
         viewer.id,
         setup,
         watching.initial_state(setup),
         watching.step,
-        (Subscription(FRAME_RATE),),
+        (Subscription(FRAME_RATE), *fed),
         describe=watching.describe,
         phase=watching.phase_of,
     )

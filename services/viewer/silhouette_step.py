@@ -1,12 +1,14 @@
 """Step of a viewer in a rig with a tracker: a frame in, its silhouette out, empty silhouettes included.
 
-The body and the limbs are not searched, and no topics are subscribed to.
+The body and the limbs are not searched.  With feedback the tracker's body and poses are inputs too: the expected image of
+the body is drawn when a pose arrives, not when a frame does.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.messages import Message, Phase
+from zenocap.services.viewer.feedback import NO_FEEDBACK, Feedback, receive
 from zenocap.services.viewer.frame import Frame, SegmentedFrame
 from zenocap.services.viewer.segmentation import learn, segment, silhouette_message
 from zenocap.services.viewer.states import LearningBackground, Scene, Setup
@@ -16,10 +18,11 @@ Event = Frame | SegmentedFrame | Envelope | Alive | Tick
 
 @dataclass(frozen=True)
 class Segmenting:
-    """State after the background is learnt.  present: a person was in the last frame."""
+    """State after the background is learnt.  present: a person was in the last frame.  feedback: of the tracker."""
 
     scene: Scene
     present: bool = False
+    feedback: Feedback = NO_FEEDBACK
 
 
 State = LearningBackground | Segmenting
@@ -34,10 +37,13 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]
     match state, event:
         case LearningBackground(), Frame(image=image):
             state, scene = learn(setup, state, image)
-            return (state if scene is None else Segmenting(scene)), []
-        case Segmenting(scene=scene), Frame():
-            scene, mask, messages = segment(setup, scene, event)
-            return Segmenting(scene, mask is not None), [*messages, silhouette_message(setup, event, mask)]
+            return (state if scene is None else Segmenting(scene, feedback=state.feedback)), []
+        case Segmenting(scene=scene, feedback=feedback), Frame():
+            scene, mask, messages = segment(setup, scene, event, feedback.usable)
+            feedback = replace(feedback, frames=feedback.frames + 1)
+            return Segmenting(scene, mask is not None, feedback), [*messages, silhouette_message(setup, event, mask)]
+        case LearningBackground() | Segmenting(), Envelope(message=message):
+            return replace(state, feedback=receive(setup.camera, state.feedback, message)), []
         case _:
             return state, []
 

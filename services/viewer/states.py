@@ -16,6 +16,7 @@ from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.advice.watch import Watch
 from zenocap.services.viewer.body_fit import BodyModel, camera_rows
+from zenocap.services.viewer.feedback import NO_FEEDBACK, Feedback
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 
 BackgroundSpec = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
@@ -86,10 +87,14 @@ class Scene:
 
 @dataclass(frozen=True)
 class LearningBackground:
-    """Collecting images of the scene, None for those not in the take.  bdp: universal BDP, None before one arrives."""
+    """Collecting images of the scene, None for those not in the take.  bdp: universal BDP, None before one arrives.
+
+    feedback: of the tracker, where the rig has one.
+    """
 
     frames: tuple[Image | None, ...] = ()
     bdp: Bdp | None = None
+    feedback: Feedback = NO_FEEDBACK
 
 
 @dataclass(frozen=True)

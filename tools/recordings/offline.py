@@ -84,8 +84,8 @@ class ViewerMember(Member, Protocol):
     def process(self, frame: Frame) -> None: ...
 
 
-class TwoViewViewer(Running[Setup, State, Frame]):
-    """A `ViewerMember` whose steps depend on the answers of the integrator."""
+class AnsweredViewer(Running[Setup, State, Frame]):
+    """A `ViewerMember` whose steps depend on the answers of the integrator, or on the poses of the tracker."""
 
     def read(self, frames: Iterator[Frame]) -> Iterator[Frame]:
         return frames
@@ -140,7 +140,9 @@ class Offline:
         for viewer in rig.viewers:
             people = people_of(viewer, threaded=False)
             if rig.tracker is None:
-                self._viewers[viewer.id] = TwoViewViewer(viewer_service(viewer, rig.additions, people), network)
+                self._viewers[viewer.id] = AnsweredViewer(viewer_service(viewer, rig.additions, people), network)
+            elif viewer.feedback:
+                self._viewers[viewer.id] = AnsweredViewer(silhouette_service(viewer, people), network)
             else:
                 self._viewers[viewer.id] = SilhouetteViewer(silhouette_service(viewer, people), network)
         if rig.tracker is None:

@@ -124,6 +124,17 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
         ('"calibration.toml"', '"other.toml"', "calibration = 'other.toml': no file "),
         ('up_axis = "y"', 'up_axis = "x"', "up_axis = 'x': allowed: 'y', 'z'"),
         ('"two-view"', '"two_view"', "method = 'two_view': allowed: 'auto', 'two-view', .*did you mean 'two-view'"),
+        ("fps = 15", "feedback = true", r"viewer\[0\].feedback = true: allowed: only with background = \"adaptive\""),
+        (
+            'background = "first:60"',
+            'background = "adaptive"\nfeedback = true',
+            "viewer 1: feedback = true: allowed: false for method 'two-view', without a tracker",
+        ),
+        (
+            '"rtsp://host/a"',
+            '"discover:lab/a"\nfeedback = true',
+            "feedback = true: allowed for a camera of another machine",
+        ),
         ("fps = 15", "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
         (
             "fps = 15",

@@ -23,10 +23,12 @@ from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import ASSIGNMENT, HEALTH, SIGHTING
+from zenocap.services.recognizer.model_file import find_model
 from zenocap.tools.recordings.recover import recover
 
 pytestmark = pytest.mark.system
 PATIENCE_S = 30.0
+MODEL_KB = find_model("fifteen").stat().st_size // 1000  # a take begins with the posture model
 
 
 @pytest.fixture
@@ -159,7 +161,7 @@ def test_kill_during_a_recording_in_parts_loses_at_most_a_second(tmp_path: Path,
 
 def test_up_says_what_a_full_disk_has_and_has_not(tmp_path: Path) -> None:
     """It said 0 messages for 9,761, and 0 lost, because it read neither a cut take nor the end of the integrator."""
-    with small_disk(tmp_path / "disk", 300) as folder:
+    with small_disk(tmp_path / "disk", 300 + MODEL_KB) as folder:
         line = ["demo", "--method", "two-view", "--seconds", "20", "--no-page", "--recordings", str(folder)]
         command = [sys.executable, "-m", "zenocap", *line]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=240, check=False)

@@ -35,7 +35,8 @@ ADVICE_PERSON_PX = 64  # px, height of the reduced person that is measured; chos
 ADVICE_FOCUS_S = 10.0  # s between two measures of the focus on the room; chosen by hand
 ADVICE_SAMPLES = 6  # images with a person, before anything is stated about the person; chosen by hand
 ADVICE_ROWS = 48  # rows of the person whose edges are measured; chosen by hand
-LOW_CONTRAST = 16.0  # levels, that CONTRAST_QUANTILE of a third of the person differs from the room; rooms
+# Levels, that CONTRAST_QUANTILE of a third of the person differs from the room: 20 by rooms, 16 after seeds 100 and 101.
+LOW_CONTRAST = 16.0
 CONTRAST_QUANTILE = 0.3  # of the pixels of the third, darkest difference first; chosen by hand
 MANY_HOLES = 9.0  # %, area that closing adds to the silhouette; rooms
 CLOSING = 0.06  # of the person's height, diameter of that closing; chosen by hand

@@ -221,7 +221,7 @@ def test_the_command_reports_equal_different_and_unchecked(arms: Path, tmp_path:
     assert "first difference: zenocap/demo/integrator/assignment, frame 60" in different.stdout
     assert "yaw: logged 0.125, recomputed" in different.stdout
     cut = tmp_path / "cut.mcap"
-    cut.write_bytes(arms.read_bytes()[: arms.stat().st_size // 2])
+    cut.write_bytes(arms.read_bytes()[:-50_000])  # the posture model at the start is most of the take's 1.2 MB
     half = CliRunner().invoke(app, ["verify", str(cut)])
     assert half.exit_code == 3
     assert "cut before its end" in half.stdout

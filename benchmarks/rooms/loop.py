@@ -33,7 +33,7 @@ from zenocap.common.conversion import angles_of, bdp_of
 from zenocap.common.messages import Message, Silhouette, TrackerBdp, TrackerPose
 from zenocap.common.rig.sources import parse_background
 from zenocap.common.topics import topic_of
-from zenocap.common.vision import adaptive
+from zenocap.common.vision.adaptive import follow, judgement
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker import step as tracker
 from zenocap.services.tracker.states import Options
@@ -116,9 +116,9 @@ def without(variant: str) -> ExitStack:
     """Context in which the part of the feedback that a variant names is off."""
     stack = ExitStack()
     if variant == "no-prior":
-        stack.enter_context(patch.object(adaptive, "decided", lambda silhouette, *_: silhouette))
+        stack.enter_context(patch.object(follow, "with_prior", lambda silhouette, *_: silhouette))
     if variant == "no-learn":
-        stack.enter_context(patch.object(adaptive, "_explain", lambda *_: None))
+        stack.enter_context(patch.object(judgement, "_explain", lambda *_: None))
     return stack
 
 

@@ -9,7 +9,8 @@ from zenocap.common.arrays import Floats32, Image, Mask
 from zenocap.common.messages import CameraAdvice, Message, Preview
 from zenocap.common.messages import Silhouette as SilhouetteMessage
 from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, Mog2, learning_frames
-from zenocap.common.vision.adaptive import Adaptive, follow, start
+from zenocap.common.vision.adaptive.follow import follow
+from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.background import Background, from_image, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.mask_codec import pack

@@ -10,7 +10,7 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.messages import Assignment
 from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, MedianFrames, Mog2
 from zenocap.common.rig.two_view import IMPROVED, Additions
-from zenocap.common.vision.adaptive import Adaptive
+from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.silhouette import Extents

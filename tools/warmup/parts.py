@@ -22,7 +22,8 @@ from zenocap.common.rig.sources import FirstFrames, VideoFile
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.compiled import record_compiled
-from zenocap.common.vision.adaptive import follow, start
+from zenocap.common.vision.adaptive.follow import follow
+from zenocap.common.vision.adaptive.model import start
 from zenocap.common.vision.background import learn, update
 from zenocap.common.vision.silhouette import SilhouetteOptions, extract
 from zenocap.services.animator.render.jit_warmup import load_compiled as load_compiled_pictures

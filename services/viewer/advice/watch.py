@@ -8,7 +8,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Image, Mask
 from zenocap.common.messages import CameraFault
-from zenocap.common.vision.adaptive import Adaptive
+from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
 from zenocap.common.vision.image_measures import Exposure, exposure
 from zenocap.common.vision.mixture import Mixture

@@ -8,7 +8,8 @@ import pytest
 
 from tests.common.vision.test_background import room, shot
 from zenocap.common.arrays import Floats, Image, Mask
-from zenocap.common.vision.adaptive import Adaptive, follow, start
+from zenocap.common.vision.adaptive.follow import follow
+from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.silhouette import SilhouetteOptions
 
 FPS, LEARNT = 15, 30

@@ -5,7 +5,9 @@ import numpy as np
 from tests.common.vision.test_adaptive import FPS, HEIGHT, LEARNT, OPTIONS, WIDTH, overlap, person, picture, walk
 from tests.common.vision.test_background import room
 from zenocap.common.arrays import Floats, Mask
-from zenocap.common.vision.adaptive import EXPLAINED_HOLD_S, follow, start
+from zenocap.common.vision.adaptive.follow import follow
+from zenocap.common.vision.adaptive.judgement import EXPLAINED_HOLD_S
+from zenocap.common.vision.adaptive.model import start
 from zenocap.common.vision.prediction import Prediction, _depths
 from zenocap.common.vision.silhouette import Extents, describe
 

@@ -1,0 +1,18 @@
+"""Background model that lives: learns where people were, follows the light, and takes up what was moved.
+
+Every frame visits one row of `STRIDE`: a pixel that shows the background moves the mean, and every pixel has a candidate,
+the colour that it shows, with the time since when.  Every `STRIDE` frames the regions that differ are judged:
+
+- *alive*: a share of its pixels has changed within ALIVE_S.  The alive region at the place of the last silhouette, or else
+  the largest, is the person, and nothing of it is learnt;
+- *uncovered*: the model has an edge along its outline and the frame has none.  Something has moved away, also a person who
+  was there from the start: what is seen now is the room;
+- *put down*: anything else that does not change, such as a chair that was moved.
+
+What was uncovered, put down, or moved beside the person is learnt where it has not changed for STILL_S: the candidate
+becomes the mean.  Should that ever have been the person, the room is uncovered when the person moves on.
+After a sudden change of the light most of the image differs; see `zenocap.common.vision.relight`.
+
+`model` has the state and its start, `follow` the way of a frame through it, `judgement` the verdicts on regions,
+`learning` what pixels learn, `saved` the model between two runs of a viewer.
+"""

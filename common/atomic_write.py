@@ -7,12 +7,15 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write `content` to a temporary file beside `path`, sync it and the folder to disk, and rename it.  Raises OSError."""
+def write_atomically(path: Path, content: bytes, mode: int = 0o644) -> None:
+    """Write `content` to a temporary file beside `path`, sync it and the folder to disk, and rename it.  Raises OSError.
+
+    mode: permissions of the file.
+    """
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            os.fchmod(file.fileno(), 0o644)
+            os.fchmod(file.fileno(), mode)
             file.write(content)
             file.flush()
             os.fsync(file.fileno())

@@ -46,6 +46,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     hardware_decoding: whether a video file is decoded by hardware where that is possible.
     people: whether a small network corrects the silhouette, see `zenocap.services.viewer.people`.
     feedback: whether the tracker's pose helps its silhouettes, with an adaptive background.
+    keep_background: whether an adaptive background is kept in a file and taken up again after a restart.
     format to focus: of a camera of this machine, see `CameraSettings`.
     """
 
@@ -63,6 +64,7 @@ class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     people: bool = False
     silhouette: bool = True
     feedback: bool = False
+    keep_background: bool = False
     format: str | None = None
     exposure: CameraValue | str | None = None
     gain: CameraValue | str | None = None

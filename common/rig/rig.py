@@ -252,6 +252,9 @@ def _viewers_in_use(path: Path, method: str, viewers: tuple[Viewer, ...]) -> tup
         raise UserError(
             f"{path}: {', '.join(fed)}: feedback = true: allowed: false for method {method!r}, without a tracker"
         )
+    kept = [f"viewer {viewer.id}" for viewer in viewers if viewer.keep_background]
+    if method not in TRACKER_METHODS and kept:
+        raise UserError(f"{path}: {', '.join(kept)}: keep_background = true: allowed: false for method {method!r}")
     if method != "two-view" or len(viewers) == 2:
         return viewers, ()
     by_id = {viewer.id: viewer for viewer in viewers}

@@ -42,6 +42,7 @@ class Viewer:
     """camera: at the working size.  calibrated_size: required (width, height) of the source's images, px.
 
     people: whether a small network corrects the silhouettes.  feedback: whether the tracker's pose helps them.
+    keep_background: whether the background outlives the viewer, see `zenocap.services.viewer.kept_background`.
     """
 
     id: str
@@ -54,6 +55,7 @@ class Viewer:
     silhouette: bool
     people: bool = False
     feedback: bool = False
+    keep_background: bool = False
 
     @property
     def is_synthetic(self) -> bool:
@@ -107,6 +109,7 @@ def rig_viewers(
         if files and isinstance(background, BackgroundImage) and not background.path.is_file():
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
         _check_feedback(path, key, table, source, background)
+        _check_kept(path, key, table, source, background)
         fps = table.fps or _own_fps(path, key, source, files)
         working = camera.resized(size)
         if isinstance(source, Announced) and table.people:
@@ -114,7 +117,7 @@ def rig_viewers(
         viewers.append(
             Viewer(
                 table.id, working, camera.size, source, background, fps, table.preview, table.silhouette, table.people,
-                table.feedback,
+                table.feedback, table.keep_background,
             )
         )  # fmt: skip
     return _from_the_first(viewers)
@@ -126,6 +129,16 @@ def _check_feedback(path: Path, key: str, table: ViewerTable, source: Source, ba
         raise UserError(f"{path}: {key}.feedback = true: allowed for a camera of another machine: false")
     if table.feedback and not isinstance(background, AdaptiveBackground):
         raise UserError(f'{path}: {key}.feedback = true: allowed: only with background = "adaptive"')
+
+
+def _check_kept(path: Path, key: str, table: ViewerTable, source: Source, background: Background) -> None:
+    """Raise UserError where the background cannot be kept."""
+    if not table.keep_background:
+        return
+    if not isinstance(source, Device | Stream):
+        raise UserError(f"{path}: {key}.keep_background = true: allowed: only for a camera or stream of this machine")
+    if not isinstance(background, AdaptiveBackground):
+        raise UserError(f'{path}: {key}.keep_background = true: allowed: only with background = "adaptive"')
 
 
 def _from_the_first(viewers: Sequence[Viewer]) -> tuple[Viewer, ...]:

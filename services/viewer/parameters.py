@@ -145,6 +145,10 @@ MISCOUNTED_FRAMES = 0.01  # share by which the frame count of a container may be
 LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped; chosen by hand
 LETTERBOX = 0.02  # relative size difference up to which an image counts as letterboxed; chosen by hand
 
+# Kept backgrounds
+KEEP_S = 60.0  # s between two writes of a kept background; chosen by hand
+BACKGROUNDS = "backgrounds"  # folder of kept backgrounds, beside the rig file; by convention
+
 
 def parameters() -> Mapping[str, float | int | str | list[float] | list[str]]:
     """The constants of this module by name, as plain values."""

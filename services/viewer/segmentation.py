@@ -11,6 +11,7 @@ from zenocap.common.messages import Silhouette as SilhouetteMessage
 from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, Mog2, learning_frames
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import Adaptive, start
+from zenocap.common.vision.adaptive.saved import taken_up
 from zenocap.common.vision.background import Background, from_image, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
 from zenocap.common.vision.mask_codec import pack
@@ -36,7 +37,14 @@ OPTIONS = SilhouetteOptions()
 
 
 def learn(setup: Setup, state: LearningBackground, image: Image | None) -> tuple[LearningBackground, Scene | None]:
-    """Add an image of the scene, None for one that is not in the take; returns the `Scene` once there are enough."""
+    """Add an image of the scene, None for one that is not in the take; returns the `Scene` once there are enough.
+
+    A background of an earlier run is taken up with the first image that it fits.
+    """
+    if setup.kept is not None and image is not None:
+        model = taken_up(setup.kept, image, OPTIONS.foreground)
+        if model is not None:
+            return state, Scene(model, restored=True)
     state = replace(state, frames=(*state.frames, image))
     if len(state.frames) < learning_frames(setup.background):
         return state, None
@@ -88,7 +96,8 @@ def segment(
     messages: list[Message] = [_preview_message(setup, frame)] if previewed else []
     if faults is not None:
         messages.append(CameraAdvice(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, faults=faults))
-    return Scene(background, silhouette.extents if silhouette else None, preview_ns, watch), mask, messages
+    extents = silhouette.extents if silhouette else None
+    return Scene(background, extents, preview_ns, watch, scene.restored), mask, messages
 
 
 def _decided(setup: Setup, scene: Scene, frame: Frame) -> Mask | None:

@@ -1,7 +1,9 @@
 """The viewer process: read the rig, open the bus and the source, run."""
 
 import logging
+import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -24,6 +26,7 @@ from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
+from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
@@ -32,6 +35,7 @@ from zenocap.services.viewer.film.feeds import Tap
 from zenocap.services.viewer.film.parameters import FILMS
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.jit_warmup import load_compiled
+from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, read_kept
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.sources.playback import Playback
@@ -65,12 +69,16 @@ def viewer_service(
     )  # fmt: skip
 
 
-def silhouette_service(viewer: Viewer, people: PeopleSegmenter | None = None) -> Service[Setup, watching.State, Frame]:
+def silhouette_service(
+    viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
+) -> Service[Setup, watching.State, Frame]:
     """Service of one viewer of a rig with a tracker; publishes silhouettes only.  Raises as `viewer_service` does.
+
+    kept: background of an earlier run, see `kept_background`; None: it is learnt.
 
     With feedback it receives the tracker's body and poses, which are inputs of its step and in its input trace.
     """
-    setup = _setup(viewer, people=people)
+    setup = replace(_setup(viewer, people=people), kept=kept)
     fed = (Subscription(TRACKER_BDP), Subscription(TRACKER_POSE)) if viewer.feedback else ()
     return Service(
         "viewer",
@@ -131,7 +139,17 @@ def run_viewer(
     people = people_of(viewer, threaded=True)
     try:
         if rig.tracker is not None:
-            return _run(silhouette_service(viewer, people), rig, viewer, options, stopped, epoch_ns, films, permission)
+            kept, keeper = None, None
+            if viewer.keep_background:
+                path = kept_path(rig, viewer)
+                kept = read_kept(path, viewer)
+                keeper = BackgroundKeeper(path, kept is not None, time.monotonic)
+            segmenting = silhouette_service(viewer, people, kept)
+            try:
+                return _run(segmenting, rig, viewer, options, stopped, epoch_ns, films, permission, keeper)
+            finally:
+                if keeper is not None:
+                    keeper.close()
         service = viewer_service(viewer, rig.additions, people)
         with compiling(logger, "viewer-service", "tracking"):
             load_compiled(service.setup)
@@ -150,6 +168,7 @@ def _run(
     epoch_ns: int | None,
     films: Path,
     permission: Permission,
+    on_state: Callable[[S], None] | None = None,
 ) -> int:
     clock = RealClock()
     other_ids = [other.id for other in rig.viewers if other is not viewer]
@@ -172,7 +191,7 @@ def _run(
         try:
             return run(
                 service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice,
-                extra_counts=rate.counts if rate else dict,
+                extra_counts=rate.counts if rate else dict, on_state=on_state or (lambda _: None),
             )  # fmt: skip
         finally:
             if endpoint is not None:

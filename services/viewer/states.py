@@ -28,7 +28,7 @@ class Setup:
 
     camera: at the working size.  rows: (5, 3) of the level view.  plate: image of an image background, or None.
     additions: to the paper, see `zenocap.common.rig.two_view`.  people: network that corrects the silhouettes, or None; it
-    is no value, for it works in a thread: only `segment` uses it.
+    is no value, for it works in a thread: only `segment` uses it.  kept: background of an earlier run, or None.
     """
 
     id: str
@@ -42,6 +42,7 @@ class Setup:
     plate: Image | None
     additions: Additions = IMPROVED
     people: PeopleSegmenter | None = None
+    kept: Adaptive | None = None
 
 
 def viewer_setup(
@@ -54,6 +55,7 @@ def viewer_setup(
     anatomy: Anatomy = TEN_PARTS,
     additions: Additions = IMPROVED,
     people: PeopleSegmenter | None = None,
+    kept: Adaptive | None = None,
 ) -> Setup:
     """Setup of a viewer.  plate: (height, width, 3) at the working size, for an image background.
 
@@ -65,7 +67,7 @@ def viewer_setup(
     level = level_view(camera)
     return Setup(
         id, camera, level, camera_rows(level.camera), background, publish_silhouette, publish_preview, anatomy, plate,
-        additions, people,
+        additions, people, kept,
     )  # fmt: skip
 
 
@@ -74,7 +76,7 @@ class Scene:
     """Background model and last extents of the person.
 
     background: None where silhouettes come from a take.  preview_ns: capture time of the last preview.
-    watch: measures for the advice.
+    watch: measures for the advice.  restored: whether the background is that of an earlier run.
     A `Mixture` and the arrays of an `Adaptive` are the mutable objects in a state: OpenCV gives no access to its model, and
     copies of the arrays would cost more than the silhouette.
     """
@@ -83,6 +85,7 @@ class Scene:
     extents: Extents | None = None
     preview_ns: int = -(10**18)
     watch: Watch = field(default_factory=Watch)
+    restored: bool = False
 
 
 @dataclass(frozen=True)

@@ -135,6 +135,17 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
             '"discover:lab/a"\nfeedback = true',
             "feedback = true: allowed for a camera of another machine",
         ),
+        (
+            'source = "rtsp://host/a"',
+            'source = "discover:lab/a"\nkeep_background = true',
+            r"viewer\[1\].keep_background = true: allowed: only for a camera or stream of this machine",
+        ),
+        ("fps = 15", "keep_background = true", r"keep_background = true: allowed: only with background = \"adaptive\""),
+        (
+            'source = "rtsp://host/a"',
+            'source = "rtsp://host/a"\nkeep_background = true',
+            "viewer 2: keep_background = true: allowed: false for method 'two-view'",
+        ),
         ("fps = 15", "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
         (
             "fps = 15",

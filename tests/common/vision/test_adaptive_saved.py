@@ -1,0 +1,107 @@
+"""A saved background model: equal after a round trip, taken up where it fits, refused where the view is another one."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.common.vision.test_adaptive import HEIGHT, LEARNT, WIDTH, overlap, person, picture
+from tests.common.vision.test_background import room, shot
+from zenocap.common.arrays import Floats, Image
+from zenocap.common.errors import UserError
+from zenocap.common.vision.adaptive.follow import follow
+from zenocap.common.vision.adaptive.model import Adaptive, start
+from zenocap.common.vision.adaptive.saved import packed, read, shift_px, taken_up, write
+from zenocap.common.vision.foreground import ForegroundOptions
+from zenocap.common.vision.silhouette import SilhouetteOptions
+
+SIZE = (WIDTH, HEIGHT)
+OPTIONS = ForegroundOptions()
+
+
+@pytest.fixture(scope="module")
+def scene() -> Floats:
+    return room(HEIGHT, WIDTH)
+
+
+@pytest.fixture(scope="module")
+def model(scene: Floats) -> Adaptive:
+    return start([shot(scene, frame) for frame in range(LEARNT)])
+
+
+@pytest.fixture
+def saved(model: Adaptive, tmp_path: Path) -> Path:
+    path = tmp_path / "backgrounds" / "lab-1.npz"
+    write(path, packed(model))
+    return path
+
+
+def moved(image: Image, px: float) -> Image:
+    shift = np.array([[1, 0, px], [0, 1, px / 2]], np.float32)
+    return np.asarray(cv2.warpAffine(image, shift, SIZE, borderMode=cv2.BORDER_REFLECT), dtype=np.uint8)
+
+
+def test_what_is_read_is_what_was_written_and_only_the_owner_may_read_it(model: Adaptive, saved: Path) -> None:
+    back = read(saved, SIZE)
+    assert np.array_equal(back.background.mean, model.background.mean)
+    assert np.array_equal(back.background.weight, model.background.weight)
+    assert (back.noise, back.halo, back.person, back.frames) == (model.noise, model.halo, None, 0)
+    assert saved.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_person_who_stands_still_from_the_first_frame_is_found_with_a_saved_model(scene: Floats, saved: Path) -> None:
+    first = picture(scene, person(60), 500)
+    restored = taken_up(read(saved, SIZE), first, OPTIONS)
+    assert restored is not None
+    _, silhouette = follow(restored, first, 0.0, SilhouetteOptions(choice="nearest"))
+    assert silhouette is not None
+    assert overlap(silhouette.mask, person(60)) > 0.85
+
+
+def test_another_light_is_taken_into_the_model(scene: Floats, saved: Path) -> None:
+    dark = picture(scene * np.linspace(0.5, 0.8, WIDTH)[None, :, None], person(60), 500)
+    restored = taken_up(read(saved, SIZE), dark, OPTIONS)
+    assert restored is not None
+    assert np.abs(restored.background.mean - dark)[:, :50].mean() < 5
+
+
+@pytest.mark.parametrize("px", [1.0, 2.0, 6.0])
+def test_a_camera_that_was_moved_is_refused(scene: Floats, saved: Path, px: float) -> None:
+    frame = moved(picture(scene, person(60), 500), px)
+    assert shift_px(read(saved, SIZE).background, frame, np.ones(3, np.float32)) == px
+    assert taken_up(read(saved, SIZE), frame, OPTIONS) is None
+
+
+def test_another_room_is_refused(saved: Path) -> None:
+    assert taken_up(read(saved, SIZE), shot(room(HEIGHT, WIDTH)[::-1, ::-1].copy(), 500), OPTIONS) is None
+
+
+def test_bad_files_are_refused_with_their_name(model: Adaptive, saved: Path, tmp_path: Path) -> None:
+    data = saved.read_bytes()
+    bad = tmp_path / "bad.npz"
+    for content, message in (
+        (b"", "no background model"),
+        (data[:1000], "no background model"),
+        (b"no archive" * 100, "no background model"),
+    ):
+        bad.write_bytes(content)
+        with pytest.raises(UserError, match=f"{bad}: .*{message}"):
+            read(bad, SIZE)
+    with pytest.raises(UserError, match=rf"{saved}: mean \(120, 160, 3\) float32: allowed: \(240, 320, 3\) float32"):
+        read(saved, (320, 240))
+    with pytest.raises(UserError, match=f"{tmp_path / 'none.npz'}: No such file"):
+        read(tmp_path / "none.npz", SIZE)
+    fields = dict(np.load(saved))
+    np.savez(bad, **{**fields, "mean": fields["mean"] * np.nan})
+    with pytest.raises(UserError, match="out of range"):
+        read(bad, SIZE)
+    np.savez(bad, **{**fields, "version": np.int64(2)})
+    with pytest.raises(UserError, match="version = 2: allowed: 1"):
+        read(bad, SIZE)
+    np.savez(bad, **{name: value for name, value in fields.items() if name != "halo"})
+    with pytest.raises(UserError, match="no background model"):
+        read(bad, SIZE)
+    np.savez(bad, **{**fields, "noise": np.array([object()])})
+    with pytest.raises(UserError, match="no background model"):
+        read(bad, SIZE)

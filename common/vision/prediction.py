@@ -63,7 +63,7 @@ def predicted(camera: Camera, points: Floats, motion: Floats | None = None) -> P
     x0, y0 = max(0, left - pad), max(0, top - pad)
     crop = mask[y0 : top + down + pad, x0 : left + across + pad]
     extents = Extents(left, left + across - 1, top, top + down - 1)
-    return Prediction(x0, y0, _depths(crop), band, extents)
+    return Prediction(x0, y0, depths(crop), band, extents)
 
 
 def _drawn(size: tuple[int, int], pixels: Floats) -> Mask:
@@ -75,7 +75,7 @@ def _drawn(size: tuple[int, int], pixels: Floats) -> Mask:
     return mask
 
 
-def _depths(mask: Mask) -> Floats32:
+def depths(mask: Mask) -> Floats32:
     """(rows, columns) px to the outline, positive inside; the border of the crop is no outline."""
     inside = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
     outside = cv2.distanceTransform(1 - mask, cv2.DIST_L2, 3)

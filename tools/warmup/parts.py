@@ -25,7 +25,8 @@ from zenocap.common.runtime.compiled import record_compiled
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import start
 from zenocap.common.vision.background import learn, update
-from zenocap.common.vision.silhouette import SilhouetteOptions, extract
+from zenocap.common.vision.prediction import Prediction, depths
+from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions, extract
 from zenocap.services.animator.render.jit_warmup import load_compiled as load_compiled_pictures
 from zenocap.services.recognizer.jit_warmup import load_compiled as load_compiled_recognizer
 from zenocap.services.recognizer.jit_warmup import minimal_model
@@ -69,7 +70,15 @@ def _silhouettes(_: Callable[[str], None]) -> None:
     update(background, pictures[-1], seen.mask if seen else None)
     model = start(pictures[:EMPTY])
     for number, picture in enumerate(pictures[EMPTY:]):
-        model, seen = follow(model, picture, number / FPS, SilhouetteOptions())
+        model, seen = follow(model, picture, number / FPS, SilhouetteOptions(), prediction=_expected(seen))
+
+
+def _expected(seen: Silhouette | None) -> Prediction | None:
+    """The silhouette itself as the expected image of the body."""
+    if seen is None:
+        return None
+    left, right, top, bottom = seen.extents
+    return Prediction(left, top, depths(seen.mask[top : bottom + 1, left : right + 1]), 4.0, seen.extents)
 
 
 def _tracking(report: Callable[[str], None]) -> None:

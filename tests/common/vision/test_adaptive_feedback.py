@@ -8,7 +8,7 @@ from zenocap.common.arrays import Floats, Mask
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.judgement import EXPLAINED_HOLD_S
 from zenocap.common.vision.adaptive.model import start
-from zenocap.common.vision.prediction import Prediction, _depths
+from zenocap.common.vision.prediction import Prediction, depths
 from zenocap.common.vision.silhouette import Extents, describe
 
 SHORT_HOLD_S = 90.0
@@ -17,7 +17,7 @@ SHORT_HOLD_S = 90.0
 def expected(mask: Mask) -> Prediction:
     found = describe(mask)
     assert found is not None
-    return Prediction(0, 0, _depths(mask), 3.0, Extents(*found.extents))
+    return Prediction(0, 0, depths(mask), 3.0, Extents(*found.extents))
 
 
 class Fed:

@@ -21,6 +21,7 @@ from zenocap.common.body.inverse_kinematics import CLEAR, hinge_axes
 from zenocap.common.body.rotations import perpendicular, shortest_rotation, unit
 from zenocap.common.errors import UserError
 from zenocap.common.formats.joint_names import plain_name
+from zenocap.common.formats.segment_planes import from_wand, warn_of_planes
 
 # Names of markers without side, letters only; `.` stands for the side.  RKNE, R.Knee.Medial.
 MARKERS: Mapping[str, tuple[str, ...]] = {
@@ -70,7 +71,6 @@ SHOULDER_DROP = 0.17  # Rab et al. (2002)
 # marker; chosen by hand.
 KNEE_M, ANKLE_M, ELBOW_M = 0.060, 0.043, 0.042
 ROUNDS = 4  # of the plane of a bent limb by its centres and the centres by that plane; chosen by hand
-LEAST_WAND_M = 0.015  # of the marker of thigh or shank from the line of the segment, to give its plane; chosen by hand
 CROWN_M = 0.06  # crown above the middle of the markers of the head, along the line from the shoulders; chosen by hand
 
 
@@ -119,9 +119,10 @@ def optical_centres(markers: Mapping[str, Floats], path: Path) -> dict[str, Floa
         hip, knee, ankle = found[f"{side}Hip"], at[f"{side}knee"], at[f"{side}ankle"]
         for _ in range(ROUNDS):
             bend = sign * _bend(hip, knee, ankle, -1.0, up, right)
-            knee = _hinge(at, side, "knee", hip, _from_wand(at, side, "thigh", "knee", hip, bend), KNEE_M)
-            ankle = _hinge(at, side, "ankle", knee, _from_wand(at, side, "shank", "ankle", knee, bend), ANKLE_M)
+            knee = _hinge(at, side, "knee", hip, from_wand(at, side, "thigh", "knee", hip, bend), KNEE_M)
+            ankle = _hinge(at, side, "ankle", knee, from_wand(at, side, "shank", "ankle", knee, bend), ANKLE_M)
         found |= {f"{side}Knee": knee, f"{side}Ankle": ankle}
+    warn_of_planes(at, found, path)
     middle = 0.5 * (found["RHip"] + found["LHip"])
     trunk = unit(0.5 * (at["Rshoulder"] + at["Lshoulder"]) - middle)
     across = unit(perpendicular(at["Rshoulder"] - at["Lshoulder"], trunk))
@@ -193,19 +194,6 @@ def _hinge(at: Mapping[str, Floats], side: str, joint: str, start: Floats, inwar
     back, beside = offset**2 / length, offset * np.sqrt(1.0 - (offset / length) ** 2)
     centre: Floats = lateral - back * unit(along) + beside * unit(perpendicular(inwards, unit(along)))
     return centre
-
-
-def _from_wand(at: Mapping[str, Floats], side: str, wand: str, joint: str, start: Floats, otherwise: Floats) -> Floats:
-    """Directions (n, 3) inwards in the plane of the segment with its marker, away from that; without one, `otherwise`.
-
-    start: (n, 3) of the segment.  `otherwise` also where the marker is nearly in line with the segment.
-    """
-    if f"{side}{wand}" not in at:
-        return otherwise
-    lateral = at[f"{side}{joint}"]
-    beside = perpendicular(at[f"{side}{wand}"] - lateral, unit(lateral - start))
-    clear = float(np.median(np.linalg.norm(beside, axis=1))) >= LEAST_WAND_M
-    return -beside if clear else otherwise
 
 
 def _middle(at: Mapping[str, Floats], one: str, other: str) -> Floats:

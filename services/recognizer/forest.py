@@ -6,6 +6,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.jit import kernel
+from zenocap.services.recognizer.false_alarms import FalseAlarms
 
 FEATURE, THRESHOLD, OTHER = 0, 1, 2  # columns of a node
 LEAF = -1.0  # in FEATURE; OTHER is then the index of a posture, or their number: none of them
@@ -19,10 +20,12 @@ class Forest:
     value is larger; otherwise the next node follows.  Values are compared in single precision.  A tree begins at its
     node 0, and rows after its last node are leaves.
     thresholds: (n,) least share of the trees with which a posture is accepted.
+    alarms: false postures in the background of the training; None: not measured.
     """
 
     nodes: Floats
     thresholds: Floats
+    alarms: FalseAlarms | None = None
 
 
 def votes_of(forest: Forest, values: Floats) -> Ints:

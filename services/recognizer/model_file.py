@@ -17,6 +17,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.model_files import Array, ModelFormat, fail, packed_array, unpacked_array
 from zenocap.common.rig import recognizer as recognizer_table
 from zenocap.data import POSTURES
+from zenocap.services.recognizer.false_alarms import FalseAlarms
 from zenocap.services.recognizer.features import KINDS, NAMES
 from zenocap.services.recognizer.forest import FEATURE, LEAF, OTHER, Forest
 from zenocap.services.recognizer.model import MOST_LABELS, LabelFigures, PostureModel, Training
@@ -57,10 +58,17 @@ class _Training(Struct, forbid_unknown_fields=True):
     figures: Annotated[list[_Figures], Meta(max_length=10_000)]
 
 
-class _Forest(Struct, forbid_unknown_fields=True):
+class _Alarms(Struct, forbid_unknown_fields=True):
+    hours: Annotated[float, Meta(gt=0, le=1e6)]
+    least: Annotated[float, Meta(ge=0, le=1)]
+    shares: Array
+
+
+class _Forest(Struct, forbid_unknown_fields=True, omit_defaults=True):
     values: Annotated[int, Meta(ge=1, le=10_000)]  # of the description of a segment
     nodes: Array
     thresholds: Array
+    alarms: _Alarms | None = None  # only of models trained for a rate of false postures
 
 
 class _Contents(Struct, forbid_unknown_fields=True):
@@ -121,7 +129,7 @@ def packed(path: Path, model: PostureModel) -> bytes:
             "nodes": packed_array(model.forest.nodes, single=True),
             "thresholds": packed_array(model.forest.thresholds),
         }
-        content["forest"] = {"values": VALUES, **arrays}
+        content["forest"] = {"values": VALUES, **arrays, **_packed_alarms(model.forest.alarms)}
     try:
         body = msgspec.msgpack.encode(msgspec.convert(content, _Contents, strict=False))
     except msgspec.ValidationError as error:
@@ -129,6 +137,12 @@ def packed(path: Path, model: PostureModel) -> bytes:
     data = FORMAT.with_header(body)
     parse_model(path, data)
     return data
+
+
+def _packed_alarms(alarms: FalseAlarms | None) -> dict[str, object]:
+    if alarms is None:
+        return {}
+    return {"alarms": {"hours": alarms.hours, "least": alarms.least, "shares": packed_array(alarms.shares)}}
 
 
 def read_model(path: Path) -> PostureModel:
@@ -204,7 +218,15 @@ def _unpacked_forest(path: Path, contents: _Forest, labels: int) -> Forest:
     thresholds = unpacked_array(path, "forest.thresholds", contents.thresholds, (labels,))
     if np.abs(thresholds).max() > NO_LIMIT:
         fail(path, "forest.thresholds", float(np.abs(thresholds).max()), f"values up to {NO_LIMIT:g}")
-    return Forest(nodes, thresholds)
+    return Forest(nodes, thresholds, None if contents.alarms is None else _unpacked_alarms(path, contents.alarms))
+
+
+def _unpacked_alarms(path: Path, contents: _Alarms) -> FalseAlarms:
+    count = (*contents.shares.shape, 0)[0]
+    shares = unpacked_array(path, "forest.alarms.shares", contents.shares, (count,))
+    if count and not (shares.min() >= 0.0 and shares.max() <= 1.0):
+        fail(path, "forest.alarms.shares", [float(shares.min()), float(shares.max())], "0 to 1")
+    return FalseAlarms(contents.hours, shares, contents.least)
 
 
 def _check_names(path: Path, contents: _Contents) -> None:

@@ -53,7 +53,8 @@ class TrainingSettings:
     rate: frames per second of the models.  symbols: of the codebook.  states: of each
     model [Two-view 5.1].  scale: see `codebook.standardisation`.  floor, spread: see `baum_welch.smoothed` and `spread_of`.
     restarts: of Baum-Welch.  folds: groups of people that are held out in turn to train the thresholds; 0: no thresholds.
-    seed: equal seeds give equal models.
+    seed: equal seeds give equal models.  false_per_hour: rate of false postures in the background, to which the thresholds
+    of the forest are raised; None: thresholds by `thresholds.train_thresholds` alone.
 
     64 symbols and 5 states are the paper's.  scale, floor and spread were measured on simulated people 108 to 119, which
     are in no test.  The other defaults were chosen by hand.
@@ -72,6 +73,7 @@ class TrainingSettings:
     restarts: int = 1
     folds: int = 4
     seed: int = 0
+    false_per_hour: float | None = None
 
     def __post_init__(self) -> None:
         for name, allowed in (
@@ -93,6 +95,12 @@ class TrainingSettings:
             ("folds", 0, 1000),
             ("seed", 0, 2**31 - 1),
         )
+        if self.false_per_hour is not None:
+            ranges = (*ranges, ("false_per_hour", 1e-3, 3600))
+            if self.classifier != "forest" or not self.folds:
+                raise UserError(
+                    f"false_per_hour = {self.false_per_hour:g}: allowed: for the classifier forest with thresholds"
+                )
         for name, low, high in ranges:
             if not low <= getattr(self, name) <= high:
                 raise UserError(f"{name} = {getattr(self, name)}: allowed: {low:g} to {high:g}")

@@ -34,6 +34,9 @@ PRIOR_SCORES = 4  # scores with the pooled spread that are added to those of a p
 FARTHEST_QUANTILE, FARTHEST_FACTOR = 0.99, 1.25  # of held-out distances to codewords, for `farthest`; chosen by hand
 LEAST_FARTHEST = 1e-3  # of `farthest`, for examples that equal each other; chosen by hand
 
+# Evaluation of streams
+OVERLAP_SHARE = 0.5  # of the shorter of answer and labelled span, by which a right answer overlaps; chosen by hand
+
 # Candidates of postures in a motion; all chosen by hand
 SPEED_SMOOTHING_S = 0.2  # running mean before speeds
 NOISE_FACTOR = 3.0  # speed at which a movement begins, of the median speed of the slowest third of the frames

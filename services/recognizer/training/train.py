@@ -6,6 +6,8 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
+from zenocap.common.errors import UserError
+from zenocap.services.recognizer.forest import Forest
 from zenocap.services.recognizer.model import NO_DISTANCE_LIMIT, NO_THRESHOLD, LabelFigures, PostureModel, Training
 from zenocap.services.recognizer.motion_rows import ANGLES
 from zenocap.services.recognizer.segment_description import VALUES, describe
@@ -14,6 +16,7 @@ from zenocap.services.recognizer.training.background import proposed_windows, re
 from zenocap.services.recognizer.training.baum_welch import Hmm, smoothed, spread_of, train_hmm
 from zenocap.services.recognizer.training.codebook import Codebook, nearest, train_codebook, whitened
 from zenocap.services.recognizer.training.examples import (
+    BACKGROUND,
     Example,
     Prepared,
     TrainingSettings,
@@ -23,6 +26,7 @@ from zenocap.services.recognizer.training.examples import (
 )
 from zenocap.services.recognizer.training.forest import ForestData, descriptions_of, forest_of
 from zenocap.services.recognizer.training.parameters import EDGE_FRAMES, EDGE_QUANTILE
+from zenocap.services.recognizer.training.rejection_rate import false_alarms_of, with_rate
 from zenocap.services.recognizer.training.thresholds import Trial, held_out_groups, trial, with_thresholds
 
 Report = Callable[[int, int, str], None]
@@ -36,6 +40,10 @@ def no_report(done: int, of: int, text: str) -> None:
 def train(examples: Sequence[Example], settings: TrainingSettings, report: Report = no_report) -> PostureModel:
     """Train a model of the examples' postures, with thresholds.  Equal arguments give equal models.  Raises UserError."""
     ready, background = prepare(postures_of(examples), settings), background_of(examples, settings)
+    if settings.false_per_hour is not None and not background:
+        raise UserError(
+            f"false_per_hour = {settings.false_per_hour:g}: no background: allowed: with rows of posture {BACKGROUND!r}"
+        )
     model = train_models(ready, settings, report)
     if settings.folds:
         model = with_thresholds(model, trials_of(ready, settings, report))
@@ -53,9 +61,19 @@ def _with_forest(
     if not settings.folds:
         return replace(model, forest=forest)
     tried = forest_training.trials_of(data, held_out_groups(ready, settings.folds), settings.trees, settings.seed)
-    forest = forest_training.with_thresholds(forest, tried)
+    forest = _limited(model, forest_training.with_thresholds(forest, tried), data, background, settings)
     figures = forest_training.figures_of(model.training.figures, forest, tried)
     return replace(model, forest=forest, training=replace(model.training, figures=figures))
+
+
+def _limited(
+    model: PostureModel, forest: Forest, data: ForestData, background: Sequence[Floats], settings: TrainingSettings
+) -> Forest:
+    """The forest with the settings' rate of false postures, if there is one."""
+    if settings.false_per_hour is None:
+        return forest
+    alarms = false_alarms_of(model, forest, data, background, settings.seed)
+    return with_rate(forest, alarms, settings.false_per_hour)
 
 
 def train_models(ready: Prepared, settings: TrainingSettings, report: Report = no_report) -> PostureModel:
@@ -132,7 +150,11 @@ def _training(ready: Prepared, settings: TrainingSettings) -> Training:
         tuple(sorted({example.person for example in ready.examples})),
         tuple(dict.fromkeys(example.source for example in ready.examples if example.source)),
         sum(map(len, ready.sequences)),
-        {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in asdict(settings).items()},
+        {
+            name: f"{value:g}" if isinstance(value, float) else str(value)
+            for name, value in asdict(settings).items()
+            if value is not None
+        },
         tuple(figures),
     )
 

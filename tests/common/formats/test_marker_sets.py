@@ -88,6 +88,37 @@ def test_plug_in_gait_markers_give_the_joint_centres(tmp_path: Path, suffix: str
             assert off.max() < (0.025 if name[1:] == "Elbow" and not medial else 0.006), name
 
 
+def test_knees_and_ankles_without_a_marker_that_gives_their_plane_are_named_in_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    points = optical_markers(medial=True)
+    write_points(tmp_path / "a.c3d", points)
+    read_centres(tmp_path / "a.c3d")
+    assert "markers on thigh" not in caplog.text
+    caplog.clear()
+    del points["LKNM"], points["LMED"], points["RMED"]
+    points["RTIB"] = 0.5 * (points["RKNE"] + points["RANK"]) + [0.0, 0.0, 0.05]
+    write_points(tmp_path / "b.c3d", points)
+    read_centres(tmp_path / "b.c3d")
+    text = next(record.getMessage() for record in caplog.records if "markers on thigh" in record.getMessage())
+    assert str(tmp_path / "b.c3d") in text
+    assert "no LTHI or LKNM: knees up to 104 mm off instead of 21" in text
+    assert "; no LTIB or LMED: ankles up to 98 mm off instead of 14" in text
+
+
+def test_a_marker_of_the_thigh_in_line_with_hip_and_knee_counts_as_missing(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    points, centres = optical_markers(), acted_centres()
+    for side in "RL":
+        points[f"{side}THI"] = 0.5 * (centres[f"{side}Hip"] + points[f"{side}KNE"])
+        points[f"{side}TIB"] = 0.5 * (points[f"{side}KNE"] + points[f"{side}ANK"]) + [0.0, 0.0, 0.05]
+    write_points(tmp_path / "a.trc", points)
+    read_centres(tmp_path / "a.trc")
+    assert "no LTHI or LKNM, RTHI or RKNM: knees" in caplog.text
+    assert "ankles up to" not in caplog.text
+
+
 def test_helen_hayes_names_and_a_sacral_marker_are_known(tmp_path: Path) -> None:
     own = optical_markers(medial=True)
     named = {

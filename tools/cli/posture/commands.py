@@ -20,8 +20,10 @@ from zenocap.tools.cli.posture.report import (
     model_json,
     outcome_json,
     outcome_lines,
+    short_background,
     write_confusion,
 )
+from zenocap.tools.cli.posture.stream_report import draw_curve, read_streams, stream_json, stream_lines, unsuitable
 from zenocap.tools.cli.posture.tracked_sources import read_examples
 from zenocap.tools.cli.progress import progress
 
@@ -71,6 +73,15 @@ RateOption = Annotated[
 SeedOption = Annotated[
     int, typer.Option(min=0, max=2**31 - 1, help="Random seed; equal seeds give identical output.", rich_help_panel=HOW)
 ]
+FalsePerHourOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar="N",
+        help="Raise the thresholds until the background has at most N false postures per hour; default: as learnt from "
+        "held-out people and background.",
+        rich_help_panel=HOW,
+    ),
+]
 TrackedOption = Annotated[
     Path | None,
     typer.Option(
@@ -96,6 +107,7 @@ def train(
     scale: ScaleOption = None,
     rate: RateOption = 15.0,
     seed: SeedOption = 0,
+    false_per_hour: FalsePerHourOption = None,
     tracked: TrackedOption = None,
     method: MethodOption = None,
     joints: JointsOption = None,
@@ -115,11 +127,14 @@ def train(
 
         _check_folder(output)
         settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed)
+        settings = replace(settings, false_per_hour=false_per_hour)
         with progress("reading takes", "takes") as state:
             examples = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
         with progress("training", "models") as state:
             model = run_train(examples, settings, state.update)
         write_model(output, model)
+        if (short := short_background(model, false_per_hour)) is not None:
+            typer.echo(f"warning: {short}", err=True)
         for label, row in zip(model.labels, model.training.figures, strict=True):
             if row.examples == 1:
                 typer.echo(f"note: {label!r} has one example: recognition of other people is unlikely", err=True)
@@ -133,6 +148,10 @@ def train(
 @posture.command()
 def evaluate(
     manifest: ManifestPath,
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="MODEL", help="Run this model on the whole sources as streams, instead of cross-validation."),
+    ] = None,
     protocol: Annotated[
         Literal["both", "paper", "subjects"],
         typer.Option(
@@ -151,7 +170,10 @@ def evaluate(
     method: MethodOption = None,
     joints: JointsOption = None,
     confusion: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write the confusion matrix.")] = None,
-    plot: Annotated[Path | None, typer.Option(metavar="FIG", help="Plot the confusion matrix (.png, .svg, .pdf).")] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FIG", help="Plot the confusion matrix, of --model the operating curve (.png, .svg, .pdf)."),
+    ] = None,
     skip_missing: Annotated[bool, typer.Option("--skip-missing", help="Leave out rows without angles.")] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -160,9 +182,17 @@ def evaluate(
     Every example is tested once by each protocol, and the likeliest posture is the answer: the paper's Table 2. A posture
     of one person only is not tested by `subjects`.
 
+    With --model, the sources are streams: rows give what is in them, anything else is none of the postures. Recall,
+    precision, false postures per hour and delay of every posture, and the operating curve. Training options have no effect.
+
     Example: `zenocap posture evaluate examples.csv --confusion confusion.csv --plot confusion.png`
     """
     missing: list[str] = []
+    if model is not None:
+        if confusion is not None or skip_missing:
+            raise typer.BadParameter("--model: allowed without --confusion and --skip-missing")
+        _evaluate_streams(manifest, model, tracked, method, joints, plot, as_json)
+        return
     with one_line_errors():
         for path in (confusion, plot):
             _check_folder(path)
@@ -189,6 +219,39 @@ def evaluate(
         typer.echo(printable(line, MAX_LINE))
     if missing:
         typer.echo(f"not tested: {len(missing)} rows without angles")
+
+
+def _evaluate_streams(
+    manifest: Path,
+    name: str,
+    tracked: Path | None,
+    method: Method | None,
+    joints: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    with one_line_errors():
+        from zenocap.services.recognizer.model_file import find_model, read_model
+        from zenocap.services.recognizer.stream import stream_setup
+        from zenocap.services.recognizer.training.stream_evaluation import evaluate_streams
+
+        _check_folder(plot)
+        if plot is not None:
+            _check_drawing(plot)
+        model = read_model(find_model(name))
+        with progress("reading takes", "takes") as state:
+            sources = read_streams(manifest, stream_setup(model).kind, tracked, method, state.update, joints)
+        outcome = evaluate_streams(model, list(sources.values()))
+        notes = list(unsuitable(model, outcome, list(sources)))
+        if plot is not None:
+            draw_curve(plot, outcome)
+    if as_json:
+        typer.echo(json.dumps(stream_json(outcome, notes), ensure_ascii=False))
+        return
+    for text in notes:
+        typer.echo(f"note: {text}", err=True)
+    for line in stream_lines(outcome):
+        typer.echo(printable(line, MAX_LINE))
 
 
 @posture.command()
@@ -254,6 +317,12 @@ def _check_folder(path: Path | None) -> None:
 
 
 def _drawing(path: Path) -> Callable[[list[Outcome]], None]:
+    """Raises as `_check_drawing`."""
+    _check_drawing(path)
+    return lambda outcomes: draw_confusion(path, outcomes)
+
+
+def _check_drawing(path: Path) -> None:
     """Raises UserError where drawing is not installed or the file's kind not known."""
     from zenocap.common.errors import UserError
 
@@ -263,7 +332,6 @@ def _drawing(path: Path) -> Callable[[list[Outcome]], None]:
         import matplotlib  # noqa: F401  # fails here, before anything is trained
     except ImportError:
         raise UserError("--plot needs matplotlib: pip install 'zenocap[plots]'") from None
-    return lambda outcomes: draw_confusion(path, outcomes)
 
 
 def _show(path: Path, as_json: bool) -> None:

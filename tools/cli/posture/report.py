@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.services.recognizer.false_alarms import FalseAlarms
     from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.cross_validation import Outcome
 
@@ -28,6 +29,11 @@ def lines_of(path: Path, model: PostureModel) -> Iterator[str]:
     models = f"hidden Markov models of {model.features}: {model.symbols} symbols, {model.states} states each"
     yield f"classifier  {trees}{models}"
     yield f"settings    {', '.join(f'{name} {value}' for name, value in training.settings.items())}"
+    if model.forest is not None and (alarms := model.forest.alarms) is not None:
+        raised = (
+            f"{model.training.settings.get('false_per_hour', '?')}/h asked for; thresholds of at least {alarms.least:.3f}"
+        )
+        yield f"false       {raised}; {_alarms_text(alarms)}"
     yield ""
     yield "held out: recognized by a model without that person's examples; accepted: of these, above the threshold;"
     yield "rejected: below the threshold, of the examples for which it is likeliest without their own model"
@@ -39,6 +45,22 @@ def lines_of(path: Path, model: PostureModel) -> Iterator[str]:
         counts = (f"{row.recognised}/{row.held}", f"{row.accepted}/{row.held}", f"{row.refused}/{row.strangers}")
         cells = " ".join(f"{cell:>9}" for cell in (*counts, f"{shortest:.1f}-{longest:.1f}"))
         yield f"{label:{width}} {row.examples:8d} {row.people:6d} {cells}"
+
+
+def _alarms_text(alarms: FalseAlarms) -> str:
+    rates = f"{alarms.per_hour:.3g} an hour, with 95 % confidence at most {alarms.most_per_hour:.3g}"
+    return f"{alarms.count} false in {60 * alarms.hours:.1f} min of background: {rates}"
+
+
+def short_background(model: PostureModel, per_hour: float | None) -> str | None:
+    """Warning of a background too short to show a rate of false postures; None where it shows it, or without a rate."""
+    from zenocap.services.recognizer.false_alarms import hours_needed
+
+    alarms = None if model.forest is None else model.forest.alarms
+    if per_hour is None or alarms is None or alarms.most_per_hour <= per_hour:
+        return None
+    needed = f"needed for {per_hour:g} an hour: {60 * hours_needed(per_hour):.0f} min without a false one, or more"
+    return f"the background does not show {per_hour:g} an hour: {_alarms_text(alarms)}; {needed}"
 
 
 def model_json(path: Path, model: PostureModel) -> dict[str, object]:
@@ -53,7 +75,20 @@ def model_json(path: Path, model: PostureModel) -> dict[str, object]:
         "labels": list(model.labels),
         "durations": model.durations.tolist(),
         "thresholds": (model if model.forest is None else model.forest).thresholds.tolist(),
+        "false_postures": None if model.forest is None else _alarms_json(model.forest.alarms),
         "training": asdict(model.training),
+    }
+
+
+def _alarms_json(alarms: FalseAlarms | None) -> dict[str, object] | None:
+    if alarms is None:
+        return None
+    return {
+        "background_hours": alarms.hours,
+        "found": alarms.count,
+        "per_hour": alarms.per_hour,
+        "most_per_hour": alarms.most_per_hour,
+        "least_share": alarms.least,
     }
 
 

@@ -153,6 +153,48 @@ def test_a_joint_map_is_read_and_passed_to_the_reader_of_sources(
     assert f"{names}: joints.Hip: allowed: Head, RHip" in errors
 
 
+def test_a_rate_of_false_postures_is_stated_with_its_limit(manifest: Path, tmp_path: Path) -> None:
+    (tmp_path / "bow-8-0.bvh").touch()
+    with manifest.open("a") as file:
+        file.write("bow-8-0.bvh,-,8\n")
+    out = tmp_path / "mine.postures"
+    arguments = ("posture", "train", manifest, "-o", out, "--symbols", 24, "--false-per-hour", 30)
+    status, text, errors = zenocap(*arguments)
+    assert status == 0
+    assert "warning: the background does not show 30 an hour: " in errors
+    assert "needed for 30 an hour: 6 min without a false one, or more" in errors
+    assert "false       30/h asked for; thresholds of at least " in text
+    status, text, _ = zenocap("posture", "info", out, "--json")
+    found = json.loads(text)["false_postures"]
+    assert found["per_hour"] <= 30 < found["most_per_hour"]
+    manifest.write_text("\n".join(manifest.read_text().splitlines()[:-1]))
+    status, _, errors = zenocap(*arguments)
+    assert (status, len(errors.strip().splitlines())) == (1, 1)
+    assert "false_per_hour = 30: no background" in errors
+
+
+def test_a_model_is_evaluated_on_whole_sources_as_streams(manifest: Path, tmp_path: Path) -> None:
+    out, figure = tmp_path / "mine.postures", tmp_path / "curve.png"
+    assert zenocap("posture", "train", manifest, "-o", out, "--symbols", 24)[0] == 0
+    arguments = ("posture", "evaluate", manifest, "--model", out)
+    status, text, errors = zenocap(*arguments, "--plot", figure)
+    assert status == 0
+    assert "note: 18 of 18 sources are named in the model's training: the figures flatter it" in errors
+    rows = {line.split()[0]: line.split() for line in text.splitlines() if line.split()}
+    assert rows["all"][1] == "18"
+    assert rows["wave"][1] == "6"
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    status, text, _ = zenocap(*arguments, "--json")
+    found = json.loads(text)
+    assert found["all"]["labelled"] == 18
+    assert found["all"]["right"] + found["all"]["wrong"] == sum(
+        one["right"] + one["wrong"] for one in found["postures"].values()
+    )
+    status, _, errors = zenocap(*arguments, "--skip-missing")
+    assert status == 2
+    assert "--model: allowed without --confusion and --skip-missing" in errors
+
+
 def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Path) -> None:
     text = "\n".join(manifest.read_text().splitlines()[:2]) + "\n"
     manifest.write_text(text)

@@ -1,0 +1,61 @@
+"""False postures of a model in movement without postures, and the thresholds that a rate of them needs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import gammaincinv
+
+from zenocap.common.arrays import Floats
+
+CONFIDENCE = 0.95  # of the upper limit of a rate
+
+
+@dataclass(frozen=True, eq=False)
+class FalseAlarms:
+    """Windows of a background that a model would answer with a posture.
+
+    hours: duration of the background.  shares: (m,) share of the votes of each such window for its posture, rising, with
+    the thresholds before.  least: share to which lower thresholds were raised then; 0: none.
+    """
+
+    hours: float
+    shares: Floats
+    least: float = 0.0
+
+    @property
+    def count(self) -> int:
+        """Number of false postures that remain."""
+        return int((self.shares >= self.least).sum())
+
+    @property
+    def per_hour(self) -> float:
+        """Their rate."""
+        return self.count / self.hours
+
+    @property
+    def most_per_hour(self) -> float:
+        """Upper limit of the rate with CONFIDENCE, see `upper_rate`."""
+        return upper_rate(self.count, self.hours)
+
+
+def upper_rate(count: int, hours: float) -> float:
+    """Upper limit of the rate (1/h), with CONFIDENCE, of independent events of which `count` were found in `hours`.
+
+    Of a Poisson distribution; without an event it is 3.0 / hours, the rule of three.
+    """
+    return float(gammaincinv(count + 1, CONFIDENCE)) / hours
+
+
+def hours_needed(per_hour: float) -> float:
+    """Duration (h) of a background without a false posture that shows a rate with CONFIDENCE."""
+    return upper_rate(0, 1.0) / per_hour
+
+
+def least_share(shares: Floats, hours: float, per_hour: float, step: float) -> float:
+    """Least share of votes with which at most `per_hour` false postures remain in the background; 0 where all may.
+
+    shares: see FalseAlarms.  step: least difference of two shares.
+    """
+    allowed = int(np.floor(per_hour * hours + 1e-9))
+    falling = np.sort(shares)[::-1]
+    return 0.0 if len(falling) <= allowed else float(falling[allowed]) + 0.5 * step

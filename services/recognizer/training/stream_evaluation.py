@@ -1,0 +1,154 @@
+"""Evaluation of a model on streams: whole sources as they would arrive, compared with the labelled spans in them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp
+
+import numpy as np
+
+from zenocap.services.recognizer.model import LEAST_VOTES, Classification, PostureModel
+from zenocap.services.recognizer.stream import StreamSetup, initial_stream, push, stream_setup
+from zenocap.services.recognizer.training.example_files import Features
+from zenocap.services.recognizer.training.parameters import OVERLAP_SHARE
+
+FLUSH_S = 1.0  # after the last frame a frame without a pose ends the windows: longer than `parameters.MAX_STREAM_GAP_S`
+
+
+@dataclass(frozen=True)
+class Span:
+    """A labelled posture, seconds from the start of its source."""
+
+    label: str
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
+class Answer(Span):
+    """A posture that a model publishes.  at_s: time of the frame by which it is recognized.
+
+    level: with a forest the share of the trees that vote for it, else its score above the threshold.
+    """
+
+    at_s: float
+    level: float
+
+
+@dataclass(frozen=True)
+class StreamScore:
+    """Counts of one posture, or of all.
+
+    events: labelled.  right: answers that overlap a labelled span of their posture by OVERLAP_SHARE of the shorter one, one
+    for each.  wrong: other answers.  delays_s: from the labelled end to each right answer.  hours: of all streams.
+    """
+
+    events: int
+    right: int
+    wrong: int
+    delays_s: tuple[float, ...]
+    hours: float
+
+    @property
+    def recall(self) -> float:
+        """Share of the labelled postures that are recognized; NaN without any."""
+        return self.right / self.events if self.events else float("nan")
+
+    @property
+    def precision(self) -> float:
+        """Share of the answers that are right; NaN without any."""
+        return self.right / (self.right + self.wrong) if self.right + self.wrong else float("nan")
+
+    @property
+    def false_per_hour(self) -> float:
+        """Rate of wrong answers."""
+        return self.wrong / self.hours
+
+    def delay_s(self, quantile: float) -> float:
+        """Quantile of the delays; NaN without any."""
+        return float(np.quantile(self.delays_s, quantile)) if self.delays_s else float("nan")
+
+
+@dataclass(frozen=True)
+class StreamOutcome:
+    """Labelled spans and answers by source.  hours: duration with poses of all sources."""
+
+    labels: tuple[str, ...]
+    truths: tuple[tuple[Span, ...], ...]
+    answers: tuple[tuple[Answer, ...], ...]
+    hours: float
+
+    def score(self, label: str | None = None, least: float = -np.inf) -> StreamScore:
+        """Score of a posture; None: of all.  least: level below which answers are left out."""
+        pairs = [_matched(truth, [a for a in given if a.level >= least]) for truth, given in self._sources()]
+        right = [pair for right, _ in pairs for pair in right if label in (None, pair[1].label)]
+        wrong = [answer for _, wrong in pairs for answer in wrong if label in (None, answer.label)]
+        events = sum(label in (None, one.label) for truth in self.truths for one in truth)
+        delays = tuple(answer.at_s - event.end_s for event, answer in right)
+        return StreamScore(events, len(right), len(wrong), delays, self.hours)
+
+    def curve(self) -> list[tuple[float, StreamScore]]:
+        """Least level and score of all postures, from the model's own thresholds to no answer."""
+        levels = sorted({answer.level for given in self.answers for answer in given})
+        return [(level, self.score(least=level)) for level in levels]
+
+    def _sources(self) -> list[tuple[tuple[Span, ...], tuple[Answer, ...]]]:
+        return list(zip(self.truths, self.answers, strict=True))
+
+
+def evaluate_streams(model: PostureModel, sources: Sequence[tuple[Features, Sequence[Span]]]) -> StreamOutcome:
+    """Outcome of sources with their labelled spans."""
+    setup = stream_setup(model)
+    answers = tuple(tuple(answers_of(setup, motion)) for motion, _ in sources)
+    hours = sum(int(np.isfinite(motion.features).all(axis=1).sum()) / motion.rate for motion, _ in sources) / 3600.0
+    return StreamOutcome(model.labels, tuple(tuple(truth) for _, truth in sources), answers, hours)
+
+
+def answers_of(setup: StreamSetup, motion: Features) -> list[Answer]:
+    """Postures that a model publishes while the frames of a source arrive, and within FLUSH_S after them."""
+    stream, found = initial_stream(setup), []
+    last_s = float(motion.times_s[-1])
+    frames = [*zip(motion.times_s.tolist(), motion.features, strict=True)]
+    after = [(last_s + (1 + k) * FLUSH_S, np.full(motion.features.shape[1], np.nan)) for k in range(_most_queued(setup))]
+    for time_s, row in (*frames, *after):
+        stream, answer, _ = push(setup, stream, round(time_s * 1e9), row)
+        if answer is not None and answer.label is not None:
+            level = _level(setup.model, answer.classification)
+            span = (answer.start_ns / 1e9, answer.end_ns / 1e9)
+            found.append(Answer(answer.label, *span, min(time_s, last_s), level))
+    return found
+
+
+def _most_queued(setup: StreamSetup) -> int:
+    """Results that may wait at the end of a stream: each is at least two rows of its longest window."""
+    return max(2, setup.segmentation.window // 2)
+
+
+def _level(model: PostureModel, found: Classification) -> float:
+    score = float(found.scores[found.best])
+    if model.forest is None:
+        return score - float(model.thresholds[found.best])
+    trees = len(model.forest.nodes)
+    return round(trees + LEAST_VOTES - exp(-score) * (trees + LEAST_VOTES)) / trees
+
+
+def _matched(truth: Sequence[Span], given: Sequence[Answer]) -> tuple[list[tuple[Span, Answer]], list[Answer]]:
+    """Right answers with their labelled spans, and wrong ones.  Each span has one right answer at most."""
+    free, right, wrong = list(truth), [], []
+    for answer in given:
+        fits = [event for event in free if event.label == answer.label and _overlaps(event, answer)]
+        if fits:
+            best = max(fits, key=lambda event: _shared_s(event, answer))
+            free.remove(best)
+            right.append((best, answer))
+        else:
+            wrong.append(answer)
+    return right, wrong
+
+
+def _overlaps(event: Span, answer: Span) -> bool:
+    shorter = min(event.end_s - event.start_s, answer.end_s - answer.start_s)
+    return _shared_s(event, answer) >= OVERLAP_SHARE * shorter > 0.0
+
+
+def _shared_s(event: Span, answer: Span) -> float:
+    return max(0.0, min(event.end_s, answer.end_s) - max(event.start_s, answer.start_s))

@@ -1,0 +1,31 @@
+"""Rates of false postures: upper limits, the duration that shows them, and the least share of votes."""
+
+import numpy as np
+import pytest
+
+from zenocap.services.recognizer.false_alarms import FalseAlarms, hours_needed, least_share, upper_rate
+
+
+def test_without_an_event_the_upper_limit_is_the_rule_of_three() -> None:
+    assert upper_rate(0, 1.0) == pytest.approx(3.0, abs=0.005)
+    assert upper_rate(0, 10.0) == pytest.approx(0.3, abs=0.0005)
+    assert hours_needed(1.0) == pytest.approx(3.0, abs=0.005)
+
+
+@pytest.mark.parametrize("mean", [0.5, 2.0, 7.0])
+def test_upper_limits_cover_the_rate_in_95_of_100_experiments_or_more(mean: float) -> None:
+    counts = np.random.default_rng(3).poisson(mean, 4000)
+    covered = np.mean([upper_rate(int(count), 1.0) >= mean for count in counts])
+    assert covered >= 0.94
+    assert np.mean([upper_rate(int(count), 1.0) >= 2.5 * mean + 4.0 for count in counts]) < 0.5
+
+
+@pytest.mark.parametrize(("per_hour", "left"), [(6.0, 3), (5.9, 2), (2.0, 1), (0.1, 0), (100.0, 5)])
+def test_the_least_share_leaves_as_many_as_the_rate_allows(per_hour: float, left: int) -> None:
+    shares = np.array([0.0, 0.02, 0.10, 0.30, 0.31])
+    least = least_share(shares, 0.5, per_hour, 0.01)
+    alarms = FalseAlarms(0.5, shares, least)
+    assert alarms.count == left
+    assert alarms.per_hour <= per_hour
+    if left < len(shares):
+        assert FalseAlarms(0.5, shares, least - 0.006).count > left

@@ -1,0 +1,72 @@
+"""Streams compared with labelled spans: matches, delays, rates, and the operating curve."""
+
+import numpy as np
+import pytest
+
+from tests.support.posture_cases import FAST_FOREST, RATE, examples, movement
+from zenocap.services.recognizer.training.example_files import Features
+from zenocap.services.recognizer.training.stream_evaluation import (
+    Answer,
+    Span,
+    StreamOutcome,
+    evaluate_streams,
+)
+from zenocap.services.recognizer.training.train import train
+
+HOUR = 1.0
+
+
+def outcome(truth: list[Span], given: list[Answer]) -> StreamOutcome:
+    return StreamOutcome(("wave", "kick"), (tuple(truth),), (tuple(given),), HOUR)
+
+
+def test_an_answer_is_right_by_label_and_overlap_and_a_span_counts_once() -> None:
+    truth = [Span("wave", 1.0, 3.0), Span("kick", 5.0, 7.0)]
+    given = [
+        Answer("wave", 1.2, 3.1, 3.3, 0.9),
+        Answer("wave", 2.0, 3.0, 3.4, 0.5),  # a second one of the same span
+        Answer("wave", 5.0, 7.0, 7.3, 0.6),  # another posture
+        Answer("kick", 6.5, 9.0, 9.2, 0.8),  # a quarter of the span
+    ]
+    found = outcome(truth, given)
+    every, wave, kick = found.score(), found.score("wave"), found.score("kick")
+    assert (every.events, every.right, every.wrong) == (2, 1, 3)
+    assert (wave.recall, wave.precision, wave.false_per_hour) == (1.0, pytest.approx(1 / 3), 2.0)
+    assert wave.delay_s(0.5) == pytest.approx(0.3)
+    assert (kick.recall, kick.precision) == (0.0, 0.0)
+    assert np.isnan(kick.delay_s(0.5))
+
+
+def test_the_curve_leaves_out_the_least_sure_answers_first() -> None:
+    truth = [Span("wave", 1.0, 3.0), Span("kick", 5.0, 7.0)]
+    given = [Answer("wave", 1.0, 3.0, 3.3, 0.9), Answer("kick", 5.0, 7.0, 7.3, 0.6), Answer("kick", 8.0, 9.0, 9.3, 0.7)]
+    curve = [(level, score.right, score.wrong) for level, score in outcome(truth, given).curve()]
+    assert curve == [(0.6, 2, 1), (0.7, 1, 1), (0.9, 1, 0)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("classifier", ["forest", "paper"])
+def test_postures_of_an_unknown_person_are_found_where_they_are(classifier: str) -> None:
+    from dataclasses import replace
+
+    model = train(examples(range(1, 7)), replace(FAST_FOREST, classifier=classifier))  # type: ignore[arg-type]
+    parts, spans, at = [], [], 0
+    for k, label in enumerate(("wave", "kick", "bow", "wave")):
+        rows = movement(label, 30, k)
+        rest = np.repeat(rows[:1], int(1.5 * RATE), axis=0)
+        spans.append(Span(label, (at + len(rest)) / RATE, (at + len(rest) + len(rows)) / RATE))
+        parts += [rest, rows]
+        at += len(rest) + len(rows)
+    features = np.concatenate(parts)  # the last posture ends with the stream
+    found = evaluate_streams(model, [(Features(RATE, np.arange(at) / RATE, features), spans)])
+    assert found.hours == pytest.approx(at / RATE / 3600)
+    assert found.score().right >= 3
+    assert found.score().wrong <= 1
+    assert -0.5 < found.score().delay_s(0.5) < 0.6
+    for answer in found.answers[0]:
+        if classifier == "forest":
+            assert model.forest is not None
+            assert model.forest.thresholds.min() <= answer.level <= 1.0
+            assert round(answer.level * 100) == pytest.approx(answer.level * 100)
+        else:
+            assert answer.level >= 0.0

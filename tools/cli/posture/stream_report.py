@@ -1,0 +1,143 @@
+"""Output of `posture evaluate --model`: table, JSON and the operating curve of a model on streams."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from zenocap.tools.cli.options import Method
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from zenocap.services.recognizer.features import Kind
+    from zenocap.services.recognizer.model import PostureModel
+    from zenocap.services.recognizer.training.example_files import Features
+    from zenocap.services.recognizer.training.stream_evaluation import Span, StreamOutcome, StreamScore
+
+HEADINGS = ("labelled", "right", "wrong", "recall", "precision", "false/h", "delay p50", "p95 s")
+CURVE_LINES = 8
+
+
+def read_streams(
+    manifest: Path,
+    kind: Kind,
+    folder: Path | None,
+    method: Method | None,
+    report: Callable[[int, int, str], None],
+    joints: Path | None,
+) -> dict[Path, tuple[Features, list[Span]]]:
+    """Sources of a manifest, rigs tracked first, with the labelled postures in each.  Raises UserError."""
+    from zenocap.common.errors import UserError
+    from zenocap.common.formats.joint_map import read_joint_map
+    from zenocap.services.recognizer.training import example_files
+    from zenocap.services.recognizer.training.examples import BACKGROUND
+    from zenocap.services.recognizer.training.manifest import read_manifest
+    from zenocap.services.recognizer.training.stream_evaluation import Span
+    from zenocap.tools.cli.posture.tracked_sources import TRACKED, with_takes
+
+    names = None if joints is None else read_joint_map(joints)
+    rows = with_takes(manifest, read_manifest(manifest), folder or manifest.parent / TRACKED, method, report)
+    found: dict[Path, tuple[Features, list[Span]]] = {}
+    for done, row in enumerate(rows):
+        report(done, len(rows), row.source.name)
+        if row.source not in found:
+            try:
+                found[row.source] = (example_files.read_features(row.source, kind, names), [])
+            except OSError as error:
+                raise UserError(f"{manifest}: line {row.line}: {row.source}: {error.strerror}") from None
+        motion, spans = found[row.source]
+        start, end = (
+            float(motion.times_s[at]) if value is None else value for at, value in ((0, row.start), (-1, row.end))
+        )
+        if row.posture != BACKGROUND:
+            spans.append(Span(row.posture, start, end))
+    return found
+
+
+def unsuitable(model: PostureModel, outcome: StreamOutcome, sources: Sequence[Path]) -> Iterator[str]:
+    """Notes about what the figures do not show."""
+    trained = [source.name for source in sources if any(source.name in text for text in model.training.sources)]
+    if trained:
+        yield f"{len(trained)} of {len(sources)} sources are named in the model's training: the figures flatter it"
+    unknown = sorted({one.label for truth in outcome.truths for one in truth} - set(model.labels))
+    if unknown:
+        yield f"the model does not have {', '.join(unknown)}: they count as not recognized"
+
+
+def stream_lines(outcome: StreamOutcome) -> Iterator[str]:
+    """Table by posture, and the operating curve in CURVE_LINES lines."""
+    width = max(len("posture"), *map(len, outcome.labels))
+    yield f"{'posture':{width}} " + " ".join(f"{heading:>9}" for heading in HEADINGS)
+    for label in (*outcome.labels, None):
+        yield f"{label or 'all':{width}} " + " ".join(f"{cell:>9}" for cell in _cells(outcome.score(label)))
+    yield f"{60 * outcome.hours:.1f} min with poses; delay: from the labelled end to the frame of the answer"
+    curve = outcome.curve()
+    if len(curve) > 1:
+        yield ""
+        yield "with higher thresholds: least level of an answer (share of the trees, or score above the threshold)"
+        yield " ".join(f"{heading:>9}" for heading in ("level", "recall", "precision", "false/h"))
+        step = max(1, len(curve) // CURVE_LINES)
+        for level, score in curve[::step]:
+            cells = (f"{level:.2f}", _percent(score.recall), _percent(score.precision), f"{score.false_per_hour:.1f}")
+            yield " ".join(f"{cell:>9}" for cell in cells)
+
+
+def _cells(score: StreamScore) -> tuple[str, ...]:
+    delays = (f"{value:.2f}" if isfinite(value) else "-" for value in (score.delay_s(0.5), score.delay_s(0.95)))
+    shares = (_percent(score.recall), _percent(score.precision))
+    return (str(score.events), str(score.right), str(score.wrong), *shares, f"{score.false_per_hour:.1f}", *delays)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if isfinite(share) else "-"
+
+
+def stream_json(outcome: StreamOutcome, notes: Sequence[str]) -> dict[str, object]:
+    """The same as JSON; shares 0 to 1, null where there is nothing to divide by."""
+    curve = [{"level": level} | _score_json(score) for level, score in outcome.curve()]
+    postures = {label: _score_json(outcome.score(label)) for label in outcome.labels}
+    return {
+        "hours": outcome.hours,
+        "all": _score_json(outcome.score()),
+        "postures": postures,
+        "curve": curve,
+        "notes": [*notes],
+    }
+
+
+def _score_json(score: StreamScore) -> dict[str, object]:
+    values = {
+        "recall": score.recall, "precision": score.precision, "false_per_hour": score.false_per_hour,
+        "delay_p50_s": score.delay_s(0.5), "delay_p95_s": score.delay_s(0.95),
+    }  # fmt: skip
+    numbers = {name: round(value, 6) if isfinite(value) else None for name, value in values.items()}
+    return {"labelled": score.events, "right": score.right, "wrong": score.wrong, **numbers}
+
+
+def draw_curve(path: Path, outcome: StreamOutcome) -> None:
+    """Write a picture of recall and precision over the false postures per hour, in the format of `path`'s suffix.
+
+    Raises OSError, and ImportError without matplotlib.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot(1, 1, 1)
+    curve = [score for _, score in outcome.curve()]
+    rates = [score.false_per_hour for score in curve]
+    for name, values, style in (
+        ("recall", [100 * score.recall for score in curve], "-"),
+        ("precision", [100 * score.precision for score in curve], "--"),
+    ):
+        axes.plot(rates, values, style, drawstyle="steps-post", label=name)
+    own = outcome.score()
+    axes.plot([own.false_per_hour] * 2, [100 * own.recall, 100 * own.precision], "ko", label="thresholds of the model")
+    axes.set(xlabel="false postures per hour", ylabel="%", ylim=(0, 103))
+    axes.set_xlim(left=0)
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right")
+    axes.set_title(f"{own.events} postures in {60 * outcome.hours:.1f} min", size=10)
+    figure.savefig(path, dpi=150)

@@ -5,7 +5,8 @@
 The long take is the given one, repeated with later times, every second frame, without Foxglove channels.  The given, short
 take is measured in turn with it: what both have in common is of the machine and its other work.  Chromium has no graphics
 card.  first picture: from the start of the command, or from the opening of the page, until a pose is drawn.  move: from the
-event of the slider until the pose of its place is drawn; the page gets it with the pose.
+event of the slider until the pose of its place is drawn; the page gets it with the pose.  Processor times, of the command
+and its replay, and of the browser, depend less on the machine's other work.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from benchmarks.animator import FLAGS
 from benchmarks.page_pictures import SIZE, await_page, await_pose
+from benchmarks.page_speed import browser_cpu_s, processor_s
 from benchmarks.table import Cell, table
 from zenocap.common import codec
 from zenocap.common import messages as m
@@ -92,52 +94,60 @@ def _kept(recorded: Recorded, views: int) -> Envelope | None:
 
 
 @contextmanager
-def shown(take: Path) -> Iterator[tuple[str, float]]:
-    """Address of the page, and when the command was begun."""
+def shown(take: Path) -> Iterator[tuple[str, float, int]]:
+    """Address of the page, when the command was begun, and its process."""
     (port,) = free_ports(1)
     begun_s = time.monotonic()
     command = [sys.executable, "-P", "-m", "zenocap", "show", str(take), "--port", str(port)]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         await_page(f"http://127.0.0.1:{port}/")
-        yield f"http://127.0.0.1:{port}/", begun_s
+        yield f"http://127.0.0.1:{port}/", begun_s, process.pid
     finally:
         process.terminate()
         process.wait(30)
 
 
-def first_picture(take: Path, browser: Browser) -> tuple[float, float, float]:
-    """Seconds from the start of the command until the page is served, from there until a pose is drawn; and their sum."""
-    with shown(take) as (address, begun_s):
-        served_s = time.monotonic()
+def first_picture(take: Path, browser: Browser) -> tuple[float, ...]:
+    """Seconds: from the start of the command until the page is served, from there until a pose is drawn, their sum.
+
+    Then the processor time of the command until the page is served, and of command and browser until a pose is drawn.
+    """
+    with shown(take) as (address, begun_s, command):
+        served_s, served_cpu_s, browser_s = time.monotonic(), processor_s(command), browser_cpu_s()
         page = browser.new_page(viewport=SIZE)
         page.goto(address)
         await_pose(page)
-        drawn_s = time.monotonic()
+        drawn_s, drawn_cpu_s, browser_s = time.monotonic(), processor_s(command), browser_cpu_s() - browser_s
         page.close()
-    return served_s - begun_s, drawn_s - served_s, drawn_s - begun_s
+    return served_s - begun_s, drawn_s - served_s, drawn_s - begun_s, served_cpu_s, drawn_cpu_s, browser_s
 
 
-def moves(take: Path, browser: Browser, count: int) -> list[float]:
-    """Milliseconds from moves of the slider of a paused take until the pose of the place is drawn."""
+def moves(take: Path, browser: Browser, count: int) -> tuple[list[float], float, float]:
+    """Milliseconds from moves of the slider of a paused take until the pose of the place is drawn.
+
+    Then the processor time of the command and of the browser per move, milliseconds, with what a paused page costs.
+    """
     summary = read_summary(take)
     assert summary is not None
     duration_s = (max(chunk.message_end_time for chunk in summary.chunks) - summary.start_ns) / 1e9
     chance = Random(1)
     found: list[float] = []
-    with shown(take) as (address, _):
+    with shown(take) as (address, _, command):
         page: Page = browser.new_page(viewport=SIZE)
         page.goto(address)
         await_pose(page)
         page.wait_for_timeout(3000)
         page.click("#pause")
         page.wait_for_timeout(1000)
+        used_s, browser_s = processor_s(command), browser_cpu_s()
         for _ in range(count):
             target = round(chance.uniform(0.3 * min(duration_s, 8.0), duration_s - 0.3), 2)
             found.append(float(page.evaluate(WATCH % (NEAR_S, PATIENCE_MS), target)))
             page.wait_for_timeout(STILL_MS)
+        used_s, browser_s = processor_s(command) - used_s, browser_cpu_s() - browser_s
         page.close()
-    return found
+    return found, 1e3 * used_s / count, 1e3 * browser_s / count
 
 
 def main() -> None:
@@ -157,7 +167,7 @@ def main() -> None:
             print(f"{long_take(options.take, long, options.minutes, options.views)} messages", flush=True)
         print(f"{long.stat().st_size / 1e6:.0f} MB")
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-        starts: dict[Path, list[tuple[float, float, float]]] = {short: [], long: []}
+        starts: dict[Path, list[tuple[float, ...]]] = {short: [], long: []}
         for _ in range(options.starts):
             for take, found in starts.items():
                 found.append(first_picture(take, browser))
@@ -166,12 +176,17 @@ def main() -> None:
             ("command to page, s", 0),
             ("page to first picture, s", 1),
             ("command to first picture, s", 2),
+            ("processor time of the command until the page, s", 3),
+            ("processor time of the command until the first picture, s", 4),
+            ("processor time of the browser, page to first picture, s", 5),
         ):
             for title, take in (("short", short), ("long", long)):
                 values = [one[column] for one in starts[take]]
                 rows.append([kind, title, len(values), float(np.median(values)), max(values)])
         for title, take in (("short", short), ("long", long)) if options.moves else ():
-            values = moves(take, browser, options.moves)
+            values, command_ms, browser_ms = moves(take, browser, options.moves)
+            rows.append(["processor time of the command per move, ms", title, len(values), command_ms, command_ms])
+            rows.append(["processor time of the browser per move, ms", title, len(values), browser_ms, browser_ms])
             rows.append(["move to its picture, ms", title, len(values), float(np.median(values)), max(values)])
         browser.close()
     print(table("`zenocap show`", ["what", "take", "number", "median", "worst"], rows))

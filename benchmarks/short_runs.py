@@ -65,6 +65,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "look": ("0", "squat", "0", str(OUT / "look")),
     "long_takes": ("--minutes", "0.5"),
     "matchings": ("--people", "1", "--every", "100"),
+    "page_speed": ("--seconds", "1", "--loads", "1", "--no-demo"),
     "postures": ("--quick", "--posture", "squat"),
     "recognition": ("--only", "truth", "--seeds", "1", "--people", "3", "--out", str(OUT / "recognition")),
     "render": ("--rounds", "1", "--seconds", "1", "--size", "160x96"),

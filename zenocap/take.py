@@ -110,25 +110,26 @@ class Take:
         """What is missing of a cut or damaged file, in words; None for a whole one."""
         return self._summary.cut
 
-    def poses(self, *, joints: Convention = "zenocap", smooth: float | None = None) -> Poses:
+    def poses(self, *, joints: Convention = "zenocap", smooth: float | None = None, spine: bool = False) -> Poses:
         """Return all poses at once.  An hour at 30 frames/s takes about 150 MB.
 
         joints: convention of the joint centres: zenocap, isb, coco or halpe.
         smooth: cut-off frequency (Hz) of a Butterworth filter of order 4, forwards and backwards, which delays nothing;
         6 is usual for walking.  None: the poses as they are in the take.  Raises UserError for a frequency that the frame
         rate does not allow.
+        spine: with the joints of the spine after those of the convention: Pelvis, Spine, Thorax, UpperNeck.
         """
-        (poses,) = self.chunks(max(1, self.frame_count), joints=joints)
-        return poses if smooth is None else self._smoothed(poses, smooth, joints)
+        (poses,) = self.chunks(max(1, self.frame_count), joints=joints, spine=spine)
+        return poses if smooth is None else self._smoothed(poses, smooth, joints, spine)
 
-    def chunks(self, size: int = CHUNK, *, joints: Convention = "zenocap") -> Iterator[Poses]:
-        """Yield the poses in order, at most `size` frames at a time.  joints: see `poses`.
+    def chunks(self, size: int = CHUNK, *, joints: Convention = "zenocap", spine: bool = False) -> Iterator[Poses]:
+        """Yield the poses in order, at most `size` frames at a time.  joints, spine: see `poses`.
 
         Raises ValueError for a size below 1, and for an unknown convention.
         """
         if size < 1:
             raise ValueError(f"size = {size}: allowed: 1 or more frames")
-        points = keypoints(joints, self._anatomy, self._bdp)
+        points = keypoints(joints, self._anatomy, self._bdp, spine=spine)
         rows: list[Bap] = []
         for bap in self._in_order():
             rows.append(bap)
@@ -148,13 +149,14 @@ class Take:
         joints: Convention = "zenocap",
         smooth: float | None = None,
         min_confidence: float = 0.0,
+        spine: bool = False,
     ) -> Exported:
         """Write the poses to a file of another program, chosen by its suffix: .trc, .bvh, .c3d, .csv, .mot,
         .glb (.vrma) or .usd (.usda, .usdc, .usdz).
 
         fps: frames per second to resample to; None: the take's.  axes: of the file.  unit: of lengths; None: the
         format's usual one.  joints: convention of the points in .trc, .c3d and .csv; `Exported.left_out` names those that
-        the body does not have.  smooth: as in `poses`.  min_confidence: points of a limb that is less probable to be
+        the body does not have.  smooth, spine: as in `poses`.  min_confidence: points of a limb that is less probable to be
         right are blank.  The file appears whole or not at all.  Raises UserError.
         """
         path = Path(output)
@@ -164,8 +166,9 @@ class Take:
                 f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}, {', '.join(OTHER_SUFFIXES)}"
             )
         options = ExportOptions(
-            kind, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw, min_confidence=min_confidence
-        )
+            kind, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw, min_confidence=min_confidence,
+            spine=spine,
+        )  # fmt: skip
         return export(self.path, path, options)
 
     @property
@@ -216,7 +219,7 @@ class Take:
             summary.frames[at], times_s, captured_ns, positions, angles, centres, lost, points.names, limbs_of(rows)
         )
 
-    def _smoothed(self, poses: Poses, hz: float, joints: Convention) -> Poses:
+    def _smoothed(self, poses: Poses, hz: float, joints: Convention, spine: bool) -> Poses:
         from zenocap.common.formats.smoothing import smoothed
 
         lost = tuple("person" if one else "" for one in poses.lost)
@@ -224,7 +227,7 @@ class Take:
             self._anatomy, self._bdp, poses.frames, poses.times_s, poses.positions, poses.angles, {}, {}, lost, self.rate
         )
         track = smoothed(track, hz)
-        centres = track.trajectories(joints).points
+        centres = track.trajectories(joints, spine=spine).points
         return replace(poses, positions=track.positions, angles=track.angles, joint_centres=centres)
 
 

@@ -2,6 +2,7 @@
 
 `zenocap` is the markers of the anatomy.  The other conventions are joint centres of the body plus published offsets in
 segment axes (X front, Y up, Z right, see `clinical_angles`), as shares of a length of the body.
+SPINE can be added to each.
 """
 
 from collections.abc import Mapping
@@ -39,8 +40,8 @@ LIMB_POINTS = {  # names without the letter of the side, of all conventions
 class Point:
     """A point of a convention: the mean of the bases plus an offset.
 
-    bases: markers of the anatomy, or `RWristCentre`, `RSole` and left (see `keypoints`).  part: whose segment axes the
-    offset has.  offset_mm: front, up, right, on a body whose `scale` is reference_mm long.
+    bases: markers of the anatomy, or `RWristCentre`, `RSole` and left, `Waist`, `HeadJoint` (see `keypoints`).  part: whose
+    segment axes the offset has.  offset_mm: front, up, right, on a body whose `scale` is reference_mm long.
     """
 
     name: str
@@ -119,13 +120,32 @@ _POINTS: Mapping[Convention, tuple[Point, ...]] = {
     ),
 }  # fmt: skip
 
+# The model's own joints from pelvis to head.  No convention above has names for them: COCO-17 has no point of the trunk's
+# middle, HALPE-26 has Hip and Neck, and the ISB's LJC and CJC (L5/S1, C7/T1) are vertebrae, which silhouettes do not show.
+# Names of those that have such points: Spine of Human3.6M; Pelvis, Thorax and UpperNeck of MPII.
+WAIST = "waist"  # joint between pelvis and chest
+SPINE = (
+    Point("Pelvis", ("RHip", "LHip")),
+    Point("Spine", ("Waist",)),
+    Point("Thorax", ("RShoulder", "LShoulder")),
+    Point("UpperNeck", ("HeadJoint",)),
+)
 
-def points_of(convention: Convention, anatomy: Anatomy) -> tuple[Point, ...]:
-    """Points of a convention on an anatomy, in the order of files; those on parts that it lacks are left out."""
+
+def points_of(convention: Convention, anatomy: Anatomy, *, spine: bool = False) -> tuple[Point, ...]:
+    """Points of a convention on an anatomy, in the order of files; those on parts that it lacks are left out.
+
+    spine: with the points of SPINE at the end.
+    """
     if convention == "zenocap":
-        return tuple(Point(marker.name, (marker.name,)) for marker in anatomy.markers)
-    found = (replace(point, part=_part_of(point.part, anatomy)) for point in _POINTS[convention])
-    return tuple(point for point in found if not point.part or point.part in anatomy.parts)
+        found = tuple(Point(marker.name, (marker.name,)) for marker in anatomy.markers)
+    else:
+        parts = (replace(point, part=_part_of(point.part, anatomy)) for point in _POINTS[convention])
+        found = tuple(point for point in parts if not point.part or point.part in anatomy.parts)
+    if not spine:
+        return found
+    bends = WAIST in anatomy.index  # else the head's joint is on the line of the shoulders
+    return found + tuple(point for point in SPINE if bends or not {"Waist", "HeadJoint"} & set(point.bases))
 
 
 def limb_of(name: str) -> str | None:
@@ -135,10 +155,10 @@ def limb_of(name: str) -> str | None:
     return f"{side}_{part}" if side and part else None
 
 
-def left_out(convention: Convention, anatomy: Anatomy) -> tuple[str, ...]:
-    """Names of the points of a convention that an anatomy cannot give."""
-    available = {point.name for point in points_of(convention, anatomy)}
-    return tuple(p.name for p in points_of(convention, FOURTEEN_PARTS) if p.name not in available)
+def left_out(convention: Convention, anatomy: Anatomy, *, spine: bool = False) -> tuple[str, ...]:
+    """Names of the points of a convention that an anatomy cannot give.  spine: see `points_of`."""
+    available = {point.name for point in points_of(convention, anatomy, spine=spine)}
+    return tuple(p.name for p in points_of(convention, FOURTEEN_PARTS, spine=spine) if p.name not in available)
 
 
 def origin_of(point: Point, anatomy: Anatomy) -> Origin:
@@ -149,7 +169,8 @@ def origin_of(point: Point, anatomy: Anatomy) -> Origin:
     """
     if any(point.offset_mm):
         return "derived"
-    shares = {marker.name for marker in anatomy.markers if 0.0 < marker.along < 1.0}
+    # The bend of the spine is at a share of the length from hips to shoulders, which is measured.
+    shares = {marker.name for marker in anatomy.markers if 0.0 < marker.along < 1.0} | {"Waist"}
     return "share" if any(base in shares or base.endswith("WristCentre") for base in point.bases) else "measured"
 
 

@@ -9,7 +9,15 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.clinical_angles import segment_axes
 from zenocap.common.body.definition import Bdp, Pose, neutral_pose
-from zenocap.common.body.joint_conventions import ANKLE_HEIGHT, CONVENTIONS, WRIST_SHARE, Convention, Point, points_of
+from zenocap.common.body.joint_conventions import (
+    ANKLE_HEIGHT,
+    CONVENTIONS,
+    WAIST,
+    WRIST_SHARE,
+    Convention,
+    Point,
+    points_of,
+)
 from zenocap.common.body.kinematics import joint_centres, part_frames
 
 SIDES = (("R", "right"), ("L", "left"))
@@ -35,7 +43,7 @@ class Keypoints:
 
     def at(self, pose: Pose) -> Floats:
         """Points (points, 3) of a pose in the world, metres."""
-        if self.convention == "zenocap":
+        if self.convention == "zenocap" and len(self.points) == len(self.anatomy.markers):
             return joint_centres(self.anatomy, self.bdp, pose)
         bases = _bases(self.anatomy, self.bdp, pose)
         rotations = part_frames(self.anatomy, self.bdp, pose)[:, :, :3]
@@ -47,11 +55,14 @@ class Keypoints:
         return found
 
 
-def keypoints(convention: Convention, anatomy: Anatomy, bdp: Bdp) -> Keypoints:
-    """Points of a convention on a body, with offsets of its size.  Raises ValueError for an unknown convention."""
+def keypoints(convention: Convention, anatomy: Anatomy, bdp: Bdp, *, spine: bool = False) -> Keypoints:
+    """Points of a convention on a body, with offsets of its size.  Raises ValueError for an unknown convention.
+
+    spine: with the joints of the spine, see `points_of`.
+    """
     if convention not in CONVENTIONS:
         raise ValueError(f"joints = {convention!r}: allowed: {', '.join(CONVENTIONS)}")
-    points = points_of(convention, anatomy)
+    points = points_of(convention, anatomy, spine=spine)
     lengths = body_lengths(anatomy, bdp)
     offsets = np.zeros((len(points), 3))
     for k, point in enumerate(points):
@@ -80,12 +91,14 @@ def body_lengths(anatomy: Anatomy, bdp: Bdp) -> dict[str, float]:
 def _bases(anatomy: Anatomy, bdp: Bdp, pose: Pose) -> dict[str, Floats]:
     """Positions (3,) of the bases of points in the world, metres.
 
-    They are the markers of the anatomy, `RWristCentre` and left on the axes of the lower arms, and, with feet, `RSole`
-    and left, on the sole below the ankle.
+    They are the markers of the anatomy, `RWristCentre` and left on the axes of the lower arms, with a spine of two parts
+    `Waist`, its joint, and `HeadJoint`, and, with feet, `RSole` and left, on the sole below the ankle.
     """
     names: Sequence[str] = [marker.name for marker in anatomy.markers]
     found = dict(zip(names, joint_centres(anatomy, bdp, pose), strict=True))
     frames = part_frames(anatomy, bdp, pose)
+    if WAIST in anatomy.index:
+        found |= {"Waist": frames[anatomy.index[WAIST], :, 3], "HeadJoint": frames[anatomy.index["head"], :, 3]}
     for letter, side in SIDES:
         arm = anatomy.index[f"{side}_lower_arm"]
         found[f"{letter}WristCentre"] = frames[arm, :, 3] + WRIST_SHARE * bdp.sizes[arm, 0] * frames[arm, :, 1]

@@ -23,14 +23,16 @@ def write_csv(
     angle: Angle = "deg",
     joints: Convention = "zenocap",
     min_confidence: float = 0.0,
+    spine: bool = False,
 ) -> None:
     """Write a CSV file: time in seconds since frame 0, units in the headings, blank cells while the person is lost.
 
     axes, unit: of position and joint centres.  joints: convention of the joint centres, those of a limb below
-    min_confidence are blank.  Joint angles are the model's, the navel's relative to the Y-up world.
+    min_confidence are blank.  spine: with the joints of the spine.
+    Joint angles are the model's, the navel's relative to the Y-up world.
     Raises OSError.
     """
-    centres = track.trajectories(joints, min_confidence)
+    centres = track.trajectories(joints, min_confidence, spine=spine)
     header = ["frame", "time_s", *(f"navel.{axis}_{unit}" for axis in "xyz")]
     header += [f"{name}_{angle}" for name in track.anatomy.angles]
     header += [f"{name}.{viewer}" for viewer in track.views for name in ("view", "score")]

@@ -50,12 +50,14 @@ class PoseTrack:
         """Pose of a row."""
         return Pose(self.positions[row], self.angles[row])
 
-    def trajectories(self, joints: Convention = "zenocap", min_confidence: float = 0.0) -> Trajectories:
+    def trajectories(
+        self, joints: Convention = "zenocap", min_confidence: float = 0.0, *, spine: bool = False
+    ) -> Trajectories:
         """Points of a joint convention, NaN where the person is lost.
 
-        min_confidence: points of a limb are NaN where its probability to be right is less.
+        min_confidence: points of a limb are NaN where its probability to be right is less.  spine: see `points_of`.
         """
-        body = keypoints(joints, self.anatomy, self.bdp)
+        body = keypoints(joints, self.anatomy, self.bdp, spine=spine)
         points = np.full((len(self.frames), len(body.names), 3), np.nan)
         for row in np.flatnonzero(self.known):
             points[row] = body.at(self.pose(int(row)))

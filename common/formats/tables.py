@@ -25,7 +25,7 @@ class TableLayout:
     """axes, unit: of positions and joint centres.  angle: unit of the joint angles, which are the model's.
 
     joints: convention of the joint centres; those of a limb below min_confidence are missing.  smoothing: what was done,
-    as `smoothing.description` says.
+    as `smoothing.description` says.  spine: with the joints of the spine.
     """
 
     axes: Axes = "y-up"
@@ -34,6 +34,7 @@ class TableLayout:
     joints: Convention = "zenocap"
     min_confidence: float = 0.0
     smoothing: str = "none"
+    spine: bool = False
 
 
 def write_parquet(path: Path, track: PoseTrack, layout: TableLayout) -> None:
@@ -66,7 +67,7 @@ def write_npz(path: Path, track: PoseTrack, layout: TableLayout) -> None:
     and joint_names, score (n, viewers), view (n, viewers) and viewers, confidence (n, limbs) and limbs, lost (n,) and
     metadata.
     """
-    centres, count = track.trajectories(layout.joints, layout.min_confidence), len(track.frames)
+    centres, count = track.trajectories(layout.joints, layout.min_confidence, spine=layout.spine), len(track.frames)
     arrays = {
         "frame": track.frames,
         "time_s": track.times_s,
@@ -89,7 +90,7 @@ def write_npz(path: Path, track: PoseTrack, layout: TableLayout) -> None:
 
 def table_columns(track: PoseTrack, layout: TableLayout) -> dict[str, Floats | Ints | tuple[str, ...]]:
     """Columns (n,) by the names and in the order of CSV."""
-    centres = track.trajectories(layout.joints, layout.min_confidence)
+    centres = track.trajectories(layout.joints, layout.min_confidence, spine=layout.spine)
     positions = convert(track.positions, layout.axes, layout.unit)
     points, angles = convert(centres.points, layout.axes, layout.unit), _angles(track, layout)
     columns: dict[str, Floats | Ints | tuple[str, ...]] = {"frame": track.frames, "time_s": track.times_s}

@@ -19,7 +19,16 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.recording.reader import Take, envelope
-from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP, topic_at
+from zenocap.common.topics import (
+    BOTH_WAYS_POSE,
+    CAMERA,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+    Topic,
+    topic_at,
+)
 
 Bap: TypeAlias = m.UniversalBap | m.TrackerPose
 NO_VIEW = ("", np.nan)
@@ -107,13 +116,16 @@ class Summary:
     cut: str | None
 
 
-def summary_of(path: Path, *, raw: bool = False) -> Summary:
-    """Return the summary of the take at `path`, read once, in memory of 16 bytes a pose.  Raises as `read_poses`."""
+def summary_of(path: Path, *, raw: bool = False, envelopes: Iterable[Envelope] | None = None) -> Summary:
+    """Return the summary of the take at `path`, read once, in memory of 16 bytes a pose.  Raises as `read_poses`.
+
+    envelopes: its messages as `envelopes_of` yields them, if they are at hand; `Summary.cut` is not known then.
+    """
     take = Take(path)
     bodies: dict[type[Bap], m.Body] = {}
     frames: dict[type[Bap], dict[int, int]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
     cameras: dict[str, int] = {}
-    for received in envelopes_of(take):
+    for received in envelopes_of(take) if envelopes is None else envelopes:
         match received.message:
             case m.UniversalBdp(body=found):
                 bodies[m.UniversalBap] = found
@@ -236,10 +248,10 @@ def pose_of(anatomy: Anatomy, bap: Bap) -> Pose:
     return Pose(np.array(bap.position, dtype=np.float64), angles_of(anatomy, bap.angles, anatomy.neutral))
 
 
-def envelopes_of(take: Take) -> Iterable[Envelope]:
+def envelopes_of(take: Take, topics: Collection[Topic] = TOPICS_USED) -> Iterable[Envelope]:
     """Yield the messages of a take with bodies, poses and cameras, except those that this version cannot decode."""
     for recorded in take.messages():
-        if topic_at(recorded.topic) not in TOPICS_USED:
+        if topic_at(recorded.topic) not in topics:
             continue
         try:
             received = envelope(recorded)

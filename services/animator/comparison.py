@@ -1,7 +1,6 @@
 """Comparison of the take that is played with a second one: its pose at the same time, and the distances of the joints."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -9,7 +8,6 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.take_poses import Poses, read_poses
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.page_updates import body_update, pose_update
 from zenocap.services.animator.parameters import MAX_UNMATCHED_NS
@@ -98,18 +96,3 @@ class Comparison:
             name: round(float(np.linalg.norm(centres[0][k] - centres[1][n])), DISTANCE_DIGITS)
             for name, k, n in self._joints
         }
-
-
-def timed_track(poses: Poses) -> TimedTrack:
-    captured_ns = np.array([bap.captured_ns for bap in poses.baps], dtype=np.int64)
-    return TimedTrack(poses.path.name, captured_ns, poses.track())
-
-
-def compare(one: Path, other: Path, offset_s: float = 0.0, *, raw: bool = False) -> Comparison:
-    """Read two takes.  raw: see `read_poses`.  Raises UserError for a take that cannot be read or has no poses."""
-    tracks = []
-    for path in (one, other):
-        if not path.is_file():
-            raise UserError(f"{path}: no such file")
-        tracks.append(timed_track(read_poses(path, raw=raw)))
-    return Comparison(tracks[0], tracks[1], offset_s)

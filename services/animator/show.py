@@ -12,6 +12,7 @@ from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import versions
 from zenocap.services.animator.comparison import Comparison
+from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
 from zenocap.services.animator.page.server import PageServer, animator_content
@@ -27,7 +28,8 @@ logger = logging.getLogger(__name__)
 class TakePage:
     """Page that plays one take in a loop, from `open` to `close`.  raw: with the poses of the forward pass.
 
-    pictures: of the cameras at a time of the take; None without videos.  comparison: with a second take, or None.
+    pictures: of the cameras at a time of the take; None without videos.  compared: reads the comparison with a second take
+    (see `comparison_reader.compare`) while the page is served; None without one.
     """
 
     def __init__(
@@ -37,9 +39,9 @@ class TakePage:
         pictures: Pictures | None = None,
         *,
         raw: bool = False,
-        comparison: Comparison | None = None,
+        compared: Callable[[Stopped], Comparison] | None = None,
     ) -> None:
-        self._comparison = comparison
+        self._reader = None if compared is None else ComparisonReader(compared, self._on_comparison)
         self._start_ns = 0
         self._take, self._raw, self._pictures = take, raw, pictures
         self._feed: PictureFeed | None = None
@@ -57,14 +59,16 @@ class TakePage:
         """Latest state of the player."""
         return self._player
 
+    @property
+    def problem(self) -> str:
+        """Why the second take cannot be compared, "" otherwise."""
+        return "" if self._reader is None else self._reader.problem
+
     def open(self) -> None:
         """Serve the page and start to play.  Raises UserError."""
         self._server.start()
         hello = pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False)
         self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
-        if self._comparison is not None:
-            ghost = EncodedUpdate("ghost", pm.encode(self._comparison.body()))
-            self._server.broadcaster.publish(None, [ghost])
         summary = read_summary(self._take)
         self._start_ns = 0 if summary is None else summary.start_ns
         if self._pictures is not None and summary is not None:
@@ -73,8 +77,14 @@ class TakePage:
             self._take.parent, self._server.broadcaster, RealClock(), TOPICS, self._on_update, self._on_pose, raw=self._raw
         )
         self._playback.send(pm.PlayTake(self._take.name))
+        if self._reader is not None:
+            notice = pm.NoticeUpdate("the second take is being read; it appears when both are compared")
+            self._server.broadcaster.publish(None, [EncodedUpdate("ghost", pm.encode(notice))])
+            self._reader.start()
 
     def close(self) -> None:
+        if self._reader is not None:
+            self._reader.close()
         if self._playback is not None:
             self._playback.close()
         if self._feed is not None:
@@ -93,9 +103,14 @@ class TakePage:
         position_s = (actor.captured_ns - shift_ns - self._start_ns) / 1e9
         if self._feed is not None and not self._player.paused and 0 <= position_s <= self._player.duration_s:
             self._feed.show(position_s, self._player.rate)
-        ghost = None if self._comparison is None else self._comparison.at(actor, shift_ns)
+        comparison = None if self._reader is None else self._reader.found
+        ghost = None if comparison is None else comparison.at(actor, shift_ns)
         if ghost is not None:
             self._server.broadcaster.publish("take", [EncodedUpdate("ghost_pose", pm.encode(ghost))])
+
+    def _on_comparison(self, comparison: Comparison) -> None:
+        """Show the second take, in place of the notice that it is read."""
+        self._server.broadcaster.publish(None, [EncodedUpdate("ghost", pm.encode(comparison.body()))])
 
     def _receive(self, page: PageQueue, command: pm.Command) -> None:
         match command:
@@ -107,6 +122,13 @@ class TakePage:
                 raise ValueError("this page shows one take, without a rig: commands to a rig are not available")
 
 
+def check_take(take: Path) -> None:
+    """Raise UserError for a file that does not exist or is no take."""
+    if not take.is_file():
+        raise UserError(f"{take}: no such file")
+    next(Take(take).messages(), None)
+
+
 def show_take(
     take: Path,
     table: PageTable,
@@ -115,22 +137,22 @@ def show_take(
     pictures: Pictures | None = None,
     *,
     raw: bool = False,
-    comparison: Comparison | None = None,
+    compared: Callable[[Stopped], Comparison] | None = None,
 ) -> None:
     """Show a take until `stopped`.  on_open: called with the address of the page.  The others: see `TakePage`.
 
     Raises UserError.
     """
-    if not take.is_file():
-        raise UserError(f"{take}: no such file")
-    next(Take(take).messages(), None)  # raises UserError for a file that is not a take
-    page = TakePage(take.resolve(), table, pictures, raw=raw, comparison=comparison)
+    check_take(take)
+    page = TakePage(take.resolve(), table, pictures, raw=raw, compared=compared)
     page.open()
     try:
         on_open(page.address)
         warned = ""
         while not stopped():
             player = page.player
+            if page.problem:
+                raise UserError(page.problem)
             if not player.take:
                 raise UserError(player.problem or f"{take}: the replay has ended")
             if player.problem and player.problem != warned:

@@ -1,6 +1,7 @@
 """Every evaluation runs in its shortest form, and every documented or listed one has such a form."""
 
 import re
+import shutil
 
 import pytest
 
@@ -11,6 +12,7 @@ PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "CONTRIBUTING
 # Chromium; OpenSim and a checkout of Pose2Sim; the wheel of anny
 NEEDS_MORE = {"long_show", "page_pictures", "opensim_markers", "second_family"}
 TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system/test_chaos.py, test_faults.py
+NEEDS_CHROMIUM = {"page_speed"}
 
 
 def runnable() -> set[str]:
@@ -40,6 +42,8 @@ def test_every_documented_evaluation_exists() -> None:
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", sorted(set(ARGUMENTS) - TESTED_ELSEWHERE))
 def test_an_evaluation_runs(name: str) -> None:
+    if name in NEEDS_CHROMIUM and shutil.which("chromium") is None:
+        pytest.skip("no Chromium on this machine")
     done = run(name, seconds=580)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.strip()

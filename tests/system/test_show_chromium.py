@@ -14,7 +14,7 @@ from tests.system.test_page_chromium import CHROMIUM, FLAGS, PATIENCE_S, SIZE, p
 from zenocap.common import messages as m
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.comparison import compare
+from zenocap.services.animator.comparison_reader import compare
 from zenocap.services.animator.show import TakePage
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
@@ -39,7 +39,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator["playwright.Page"
     messages = sorted([*messages_of_track(track), *postures], key=lambda message: message.captured_ns)
     one = write_take(folder / "a.mcap", messages)
     other = write_take(folder / "b.mcap", messages_of_track(replace(track, positions=track.positions + MOVED_M)))
-    shown = TakePage(one, PageTable(port=0), comparison=compare(one, other))
+    shown = TakePage(one, PageTable(port=0), compared=lambda ended: compare(one, other, stopped=ended))
     shown.open()
     try:
         with playwright.sync_playwright() as driver:

@@ -62,6 +62,9 @@ def export(
         Literal["zenocap", "isb", "coco", "halpe"],
         typer.Option(help="Convention of the joint centres, see below."),
     ] = "zenocap",
+    spine: Annotated[
+        bool, typer.Option("--spine", help="With the joints of the spine: Pelvis, Spine, Thorax, UpperNeck.")
+    ] = False,
     bones: Annotated[
         Literal["zenocap", "vrm"], typer.Option(help="Names of the bones in glb and usd, see below.")
     ] = "zenocap",
@@ -114,7 +117,9 @@ def export(
 
     --joints: zenocap, 15 centres of the model's joints. halpe: HALPE-26, with heels, toes and face, where Pose2Sim has them
     on its OpenSim model. coco: COCO-17, the same places. isb: 12 joint centres as the ISB defines them. Heels and toes need
-    the tracker's body; that of two-view has no feet. Some points are derived: docs, conventions.
+    the tracker's body; that of two-view has no feet. Some points are derived: docs, conventions. --spine adds the joints of
+    the model between hips and head to any of them, trc, c3d, csv, parquet and npz; Spine and UpperNeck need the tracker's
+    body.
 
     Example: `zenocap export walk.mcap -o walk.bvh --fps 30 --from 2s`
     """
@@ -129,7 +134,7 @@ def export(
         from zenocap.tools.recordings.export import export as run_export
 
         options = ExportOptions(
-            to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones, model
+            to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones, model, spine
         )
         written = run_export(checked_take(take), output, options)
     axes = "opensim" if to == "opensim" else axes
@@ -139,7 +144,7 @@ def export(
     if written.empty:
         typer.echo(f"note: {written.empty} frames without pose: {WITHOUT_POSE.get(to, 'blank')}", err=True)
     if written.left_out:
-        lacking = "the model has no arms" if to == "opensim" else "the take's body has no feet"
+        lacking = "the model has no arms" if to == "opensim" else f"the take's body has {missing_parts(written.left_out)}"
         typer.echo(f"note: {lacking}: left out: {', '.join(written.left_out)}", err=True)
     if written.unsmoothed[0]:
         stretches, frames = written.unsmoothed
@@ -147,3 +152,13 @@ def export(
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
     raise typer.Exit(LOSS if written.cut else DONE)
+
+
+def missing_parts(names: tuple[str, ...]) -> str:
+    """What a body lacks that has no points of these names."""
+    from zenocap.common.body.joint_conventions import SPINE
+
+    of_spine = {point.name for point in SPINE} & set(names)
+    return " and ".join(
+        [*(["no feet"] if len(names) > len(of_spine) else []), *(["no joint in the spine"] if of_spine else [])]
+    )

@@ -57,7 +57,7 @@ def show(
     take that was tracked from a folder. Only this machine can open it.
 
     With --beside, the poses of OTHER are shown at the same recorded times, or from the first poses on where these do not
-    overlap; the page says which.
+    overlap; the page says which. The page opens at once; the second figure appears when both takes are read.
 
     Example: `zenocap show walk.mcap`
     """
@@ -66,8 +66,8 @@ def show(
         from zenocap.common.rig.animator import PageTable
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals
-        from zenocap.services.animator.comparison import compare
-        from zenocap.services.animator.show import show_take
+        from zenocap.services.animator.comparison_reader import compare
+        from zenocap.services.animator.show import check_take, show_take
         from zenocap.tools.recordings.take_videos import take_of, videos_of
 
         if offset and beside is None:
@@ -75,7 +75,9 @@ def show(
         logs.configure("show")
         take = take_of(take)
         pictures = videos_of(take, videos)
-        comparison = None if beside is None else compare(take, take_of(beside), offset, raw=raw)
+        other = None if beside is None else take_of(beside)
+        if other is not None:
+            check_take(other)
         if port is None:
             port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
@@ -86,7 +88,7 @@ def show(
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
                 None if pictures is None else pictures.at,
                 raw=raw,
-                comparison=comparison,
+                compared=None if other is None else lambda ended: compare(take, other, offset, raw=raw, stopped=ended),
             )
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from zenocap.common.body.joint_conventions import CONVENTIONS, TITLES, Convention, left_out, origin_of, points_of
+from zenocap.common.body.joint_conventions import CONVENTIONS, SPINE, TITLES, Convention, left_out, origin_of, points_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bone_names import BoneNames
 from zenocap.common.formats.csv import Angle, write_csv
@@ -43,7 +43,7 @@ class ExportOptions:
     joints: convention of the points.  min_confidence: see `PoseTrack.trajectories`.
     smooth: cut-off frequency (Hz) of `smoothed`; None for the poses as they are.
     raw: poses of the forward pass also where the take was tracked both ways.  bones: names of the bones in SCENES.
-    model: generic model (.osim) that a set-up of OpenSim scales.
+    model: generic model (.osim) that a set-up of OpenSim scales.  spine: with the joints of the spine, see `points_of`.
     """
 
     to: Format
@@ -59,6 +59,7 @@ class ExportOptions:
     min_confidence: float = 0.0
     bones: BoneNames = "zenocap"
     model: Path | None = None
+    spine: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,8 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
     if options.joints != "zenocap" and options.to not in WITH_POINTS:
         allowed = ", ".join(WITH_POINTS)
         raise UserError(f"{output}: joints {options.joints}: {options.to} has no points: allowed in {allowed}")
+    if options.spine and options.to not in WITH_POINTS:
+        raise UserError(f"{output}: spine: {options.to} has no points: allowed in {', '.join(WITH_POINTS)}")
     if (options.model is not None) != (options.to == "opensim"):
         allowed = "an .osim file with --to opensim, and only there"
         raise UserError(f"{output}: model {options.model or 'not given'}: allowed: {allowed}")
@@ -113,7 +116,7 @@ def export(take: Path, output: Path, options: ExportOptions) -> Exported:
         raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
     empty = int(np.count_nonzero(~track.known))
     first, last = int(track.frames[0]), int(track.frames[-1])
-    missing = (*left_out(options.joints, track.anatomy), *lacking)
+    missing = (*left_out(options.joints, track.anatomy, spine=options.spine), *lacking)
     return Exported(len(track.frames), first, last, track.rate, unit, empty, poses.cut, missing, unsmoothed)
 
 
@@ -172,7 +175,7 @@ def _write(
         case "csv":
             write_csv(
                 output, track, axes=options.axes, unit=unit, angle=options.angle, joints=options.joints,
-                min_confidence=options.min_confidence,
+                min_confidence=options.min_confidence, spine=options.spine,
             )  # fmt: skip
         case "mot":
             notes = [] if smoothing == "none" else [f"Smoothing: {smoothing}.", ""]
@@ -180,7 +183,9 @@ def _write(
         case "parquet" | "npz":
             from zenocap.common.formats.tables import TableLayout, write_npz, write_parquet
 
-            layout = TableLayout(options.axes, unit, options.angle, options.joints, options.min_confidence, smoothing)
+            layout = TableLayout(
+                options.axes, unit, options.angle, options.joints, options.min_confidence, smoothing, options.spine
+            )
             (write_parquet if options.to == "parquet" else write_npz)(output, track, layout)
         case "bvh":
             from zenocap.common.formats.bvh_writer import write_bvh
@@ -196,7 +201,7 @@ def _write(
                 _points(track, options),
                 axes=options.axes,
                 unit=unit,
-                descriptions=_descriptions(track, options.joints),
+                descriptions=_descriptions(track, options),
                 smoothing=smoothing,
             )
     return ()
@@ -221,12 +226,13 @@ def _write_scene(output: Path, track: PoseTrack, options: ExportOptions) -> None
 
 
 def _points(track: PoseTrack, options: ExportOptions) -> Trajectories:
-    return track.trajectories(options.joints, options.min_confidence)
+    return track.trajectories(options.joints, options.min_confidence, spine=options.spine)
 
 
-def _descriptions(track: PoseTrack, joints: Convention) -> list[str]:
+def _descriptions(track: PoseTrack, options: ExportOptions) -> list[str]:
     """Of every point: its convention, and whether it is measured; empty for the default of `write_c3d`."""
-    if joints == "zenocap":
+    if options.joints == "zenocap" and not options.spine:
         return []
-    title = TITLES[joints]
-    return [f"{title} {p.name}, {origin_of(p, track.anatomy)}" for p in points_of(joints, track.anatomy)]
+    title = TITLES[options.joints]
+    points = points_of(options.joints, track.anatomy, spine=options.spine)
+    return [f"{'spine' if p in SPINE else title} {p.name}, {origin_of(p, track.anatomy)}" for p in points]

@@ -180,6 +180,23 @@ def test_ears_and_eyes_are_where_ansur_has_them() -> None:
     assert np.linalg.norm(at["LEar"] - at["REar"]) == pytest.approx(0.0818, abs=1e-3)
 
 
+def test_the_bend_of_the_spine_moves_the_joints_above_it() -> None:
+    """Bending the chest forward by 90 degrees at the waist lays thorax and neck in front of it and moves nothing else."""
+    bdp, upright = average_body(FOURTEEN_PARTS, 1.75), neutral_pose(FOURTEEN_PARTS, np.zeros(3))
+    angles = upright.angles.copy()
+    angles[FOURTEEN_PARTS.index["waist.x"]] = np.pi / 2
+    body = keypoints("isb", FOURTEEN_PARTS, bdp, spine=True)
+    before, after = (
+        dict(zip(body.names, body.at(Pose(upright.position, a)), strict=True)) for a in (upright.angles, angles)
+    )
+    for name in ("Pelvis", "Spine", "RHJC", "RKJC"):
+        np.testing.assert_allclose(after[name], before[name], atol=1e-12)
+    for name in ("Thorax", "UpperNeck"):
+        across, up, front = before[name] - before["Spine"]
+        np.testing.assert_allclose(after[name] - before["Spine"], [across, -front, up], atol=1e-12)
+        assert up > 0.3
+
+
 def test_names_and_order_are_those_of_pose2sim() -> None:
     faces = ["REye", "REar", "LEye", "LEar"]
     assert [point.name for point in points_of("halpe", FOURTEEN_PARTS)] == HALPE_OF_POSE2SIM + faces

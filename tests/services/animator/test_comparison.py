@@ -11,7 +11,8 @@ from tests.support.pose_tracks import body, moving
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.services.animator.comparison import Comparison, TimedTrack, compare
+from zenocap.services.animator.comparison import Comparison, TimedTrack
+from zenocap.services.animator.comparison_reader import compare
 from zenocap.services.animator.states import Actor
 
 RATE = 20.0

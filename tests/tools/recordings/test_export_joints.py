@@ -18,6 +18,7 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.joint_conventions import CONVENTIONS, Convention, points_of
 from zenocap.common.body.keypoints import keypoints
+from zenocap.common.body.kinematics import part_frames
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.errors import UserError
@@ -26,6 +27,7 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.tools.recordings.export import ExportOptions, Format, export
 
 FEET = ("RBigToe", "RSmallToe", "RHeel", "LBigToe", "LSmallToe", "LHeel")
+SPINE_NAMES = ("Pelvis", "Spine", "Thorax", "UpperNeck")
 COUNT, LOST = 12, 5
 BODY = average_body(FOURTEEN_PARTS, 1.75)
 
@@ -92,6 +94,69 @@ def test_c3d_describes_which_points_are_derived(tracked: Path, tmp_path: Path) -
     described = dict(zip(point["LABELS"]["value"], point["DESCRIPTIONS"]["value"], strict=True))
     assert described["RHeel"] == "HALPE-26 RHeel, derived"
     assert described["RWrist"] == "HALPE-26 RWrist, share"
+
+
+@pytest.mark.parametrize("joints", CONVENTIONS)
+@pytest.mark.parametrize("to", ["trc", "c3d", "csv", "parquet", "npz"])
+def test_joints_of_the_spine_follow_the_points_of_the_convention(
+    joints: Convention, to: Format, tracked: Path, tmp_path: Path
+) -> None:
+    """Names and places as ezc3d, pandas, NumPy and the own reader of TRC find them, against the frames of the parts."""
+    path = tmp_path / f"a.{to}"
+    status, _, err = run("export", tracked, "-o", path, "--joints", joints, "--spine")
+    assert (status, "left out" in err) == (0, False)
+    if to == "trc":
+        data = read_trc(path)
+        names, points = list(data.names), data.points
+    elif to == "c3d":
+        file = ezc3d.c3d(str(path))
+        point = file["parameters"]["POINT"]
+        names, points = list(point["LABELS"]["value"]), file["data"]["points"][:3].transpose(2, 1, 0) / 1e3
+        described = dict(zip(names, point["DESCRIPTIONS"]["value"], strict=True))
+        assert (described["Spine"], described["UpperNeck"]) == ("spine Spine, share", "spine UpperNeck, measured")
+    elif to == "npz":
+        arrays = np.load(path)
+        names, points = arrays["joint_names"].tolist(), arrays["joint_centres_m"]
+        assert json.loads(str(arrays["metadata"]))["spine"] is True
+    else:
+        pandas = pytest.importorskip("pandas")
+        table = pandas.read_csv(path) if to == "csv" else pandas.read_parquet(path)
+        names = [key[:-4] for key in table.columns if key.endswith(".x_m") and not key.startswith("navel")]
+        points = np.stack([table[[f"{name}.{axis}_m" for axis in "xyz"]].to_numpy() for name in names], axis=1)
+    assert names == [*keypoints(joints, FOURTEEN_PARTS, BODY).names, *SPINE_NAMES]
+    for row, pose in enumerate(poses()):
+        at = dict(zip(FOURTEEN_PARTS.parts, part_frames(FOURTEEN_PARTS, BODY, pose)[:, :, 3], strict=True))
+        expected = [at["pelvis"], at["chest"], at["neck_column"], at["head"]]
+        if row == LOST:
+            assert np.isnan(points[row, -4:]).all()
+        else:
+            np.testing.assert_allclose(points[row, -4:], expected, atol=2e-6)
+
+
+def test_a_body_without_a_bend_in_the_spine_has_its_other_joints(two_view: Path, tmp_path: Path) -> None:
+    for joints, missing, text in (
+        ("isb", ["Spine", "UpperNeck"], "no joint in the spine"),
+        ("halpe", [*FEET, "Spine", "UpperNeck"], "no feet and no joint in the spine"),
+    ):
+        status, _, err = run("export", two_view, "-o", tmp_path / "a.trc", "--joints", joints, "--spine")
+        assert (status, err) == (0, f"note: the take's body has {text}: left out: {', '.join(missing)}\n")
+        assert read_trc(tmp_path / "a.trc").names[-2:] == ("Pelvis", "Thorax")
+
+
+@pytest.mark.parametrize("to", ["bvh", "mot", "glb"])
+def test_formats_without_points_refuse_the_spine(to: Format, two_view: Path, tmp_path: Path) -> None:
+    status, out, err = run("export", two_view, "-o", tmp_path / f"a.{to}", "--spine")
+    assert (status, out) == (1, "")
+    assert err.rstrip().endswith(f"a.{to}: spine: {to} has no points: allowed in trc, c3d, csv, parquet, npz")
+
+
+@pytest.mark.parametrize("smooth", [None, 6.0])
+def test_arrays_of_a_take_have_the_joints_of_the_spine(smooth: float | None, tracked: Path, tmp_path: Path) -> None:
+    take = zenocap.open_take(tracked)
+    take.export(tmp_path / "a.trc", joints="coco", spine=True, smooth=smooth)
+    data, found = read_trc(tmp_path / "a.trc"), take.poses(joints="coco", spine=True, smooth=smooth)
+    assert (found.joint_names, found.joint_names[-4:]) == (data.names, SPINE_NAMES)
+    np.testing.assert_allclose(found.joint_centres, data.points, atol=1e-6)
 
 
 @pytest.mark.parametrize("to", ["trc", "c3d", "csv"])

@@ -15,10 +15,13 @@ from zenocap.common.topics import Topic
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
+from zenocap.services.animator.page.drop_receiver import DropReceiver
 from zenocap.services.animator.page.page_updates import Schedule, due_updates, recording_update
+from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
 from zenocap.services.animator.page.server import PageServer, animator_content
-from zenocap.services.animator.parameters import MAX_REQUESTS, RECORD_PERIOD_NS
-from zenocap.services.animator.playback import Playback
+from zenocap.services.animator.parameters import MAX_REQUESTS, RECORD_PERIOD_NS, SAVING_NICENESS
+from zenocap.services.animator.playback import Playback, PlayFile
+from zenocap.services.animator.save_job import SaveJob
 from zenocap.services.animator.states import Actor, Source, State
 
 logger = logging.getLogger(__name__)
@@ -32,6 +35,7 @@ class PageBridge:
         self._source: Source = "tracker" if rig.tracker is not None else "two-view"
         self._sent: Actor | None = None
         self._playback: Playback | None = None
+        self._saving: SaveJob | None = None
         self._server: PageServer[pm.Command] | None = None
         self._requests: queue.SimpleQueue[pm.RigRequest] = queue.SimpleQueue()
         self._request_count = 0
@@ -41,9 +45,11 @@ class PageBridge:
 
     def open(self, table: PageTable, takes: Path, topics: tuple[Topic, ...]) -> None:
         """Serve the page.  takes: folder of the takes that can be played; topics: shown of them.  Raises UserError."""
-        self._server = PageServer(table, self._receive, self._first_page_opened, animator_content())
+        drops = DropReceiver(self._on_drop)
+        self._server = PageServer(table, self._receive, self._first_page_opened, animator_content(), drops)
         self._server.start()
         self._playback = Playback(takes, self._server.broadcaster, self._clock, topics)
+        self._saving = SaveJob(self._on_saving, self._server.offered.offer, SAVING_NICENESS)
         logger.info("the page is at %s", self._server.address)
         viewers = [viewer.id for viewer in self._rig.viewers]
         recognizer = self._rig.recognizer
@@ -66,6 +72,8 @@ class PageBridge:
         return {**self.outputs.counts(), **(self._server.counts() if self._server is not None else {})}
 
     def close(self) -> None:
+        if self._saving is not None:
+            self._saving.close()
         if self._playback is not None:
             self._playback.close()
         if self._server is not None:
@@ -123,6 +131,26 @@ class PageBridge:
                 page.put(EncodedUpdate("takes", pm.encode(self._playback.takes())))
             case pm.PlayTake() | pm.ControlPlayer() if self._playback is not None:
                 self._playback.send(command)
+            case SaveTake():
+                self._save(command)
+            case CancelSaving() if self._saving is not None:
+                self._saving.cancel()
+
+    def _on_drop(self, path: Path) -> None:
+        """Play a dropped take, to the pages that show a take."""
+        if self._playback is not None:
+            self._playback.send(PlayFile(path))
+
+    def _save(self, command: SaveTake) -> None:
+        """Save the take that is played beside it.  Raises ValueError."""
+        take = None if self._playback is None else self._playback.current
+        if self._playback is None or take is None or self._saving is None:
+            raise ValueError("refused: no take is played: play one first")
+        self._saving.start(command, take, take.parent, kept=self._playback.owns(take))
+
+    def _on_saving(self, update: SavingUpdate) -> None:
+        if self._server is not None:
+            self._server.broadcaster.publish(None, [EncodedUpdate("saving", pm.encode(update))])
 
     def _may_record(self) -> bool:
         """Whether the last command that starts or stops the recording is long enough ago."""

@@ -43,6 +43,20 @@ REPLAY_DELAY_S = 0.3  # before the replay publishes, for discovery of the sessio
 POSED_S = 0.5  # after a pose, the pictures of a take follow its poses and not the position of the player; by hand
 SHOW_POLL_S = 0.1  # period at which `zenocap show` checks whether to end; by hand
 
+# Saving a take for other programs, and takes that are dropped on the page.
+SAVING_NICENESS = 10  # of the process beside a live rig, which keeps its rates; by hand
+SAVING_END_S = 5.0  # for the process to end; by hand
+MAX_SAVED_LINES = 50  # of the output of the command that are kept; by hand
+MAX_SAVED_NAMES = 1000  # walk.bvh, walk-2.bvh and so on; by hand
+MAX_OFFERED = 16  # latest saved files that pages can get; by hand
+MAX_OFFERED_BYTES = 512 << 20  # of one of them, which is sent from memory; by hand
+MAX_DROPPED_BYTES = 1_000_000_000  # of a take that is dropped on the page: an hour of eight views without previews; by hand
+MAX_DROPPED_PIECE = 65_536  # bytes of one message of it; by hand
+DROPPED_FREE_BYTES = 1_000_000_000  # that stay free where it is stored; by hand
+DROPPED_PAUSE_S = 20.0  # longest pause between two messages of it; by hand
+KEPT_DROPS = 2  # latest dropped takes that are kept, the shown one and the one before; by hand
+MAX_FOREIGN_MESSAGES = 10_000  # of other programs before the first one of zenocap; by hand
+
 # Set-up checks of a silhouette; all by hand.
 MIN_PERSON_HEIGHT, MAX_PERSON_HEIGHT = 0.35, 0.97  # of the image height
 MIN_PERSON_AREA = 0.004  # of the image area; below it there is no person

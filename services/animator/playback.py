@@ -45,7 +45,14 @@ class StopPlayer:
     shut_down: bool = False
 
 
-PlayerCommand = pm.PlayTake | pm.ControlPlayer | StopPlayer
+@dataclass(frozen=True)
+class PlayFile:
+    """Play a take that is not in the folder."""
+
+    path: Path
+
+
+PlayerCommand = pm.PlayTake | PlayFile | pm.ControlPlayer | StopPlayer
 
 
 class Playback:
@@ -69,9 +76,20 @@ class Playback:
         self._raw = raw
         self._folder, self._broadcaster, self._clock, self._topics = folder, broadcaster, clock, topics
         self._on_update, self._on_pose = on_update, on_pose
+        self._current: Path | None = None
+        self._opened = 0  # number of takes that were played
         self._commands: queue.SimpleQueue[PlayerCommand] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="playback", daemon=True)
         self._thread.start()
+
+    @property
+    def current(self) -> Path | None:
+        """The take that is played; None while none is."""
+        return self._current
+
+    def owns(self, take: Path) -> bool:
+        """Whether a take is in the folder, and was not dropped on the page."""
+        return take.parent == self._folder
 
     def takes(self) -> pm.TakesUpdate:
         """Return the takes in the folder, newest first."""
@@ -97,7 +115,9 @@ class Playback:
             command = command or self._commands.get()
             match command:
                 case pm.PlayTake(take=take):
-                    command = self._play(take)
+                    command = self._play(self._folder / take)
+                case PlayFile(path=path):
+                    command = self._play(path)
                 case StopPlayer(shut_down=True):
                     return
                 case _:
@@ -107,9 +127,10 @@ class Playback:
         self._broadcaster.publish(None, [EncodedUpdate("player", pm.encode(update))])
         self._on_update(update)
 
-    def _play(self, take: str) -> PlayerCommand | None:
+    def _play(self, path: Path) -> PlayerCommand | None:
         """Play until the take ends or another command comes, which is returned."""
-        path = self._folder / take
+        take = path.name
+        self._opened += 1
         if not path.is_file():
             self._publish(pm.PlayerUpdate("", problem=f"{take}: no such take"))
             return None
@@ -122,7 +143,8 @@ class Playback:
                     bus.subscribe(topic)
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
-                    self._publish(pm.PlayerUpdate(take))
+                    self._current = path
+                    self._publish(pm.PlayerUpdate(take, opened=self._opened))
                     self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
                     reading = threading.Event()
                     threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
@@ -130,6 +152,7 @@ class Playback:
                         command = self._show(take, bus, replay, pose_s, start_ns)
                     finally:
                         reading.set()
+                        self._current = None
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
             command, problem = None, str(error)
@@ -174,7 +197,7 @@ class Playback:
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
                 if replay.status is not None and replay.status != published:
                     published = replay.status
-                    self._publish(_player_update(take, published, pose_s))
+                    self._publish(_player_update(take, published, pose_s, self._opened))
             schedule, updates = due_updates(schedule, state, self._broadcaster.pages)
             if updates or places:
                 self._broadcaster.publish("take", [*places, *updates])
@@ -223,5 +246,7 @@ def _pose_s(path: Path) -> float:
     return 0.0 if rig is None else rig.frame_ns() / 1e9
 
 
-def _player_update(take: str, status: ReplayStatus, pose_s: float) -> pm.PlayerUpdate:
-    return pm.PlayerUpdate(take, status.place_s, status.duration_s, status.rate, status.paused, status.problem(), pose_s)
+def _player_update(take: str, status: ReplayStatus, pose_s: float, opened: int) -> pm.PlayerUpdate:
+    return pm.PlayerUpdate(
+        take, status.place_s, status.duration_s, status.rate, status.paused, status.problem(), pose_s, opened
+    )

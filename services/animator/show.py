@@ -15,10 +15,13 @@ from zenocap.services.animator.comparison import Comparison
 from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
+from zenocap.services.animator.page.drop_receiver import DropReceiver
+from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
 from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
-from zenocap.services.animator.playback import Playback
+from zenocap.services.animator.playback import Playback, PlayFile
+from zenocap.services.animator.save_job import SaveJob
 from zenocap.services.animator.shell import TOPICS
 from zenocap.services.animator.states import Actor
 
@@ -45,9 +48,13 @@ class TakePage:
         self._start_ns = 0
         self._take, self._raw, self._pictures = take, raw, pictures
         self._feed: PictureFeed | None = None
-        self._server = PageServer(table, self._receive, lambda: None, animator_content())
+        self._dropped: Path | None = None  # take that is shown instead
+        self._switching = False  # to another take: the end of the one before is no end of the page
+        drops = DropReceiver(self._on_drop)
+        self._server = PageServer(table, self._receive, lambda: None, animator_content(), drops)
         self._player, self._posed_s = pm.PlayerUpdate(take.name), 0.0
         self._playback: Playback | None = None
+        self._saving = SaveJob(self._on_saving, self._server.offered.offer)
 
     @property
     def address(self) -> str:
@@ -67,8 +74,7 @@ class TakePage:
     def open(self) -> None:
         """Serve the page and start to play.  Raises UserError."""
         self._server.start()
-        hello = pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False)
-        self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
+        self._publish("hello", pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False))
         summary = read_summary(self._take)
         self._start_ns = 0 if summary is None else summary.start_ns
         if self._pictures is not None and summary is not None:
@@ -78,20 +84,46 @@ class TakePage:
         )
         self._playback.send(pm.PlayTake(self._take.name))
         if self._reader is not None:
-            notice = pm.NoticeUpdate("the second take is being read; it appears when both are compared")
-            self._server.broadcaster.publish(None, [EncodedUpdate("ghost", pm.encode(notice))])
+            self._publish("ghost", pm.NoticeUpdate("the second take is being read; it appears when both are compared"))
             self._reader.start()
 
     def close(self) -> None:
         if self._reader is not None:
             self._reader.close()
+        self._saving.close()
         if self._playback is not None:
             self._playback.close()
         if self._feed is not None:
             self._feed.close()
         self._server.close()
 
+    def _publish(self, key: str, update: pm.Update) -> None:
+        self._server.broadcaster.publish(None, [EncodedUpdate(key, pm.encode(update))])
+
+    def _on_drop(self, path: Path) -> None:
+        """Show a dropped take instead of the take of the page."""
+        assert self._playback is not None  # pages are served after it was made
+        self._dropped, self._switching = path, True
+        self._publish("dropped", pm.DroppedUpdate(path.name))
+        self._publish("hello", pm.HelloUpdate(path.stem, "take", versions()["zenocap"], [], live=False))
+        self._playback.send(PlayFile(path))
+
+    def _show_own(self, problem: str = "") -> None:
+        """Show the take of the page again.  problem: why the dropped one could not be played."""
+        assert self._playback is not None
+        self._dropped, self._switching = None, True
+        self._publish("dropped", pm.DroppedUpdate(problem=problem))
+        self._publish("hello", pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False))
+        self._playback.send(pm.PlayTake(self._take.name))
+
     def _on_update(self, update: pm.PlayerUpdate) -> None:
+        if self._dropped is not None:
+            if not update.take and update.problem:
+                self._show_own(update.problem)
+            return
+        if self._switching and not (update.take or update.problem):
+            return
+        self._switching = False
         self._player = update
         moves = not update.paused and time.monotonic() - self._posed_s < POSED_S
         if self._feed is not None and update.take and not moves:
@@ -99,6 +131,8 @@ class TakePage:
 
     def _on_pose(self, actor: Actor, shift_ns: int) -> None:
         """Pictures follow the poses while the take plays, so that both are of one time."""
+        if self._dropped is not None:
+            return
         self._posed_s = time.monotonic()
         position_s = (actor.captured_ns - shift_ns - self._start_ns) / 1e9
         if self._feed is not None and not self._player.paused and 0 <= position_s <= self._player.duration_s:
@@ -110,14 +144,24 @@ class TakePage:
 
     def _on_comparison(self, comparison: Comparison) -> None:
         """Show the second take, in place of the notice that it is read."""
-        self._server.broadcaster.publish(None, [EncodedUpdate("ghost", pm.encode(comparison.body()))])
+        self._publish("ghost", comparison.body())
+
+    def _on_saving(self, update: SavingUpdate) -> None:
+        self._publish("saving", update)
 
     def _receive(self, page: PageQueue, command: pm.Command) -> None:
         match command:
             case pm.SelectFeed(feed=feed):
                 self._server.broadcaster.select_feed(page, feed)
+            case pm.ControlPlayer(stop=True) if self._dropped is not None:
+                self._show_own()
             case pm.ControlPlayer(stop=False) if self._playback is not None:
                 self._playback.send(command)
+            case SaveTake():
+                take = self._dropped or self._take
+                self._saving.start(command, take, take.parent, raw=self._raw, kept=self._dropped is None)
+            case CancelSaving():
+                self._saving.cancel()
             case _:
                 raise ValueError("this page shows one take, without a rig: commands to a rig are not available")
 

@@ -55,10 +55,10 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator["playwright.Page"
         shown.close()
 
 
-def until(page: "playwright.Page", condition: Callable[[], bool], text: str) -> None:
-    end_s = time.monotonic() + PATIENCE_S
+def until(page: "playwright.Page", condition: Callable[[], bool], text: str, patience_s: float = PATIENCE_S) -> None:
+    end_s = time.monotonic() + patience_s
     while not condition():
-        assert time.monotonic() < end_s, f"not within {PATIENCE_S:g} s: {text}"
+        assert time.monotonic() < end_s, f"not within {patience_s:g} s: {text}"
         page.wait_for_timeout(30)
 
 

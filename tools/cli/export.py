@@ -13,6 +13,7 @@ from zenocap.tools.cli.options import (
     LOSS,
     OutputOption,
     RawOption,
+    RemoteOption,
     TakePath,
     checked_take,
     one_line_errors,
@@ -83,6 +84,7 @@ def export(
         float,
         typer.Option(min=0, max=1, help="Leave out points of a limb whose confidence is less; not in bvh and mot."),
     ] = 0.0,
+    remote: RemoteOption = False,
     *,
     span: FrameRange,
 ) -> None:
@@ -129,7 +131,7 @@ def export(
     if to is None:
         allowed = ", ".join([*(f".{name}" for name in FORMATS), *OTHER_SUFFIXES])
         raise typer.BadParameter(f"--output {output}: allowed: a name ending in {allowed}, or any with --to")
-    with one_line_errors(), progress(f"exporting {take}"):
+    with one_line_errors(), progress(f"exporting {take}", remote=remote):
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 

@@ -29,6 +29,7 @@ OutputOption = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", he
 RawOption = Annotated[
     bool, typer.Option("--raw", help="Use the poses of the forward pass, also of a take that was tracked both ways.")
 ]
+RemoteOption = Annotated[bool, typer.Option("--remote", hidden=True)]  # progress as JSON lines, for the page of a take
 JointsOption = Annotated[
     Path | None,
     typer.Option(

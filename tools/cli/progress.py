@@ -1,7 +1,8 @@
-"""Progress of long work on standard error: a bar on a terminal, elsewhere a line every ten seconds."""
+"""Progress of long work on standard error: a bar on a terminal, elsewhere a line every ten seconds, or JSON lines."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
@@ -15,7 +16,7 @@ if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
 
 LINE_S = 10.0  # between lines where there is no terminal
 BAR_AFTER_S = 2.0  # work shorter than this shows no bar
-REFRESH_S = 0.2  # between updates of the bar
+REFRESH_S = 0.2  # between updates of the bar, and between lines for programs
 
 
 class Progress:
@@ -71,15 +72,17 @@ class Progress:
 
 
 @contextmanager
-def progress(activity: str, unit: str = "frames", total: int | None = None) -> Iterator[Progress]:
+def progress(activity: str, unit: str = "frames", total: int | None = None, *, remote: bool = False) -> Iterator[Progress]:
     """Show the progress of the enclosed work, which updates the object that is returned.
 
     activity: the work, such as "tracking".  A thread draws, so that work without updates, such as compilation, shows too.
+    remote: print JSON lines with `done` and `total` instead.
     """
     from rich.console import Console
 
     console, state, ended = Console(stderr=True), Progress(activity, unit, total), Event()
-    thread = Thread(target=_bar if console.is_terminal else _lines, args=(state, ended, console), daemon=True)
+    show = _json_lines if remote else _bar if console.is_terminal else _lines
+    thread = Thread(target=show, args=(state, ended, console), daemon=True)
     thread.start()
     try:
         yield state
@@ -91,6 +94,11 @@ def progress(activity: str, unit: str = "frames", total: int | None = None) -> I
 def _lines(state: Progress, ended: Event, _: Console) -> None:
     while not ended.wait(LINE_S):
         typer.echo(state.line(), err=True)
+
+
+def _json_lines(state: Progress, ended: Event, _: Console) -> None:
+    while not ended.wait(REFRESH_S):
+        typer.echo(json.dumps({"done": state.done, "total": state.total}), err=True)
 
 
 def _bar(state: Progress, ended: Event, console: Console) -> None:

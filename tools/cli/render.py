@@ -9,7 +9,16 @@ from typing import Annotated, Literal
 import typer
 
 from zenocap.tools.cli.frame_range import FrameRange
-from zenocap.tools.cli.options import DONE, LOSS, OutputOption, RawOption, TakePath, one_line_errors, smoothing
+from zenocap.tools.cli.options import (
+    DONE,
+    LOSS,
+    OutputOption,
+    RawOption,
+    RemoteOption,
+    TakePath,
+    one_line_errors,
+    smoothing,
+)
 from zenocap.tools.cli.progress import progress
 
 CAMERA, PICTURE = "Camera", "Picture"
@@ -67,6 +76,7 @@ def render(
         str, typer.Option(metavar="HZ|off", help="Cut-off frequency of a Butterworth filter (Hz), such as 6; or off.")
     ] = "off",
     raw: RawOption = False,
+    remote: RemoteOption = False,
     *,
     frames: FrameRange,
 ) -> None:
@@ -89,7 +99,7 @@ def render(
         options = RenderOptions(
             first, last, fps, picture_size, shot, theme, poses, trails, not no_captions, codec, cutoff_hz, raw
         )
-        with progress("drawing", "pictures") as state:
+        with progress("drawing", "pictures", remote=remote) as state:
             rendered = render_take(take, output, options, state.update)
     lost = f", {rendered.lost} of them without a person" if rendered.lost else ""
     typer.echo(f"{output}: {rendered.pictures} picture{'s' if rendered.pictures > 1 else ''}{lost}")

@@ -9,6 +9,8 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec import Meta
 
+from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
+
 Feed = Literal["live", "take"]
 Numbers: TypeAlias = list[float]
 
@@ -214,7 +216,8 @@ class TakesUpdate(msgspec.Struct, frozen=True, tag="takes", tag_field="type"):
 class PlayerUpdate(msgspec.Struct, frozen=True, tag="player", tag_field="type"):
     """State of the player.  take: "" when none is played.  problem: why playing failed, or "" .
 
-    pose_s: time from one pose of the take to the next, 0 where it is unknown.
+    pose_s: time from one pose of the take to the next, 0 where it is unknown.  opened: number of the take that is played,
+    counted from the start of the page's program: another one means another take.
     """
 
     take: str
@@ -224,6 +227,7 @@ class PlayerUpdate(msgspec.Struct, frozen=True, tag="player", tag_field="type"):
     paused: bool = False
     problem: str = ""
     pose_s: float = 0.0
+    opened: int = 0
 
 
 class PlaceUpdate(msgspec.Struct, frozen=True, tag="place", tag_field="type"):
@@ -268,6 +272,13 @@ class PosturesUpdate(msgspec.Struct, frozen=True, tag="postures", tag_field="typ
     parts: list[PosturePart] = []
 
 
+class DroppedUpdate(msgspec.Struct, frozen=True, tag="dropped", tag_field="type"):
+    """The take that was dropped on the page and is shown.  name: "" for none.  problem: why one could not be played."""
+
+    name: str = ""
+    problem: str = ""
+
+
 class GhostUpdate(msgspec.Struct, frozen=True, tag="ghost", tag_field="type"):
     """Second take that the shown one is compared with.  alignment: how their times are matched, for the user."""
 
@@ -297,7 +308,8 @@ Update: TypeAlias = (
     HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | AdviceUpdate
     | ServicesUpdate | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate
     | PlaceUpdate
-    | VerdictUpdate | PosturesUpdate | GhostUpdate | GhostPoseUpdate | NoticeUpdate
+    | VerdictUpdate | PosturesUpdate | GhostUpdate | GhostPoseUpdate | SavingUpdate
+    | DroppedUpdate | NoticeUpdate
 )  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]
@@ -336,7 +348,7 @@ class ControlPlayer(msgspec.Struct, frozen=True, tag="control_player", tag_field
     stop: bool = False
 
 
-Command: TypeAlias = RigRequest | Acknowledge | SelectFeed | ListTakes | PlayTake | ControlPlayer
+Command: TypeAlias = RigRequest | Acknowledge | SelectFeed | ListTakes | PlayTake | ControlPlayer | SaveTake | CancelSaving
 _decoder = msgspec.json.Decoder(Command)
 encode = msgspec.json.Encoder().encode
 

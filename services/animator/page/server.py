@@ -29,12 +29,15 @@ from zenocap.common.rig.animator import ANY_ORIGIN, PageTable, is_loopback
 from zenocap.common.runtime.logs import OncePerInterval
 from zenocap.services.animator.connections import WaitingConnections
 from zenocap.services.animator.page.broadcast import Broadcaster, PageQueue
+from zenocap.services.animator.page.drop_receiver import DROP_PATH, DropReceiver
+from zenocap.services.animator.page.offered_files import OFFERED_PATH, OfferedFiles
 from zenocap.services.animator.page.page_messages import Acknowledge, Command, NoticeUpdate, decode_command, encode
 from zenocap.services.animator.parameters import (
     CLOSE_TIMEOUT_S,
     ERROR_LINE_PERIOD_S,
     HANDSHAKE_TIMEOUT_S,
     MAX_COMMAND_BYTES,
+    MAX_DROPPED_PIECE,
     MAX_WAITING,
     PING_PERIOD_S,
     PING_TIMEOUT_S,
@@ -43,6 +46,7 @@ from zenocap.services.animator.parameters import (
 logger = logging.getLogger(__name__)
 
 SOCKET_PATH = "/socket"
+SOCKET_PATHS = (SOCKET_PATH, DROP_PATH)
 CONTENT_TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 CONTENT_SECURITY_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
@@ -85,6 +89,7 @@ class PageServer(Generic[C]):
     """Serves a page from `start` to `close`.
 
     on_command: called in the server's thread with every command of a page.  on_first_page: see `Broadcaster`.
+    drops: receives files that are dropped on the page; None for a page without.
     """
 
     def __init__(
@@ -93,10 +98,13 @@ class PageServer(Generic[C]):
         on_command: Callable[[PageQueue, C], None],
         on_first_page: Callable[[], None],
         content: PageContent[C],
+        drops: DropReceiver | None = None,
     ) -> None:
         self._table, self._on_command, self._content = table, on_command, content
         self._loop = asyncio.new_event_loop()
         self.broadcaster = Broadcaster(self._loop, on_first_page)
+        self.offered = OfferedFiles()
+        self._drops = drops
         self._waiting = WaitingConnections(MAX_WAITING)
         self._errors = OncePerInterval(logger, ERROR_LINE_PERIOD_S)
         self._refused = 0
@@ -141,6 +149,8 @@ class PageServer(Generic[C]):
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._ended.set)
             self._thread.join(2 * CLOSE_TIMEOUT_S)
+        if self._drops is not None:
+            self._drops.close()
 
     def _run(self) -> None:
         try:
@@ -159,7 +169,7 @@ class PageServer(Generic[C]):
             self._table.port,
             process_request=self._respond,
             compression=None,  # costs more time than it saves on loopback or a local network
-            max_size=MAX_COMMAND_BYTES,
+            max_size=MAX_COMMAND_BYTES if self._drops is None else MAX_DROPPED_PIECE,
             max_queue=8,
             open_timeout=HANDSHAKE_TIMEOUT_S,
             ping_interval=PING_PERIOD_S,
@@ -197,7 +207,7 @@ class PageServer(Generic[C]):
         own.addHandler(self._errors)
         return own
 
-    def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return a file or an error, or None to open a WebSocket."""
         if getattr(request, "method", "GET") != "GET":  # earlier versions of the library refuse others themselves
             return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET")
@@ -205,24 +215,39 @@ class PageServer(Generic[C]):
         problem = self._refusal(request, parts.query, parts.path)
         if problem is not None:
             return _text(HTTPStatus.FORBIDDEN, problem)
-        if parts.path == SOCKET_PATH:
+        if parts.path == SOCKET_PATH or (parts.path == DROP_PATH and self._drops is not None):
             return None
+        if parts.path.startswith(OFFERED_PATH):
+            return await asyncio.to_thread(self._offered_file, parts.path)
         found = self._content.files.get(parts.path.lstrip("/") or "index.html")
         if found is None:
             return _text(HTTPStatus.NOT_FOUND, "not found")
         return _response(HTTPStatus.OK, *found)
+
+    def _offered_file(self, path: str) -> Response:
+        offered = self.offered.at(path)
+        try:
+            body = offered.path.read_bytes() if offered is not None else None
+        except OSError:
+            body = None
+        if offered is None or body is None:
+            return _text(HTTPStatus.NOT_FOUND, "this file is not offered any more: it is where it was saved")
+        response = _response(HTTPStatus.OK, body, "application/octet-stream")
+        response.headers["Content-Disposition"] = offered.disposition
+        return response
 
     def _refusal(self, request: Request, query: str, path: str) -> str | None:
         """Return the reason for refusing a request; None for a permitted one."""
         host = request.headers.get("Host", "")
         if is_loopback(self._table.host) and not is_loopback(_host_name(host)):
             return "this page is served to its own machine only: open it as http://127.0.0.1 or http://localhost"
-        if path == SOCKET_PATH:
+        if path in SOCKET_PATHS:
             origin = request.headers.get("Origin")
             same = origin is None or urlsplit(origin).netloc == host
             if not (same or origin in self._table.origins or ANY_ORIGIN in self._table.origins):
                 return f"requested by a page of another site{self._origins_hint}"
-        if self._table.token is not None and path in ("/", "/index.html", SOCKET_PATH):
+        protected = path in ("/", "/index.html", *SOCKET_PATHS) or path.startswith(OFFERED_PATH)
+        if self._table.token is not None and protected:
             given = parse_qs(query).get("token", [""])[0]
             if not hmac.compare_digest(given.encode(), self._table.token.encode()):
                 return f"a token is required: open the address that the {self._content.program} prints"
@@ -234,7 +259,11 @@ class PageServer(Generic[C]):
         return "" if options.startswith("-") else f"; allowed: also {options}origins of the rig file"
 
     async def _attend(self, connection: ServerConnection) -> None:
-        """Serve one page until it closes."""
+        """Serve one page until it closes, or receive one dropped file."""
+        if self._drops is not None and connection.request and urlsplit(connection.request.path).path == DROP_PATH:
+            self._waiting.remove(connection)
+            await self._drops.receive(connection)
+            return
         page = PageQueue()
         try:
             self.broadcaster.add(page)
@@ -246,6 +275,9 @@ class PageServer(Generic[C]):
         sender = asyncio.create_task(_send(connection, page))
         try:
             async for text in connection:
+                if len(text) > MAX_COMMAND_BYTES:  # allowed by `max_size` for dropped files only
+                    await connection.close(1009, f"a command has at most {MAX_COMMAND_BYTES} bytes")
+                    return
                 try:
                     command = self._content.decode(text)
                     if isinstance(command, Acknowledge):

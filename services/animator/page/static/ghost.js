@@ -26,6 +26,14 @@ export class Ghost {
   // update: its pose, or null, and the distances by joint in metres.
   setPose(update) { this.last = update; this.draw(); }
 
+  // Show the second take at all: not while another take than that of the comparison is shown.
+  show(on) {
+    if (!this.body) return;
+    el('ghost').hidden = !on;
+    this.last = null;
+    this.draw();
+  }
+
   toggle() { el('ghost-on').click(); return true; }
 
   get shown() { return Boolean(this.body) && el('ghost-on').checked; }

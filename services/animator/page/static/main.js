@@ -9,8 +9,10 @@ import { MeasureDialog } from './measure_dialog.js';
 import { PRESETS, orbitControls } from './orbit_controls.js';
 import { PlayerControls } from './player_controls.js';
 import { AnglePlots } from './angle_plots.js';
+import { SavePanel } from './save_panel.js';
 import { Scene } from './scene.js';
 import { SlideShow } from './slides.js';
+import { TakeDrop } from './take_drop.js';
 import * as panel from './side_panel.js';
 
 const el = (id) => document.getElementById(id);
@@ -54,7 +56,9 @@ const connection = new Connection({
   advice: (update) => views.setAdvice(update),
   checks: (update) => { panel.showChecks(update); dialog.setAdvice(update.advice); },
   takes: ({ takes }) => panel.listTakes(takes, (take) => player.play(take)),
-  player: (update) => player.show(update),
+  player: (update) => { showOpened(update); player.show(update); save.setTake(update); },
+  dropped: showDropped,
+  saving: (update) => save.show(update),
   place: (update) => { state.shown_s = update.position_s; player.showPlace(update); },
   verdict: (update) => player.showVerdict(update),
   postures: (update) => player.showPostures(update),
@@ -76,6 +80,9 @@ const joints = new Joints(scene, () => {
 const lightRoom = matchMedia('(prefers-color-scheme: light)');
 const telephone = matchMedia('(max-width: 780px)');
 const player = new PlayerControls((command) => connection.send(command), selectFeed);
+const save = new SavePanel((command) => connection.send(command), player);
+
+const drop = new TakeDrop(() => selectFeed('take'));
 
 const chooseTab = panel.tabs();
 const setSources = panel.choice(el('sources'), chooseSource);
@@ -105,7 +112,7 @@ addEventListener('keydown', (event) => {
   const preset = Object.keys(PRESETS)[Number(event.key) - 1];
   if (preset) document.querySelector(`#presets [data-name=${preset}]`).click();
   else if (event.key === 'g' && ghost.body) ghost.toggle();
-  else if (!player.key(event)) return;
+  else if (!save.key(event) && !player.key(event)) return;
   event.preventDefault();
 });
 setInterval(() => { if (el('slides').hidden) plots.draw(); }, 100);
@@ -132,17 +139,40 @@ function selectFeed(feed) {
   state.feed = feed;
   document.body.dataset.feed = feed;
   el('feed').textContent = feed;
+  clearShown();
+  panel.setAlert('services', '');
+  panel.setAlert('rate', '');
+  slides.forget();
+  connection.send({ type: 'select_feed', feed });
+}
+
+// Remove what the page shows of a rig or a take.
+function clearShown() {
   for (const entries of [state.bodies, state.poses, state.cameras, state.conditions, scene.pictures]) entries.clear();
   Object.assign(state, { trail: [], arrivals: [], latencies: [], source: null });
   scene.capsules = [];
   scene.setPoints(new Float32Array(0));
   views.clear();
   plots.clear();
-  panel.setAlert('services', '');
-  panel.setAlert('rate', '');
-  slides.forget();
-  connection.send({ type: 'select_feed', feed });
   updateLines();
+}
+
+// Another take than before: nothing of the earlier one stays.
+function showOpened({ take, opened }) {
+  if (!take || opened === state.opened) return;
+  if (state.opened !== undefined && state.feed === 'take') {
+    clearShown();
+    connection.send({ type: 'select_feed', feed: 'take' });
+  }
+  state.opened = opened;
+}
+
+// name: of the dropped take that is shown, "" for none.  problem: why one could not be played.
+function showDropped({ name, problem }) {
+  document.body.classList.toggle('dropped', Boolean(name));
+  el('stop').textContent = name ? 'back to the first take' : 'back to live';
+  ghost.show(!name);
+  if (problem) drop.say(problem, true);
 }
 
 function setBody(update) {
@@ -290,7 +320,7 @@ function updateNumbers() {
 
 // For tests and measurements.
 window.zenocap = {
-  state, scene, orbit, dialog, ghost, slides, chooseTab,
+  state, scene, orbit, dialog, ghost, slides, player, chooseTab,
   // Frame, world position and position on the page (CSS pixels) of a joint centre, such as 'RWrist'.
   locate(name) {
     const body = state.bodies.get(state.source);

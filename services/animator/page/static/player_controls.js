@@ -2,6 +2,7 @@
 
 const el = (id) => document.getElementById(id);
 const SCRUB_MS = 60;  // at least, between two positions that are sent while the slider is dragged
+const NEAR_S = 0.5;  // between the positions of player and pose: the former comes five times a second
 const DEFAULT_POSE_S = 1 / 30;  // of a step in a take whose rate is unknown
 
 export class PlayerControls {
@@ -166,6 +167,12 @@ export class PlayerControls {
       return piece;
     }));
     el('posture-parts').firstElementChild.tabIndex = 0;
+  }
+
+  // Position in seconds of the pose that is shown; that of the player where no pose is near.
+  shown() {
+    const position = Number(el('position').value);
+    return this.place && Math.abs(this.place.position_s - position) < NEAR_S ? this.place.position_s : position;
   }
 
   // update: place in the take of the pose that is shown.

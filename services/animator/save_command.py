@@ -1,0 +1,105 @@
+"""The command line that saves a take for a page, and what it prints: `zenocap export` or `zenocap render`."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from zenocap.common.errors import UserError
+from zenocap.common.formats.take_poses import summary_of
+from zenocap.common.recording.summary import read_summary
+from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveTake
+from zenocap.services.animator.replay_process import ERROR_PREFIX
+
+SUFFIXES = {"usd": ".usdc"}  # of kinds that are not their own suffix
+WITH_JOINTS = ("trc", "c3d", "csv", "parquet", "npz")
+WITHOUT_AXES = ("glb", "usd")
+EDGE_S = 0.0005  # by which a part is longer at either end: the page gives milliseconds, poses have nanoseconds
+NOTES = ("note: ", "lost: ")  # prefixes of lines on what a file lacks
+
+
+class Progress(msgspec.Struct, frozen=True):
+    """Line of a command with `--remote`.  total: None where it is unknown."""
+
+    done: int
+    total: int | None = None
+
+
+def file_name(take: str, request: SaveTake) -> str:
+    """Name of the file: that of the take, with the part in seconds, such as walk_2.50-8.00s.bvh."""
+    part = ""
+    if request.start_s is not None or request.end_s is not None:
+        start = f"{request.start_s or 0.0:.2f}"
+        part = f"_{start}s" if request.end_s is None else f"_{start}-{request.end_s:.2f}s"
+    return f"{take}{part}{SUFFIXES.get(request.kind, f'.{request.kind}')}"
+
+
+def shift_s(take: Path, request: SaveTake, *, raw: bool) -> float:
+    """Time of the player's position 0 on the clock of `--from` and `--until`, which is 0 at frame 0; seconds.
+
+    raw: see `read_poses`.  Reads the whole take.  Raises UserError for a part without poses, and for a take without an
+    index.
+    """
+    try:
+        index = read_summary(take)
+    except OSError as error:
+        raise UserError(f"{take}: cannot be read: {error.strerror or error}") from error
+    if index is None:
+        raise UserError(f"{take}: its index is lost, so that no part can be chosen: zenocap recover repairs it")
+    poses = summary_of(take, raw=raw)
+    places_s = (poses.captured_ns - index.start_ns) / 1e9
+    start_s, end_s = request.start_s or 0.0, np.inf if request.end_s is None else request.end_s
+    if not np.any((places_s >= start_s - EDGE_S) & (places_s <= end_s + EDGE_S)):
+        raise UserError(f"the part has no pose: allowed: between {max(0.0, places_s[0]):.2f} and {places_s[-1]:.2f} s")
+    return (index.start_ns - poses.start_ns) / 1e9
+
+
+def command_line(take: Path, output: Path, request: SaveTake, shift: float, *, raw: bool) -> list[str]:
+    """The command that writes `output`.  shift: of `shift_s`."""
+    command = "render" if request.kind in DRAWN else "export"
+    line = [sys.executable, "-P", "-m", "zenocap", command, str(take), "-o", str(output), "--remote"]
+    for option, place_s, edge_s in (("--from", request.start_s, -EDGE_S), ("--until", request.end_s, EDGE_S)):
+        if place_s is not None:
+            line += [option, f"{max(0.0, place_s + shift + edge_s):.9f}s"]
+    if request.smooth_hz is not None:
+        line += ["--smooth", f"{request.smooth_hz:g}"]
+    if raw:
+        line.append("--raw")
+    if request.kind in DRAWN:
+        line += ["--view", request.view, "--size", request.size, "--theme", request.theme]
+        line += ["--trails", f"{request.trails_s:g}"] if request.trails_s else []
+        line += ["--follow"] if request.follow and request.kind in FILMS else []
+        return line
+    line += ["--to", request.kind]
+    line += ["--joints", request.joints] if request.kind in WITH_JOINTS else []
+    line += ["--axes", request.axes] if request.kind not in WITHOUT_AXES else []
+    return line
+
+
+def progress_of(line: str) -> Progress | None:
+    """The progress that a line states; None for another line."""
+    try:
+        return msgspec.json.decode(line, type=Progress)
+    except msgspec.MsgspecError:
+        return None
+
+
+def reason(lines: Sequence[str], status: int) -> str:
+    """One line on why a command failed.  lines: of its standard error."""
+    found = next((line for line in lines if line.startswith(ERROR_PREFIX)), None)
+    if found is not None:
+        return found.removeprefix(ERROR_PREFIX)
+    last = next((line for line in reversed(lines) if line.strip(" │╭╮╰╯─")), "")
+    return f"the command ended with status {status}" + (f": {last.strip(' │')}" if last else "")
+
+
+def notes_of(lines: Sequence[str]) -> list[str]:
+    """What a file lacks, one line each."""
+    found = []
+    for line in lines:
+        for prefix in NOTES:
+            if line.startswith(prefix):
+                found.append(line.removeprefix(prefix) if prefix == "note: " else line)
+    return found

@@ -1,0 +1,97 @@
+"""Command lines that save a take for a page, and what is read from their output."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.support.pose_tracks import moving
+from zenocap.common import messages as m
+from zenocap.common.errors import UserError
+from zenocap.common.recording.summary import read_summary
+from zenocap.services.animator.page.page_messages import decode_command
+from zenocap.services.animator.page.save_messages import SaveTake
+from zenocap.services.animator.save_command import Progress, command_line, file_name, notes_of, progress_of, reason, shift_s
+
+TAKE, OUTPUT = Path("/takes/walk.mcap"), Path("/takes/.zenocap-x/walk.bvh")
+
+
+def line(request: SaveTake, shift: float = 0.0, *, raw: bool = False) -> list[str]:
+    return command_line(TAKE, OUTPUT, request, shift, raw=raw)[4:]
+
+
+def test_the_name_has_the_take_the_part_and_the_format() -> None:
+    assert file_name("walk", SaveTake("bvh")) == "walk.bvh"
+    assert file_name("walk", SaveTake("usd", start_s=2.5, end_s=8.0)) == "walk_2.50-8.00s.usdc"
+    assert file_name("walk", SaveTake("png", start_s=2.5)) == "walk_2.50s.png"
+    assert file_name("walk", SaveTake("csv", end_s=8.0)) == "walk_0.00-8.00s.csv"
+
+
+def test_options_of_a_format_and_no_others_are_given() -> None:
+    common = [str(TAKE), "-o", str(OUTPUT), "--remote"]
+    assert line(SaveTake("bvh", joints="coco", axes="z-up")) == ["export", *common, "--to", "bvh", "--axes", "z-up"]
+    assert line(SaveTake("glb", axes="z-up"), raw=True) == ["export", *common, "--raw", "--to", "glb"]
+    found = line(SaveTake("trc", 1.0, 2.0, "halpe", "opensim", 6.0), shift=10.0)
+    part = ["--from", "10.999500000s", "--until", "12.000500000s", "--smooth", "6"]
+    assert found == ["export", *common, *part, "--to", "trc", "--joints", "halpe", "--axes", "opensim"]
+    found = line(SaveTake("mp4", view="front", follow=True, trails_s=1.0, theme="dark"))
+    assert found == [
+        "render",
+        *common,
+        "--view",
+        "front",
+        "--size",
+        "1280x720",
+        "--theme",
+        "dark",
+        "--trails",
+        "1",
+        "--follow",
+    ]
+
+
+@pytest.mark.parametrize(
+    "field", ['"kind":"exe"', '"kind":"bvh","start_s":-1', '"kind":"bvh","smooth_hz":0', '"kind":"bvh","take":"x.mcap"']
+)
+def test_other_values_are_refused(field: str) -> None:
+    assert decode_command('{"type":"save_take","kind":"bvh","start_s":1.5}') == SaveTake("bvh", 1.5)
+    with pytest.raises(ValueError, match="invalid command from a page"):
+        decode_command(f'{{"type":"save_take",{field}}}')
+
+
+def test_positions_of_the_player_become_times_since_frame_0(tmp_path: Path) -> None:
+    """The first message, at which the player begins, may be earlier than frame 0."""
+    poses = messages_of_track(moving(20, rate=10.0))
+    early = m.Posture(
+        frame=0, captured_ns=START_NS - 3_000_000_000, label="squat", start_ns=START_NS - 3_000_000_000,
+        end_ns=START_NS - 3_000_000_000, log_likelihoods={}, score=1.0, margin=0.0,
+    )  # fmt: skip
+    take = write_take(tmp_path / "a.mcap", [early, *poses])
+    index = read_summary(take)
+    assert index is not None
+    assert index.start_ns == START_NS - 3_000_000_000
+    assert shift_s(take, SaveTake("bvh", 3.5, 4.0), raw=False) == pytest.approx(-3.0)
+    for request in (SaveTake("bvh", 5.0), SaveTake("bvh", None, 2.9)):
+        with pytest.raises(UserError, match=r"the part has no pose: allowed: between 3\.00 and 4\.90 s"):
+            shift_s(take, request, raw=False)
+
+
+def test_a_cut_take_has_no_parts(tmp_path: Path) -> None:
+    take = write_take(tmp_path / "a.mcap", messages_of_track(moving(20)))
+    take.write_bytes(take.read_bytes()[:-100])
+    with pytest.raises(UserError, match=r"its index is lost.*zenocap recover"):
+        shift_s(take, SaveTake("bvh", 1.0), raw=False)
+
+
+def test_output_of_the_commands() -> None:
+    assert progress_of('{"done": 4, "total": 10}') == Progress(4, 10)
+    assert progress_of('{"done": 0, "total": null}') == Progress(0)
+    assert progress_of("error: x") is None
+    lines = ["note: 2 frames without pose: blank", "lost: cut before its end", "drawing"]
+    assert notes_of(lines) == ["2 frames without pose: blank", "lost: cut before its end"]
+    assert reason(["note: a", "error: x: allowed: y", "z"], 1) == "x: allowed: y"
+    assert (
+        reason(["Usage: export", "╭─ Error ─╮", "│ no such option │", "╰──╯"], 2)
+        == "the command ended with status 2: no such option"
+    )
+    assert reason([], -9) == "the command ended with status -9"

@@ -17,8 +17,9 @@ def board_pictures(folder: Path, count: int = 16, board: Board = FILM_BOARD, see
     """Write pictures 00.png, 01.png ... of two cameras; in the last the board lies on the floor.  Returns the cameras."""
     cameras = room(2, seed, SIZE)
     picture = cv2.copyMakeBorder(board.picture(40), 20, 20, 20, 20, cv2.BORDER_CONSTANT, value=255)
-    margin = 0.5 * board.square_m
-    side_m = board.columns * board.square_m + 2 * margin, board.rows * board.square_m + 2 * margin
+    edge = 0.5 * board.square_m
+    side_m = board.extent[0] * board.square_m + 2 * edge, board.extent[1] * board.square_m + 2 * edge
+    margin = edge + board.spacing * board.square_m
     low, high = (-0.7, 0.6, -0.7), (0.7, 1.6, 0.7)
     motion = BoardMotion(cameras, low, high, 0.5, seed, key_s=1.0, centre=tuple(board.middle.tolist()))
     for camera in cameras:

@@ -28,9 +28,10 @@ def picture_of(board: Board, camera: Camera, pose: tuple[Floats, Floats], seed: 
     drawn = board.picture(SQUARE_PX)
     white = 0 if board.inverted else 255
     framed = cv2.GaussianBlur(np.pad(drawn, SQUARE_PX, constant_values=white), (0, 0), 1.0)  # else edges have steps
-    sides = np.array([board.columns + 2, board.rows + 2]) * board.square_m
+    sides = (np.array(board.extent) + 2) * board.square_m
+    margin = (1 + board.spacing) * board.square_m
     rotation, shift = pose
-    moved = rotation, shift - rotation @ np.array([board.square_m, board.square_m, 0.0])
+    moved = rotation, shift - rotation @ np.array([margin, margin, 0.0])
     return board_image(camera, framed, sides, moved, seed)
 
 

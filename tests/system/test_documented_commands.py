@@ -31,6 +31,7 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.simulation.rendering.video_file import write_video
+from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.scene import SCENE_EXAMPLE
 from zenocap.tools.launcher.peer_mesh import free_ports
 
@@ -143,6 +144,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     # Pictures instead of videos, of a board of another size than the documented one: only the scale differs.
     films = board_pictures(place / "films", 63)
     write_calibration(place / "lenses.toml", {camera.name: camera for camera in films})
+    board_pictures(place / "grid-films", 30, checked_board("aprilgrid", 6, 6, 150.0))
     (place / "points.toml").write_text(SCENE_EXAMPLE, encoding="utf-8")
     (place / "lens.yaml").write_text(ros_info_text(Lens.of(paper_cameras((640, 480))[0])), encoding="utf-8")
     shutil.copy(POSTURES / "fifteen.postures", place / "mine.postures")

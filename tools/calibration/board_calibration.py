@@ -9,6 +9,7 @@ from zenocap.common.arrays import Bools, Floats
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
+from zenocap.tools.calibration.april_grid import check_spacing
 from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_views import CameraViews
 from zenocap.tools.calibration.bundle import Adjusted, Corners, RigState, adjusted, seen_corners
@@ -75,6 +76,7 @@ def calibrated_rig(
 
     delays: whether to estimate them; else images are of the times that their files say.  Raises UserError.
     """
+    check_spacing(board, [view for one in seen for view in one.views])
     corners, names = board.corners, [one.name for one in seen]
     models, held_out = [], []
     for one in seen:

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats, Image, Ints
-from zenocap.tools.calibration.board import DICTIONARIES, Board
+from zenocap.tools.calibration.april_grid import AprilGridFinder, columns_of
+from zenocap.tools.calibration.board import APRILGRID_DICTIONARY, DICTIONARIES, Board
 from zenocap.tools.calibration.parameters import DARK_LEVEL, MIN_CORNERS
 
 Corners = tuple[Ints, Floats]
@@ -21,7 +22,9 @@ REFINED_PX = 16.0  # least distance of corners that are refined: smaller windows
 LAYOUT_PX, LAYOUT_SHARE = 5.0, 0.9  # of marker corners off a layout, and share of them that fit it
 REASON_IMAGES = 4  # in which other markers are searched: large dictionaries take a third of a second each
 OTHERS = ("4x4_1000", "5x5_1000", "6x6_1000", "7x7_1000", "apriltag_36h11", "original")
+EVERY_TAG = Board("aprilgrid", 1, 587, 1.0, 1.0, APRILGRID_DICTIONARY, spacing=0.3)  # all tags of the family
 CHESSBOARD_SQUARES = 5  # at least, of a chessboard that is named; between blurred markers fewer are seen
+APRILGRID_SEEN = "the board has the tags of an AprilGrid: --kind aprilgrid"
 REFINEMENT = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 30, 0.01)
 
 
@@ -31,11 +34,15 @@ class BoardDetector:
     def __init__(self, board: Board) -> None:
         self.board = board
         self._detector = cv2.aruco.CharucoDetector(board.opencv()) if board.kind == "charuco" else None
+        self._grid = AprilGridFinder(board) if board.kind == "aprilgrid" else None
 
     def corners(self, grey: Image) -> Corners | None:
         """Corners of the board in an image (height, width); None for fewer than six, or when they are on a line."""
         image = 255 - grey if self.board.inverted else grey
-        found = self._chessboard(image) if self._detector is None else self._charuco(image)
+        if self._grid is not None:
+            found = self._grid.corners(image)
+        else:
+            found = self._chessboard(image) if self._detector is None else self._charuco(image)
         if found is None or len(found[0]) < MIN_CORNERS:
             return None
         extents = np.linalg.svd(found[1] - found[1].mean(axis=0), compute_uv=False)
@@ -75,11 +82,13 @@ class BoardDetector:
 
         Only neighbours are compared: over the whole image a lens may bend the board by many pixels.
         """
-        grid = np.full((self.board.rows - 1, self.board.columns - 1, 2), np.nan)
+        grid = np.full((*self.board.grid, 2), np.nan)
         grid.reshape(-1, 2)[found[0]] = found[1]
         square = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]  # clockwise in the image
         turned = np.concatenate([_area(*(square[k] for k in range(4) if k != left)).ravel() for left in range(4)])
-        bent = np.concatenate([_bend(grid[:, :-2], grid[:, 1:-1], grid[:, 2:]), _bend(grid[:-2], grid[1:-1], grid[2:])])
+        step = 2 if self.board.kind == "aprilgrid" else 1  # from tag to tag: corners that are equally far apart
+        ends = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
+        bent = np.concatenate([_bend(*(grid[:, one] for one in ends)), _bend(*(grid[one] for one in ends))])
         turned, bent = turned[np.isfinite(turned)], bent[np.isfinite(bent)]
         straight = len(bent) == 0 or bool((bent < MAX_BEND).mean() > IN_ORDER)
         return straight and len(turned) > 0 and bool((turned > 0).mean() > IN_ORDER)
@@ -102,12 +111,16 @@ def why_not_found(board: Board, images: Sequence[Image]) -> str:
     images = images[:: max(1, len(images) // REASON_IMAGES)]
     if board.kind == "chessboard":
         return _other_chessboard(board, images)
+    if board.kind == "aprilgrid":
+        return _other_grid(board, images)
     if board_variant(board, [np.ascontiguousarray(image[:, ::-1]) for image in images])[1]:
         return "the images are mirrored: switch mirroring off in the camera or its program"
     names = [board.dictionary, *(name for name in OTHERS if name != board.dictionary)]
     seen = {name: max((_markers(name, image) for image in images), key=lambda found: len(found[0])) for name in names}
     name = max(names, key=lambda one: (len(seen[one][0]), one == board.dictionary))
     ids, corners = seen[name]
+    if len(ids) < 3 and len(_most_tags(images)) >= 3:
+        return APRILGRID_SEEN
     if len(ids) < 3:
         squares = _chessboard_squares(images)
         if squares is not None and squares[0] >= CHESSBOARD_SQUARES:
@@ -177,11 +190,39 @@ def _layout(board: Board, ids: Ints, corners: Floats) -> tuple[int, int] | None:
     return kept.pop() if len(kept) == 1 else None
 
 
+def _most_tags(images: Sequence[Image]) -> dict[int, Floats]:
+    """The tags of the image with most tags of AprilGrids, of any numbers."""
+    finders = [AprilGridFinder(EVERY_TAG), AprilGridFinder(replace(EVERY_TAG, border=1))]
+    return max((finder.alike(image) for image in images for finder in finders), key=len)
+
+
+def _other_grid(board: Board, images: Sequence[Image]) -> str:
+    """Why no AprilGrid was found in images, for people."""
+    most = _most_tags(images)
+    if board_variant(board, [np.ascontiguousarray(image[:, ::-1]) for image in images])[1]:
+        return "the images are mirrored: switch mirroring off in the camera or its program"
+    if len(most) >= 3:
+        columns = columns_of(most)
+        if columns is not None and columns != board.columns:
+            rows = max(board.rows if columns * board.rows > max(most) else 0, max(most) // columns + 1)
+            return f"the board has other numbers of tags: its tags fit --columns {columns} --rows {rows}"
+        return f"only {len(most)} tags are seen at once: show more of the board, nearer and sharper"
+    for name in OTHERS:
+        ids = max((_markers(name, image)[0] for image in images), key=len)
+        if len(ids) >= 3 and name != APRILGRID_DICTIONARY:
+            return f"no AprilGrid is seen, but markers: --kind charuco --dictionary {_smallest(name, int(ids.max()))}"
+    return f"no tags are seen: is this a {board}? It must be flat, sharp, lit evenly, and each tag 22 px large or more"
+
+
 def _other_chessboard(board: Board, images: Sequence[Image]) -> str:
     for name in OTHERS:
         ids = max((_markers(name, image)[0] for image in images), key=len)
+        if len(ids) >= 3 and name == APRILGRID_DICTIONARY:
+            return f"{APRILGRID_SEEN}, or --kind charuco --dictionary {name}"
         if len(ids) >= 3:
             return f"the board has markers: --kind charuco --dictionary {_smallest(name, int(ids.max()))}"
+    if len(_most_tags(images)) >= 3:
+        return APRILGRID_SEEN
     seen = _chessboard_squares(images)
     if seen is not None and set(seen) != {board.columns, board.rows}:
         return f"the board has other numbers of squares: {seen[0]} and {seen[1]} fit (squares, not inner corners)"

@@ -10,6 +10,7 @@ from math import floor
 import cv2
 import numpy as np
 
+from zenocap.common.arrays import Bytes
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.board import DICTIONARIES, Board
 
@@ -33,12 +34,15 @@ Rectangle = tuple[float, float, float, float]
 """left, bottom, width, height, mm."""
 
 
-def largest_square(columns: int, rows: int, paper: str) -> float:
-    """Side in mm, rounded down to 0.1 mm, of the largest squares with which a board fits the paper."""
+def largest_square(columns: float, rows: float, paper: str) -> float:
+    """Side in mm, rounded down to 0.1 mm, of the largest squares with which a board fits the paper.
+
+    columns, rows: of squares; of an AprilGrid the board's extent by the side of a tag.
+    """
     return max(floor(10 * side + 1e-6) / 10 for side in _sides(columns, rows, paper))
 
 
-def default_square(columns: int, rows: int, paper: str) -> float:
+def default_square(columns: float, rows: float, paper: str) -> float:
     """The largest multiple of 5 mm with which a board fits the paper; of 0.5 mm below 5 mm."""
     largest = largest_square(columns, rows, paper)
     step = 5.0 if largest >= 5.0 else 0.5
@@ -48,24 +52,28 @@ def default_square(columns: int, rows: int, paper: str) -> float:
 def board_pdf(board: Board, paper: str) -> bytes:
     """A PDF with one page: the board, a ruler of 100 mm, and what to do.  Raises UserError where it does not fit."""
     side = 1000 * board.square_m
-    upright, lying = _sides(board.columns, board.rows, paper)
+    across, down = board.extent
+    upright, lying = _sides(across, down, paper)
     if side > max(upright, lying) + 1e-6:
-        largest = largest_square(board.columns, board.rows, paper)
+        largest = largest_square(across, down, paper)
+        pieces = "tags" if board.kind == "aprilgrid" else "squares"
         raise UserError(
-            f"--square {side:g}: {board.columns} x {board.rows} squares do not fit --paper {paper} with a margin of "
-            f"{MARGIN_MM:g} mm: allowed: up to {largest:g} mm, fewer squares, or a larger paper"
+            f"--square {side:g}: {board.columns} x {board.rows} {pieces} do not fit --paper {paper} with a margin of "
+            f"{MARGIN_MM:g} mm: allowed: up to {largest:g} mm, fewer {pieces}, or a larger paper"
         )
     size = PAPERS[paper] if side <= upright + 1e-6 else PAPERS[paper][::-1]
-    left, top = (size[0] - board.columns * side) / 2, size[1] - MARGIN_MM
+    left, top = (size[0] - across * side) / 2, size[1] - MARGIN_MM
     shapes = [[(left + x, top - y - h, w, h) for x, y, w, h in shape] for shape in _black(board)]
-    foot = top - board.rows * side - GAP_MM
+    foot = top - down * side - GAP_MM
     ruler = [(MARGIN_MM, foot, RULER_MM, 0.3), (MARGIN_MM - 0.15, foot - 2, 0.3, 4.0)]
     ruler.append((MARGIN_MM + RULER_MM - 0.15, foot - 2, 0.3, 4.0))
     words = [(MARGIN_MM + RULER_MM + 3, foot - 1, f"{RULER_MM:g} mm: check with a ruler")]
+    name = "tag" if board.kind == "aprilgrid" else "square"
+    measured = f"{name}: {side:g} mm: measure it with a ruler after printing; print at 100 %, not 'fit to page'"
     for number, line in enumerate(
         (
             f"{board}",
-            f"square: {side:g} mm: measure it with a ruler after printing; print at 100 %, not 'fit to page'",
+            measured,
             "glue it to something flat and stiff; keep the white around it",
         )
     ):
@@ -73,7 +81,7 @@ def board_pdf(board: Board, paper: str) -> bytes:
     return _document(size, _content([*shapes, ruler], words), f"{board}")
 
 
-def _sides(columns: int, rows: int, paper: str) -> tuple[float, float]:
+def _sides(columns: float, rows: float, paper: str) -> tuple[float, float]:
     """Largest sides of the squares, mm, on the upright paper and on the lying one."""
     width, height = PAPERS[paper]
     upright = min((width - 2 * MARGIN_MM) / columns, (height - 2 * MARGIN_MM - CAPTION_MM) / rows)
@@ -87,6 +95,8 @@ def _black(board: Board) -> list[list[Rectangle]]:
         return [
             [(j * side, k * side, side, side)] for k in range(board.rows) for j in range(board.columns) if (j + k) % 2 == 0
         ]
+    if board.kind == "aprilgrid":
+        return _black_grid(board)
     drawn = board.opencv()
     places = [1000 * np.asarray(corners, dtype=np.float64)[:, :2].min(axis=0) for corners in drawn.getObjPoints()]
     white = {(int(place[0] // side), int(place[1] // side)) for place in places}
@@ -95,12 +105,29 @@ def _black(board: Board) -> list[list[Rectangle]]:
     return [[(j * side, k * side, side, side)] for j, k in squares] + markers
 
 
+def _black_grid(board: Board) -> list[list[Rectangle]]:
+    """The tags of an AprilGrid and the squares at their corners; see `_black`."""
+    side = 1000 * board.square_m
+    gap = board.spacing * side
+    step = side + gap
+    shapes = [[(j * step, k * step, gap, gap)] for k in range(board.rows + 1) for j in range(board.columns + 1)]
+    for k in range(board.rows):
+        for j in range(board.columns):
+            shapes.append(_runs(board.tag(board.tag_number(j, k)), (gap + j * step, gap + k * step), side))
+    return shapes
+
+
 def _marker(board: Board, number: int, place: Sequence[float]) -> list[Rectangle]:
     """Runs of black cells of a marker, with its border of one cell."""
     dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARIES[board.dictionary])
     cells = dictionary.markerSize + 2
     bits = cv2.aruco.generateImageMarker(dictionary, number, cells)
-    cell, runs = 1000 * board.marker_m / cells, []
+    return _runs(np.asarray(bits, dtype=np.uint8), place, 1000 * board.marker_m)
+
+
+def _runs(bits: Bytes, place: Sequence[float], side: float) -> list[Rectangle]:
+    """Runs of black cells (n, n) of a marker of a side, mm, whose left upper corner is at `place`."""
+    cell, runs = side / len(bits), []
     for k, row in enumerate(bits):
         begin = 0
         for white, group in groupby(row > 127):

@@ -9,6 +9,15 @@ PROBED_FRAMES: Final = 12  # of a camera, evenly spread, that tell the variant o
 DARK_LEVEL: Final = 25.0  # mean grey of images without a board, below which darkness is named; chosen by hand
 MAX_LOOKS: Final = 1500  # frames of a camera in which the board is searched; 25 ms each at 1280 x 720
 BURST_S: Final = 0.4  # of a longer video, stretches of this length are searched, evenly spread: motion needs neighbours
+# Passes of the search for tags of an AprilGrid: magnification, and least contrast in levels, which separates tags from the
+# squares that touch them.  Of 540 tags in 15 simulated images, OpenCV's 7 levels found 178, these 271 and 427.
+TAG_PASSES: Final = ((1, 22), (2, 15))
+FEW_TAGS: Final = 4  # below which the next pass is made; others are predicted from these
+TAG_ALIKE: Final = 0.7  # least correlation of the cells of a predicted tag; another tag has 0.5 or less
+TAG_BEND: Final = 0.02  # of its side, by which a tag may be off what its neighbours predict, and 0.5 px: bent by lenses
+MIN_TAG_PX: Final = 22.0  # least side of a tag: of 20 px, its corners are 0.5 px off and more in simulated images
+SPACING_PAIRS: Final = 1500  # neighbouring tags that the spacing is measured from; chosen by hand
+SPACING_OFF: Final = 0.015  # difference of the measured spacing, from which the given one is wrong
 
 # Choice of instants.
 MAX_SHARED: Final = 120  # instants at which several cameras see the board; more lowered no error of simulated boards

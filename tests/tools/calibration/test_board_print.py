@@ -34,6 +34,8 @@ def rendered(pdf: bytes) -> np.ndarray:
         ("charuco", 9, 6, 25.0, "5x5_100", "a4"),  # even rows; lying paper
         ("charuco", 7, 5, 20.0, "apriltag_36h11", "letter"),
         ("chessboard", 6, 9, 25.0, "4x4_50", "a4"),
+        ("aprilgrid", 6, 6, 20.0, None, "a4"),
+        ("aprilgrid", 7, 4, 24.0, None, "a3"),
         ("chessboard", 9, 6, 30.0, "4x4_50", "a3"),
     ],
 )
@@ -43,14 +45,14 @@ def test_all_corners_of_a_print_are_found_where_they_belong(kind, columns, rows,
     width, height = PAPERS[paper]
     assert sorted(image.shape) == pytest.approx(sorted([PX_MM * width, PX_MM * height]), abs=1.5)
     ids, pixels = BoardDetector(board).corners(image)
-    assert ids.tolist() == list(range((columns - 1) * (rows - 1)))
+    assert ids.tolist() == list(range(len(board.corners)))
     expected = 1000 * PX_MM * (board.corners[:, :2] - board.corners[:, :2].mean(axis=0))
     found = pixels - pixels.mean(axis=0)
     assert found == pytest.approx(expected, abs=0.4)
     assert (found * expected).sum(axis=0) / (expected**2).sum(axis=0) == pytest.approx(1.0, abs=1e-3)
-    left, top = pixels[0] / PX_MM - square
+    left, top = pixels[0] / PX_MM - square * (board.spacing or 1.0)
     page = image.shape[1] / PX_MM
-    assert (left, top) == pytest.approx(((page - columns * square) / 2, MARGIN_MM), abs=0.2)
+    assert (left, top) == pytest.approx(((page - board.extent[0] * square) / 2, MARGIN_MM), abs=0.2)
 
 
 def test_the_margin_is_white_and_the_ruler_is_100_mm():

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.live.camera import LiveCamera
     from zenocap.tools.live.page import Mode
 
-Kind = Literal["charuco", "chessboard"]
+Kind = Literal["charuco", "chessboard", "aprilgrid"]
 
 
 def board(
@@ -37,15 +37,31 @@ def board(
         ),
     ] = None,
     square: Annotated[
-        float, typer.Option(metavar="MM", help="Side of a square, mm, measured on the print.", show_default=False)
+        float,
+        typer.Option(
+            metavar="MM",
+            help="Side of a square, or of a tag of an AprilGrid, mm, measured on the print.",
+            show_default=False,
+        ),
     ],
-    columns: Annotated[int | None, typer.Option(help="Squares in a row.", show_default="5, of a chessboard 6")] = None,
-    rows: Annotated[int | None, typer.Option(help="Squares in a column.", show_default="7, of a chessboard 9")] = None,
+    columns: Annotated[
+        int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6")
+    ] = None,
+    rows: Annotated[
+        int | None,
+        typer.Option(help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6"),
+    ] = None,
     kind: Annotated[Kind, typer.Option(help="Kind of the board.")] = "charuco",
     marker: Annotated[
         float | None, typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out.")
     ] = None,
-    dictionary: Annotated[str, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.")] = "4x4_50",
+    dictionary: Annotated[
+        str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")
+    ] = None,
+    spacing: Annotated[
+        float | None,
+        typer.Option(help="White between two tags of an AprilGrid, by the side of a tag.", show_default="0.3, as Kalibr"),
+    ] = None,
     floor: Annotated[
         list[float] | None,
         typer.Option(
@@ -92,7 +108,7 @@ def board(
     with one_line_errors():
         usual = usual_squares(kind)
         squares = usual[0] if columns is None else columns, usual[1] if rows is None else rows
-        described = checked_board(kind, *squares, square, marker, dictionary)
+        described = checked_board(kind, *squares, square, marker, dictionary, spacing)
         check_new(output, force)
         known = None if lenses is None else read_lenses(lenses)
         if live:

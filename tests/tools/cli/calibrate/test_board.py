@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 from tests.support.board_films import board_pictures
 from tests.support.board_views import places, rig_error_m
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
+from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.commands import calibrate
 
 BOARD = ("--square", "200", "--columns", "5", "--rows", "7")
@@ -64,6 +65,35 @@ def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
         assert camera.centre == pytest.approx(true.centre, abs=0.02)
 
 
+def test_an_april_grid_is_calibrated_and_its_wrong_spacing_named(tmp_path):
+    cameras = board_pictures(tmp_path / "films", 12, checked_board("aprilgrid", 4, 5, 200.0), seed=2)
+    write_calibration(tmp_path / "lenses.toml", {one.name: one for one in cameras})
+    options = (
+        "--kind",
+        "aprilgrid",
+        "--square",
+        "200",
+        "--columns",
+        "4",
+        "--rows",
+        "5",
+        "--lenses",
+        tmp_path / "lenses.toml",
+    )
+    result = run(tmp_path / "films", *options, "--floor", "11", "-o", tmp_path / "a.toml")
+    assert result.exit_code in (0, 3), result.output
+    assert "board: aprilgrid, 4 x 5 tags of 200 mm, spacing 0.3" in result.output
+    found = read_calibration(tmp_path / "a.toml")
+    assert rig_error_m(list(found.values()), cameras, places()) < 0.004
+    for name, camera in found.items():  # of the board's place and direction, too
+        true = next(one for one in cameras if one.name == name)
+        assert camera.centre == pytest.approx(true.centre, abs=0.03)
+    result = run(tmp_path / "films", *options, "--spacing", "0.25", "-o", tmp_path / "b.toml")
+    assert result.exit_code == 1, result.output
+    assert "--spacing 0.25: in the images, 0.30" in result.output
+    assert not (tmp_path / "b.toml").exists()
+
+
 @pytest.mark.parametrize(
     ("options", "status", "text"),
     [
@@ -76,6 +106,8 @@ def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
             1,
             "--columns 5 --rows 9: a chessboard looks the same",
         ),
+        (("--square", "200", "--spacing", "0.3"), 1, "--spacing 0.3: allowed: with --kind aprilgrid"),
+        (("--square", "200", "--kind", "aprilgrid", "--spacing", "3"), 1, "--spacing 3: allowed: 0.1 to 1"),
         (("--square", "200", "--kind", "chessboard"), 1, "the board has markers"),
         (("--square", "200", "--lenses", "none.toml"), 1, "none.toml: no such calibration file"),
         ((), 2, "--square"),

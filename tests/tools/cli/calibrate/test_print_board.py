@@ -5,7 +5,7 @@ from typing import get_args
 import pytest
 from typer.testing import CliRunner
 
-from zenocap.tools.calibration.board import DEFAULT_CHESSBOARD, DEFAULT_COLUMNS, DEFAULT_ROWS
+from zenocap.tools.calibration.board import DEFAULT_APRILGRID, DEFAULT_CHESSBOARD, DEFAULT_COLUMNS, DEFAULT_ROWS
 from zenocap.tools.calibration.board_print import PAPERS
 from zenocap.tools.cli.calibrate.commands import calibrate
 from zenocap.tools.cli.calibrate.print_board import Paper
@@ -21,6 +21,11 @@ def run(*arguments: object):
         ((), "--square 35\n"),
         (("--paper", "letter"), "--square 30\n"),
         (("--kind", "chessboard"), "--square 25 --kind chessboard\n"),
+        (("--kind", "aprilgrid"), "--square 20 --kind aprilgrid\n"),
+        (
+            ("--kind", "aprilgrid", "--columns", 4, "--rows", 5, "--spacing", 0.25, "--square", 30),
+            "--square 30 --kind aprilgrid --columns 4 --rows 5 --spacing 0.25\n",
+        ),
         (
             ("--columns", 11, "--rows", 10, "--dictionary", "5x5_100", "--square", 22.5, "--paper", "a3"),
             "--square 22.5 --columns 11 --rows 10 --dictionary 5x5_100\n",
@@ -39,6 +44,8 @@ def test_a_board_is_written_and_the_next_command_describes_it(tmp_path, options,
     [
         (("--square", 40), "error: --square 40: 5 x 7 squares do not fit --paper a4"),
         (("--square", "nan"), "error: --square nan: allowed: the side of a square, 2 to 1000 mm"),
+        (("--kind", "aprilgrid", "--square", 30), "error: --square 30: 6 x 6 tags do not fit --paper a4"),
+        (("--spacing", 0.3), "error: --spacing 0.3: allowed: with --kind aprilgrid"),
         (("--columns", 2), "error: --columns 2: allowed: 3 to 40 squares"),
         (("--dictionary", "4x4"), "error: --dictionary 4x4: allowed: 4x4_50, "),
         (
@@ -74,5 +81,6 @@ def test_the_help_states_the_papers_and_defaults():
     assert set(get_args(Paper)) == set(PAPERS)
     text = " ".join(run("--help").output.replace("│", " ").split())
     columns, rows = DEFAULT_CHESSBOARD
-    assert f"{DEFAULT_COLUMNS}, of a chessboard {columns}" in text
-    assert f"{DEFAULT_ROWS}, of a chessboard {rows}" in text
+    assert f"{DEFAULT_COLUMNS}, of other kinds {columns}" in text
+    assert DEFAULT_APRILGRID[0] == columns
+    assert f"{DEFAULT_ROWS}, of a chessboard {rows}, of an AprilGrid {DEFAULT_APRILGRID[1]}" in text

@@ -15,6 +15,7 @@ from rich.console import Console
 from benchmarks.load.bench import Bench, bench
 from benchmarks.load.grids import capacity, network, rates, rigs, subscribers, unlimited, viewers
 from benchmarks.load.overload import overload
+from benchmarks.load.readers import readers
 from benchmarks.load.settings import settings
 from benchmarks.sections import Section, markdown, report, write
 from zenocap.common.runtime.signals import stop_signals
@@ -27,6 +28,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "viewers": viewers,
     "rigs": rigs,
     "subscribers": subscribers,
+    "readers": readers,
     "network": network,
     "capacity": capacity,
     "settings": settings,

@@ -59,6 +59,7 @@ def rigs(bench: Bench) -> Section:
 
 def subscribers(bench: Bench) -> Section:
     plans = [Plan(stand_ins=True, subscribers=count) for count in SUBSCRIBERS]
+    plans += [replace(plan, subscriber_priority="normal") for plan in plans if plan.subscribers]
     notes = (ONE_MACHINE, "Each subscriber receives and decodes every message of the rig.")
     return _section(bench, "subscribers", "Subscribers", notes, plans, "subscribers", lambda plan: plan.subscribers)
 

@@ -6,6 +6,7 @@ revocations arrives or its files change: all links end, and members are back wit
 
 import logging
 import math
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -29,6 +30,9 @@ POLL_S = 0.1  # period at which the files of certificates are looked at, and the
 QUERY_TIMEOUT_S = 0.5  # for the lists of other routers; chosen by hand
 ASK_S = 10.0  # period at which other routers are asked; chosen by hand
 SETTLED_S = 0.5  # without a change of the files; chosen by hand
+# Threads on which Zenoh receives.  A session whose program is frozen (stopped, suspended) holds one from the end of its
+# lease on: with Zenoh's default of 2, four frozen readers stopped the whole rig.  Measured with 16 of them.
+ZENOH_THREADS = ("ZENOH_RUNTIME", "(rx: (worker_threads: 32))")
 RETRY_S = 1.0  # after a failure to open again; chosen by hand
 _State: TypeAlias = list[tuple[int, int] | None]
 
@@ -77,6 +81,7 @@ def router(
 
     Raises BusError when it cannot listen, and BadRevocations.
     """
+    os.environ.setdefault(*ZENOH_THREADS)  # read when this process opens its first session
     revocations = None
     if files is not None:
         if find_spec("cryptography") is not None:

@@ -1,5 +1,6 @@
 """The animator process: read the rig, open the bus, serve the page, run."""
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from zenocap.common.messages import Message
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.clock import RealClock
+from zenocap.common.runtime.priority import lower_priority
 from zenocap.common.runtime.service import Event, Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
@@ -35,11 +37,13 @@ from zenocap.common.topics import (
     UNIVERSAL_BDP,
 )
 from zenocap.common.vision.threads import use_one_thread
-from zenocap.services.animator.outputs.output_group import open_outputs
+from zenocap.services.animator.outputs.output_group import has_outputs, open_outputs
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.parameters import TICK_NS
 from zenocap.services.animator.states import Setup, State
 from zenocap.services.animator.step import counts, describe, initial_state, phase_of, step
+
+logger = logging.getLogger(__name__)
 
 ID = "main"
 TOPICS = (
@@ -86,8 +90,11 @@ def animator_service(
 def run_animator(rig: Rig, takes: Path, options: ZenohOptions, stopped: Callable[[], bool]) -> int:
     """Run until `stopped`; return the exit status.  takes: folder of the takes that the page can play.
 
-    Raises UserError and ValueError at start.
+    Without outputs, to which poses must be sent in time, it has a lower priority than the other services.  Raises UserError
+    and ValueError at start.
     """
+    if not has_outputs(rig.animator):
+        lower_priority(logger)
     use_one_thread()
     clock = RealClock()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:

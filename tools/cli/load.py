@@ -41,6 +41,13 @@ def load(
             min=0, help="Number of additional processes per rig that subscribe to every topic.", rich_help_panel=WHAT
         ),
     ] = 0,
+    subscriber_priority: Annotated[
+        Literal["low", "normal"],
+        typer.Option(
+            help="Priority of the additional subscribers: low, as the animator's, or normal, as that of other programs.",
+            rich_help_panel=WHAT,
+        ),
+    ] = "low",
     log: Annotated[
         bool, typer.Option("--log", help="Let integrators write takes, which are deleted.", rich_help_panel=WHAT)
     ] = False,
@@ -112,6 +119,7 @@ def load(
             Plan(
                 viewers, rigs, rate, _size(size), method or ("two-view" if viewers == 2 and until == "pose" else "hybrid"),
                 until, silhouettes, subscribers, seconds, settle, mesh, log, part, name,
+                subscriber_priority,
             )
         )  # fmt: skip
         if mesh and connect:

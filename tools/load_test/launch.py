@@ -124,9 +124,8 @@ def _specs(plan: Plan, name: str, path: Path, takes: Path) -> list[ProcessSpec]:
                 ProcessSpec(name, "viewer", id, (*member, "stand-in", str(path), "--id", id) if plan.stand_ins else real)
             )
         for number in range(1, plan.subscribers + 1):
-            specs.append(
-                ProcessSpec(name, "subscriber", str(number), (*member, "subscriber", str(path), "--id", str(number)))
-            )
+            command = (*member, "subscriber", str(path), "--id", str(number), "--priority", plan.subscriber_priority)
+            specs.append(ProcessSpec(name, "subscriber", str(number), command))
     return specs
 
 

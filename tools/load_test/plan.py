@@ -10,6 +10,7 @@ from zenocap.common.errors import UserError
 Method = Literal["two-view", "hybrid"]
 Until = Literal["pose", "silhouette"]
 Part = Literal["all", "viewers", "integrators"]
+Priority = Literal["low", "normal"]
 RampQuantity = Literal["rate", "viewers", "rigs"]
 
 MAX_VIEWERS, MAX_RIGS, MAX_RATE = 64, 64, 1000.0
@@ -32,6 +33,7 @@ class Plan:
     stand_ins: viewers that publish recorded messages and compute nothing.  name: prefix of the rigs' names.
     seconds: measured time, after `settle_s` seconds of warm-up.  log: takes are written and deleted.
     mesh: peers without a router; else clients of a router.  part: the processes started on this machine.
+    subscriber_priority: low as that of a page, or normal as that of the services and of other programs.
     """
 
     viewers: int = 2
@@ -48,6 +50,7 @@ class Plan:
     log: bool = False
     part: Part = "all"
     name: str = "load"
+    subscriber_priority: Priority = "low"
 
     @property
     def period_s(self) -> float:
@@ -70,7 +73,8 @@ class Plan:
         what = "stand-ins for viewers" if self.stand_ins else "viewers"
         many = f"{self.rigs} rigs of " if self.rigs > 1 else ""
         more = [", silhouettes only"] if self.until == "silhouette" else [f", {self.method}"]
-        more += [f", {self.subscribers} subscribers"] if self.subscribers else []
+        priority = " of normal priority" if self.subscriber_priority == "normal" else ""
+        more += [f", {self.subscribers} subscribers{priority}"] if self.subscribers else []
         more += [", mesh"] if self.mesh else []
         return f"{many}{self.viewers} {what}, {self.rate:g} frames/s, {self.size[0]}x{self.size[1]}{''.join(more)}"
 

@@ -6,10 +6,12 @@ python -m zenocap.tools.load_test.stand_in stand-in|subscriber RIG --id ID --epo
 """
 
 import argparse
+import logging
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 from msgspec.structs import replace
 
@@ -22,14 +24,18 @@ from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.frame_rate import FrameChoice
+from zenocap.common.runtime.priority import lower_priority
 from zenocap.common.runtime.service import Event, Service, Subscription, run
 from zenocap.common.runtime.signals import stop_signals
 from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, HANDLED, TOPICS
 from zenocap.services.viewer.shell import camera_info
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import there_and_back
+from zenocap.tools.load_test.plan import Priority
 from zenocap.tools.load_test.recorded_messages import RecordedMessages, messages_file, read_messages
 from zenocap.tools.load_test.scene import FILM_FPS
+
+logger = logging.getLogger(__name__)
 
 FAILED = 1
 
@@ -96,8 +102,10 @@ def run_stand_in(viewer: Viewer, rig: str, epoch_ns: int, options: ZenohOptions)
         return run(service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice)
 
 
-def run_subscriber(rig: str, id: str, options: ZenohOptions) -> int:
+def run_subscriber(rig: str, id: str, priority: Priority, options: ZenohOptions) -> int:
     """Receive, decode and count every message of a rig until stopped; return the exit status.  Raises BusError."""
+    if priority == "low":
+        lower_priority(logger)
     clock = RealClock()
     topics = tuple(Subscription(topic, every=True) for topic in TOPICS if topic is not HANDLED)
     service: Service[None, int, DueFrame] = Service(
@@ -128,6 +136,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("kind", choices=("stand-in", "subscriber"))
     parser.add_argument("rig", type=Path)
     parser.add_argument("--id", required=True)
+    parser.add_argument("--priority", choices=get_args(Priority), default="normal")
     parser.add_argument("--epoch-ns", type=int, default=0)
     parser.add_argument("--mode", choices=("peer", "client"))
     parser.add_argument("--connect", action="append", default=[])
@@ -142,7 +151,7 @@ def main(arguments: Sequence[str]) -> int:
     try:
         rig = load_rig(given.rig)
         if given.kind == "subscriber":
-            return run_subscriber(rig.name, given.id, options)
+            return run_subscriber(rig.name, given.id, given.priority, options)
         return run_stand_in(rig.viewer(given.id), rig.name, given.epoch_ns, options)
     except (UserError, OSError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)

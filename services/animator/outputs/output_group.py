@@ -72,9 +72,7 @@ def open_outputs(table: AnimatorTable, rig: str, clock: Clock) -> OutputGroup:
     """Open the enabled outputs of the table; those that fail are logged and listed.  rig: its name."""
     opened: list[Output] = []
     failed: list[str] = []
-    for output_table in (table.vmc, table.vrchat, table.udp, table.foxglove, table.lsl, table.ros):
-        if output_table is None or not output_table.enabled:
-            continue
+    for output_table in _enabled(table):
         try:
             output = _open_output(output_table, rig, clock)
         except OutputError as error:
@@ -84,6 +82,16 @@ def open_outputs(table: AnimatorTable, rig: str, clock: Clock) -> OutputGroup:
             logger.info("%s: sending", output.title)
             opened.append(output)
     return OutputGroup(opened, failed)
+
+
+def has_outputs(table: AnimatorTable) -> bool:
+    """Whether an output is enabled."""
+    return bool(_enabled(table))
+
+
+def _enabled(table: AnimatorTable) -> list[OutputTable]:
+    outputs = (table.vmc, table.vrchat, table.udp, table.foxglove, table.lsl, table.ros)
+    return [output for output in outputs if output is not None and output.enabled]
 
 
 def _open_output(table: OutputTable, rig: str, clock: Clock) -> Output:

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import pytest
+
 from zenocap.tools.load_test.launch import LoadProcesses
-from zenocap.tools.load_test.plan import Plan
+from zenocap.tools.load_test.plan import Plan, Priority
 
 
 def processes(plan: Plan, connect: tuple[str, ...] = ()) -> LoadProcesses:
@@ -57,3 +59,9 @@ def test_stand_ins_and_subscribers_are_processes_of_their_own() -> None:
     specs = processes(Plan(stand_ins=True, subscribers=2)).specs
     assert "stand-in" in specs["load-1 viewer 1"].command
     assert "subscriber" in specs["load-1 subscriber 2"].command
+
+
+@pytest.mark.parametrize("priority", ["low", "normal"])
+def test_the_priority_of_subscribers_is_in_their_command(priority: Priority) -> None:
+    command = processes(Plan(subscribers=1, subscriber_priority=priority)).specs["load-1 subscriber 1"].command
+    assert command[-2:] == ("--priority", priority)

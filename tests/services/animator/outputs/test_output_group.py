@@ -12,7 +12,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, UdpTable, VmcTable
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.animator.outputs import lsl
-from zenocap.services.animator.outputs.output_group import OutputGroup, open_outputs
+from zenocap.services.animator.outputs.output_group import OutputGroup, has_outputs, open_outputs
 from zenocap.services.animator.states import Actor
 
 CLOCK = ManualClock()
@@ -84,3 +84,15 @@ def test_an_output_that_fails_while_sending_does_not_affect_the_others(caplog: p
     assert outputs.counts() == {"broken_sent": 3, "broken_errors": 6, "udp_sent": 5}
     warned = [record.getMessage().split(":")[0] for record in caplog.records if record.levelno > logging.INFO]
     assert warned == ["animator.broken nowhere"] * 2
+
+
+@pytest.mark.parametrize(
+    ("table", "found"),
+    [
+        (AnimatorTable(), False),
+        (AnimatorTable(udp=UdpTable(enabled=False)), False),
+        (AnimatorTable(udp=UdpTable()), True),
+    ],
+)
+def test_an_enabled_output_is_found(table: AnimatorTable, found: bool) -> None:
+    assert has_outputs(table) is found

@@ -156,7 +156,8 @@ class Playback:
             problem = "" if command else replay.problem()
         except (BusError, OSError) as error:
             command, problem = None, str(error)
-        self._publish(pm.PlayerUpdate("", problem=problem and f"{take}: {problem}"))
+        if not isinstance(command, pm.PlayTake | PlayFile):  # else pages would go back to the live rig between two takes
+            self._publish(pm.PlayerUpdate("", problem=problem and f"{take}: {problem}"))
         return command
 
     def _send_postures(self, path: Path, ended: threading.Event) -> None:

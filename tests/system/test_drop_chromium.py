@@ -87,8 +87,10 @@ def test_a_take_is_shown_saved_for_download_only_and_left(page: "playwright.Page
 def test_a_file_is_chosen_by_keys(page: "playwright.Page", tmp_path: Path) -> None:
     take = write_take(tmp_path / "third.mcap", messages_of_track(moving(40, rate=20.0)))
     button = page.get_by_role("button", name="Open a take …", exact=True)
+    page.click("#pause")  # Chromium without a graphics card draws nothing meanwhile
+    until(page, lambda: page.get_attribute("#pause", "aria-label") == "play", "a pause")
     button.focus()
-    with page.expect_file_chooser() as chooser:
+    with page.expect_file_chooser(timeout=90_000) as chooser:
         page.keyboard.press("Enter")
     chooser.value.set_files(take)
     until(page, lambda: page.inner_text("#take-name") == "third", "the chosen take")

@@ -19,7 +19,7 @@ from zenocap.common.topics import topic_of
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page.page_messages import Feed
-from zenocap.services.animator.playback import Playback
+from zenocap.services.animator.playback import Playback, PlayFile, StopPlayer
 from zenocap.services.animator.shell import TOPICS
 
 pytestmark = pytest.mark.system
@@ -99,3 +99,24 @@ def test_readable_messages_of_a_take_are_shown_beside_those_of_another_version(
 def test_a_missing_take_is_reported(page: Page, playback: Playback) -> None:
     playback.send(pm.PlayTake("gone.mcap"))
     page.wait_until(lambda: page.problems() == ["gone.mcap: no such take"])
+
+
+def test_another_take_follows_without_a_state_of_no_take(tmp_path: Path, page: Page, playback: Playback) -> None:
+    """Pages go back to the live rig when no take is played."""
+    (tmp_path / "dropped").mkdir()
+    for path in (tmp_path / "a.mcap", tmp_path / "dropped" / "b.mcap"):
+        take(path, lambda k: False)
+    playback.send(pm.PlayTake("a.mcap"))
+    page.wait_until(lambda: page.sees("pose"))
+    assert playback.current == tmp_path / "a.mcap"
+    playback.send(PlayFile(tmp_path / "dropped" / "b.mcap"))
+
+    def players() -> list[dict[str, object]]:
+        return [update for update in page.updates if update["type"] == "player"]
+
+    page.wait_until(lambda: players()[-1]["take"] == "b.mcap")
+    assert [playback.owns(path) for path in (tmp_path / "a.mcap", tmp_path / "dropped" / "b.mcap")] == [True, False]
+    assert {(update["take"], update["opened"]) for update in players()} == {("a.mcap", 1), ("b.mcap", 2)}
+    playback.send(StopPlayer())
+    page.wait_until(lambda: players()[-1]["take"] == "")
+    assert playback.current is None

@@ -1,6 +1,7 @@
 """Pictures of a shown take: of the time of the pose while it plays, of the position of the player while it is paused."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,7 +9,8 @@ from tests.common.formats.test_take_poses import START_NS, messages_of_track, wr
 from tests.services.animator.test_comparison import actor, timed
 from tests.support.pose_tracks import moving
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.page.page_messages import PlayerUpdate
+from zenocap.services.animator.page.page_messages import PlayerUpdate, PlayTake
+from zenocap.services.animator.playback import PlayFile
 from zenocap.services.animator.show import TakePage
 
 SHIFT_NS = 40_000_000_000  # of the fifth repetition of a take of 10 s
@@ -43,3 +45,22 @@ def test_pictures_follow_the_poses_while_a_take_plays_and_the_position_while_it_
     page._on_update(PlayerUpdate("a.mcap", 0.4, 0.5, paused=True))
     page._on_pose(actor(track, 7, SHIFT_NS), SHIFT_NS)
     assert feed.shown == pytest.approx([0.2, 0.25, 0.4])
+
+
+def test_a_dropped_take_that_cannot_be_played_does_not_end_the_page(
+    page: TakePage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[object] = []
+    playback = SimpleNamespace(send=sent.append)
+    monkeypatch.setattr(page, "_playback", playback)
+    page._on_update(PlayerUpdate("a.mcap", opened=1))
+    page._on_drop(Path("/tmp/x/b.mcap"))
+    page._on_update(PlayerUpdate("b.mcap", opened=2))
+    assert page.player.take == "a.mcap"
+    page._on_update(PlayerUpdate("", problem="b.mcap: unreadable"))
+    page._on_update(PlayerUpdate(""))  # end of the dropped one
+    assert page.player.take == "a.mcap"
+    assert sent == [PlayFile(Path("/tmp/x/b.mcap")), PlayTake("a.mcap")]
+    page._on_update(PlayerUpdate("a.mcap", opened=3))
+    page._on_update(PlayerUpdate("", problem="a.mcap: removed"))  # that of the page
+    assert page.player.problem == "a.mcap: removed"

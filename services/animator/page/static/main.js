@@ -158,7 +158,8 @@ function clearShown() {
 }
 
 // Another take than before: nothing of the earlier one stays.
-function showOpened({ take, opened }) {
+function showOpened({ take, opened, problem }) {
+  if (!take && problem) drop.say(problem, true);
   if (!take || opened === state.opened) return;
   if (state.opened !== undefined && state.feed === 'take') {
     clearShown();

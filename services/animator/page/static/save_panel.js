@@ -50,7 +50,7 @@ export class SavePanel {
   }
 
   open() {
-    el('save-box').scrollIntoView({ block: 'nearest', behavior: matchMedia('(prefers-reduced-motion)').matches ? 'auto' : 'smooth' });
+    el('save-box').scrollIntoView({ block: 'start' });
     el('save-kind').focus({ preventScroll: true });
   }
 

@@ -30,7 +30,6 @@ export class TakeDrop {
   say(text, problem = false) {
     el('open-text').textContent = text;
     el('open-text').className = problem ? 'problem' : 'muted';
-    if (problem) el('open-text').scrollIntoView({ block: 'nearest' });
   }
 
   async open(files) {
@@ -45,6 +44,7 @@ export class TakeDrop {
       this.say(`${files[0].name}: cannot be read, or is a folder: allowed: a take (.mcap)`, true);
     } finally {
       this.busy = false;
+      el('open-text').scrollIntoView({ block: 'nearest' });
     }
   }
 

@@ -56,10 +56,13 @@ def board_views(
     fps: float = 10.0,
     noise_px: float = 0.2,
     delays_s: tuple[float, ...] = (),
+    readouts_s: tuple[float, ...] = (),
     seed: int = 0,
     floor_s: float | None = None,
 ) -> tuple[list[CameraViews], BoardMotion]:
     """Views of a board that is carried about.  delays_s: by camera; a frame with time t shows the instant t + delay.
+
+    readouts_s: by camera, from the first to the last row of an image, whose middle row is of that instant.
 
     floor_s: from then on the board lies on the floor, in the middle of the room.
     """
@@ -69,17 +72,32 @@ def board_views(
     rng, found = np.random.default_rng(seed + 1), []
     for number, camera in enumerate(cameras):
         delay_s = delays_s[number] if delays_s else 0.0
+        readout_s = readouts_s[number] if readouts_s else 0.0
         views = []
         for frame in range(int(seconds * fps)):
             time_s = frame / fps
             lies = floor_s is not None and time_s >= floor_s
-            pixels, seen = seen_corners(camera, board.corners, floor_pose(board) if lies else motion.pose(time_s + delay_s))
+            shown_s = time_s + delay_s
+            pixels, seen = seen_corners(camera, board.corners, floor_pose(board) if lies else motion.pose(shown_s))
+            if readout_s and not lies:
+                pixels = _rolled(camera, board, motion, shown_s, readout_s, pixels)
             pixels = pixels + noise_px * rng.standard_normal(pixels.shape)
             if seen.sum() >= 6:
                 views.append(View(time_s, np.flatnonzero(seen), pixels[seen], np.full((int(seen.sum()), 2), np.nan)))
         known = with_velocities(views, 1.0 / fps)
         found.append(CameraViews(camera.name, camera.size, 1.0 / fps, int(seconds * fps), known))
     return found, motion
+
+
+def _rolled(camera: Camera, board: Board, motion: BoardMotion, time_s: float, readout_s: float, pixels: Floats) -> Floats:
+    """Pixels (n, 2) of corners whose rows are exposed one after the other; a parabola in time through three instants."""
+    ends = [seen_corners(camera, board.corners, motion.pose(time_s + part * readout_s))[0] for part in (-0.5, 0.5)]
+    slope, bend = ends[1] - ends[0], 2.0 * (ends[0] + ends[1] - 2.0 * pixels)
+    rolled = pixels
+    for _ in range(5):
+        row = ((rolled[:, 1] + 0.5) / camera.size[1] - 0.5)[:, None]
+        rolled = pixels + row * slope + row**2 * bend
+    return rolled
 
 
 def floor_pose(board: Board) -> Pose:

@@ -17,8 +17,8 @@ from zenocap.tools.calibration.floor import World, floor_world, guessed_world
 from zenocap.tools.calibration.instants import chosen_instants, instants_near, shared_counts
 from zenocap.tools.calibration.lens_choice import first_lens, held_out_error, spread_views
 from zenocap.tools.calibration.lens_model import LensModel
-from zenocap.tools.calibration.parameters import CORNER_PX, FLOOR_S, LENS_VIEWS
-from zenocap.tools.calibration.precision import claimed_error, focal_errors
+from zenocap.tools.calibration.parameters import CORNER_PX, FLOOR_S, LEAST_READOUT_S, LENS_VIEWS, SURE_READOUT
+from zenocap.tools.calibration.precision import claimed_error, focal_errors, readout_errors
 from zenocap.tools.calibration.rig_start import Instant, board_poses, composed, inverse, start_poses
 
 ROUNDS = 3  # of adjustment, after which delays changed by less than a millisecond on simulated films
@@ -33,7 +33,8 @@ class CalibratedCamera:
 
     views: images with the board.  coverage: share of the image's cells, 0 to 1.  residual_px: root mean square.
     held_out_px: of the first lens, with views it was not fitted to.  delay_s: by which its images are later than their
-    times.  focal_error: relative standard deviation of the focal length.
+    times.  focal_error: relative standard deviation of the focal length.  readout_s: from the first to the last row of an
+    image, readout_error_s: its standard deviation; 0 where it is not known.
     """
 
     camera: Camera
@@ -46,6 +47,13 @@ class CalibratedCamera:
     lens: str
     given_lens: bool
     focal_error: float
+    readout_s: float = 0.0
+    readout_error_s: float = 0.0
+
+    @property
+    def rolling_shutter(self) -> bool:
+        """Whether rows are certainly exposed one after the other."""
+        return bool(abs(self.readout_s) > max(LEAST_READOUT_S, SURE_READOUT * self.readout_error_s))
 
 
 @dataclass(frozen=True)
@@ -93,9 +101,14 @@ def calibrated_rig(
     on_progress("poses of the cameras")
     instants = _instants(seen, np.zeros(len(seen)), floor_s)
     poses, boards = start_poses(names, models, instants, corners)
-    start = RigState(tuple(models), tuple(poses), np.zeros(len(seen)), tuple(b for b in boards if b is not None))
+    start = RigState(
+        tuple(models), tuple(poses), np.zeros(len(seen)), tuple(b for b in boards if b is not None), np.zeros(len(seen))
+    )
     instants = [instant for instant, b in zip(instants, boards, strict=True) if b is not None]
     result, instants, left_out, observed = _rounds(board, seen, start, instants, own_lens, own_delay, floor_s, on_progress)
+    on_progress("rolling shutter")
+    rolled = adjusted(result.state, observed, own_lens, own_delay, np.array([not one.still for one in seen]))
+    readouts, readout_errors_s = rolled.state.readouts, readout_errors(rolled)
     state = result.state
     if floor_s:
         world = floor_world(board, instants, state.boards, floor_s)
@@ -123,6 +136,8 @@ def calibrated_rig(
                 lens.title,
                 lenses is not None,
                 focal[c],
+                float(readouts[c]),
+                float(readout_errors_s[c]),
             )
         )
     counts = shared_counts(seen, state.delays)
@@ -170,7 +185,7 @@ def _rounds(
     for turn in range(ROUNDS):
         on_progress(f"adjustment {turn + 1} of {ROUNDS}, {len(instants)} moments")
         observed = seen_corners(instants, board.corners, noise)
-        result = adjusted(state, observed, own_lens, own_delay)
+        result = adjusted(state, observed, own_lens, own_delay, np.zeros(len(seen), dtype=np.bool_))
         if turn == ROUNDS - 1:
             break
         noise = _noise(result, observed, len(seen))

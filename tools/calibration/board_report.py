@@ -24,6 +24,8 @@ def report(found: BoardCalibration) -> list[str]:
             f"  {lens}, focal length {_focal(one):.1f} px{precision}",
             f"  at ({x:.3f}, {y:.3f}, {z:.3f}) m",
         ]
+        if one.rolling_shutter:
+            lines.append(_rolling_shutter(one))
     pairs = ", ".join(f"{one} and {other} {count}" for (one, other), count in found.shared.items())
     lines += [f"seen together: {pairs}"] if pairs else []
     if found.left_out:
@@ -85,6 +87,9 @@ def report_data(found: BoardCalibration) -> dict[str, object]:
             "residual_px": one.residual_px,
             "held_out_px": one.held_out_px if one.held_out_px < float("inf") else None,
             "delay_s": one.delay_s,
+            "readout_s": one.readout_s,
+            "readout_error_s": one.readout_error_s,
+            "rolling_shutter": one.rolling_shutter,
         }
         for one in found.cameras
     ]
@@ -98,6 +103,13 @@ def report_data(found: BoardCalibration) -> dict[str, object]:
         "floor": found.world.known,
         "left_out": found.left_out,
     }
+
+
+def _rolling_shutter(one: CalibratedCamera) -> str:
+    """The line that names it."""
+    way = "" if one.readout_s > 0 else ", from the bottom up: is the image turned by 180 degrees?"
+    found = f"{1000 * abs(one.readout_s):.0f} ms ± {1000 * one.readout_error_s:.0f} in {one.camera.name}"
+    return f"  rolling shutter of about {found}, from the first to the last row{way}"
 
 
 def _focal(one: CalibratedCamera) -> float:

@@ -2,9 +2,10 @@
 
 Residual of corner j of the board at instant m in camera c, px (T: board to world, then world to camera c):
 
-    r = π_c(T_c T_m X_j) - (x_j + v_j (t_m - t_cm - d_c))
+    r = π_c(T_c T_m X_j) - (x_j + v_j (t_m - t_cm - d_c - q_c u_j))
 
-x_j: where the corner was seen at the time t_cm of the camera's image; v_j: its velocity; d_c: delay of the camera.
+x_j: where the corner was seen at the time t_cm of the camera's image; v_j: its velocity; d_c: delay of the camera; q_c:
+time from the first to the last row of its image (rolling shutter), u_j: row of the corner, from -1/2 at the top to 1/2.
 Levenberg-Marquardt on the normal equations, soft-L1 loss; the poses of the board are eliminated (Schur complement).
 """
 
@@ -19,9 +20,12 @@ from zenocap.tools.calibration.lens_model import LensModel
 from zenocap.tools.calibration.parameters import ROBUST, SKEW_S
 from zenocap.tools.calibration.rig_start import Instant, Pose
 
-POSE, DELAY, LENS, WIDTH = 6, 1, 12, 19  # parameters of a camera: pose, delay, lens with up to eight coefficients
+POSE, DELAY, LENS = 6, 1, 12  # parameters of a camera: pose, delay, lens with up to eight coefficients
+READOUT = POSE + DELAY + LENS  # the last one: time of readout
+WIDTH = READOUT + 1
 MAX_STEPS, CONVERGED = 40, 1e-6  # of the cost, relative
 PRIOR_DELAY_S = 0.5
+PRIOR_READOUT_S = 0.1
 PRIOR_COEFFICIENT = 1.0  # weak: keeps coefficients that the views do not show near their start
 PRIOR_FISHEYE = 0.02  # of k3 and k4 of fisheye lenses, which only the border of the image shows
 
@@ -45,17 +49,18 @@ class Corners:
 
 @dataclass(frozen=True)
 class RigState:
-    """What the adjustment changes.  cameras: world to camera.  boards: board to world.  delays: (cameras,) s."""
+    """What the adjustment changes.  cameras: world to camera.  boards: board to world.  delays, readouts: (cameras,) s."""
 
     lenses: tuple[LensModel, ...]
     cameras: tuple[Pose, ...]
     delays: Floats
     boards: tuple[Pose, ...]
+    readouts: Floats
 
 
 @dataclass(frozen=True)
 class Adjusted:
-    """Result.  residuals: (n, 2) px.  free: of the 19 parameters of each camera.
+    """Result.  residuals: (n, 2) px.  free: of the 20 parameters of each camera.
 
     covariances: of the free ones, for independent errors of the corners, and for errors that a view's corners share.
     """
@@ -84,14 +89,15 @@ def seen_corners(instants: Sequence[Instant], corners: Floats, noise_px: Floats)
     )
 
 
-def adjusted(state: RigState, seen: Corners, own_lens: Bools, own_delay: Bools) -> Adjusted:
-    """The state that fits the corners best.  own_lens, own_delay: (cameras,) whether these are estimated.
+def adjusted(state: RigState, seen: Corners, own_lens: Bools, own_delay: Bools, own_readout: Bools) -> Adjusted:
+    """The state that fits the corners best.  own_lens, own_delay, own_readout: (cameras,) whether these are estimated.
 
     The first camera defines the world and the time: its pose and its delay stay.
     """
     free = np.zeros((len(state.cameras), WIDTH), dtype=np.bool_)
     free[1:, :POSE] = True
     free[1:, POSE] = own_delay[1:]
+    free[:, READOUT] = own_readout
     for c, lens in enumerate(state.lenses):
         free[c, POSE + DELAY : POSE + DELAY + len(lens.values)] = own_lens[c]
     prior = _prior(state)
@@ -115,34 +121,42 @@ def adjusted(state: RigState, seen: Corners, own_lens: Bools, own_delay: Bools) 
 
 
 def _prior(state: RigState) -> Floats:
-    """Information of what is known without any view, (cameras, 19)."""
+    """Information of what is known without any view, (cameras, 20)."""
     found = np.zeros((len(state.cameras), WIDTH))
     found[:, POSE] = PRIOR_DELAY_S**-2
-    found[:, POSE + DELAY + 4 :] = PRIOR_COEFFICIENT**-2
+    found[:, READOUT] = PRIOR_READOUT_S**-2
+    found[:, POSE + DELAY + 4 : READOUT] = PRIOR_COEFFICIENT**-2
     for c, lens in enumerate(state.lenses):
         if lens.fisheye:
-            found[c, POSE + DELAY + 6 :] = PRIOR_FISHEYE**-2
+            found[c, POSE + DELAY + 6 : READOUT] = PRIOR_FISHEYE**-2
     return found
 
 
 def _values(state: RigState) -> Floats:
-    """Delay and lens of each camera, (cameras, 19); zeros for the pose."""
+    """Delay, readout and lens of each camera, (cameras, 20); zeros for the pose."""
     found = np.zeros((len(state.cameras), WIDTH))
-    found[:, POSE] = state.delays
+    found[:, POSE], found[:, READOUT] = state.delays, state.readouts
     for c, lens in enumerate(state.lenses):
         found[c, POSE + DELAY : POSE + DELAY + len(lens.values)] = lens.values
     return found
 
 
 def _drift(state: RigState, start: RigState) -> Floats:
-    """Change of delay and lens since the start; of the delay, the delay itself."""
+    """Change since the start; of delay and readout, these themselves."""
     drift = _values(state) - _values(start)
-    drift[:, POSE] = state.delays
+    drift[:, POSE], drift[:, READOUT] = state.delays, state.readouts
     return drift
 
 
+def _rows(state: RigState, seen: Corners) -> Floats:
+    """Rows of the corners, (n,): -1/2 at the top of the image, 1/2 at the bottom."""
+    heights = np.array([lens.size[1] for lens in state.lenses])[seen.cameras]
+    found: Floats = (seen.pixels[:, 1] + 0.5) / heights - 0.5
+    return found
+
+
 def _measured(state: RigState, seen: Corners) -> Floats:
-    shift = seen.ahead_s - state.delays[seen.cameras]
+    shift = seen.ahead_s - state.delays[seen.cameras] - state.readouts[seen.cameras] * _rows(state, seen)
     measured: Floats = seen.pixels + seen.velocities * shift[:, None]
     return measured
 
@@ -206,6 +220,7 @@ class _System:
         by_camera[:, :, :3] = -by_point @ _cross(np.einsum("nij,nj->ni", rotations, world))
         by_camera[:, :, 3:6] = by_point
         by_camera[:, :, POSE] = seen.velocities
+        by_camera[:, :, READOUT] = seen.velocities * _rows(state, seen)[:, None]
         by_world = by_point @ rotations
         by_board = np.concatenate([-by_world @ _cross(turned), by_world], axis=2)
         weight = 1.0 / np.sqrt(1.0 + _robust(residuals, seen)) / seen.sigma**2
@@ -258,6 +273,7 @@ class _System:
             tuple(_turned(pose, one[:3], one[3:6]) for pose, one in zip(state.cameras, by_camera, strict=True)),
             state.delays + by_camera[:, POSE],
             tuple(_turned(pose, one[:3], one[3:]) for pose, one in zip(state.boards, boards, strict=True)),
+            state.readouts + by_camera[:, READOUT],
         )
 
     def covariances(self, residuals: Floats) -> tuple[Floats, ...]:

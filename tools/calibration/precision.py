@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.tools.calibration.bundle import Adjusted, moved_cameras
+from zenocap.tools.calibration.bundle import READOUT, Adjusted, moved_cameras
 from zenocap.tools.calibration.lens_model import LensModel
 from zenocap.tools.calibration.rig_start import Pose
 
@@ -85,9 +85,19 @@ def _drawn_error(adjusted: Adjusted, covariance: Floats, points: Floats, pixels:
 
 def focal_errors(adjusted: Adjusted) -> list[float]:
     """Relative standard deviation of each camera's focal length; 0 for a given lens."""
+    by_camera = _deviations(adjusted)
+    return [float(one[7] / lens.values[0]) for one, lens in zip(by_camera, adjusted.state.lenses, strict=True)]
+
+
+def readout_errors(adjusted: Adjusted) -> Floats:
+    """Standard deviation of each camera's time of readout, (cameras,) s; 0 where it was not estimated."""
+    return np.asarray(_deviations(adjusted)[:, READOUT])
+
+
+def _deviations(adjusted: Adjusted) -> Floats:
+    """Standard deviations of the parameters of all cameras, (cameras, 20)."""
     deviation = np.zeros(adjusted.free.size)
     deviation[adjusted.free.ravel()] = np.sqrt(
         np.maximum(np.max([np.diag(one) for one in adjusted.covariances], axis=0), 0.0)
     )
-    by_camera = deviation.reshape(adjusted.free.shape)
-    return [float(one[7] / lens.values[0]) for one, lens in zip(by_camera, adjusted.state.lenses, strict=True)]
+    return np.asarray(deviation.reshape(adjusted.free.shape))

@@ -237,6 +237,7 @@ def _evaluate_streams(
     as_json: bool,
 ) -> None:
     with one_line_errors():
+        from zenocap.common.errors import UserError
         from zenocap.services.recognizer.model_file import find_model, read_model
         from zenocap.services.recognizer.stream import stream_setup
         from zenocap.services.recognizer.training.stream_evaluation import evaluate_streams
@@ -248,6 +249,8 @@ def _evaluate_streams(
         with progress("reading takes", "takes") as state:
             sources = read_streams(manifest, stream_setup(model).kind, tracked, method, state.update, joints)
         outcome = evaluate_streams(model, list(sources.values()))
+        if not outcome.hours:
+            raise UserError(f"{manifest}: no pose in any source: allowed: sources in which the person is tracked")
         notes = list(unsuitable(model, outcome, list(sources)))
         if plot is not None:
             draw_curve(plot, outcome)

@@ -12,6 +12,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.services.recognizer.forest import Forest, votes_of
+from zenocap.services.recognizer.ignored_parts import Part, without_parts
 from zenocap.services.recognizer.likelihood import filler_log_likelihood, forward_log_likelihoods
 from zenocap.services.recognizer.segment_description import describe
 
@@ -69,6 +70,7 @@ class PostureModel:
     farthest: largest mean distance of a window's frames to their codewords with which it is accepted.
     calm, slow: 95 % quantiles over first and last frames of the distance to `edges`, and of the speed per second.
     forest: decides on windows; None: the paper's recognizer, which takes the likeliest model.
+    ignored: parts of the body that are not used, see `ignored_parts`.
     """
 
     features: str
@@ -90,6 +92,7 @@ class PostureModel:
     slow: float
     training: Training
     forest: Forest | None = None
+    ignored: tuple[Part, ...] = ()
 
     @property
     def states(self) -> int:
@@ -181,6 +184,7 @@ def classify(model: PostureModel, features: Floats) -> Classification:
 
     All values are finite.
     """
+    features = without_parts(features, model.ignored)
     return by_models(model, features) if model.forest is None else by_forest(model.forest, describe(features, model.rate))
 
 

@@ -20,6 +20,7 @@ from zenocap.data import POSTURES
 from zenocap.services.recognizer.false_alarms import FalseAlarms
 from zenocap.services.recognizer.features import KINDS, NAMES
 from zenocap.services.recognizer.forest import FEATURE, LEAF, OTHER, Forest
+from zenocap.services.recognizer.ignored_parts import Part
 from zenocap.services.recognizer.model import MOST_LABELS, LabelFigures, PostureModel, Training
 from zenocap.services.recognizer.segment_description import VALUES
 
@@ -92,6 +93,9 @@ class _Contents(Struct, forbid_unknown_fields=True):
     thresholds: Array
     training: _Training
     forest: _Forest | None = None  # not in files of `paper`, nor of versions before 0.3
+    ignored: Annotated[list[Part], Meta(min_length=1, max_length=2)] | msgspec.UnsetType = (
+        msgspec.UNSET
+    )  # left out without any
 
 
 def find_model(text: str, base: Path | None = None) -> Path:
@@ -124,6 +128,8 @@ def packed(path: Path, model: PostureModel) -> bytes:
         "slow": model.slow,
         "training": asdict(model.training),
     }
+    if model.ignored:
+        content["ignored"] = list(model.ignored)
     if model.forest is not None:
         arrays = {
             "nodes": packed_array(model.forest.nodes, single=True),
@@ -196,6 +202,7 @@ def _unpacked(path: Path, contents: _Contents) -> PostureModel:
         slow=contents.slow,
         training=training,
         forest=None if contents.forest is None else _unpacked_forest(path, contents.forest, n),
+        ignored=() if contents.ignored is msgspec.UNSET else tuple(contents.ignored),
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.features import KINDS, Kind
+from zenocap.services.recognizer.ignored_parts import without_parts
 from zenocap.services.recognizer.model import Classification, PostureModel, classify, symbols_of, whiten
 from zenocap.services.recognizer.movement import MovementState, RowRange, detect_movement
 from zenocap.services.recognizer.parameters import (
@@ -107,7 +108,7 @@ def push(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats)
     if not np.isfinite(features).all():
         ended = captured_ns < stream.last_ns or captured_ns - stream.last_ns > MAX_STREAM_GAP_S * 1e9
         return *_pop(_end(setup, stream) if ended else stream), LOST
-    use = USED
+    use, features = USED, without_parts(features, setup.model.ignored)
     if stream.last is None or captured_ns < stream.last_ns or captured_ns - stream.last_ns > MAX_STREAM_GAP_S * 1e9:
         use = USED if stream.last_ns < 0 else GAP
         stream = replace(_end(setup, stream), origin_ns=captured_ns, last=features, last_ns=captured_ns)

@@ -9,6 +9,7 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.features import DEFAULT, KINDS, Kind
+from zenocap.services.recognizer.ignored_parts import PARTS, Part, without_parts
 from zenocap.services.recognizer.model import MOST_LABELS
 from zenocap.services.recognizer.motion_rows import WIDTH
 from zenocap.services.recognizer.training.parameters import MAX_EXAMPLE_GAP_S
@@ -55,6 +56,7 @@ class TrainingSettings:
     restarts: of Baum-Welch.  folds: groups of people that are held out in turn to train the thresholds; 0: no thresholds.
     seed: equal seeds give equal models.  false_per_hour: rate of false postures in the background, to which the thresholds
     of the forest are raised; None: thresholds by `thresholds.train_thresholds` alone.
+    ignored: parts of the body, up to two.
 
     64 symbols and 5 states are the paper's.  scale, floor and spread were measured on simulated people 108 to 119, which
     are in no test.  The other defaults were chosen by hand.
@@ -74,6 +76,7 @@ class TrainingSettings:
     folds: int = 4
     seed: int = 0
     false_per_hour: float | None = None
+    ignored: tuple[Part, ...] = ()
 
     def __post_init__(self) -> None:
         for name, allowed in (
@@ -84,6 +87,10 @@ class TrainingSettings:
         ):
             if getattr(self, name) not in allowed:
                 raise UserError(f"{name} = {getattr(self, name)!r}: allowed: {', '.join(allowed)}")
+        if unknown := [part for part in self.ignored if part not in PARTS]:
+            raise UserError(f"ignored = {unknown[0]!r}: allowed: {', '.join(PARTS)}")
+        if len(set(self.ignored)) < len(self.ignored) or {"arms", "legs"} <= set(self.ignored):
+            raise UserError(f"ignored = {', '.join(self.ignored)}: allowed: each part once, arms or legs but not both")
         ranges: tuple[tuple[str, float, float], ...] = (
             ("trees", 1, 10_000),
             ("rate", 1, 1000),
@@ -146,6 +153,7 @@ def prepare(examples: Sequence[Example], settings: TrainingSettings) -> Prepared
         try:
             # Paper (added): examples of any frame rate, with short gaps.
             features = resample(fill_gaps(example.features, example.rate), example.rate, settings.rate)
+            features = without_parts(features, settings.ignored)
         except ValueError as error:
             raise UserError(f"{example}: {error}") from None
         if len(features) < LEAST_ROWS:

@@ -61,7 +61,7 @@ class StreamScore:
     @property
     def false_per_hour(self) -> float:
         """Rate of wrong answers."""
-        return self.wrong / self.hours
+        return self.wrong / self.hours if self.hours else float("nan")
 
     def delay_s(self, quantile: float) -> float:
         """Quantile of the delays; NaN without any."""

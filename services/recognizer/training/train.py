@@ -25,7 +25,7 @@ from zenocap.services.recognizer.training.examples import (
     prepare,
 )
 from zenocap.services.recognizer.training.forest import ForestData, descriptions_of, forest_of
-from zenocap.services.recognizer.training.parameters import EDGE_FRAMES, EDGE_QUANTILE
+from zenocap.services.recognizer.training.parameters import EDGE_FRAMES, EDGE_QUANTILE, LEAST_REACH
 from zenocap.services.recognizer.training.rejection_rate import false_alarms_of, with_rate
 from zenocap.services.recognizer.training.thresholds import Trial, held_out_groups, trial, with_thresholds
 
@@ -45,9 +45,20 @@ def train(examples: Sequence[Example], settings: TrainingSettings, report: Repor
             f"false_per_hour = {settings.false_per_hour:g}: no background: allowed: with rows of posture {BACKGROUND!r}"
         )
     model = train_models(ready, settings, report)
+    _check_reach(model)
     if settings.folds:
         model = with_thresholds(model, trials_of(ready, settings, report))
     return model if settings.classifier == "paper" else _with_forest(model, ready, background, settings)
+
+
+def _check_reach(model: PostureModel) -> None:
+    """Raise UserError for a posture that moves hardly anything but ignored parts: a stream could not find it."""
+    still = [label for label, reach in zip(model.labels, model.reach, strict=True) if reach < LEAST_REACH]
+    if model.ignored and still:
+        raise UserError(
+            f"ignored = {', '.join(model.ignored)}: posture {', '.join(map(repr, still))} moves the other limbs by less "
+            f"than {LEAST_REACH:g} rad: allowed: postures that move them, or other parts"
+        )
 
 
 def _with_forest(
@@ -128,6 +139,7 @@ def _model(
         calm,
         slow,
         _training(ready, settings),
+        ignored=settings.ignored,
     )
 
 
@@ -150,13 +162,15 @@ def _training(ready: Prepared, settings: TrainingSettings) -> Training:
         tuple(sorted({example.person for example in ready.examples})),
         tuple(dict.fromkeys(example.source for example in ready.examples if example.source)),
         sum(map(len, ready.sequences)),
-        {
-            name: f"{value:g}" if isinstance(value, float) else str(value)
-            for name, value in asdict(settings).items()
-            if value is not None
-        },
+        {name: _setting(value) for name, value in asdict(settings).items() if value not in (None, ())},
         tuple(figures),
     )
+
+
+def _setting(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(str, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def edges_of(labels: Sequence[int], count: int, vectors: Sequence[Floats], rate: float) -> tuple[Floats, float, float]:

@@ -82,6 +82,10 @@ FalsePerHourOption = Annotated[
         rich_help_panel=HOW,
     ),
 ]
+IgnoreOption = Annotated[
+    str | None,
+    typer.Option(metavar="PART,...", help="Parts of the body that are not used: arms, legs, head.", rich_help_panel=HOW),
+]
 TrackedOption = Annotated[
     Path | None,
     typer.Option(
@@ -107,6 +111,7 @@ def train(
     scale: ScaleOption = None,
     rate: RateOption = 15.0,
     seed: SeedOption = 0,
+    ignore: IgnoreOption = None,
     false_per_hour: FalsePerHourOption = None,
     tracked: TrackedOption = None,
     method: MethodOption = None,
@@ -126,7 +131,7 @@ def train(
         from zenocap.services.recognizer.training.train import train as run_train
 
         _check_folder(output)
-        settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed)
+        settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed, ignore)
         settings = replace(settings, false_per_hour=false_per_hour)
         with progress("reading takes", "takes") as state:
             examples = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
@@ -166,6 +171,7 @@ def evaluate(
     scale: ScaleOption = None,
     rate: RateOption = 15.0,
     seed: SeedOption = 0,
+    ignore: IgnoreOption = None,
     tracked: TrackedOption = None,
     method: MethodOption = None,
     joints: JointsOption = None,
@@ -197,7 +203,7 @@ def evaluate(
         for path in (confusion, plot):
             _check_folder(path)
         draw = None if plot is None else _drawing(plot)
-        settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed)
+        settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed, ignore)
         with progress("reading takes", "takes") as state:
             examples = read_examples(
                 manifest, settings.features, tracked, method, state.update, missing if skip_missing else None, joints
@@ -231,6 +237,7 @@ def _evaluate_streams(
     as_json: bool,
 ) -> None:
     with one_line_errors():
+        from zenocap.common.errors import UserError
         from zenocap.services.recognizer.model_file import find_model, read_model
         from zenocap.services.recognizer.stream import stream_setup
         from zenocap.services.recognizer.training.stream_evaluation import evaluate_streams
@@ -242,6 +249,8 @@ def _evaluate_streams(
         with progress("reading takes", "takes") as state:
             sources = read_streams(manifest, stream_setup(model).kind, tracked, method, state.update, joints)
         outcome = evaluate_streams(model, list(sources.values()))
+        if not outcome.hours:
+            raise UserError(f"{manifest}: no pose in any source: allowed: sources in which the person is tracked")
         notes = list(unsuitable(model, outcome, list(sources)))
         if plot is not None:
             draw_curve(plot, outcome)
@@ -281,11 +290,19 @@ def _settings(
     scale: Scale | None,
     rate: float,
     seed: int,
+    ignored: str | None,
 ) -> TrainingSettings:
+    from zenocap.services.recognizer.ignored_parts import parts_of
     from zenocap.services.recognizer.training.examples import TrainingSettings
 
     settings = TrainingSettings(
-        classifier=classifier, features=features, symbols=symbols, states=states, rate=rate, seed=seed
+        classifier=classifier,
+        features=features,
+        symbols=symbols,
+        states=states,
+        rate=rate,
+        seed=seed,
+        ignored=parts_of(ignored or ""),
     )
     return replace(settings, topology=topology or settings.topology, scale=scale or settings.scale)
 

@@ -67,11 +67,15 @@ def unsuitable(model: PostureModel, outcome: StreamOutcome, sources: Sequence[Pa
 
 def stream_lines(outcome: StreamOutcome) -> Iterator[str]:
     """Table by posture, and the operating curve in CURVE_LINES lines."""
+    from zenocap.services.recognizer.false_alarms import upper_rate
+
     width = max(len("posture"), *map(len, outcome.labels))
     yield f"{'posture':{width}} " + " ".join(f"{heading:>9}" for heading in HEADINGS)
     for label in (*outcome.labels, None):
         yield f"{label or 'all':{width}} " + " ".join(f"{cell:>9}" for cell in _cells(outcome.score(label)))
-    yield f"{60 * outcome.hours:.1f} min with poses; delay: from the labelled end to the frame of the answer"
+    wrong = outcome.score().wrong
+    limit = f"false/h with 95 % confidence at most {upper_rate(wrong, outcome.hours):.1f}" if outcome.hours else "no poses"
+    yield f"{60 * outcome.hours:.1f} min with poses: {limit}; delay: from the labelled end to the frame of the answer"
     curve = outcome.curve()
     if len(curve) > 1:
         yield ""
@@ -116,28 +120,38 @@ def _score_json(score: StreamScore) -> dict[str, object]:
 
 
 def draw_curve(path: Path, outcome: StreamOutcome) -> None:
-    """Write a picture of recall and precision over the false postures per hour, in the format of `path`'s suffix.
+    """Write a picture in the format of `path`'s suffix: recall, precision and false postures per hour by the least level.
 
-    Raises OSError, and ImportError without matplotlib.
+    The shaded range ends at the upper limit of the rate, see `false_alarms.upper_rate`.  Raises OSError, and ImportError
+    without matplotlib.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+    from zenocap.services.recognizer.false_alarms import upper_rate
+
+    figure = Figure(figsize=(7.0, 5.5), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.add_subplot(1, 1, 1)
-    curve = [score for _, score in outcome.curve()]
-    rates = [score.false_per_hour for score in curve]
+    shares, rates = figure.subplots(2, 1, sharex=True)
+    curve = outcome.curve()
+    levels, scores = [level for level, _ in curve], [score for _, score in curve]
     for name, values, style in (
-        ("recall", [100 * score.recall for score in curve], "-"),
-        ("precision", [100 * score.precision for score in curve], "--"),
+        ("recall", [100 * score.recall for score in scores], "-"),
+        ("precision", [100 * score.precision for score in scores], "--"),
     ):
-        axes.plot(rates, values, style, drawstyle="steps-post", label=name)
+        shares.plot(levels, values, style, drawstyle="steps-pre", label=name)
+    shares.set(ylabel="%", ylim=(0, 103))
+    shares.legend(loc="lower left")
+    found = [score.false_per_hour for score in scores]
+    most = [upper_rate(score.wrong, outcome.hours) for score in scores]
+    rates.plot(levels, found, drawstyle="steps-pre", label="false postures per hour")
+    rates.fill_between(levels, found, most, step="pre", alpha=0.2, label="up to the limit with 95 % confidence")
+    rates.set(xlabel="least share of the trees, or score above the threshold", ylabel="per hour")
+    rates.set_ylim(bottom=0)
+    rates.legend(loc="lower left")
+    for axes in (shares, rates):
+        axes.grid(alpha=0.3)
     own = outcome.score()
-    axes.plot([own.false_per_hour] * 2, [100 * own.recall, 100 * own.precision], "ko", label="thresholds of the model")
-    axes.set(xlabel="false postures per hour", ylabel="%", ylim=(0, 103))
-    axes.set_xlim(left=0)
-    axes.grid(alpha=0.3)
-    axes.legend(loc="lower right")
-    axes.set_title(f"{own.events} postures in {60 * outcome.hours:.1f} min", size=10)
+    title = f"{own.events} postures in {60 * outcome.hours:.1f} min; the left end: the thresholds of the model"
+    shares.set_title(title, size=10)
     figure.savefig(path, dpi=150)

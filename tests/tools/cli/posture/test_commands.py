@@ -195,6 +195,18 @@ def test_a_model_is_evaluated_on_whole_sources_as_streams(manifest: Path, tmp_pa
     assert "--model: allowed without --confusion and --skip-missing" in errors
 
 
+def test_ignored_parts_are_stored_or_refused_in_one_line(manifest: Path, tmp_path: Path) -> None:
+    out = tmp_path / "mine.postures"
+    arguments = ("posture", "train", manifest, "-o", out, "--symbols", 24)
+    status, text, _ = zenocap(*arguments, "--ignore", "head")
+    assert status == 0
+    assert "ignored head" in text
+    assert read_model(out).ignored == ("head",)
+    status, _, errors = zenocap(*arguments, "--ignore", "legs")
+    assert (status, len(errors.strip().splitlines())) == (1, 1)
+    assert "ignored = legs: posture 'kick', 'bow' moves the other limbs by less than" in errors
+
+
 def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Path) -> None:
     text = "\n".join(manifest.read_text().splitlines()[:2]) + "\n"
     manifest.write_text(text)

@@ -90,8 +90,10 @@ def test_a_file_is_chosen_by_keys(page: "playwright.Page", tmp_path: Path) -> No
     page.click("#pause")  # Chromium without a graphics card draws nothing meanwhile
     until(page, lambda: page.get_attribute("#pause", "aria-label") == "play", "a pause")
     button.focus()
-    with page.expect_file_chooser(timeout=90_000) as chooser:
-        page.keyboard.press("Enter")
-    chooser.value.set_files(take)
+    asked = "(event) => { event.preventDefault(); window.asked = true; }"
+    page.evaluate(f"document.getElementById('open-input').addEventListener('click', {asked}, {{ once: true }})")
+    page.keyboard.press("Enter")
+    until(page, lambda: page.evaluate("window.asked === true"), "the choice of a file")
+    page.set_input_files("#open-input", take)
     until(page, lambda: page.inner_text("#take-name") == "third", "the chosen take")
     assert page.get_by_role("status").filter(has_text="third.mcap is shown").count() == 1

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
+from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
+from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 from zenocap.common.rig.file import MAX_DELAY_MS
-from zenocap.tools.sync.pairs import Offset, offsets_of, reach_s
-from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import evidence_in
 from zenocap.tools.verdict.view_figures import camera_of

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
@@ -33,6 +33,7 @@ CameraValue = Annotated[int, Meta(ge=-(2**31), le=2**31 - 1)]
 MAX_OFFSET_S = 3600.0
 Offset = Annotated[float, Meta(ge=-MAX_OFFSET_S, le=MAX_OFFSET_S)]
 
+Delays = Literal["off", "report", "follow"]
 MAX_DELAY_MS = 2000.0
 Delay = Annotated[float, Meta(ge=0, le=MAX_DELAY_MS)]
 
@@ -101,7 +102,8 @@ class SecurityTable(msgspec.Struct, frozen=True, kw_only=True):
 
 class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     """recognizer, security: None for a rig without them.  film: whether `zenocap film` may record the cameras while the rig
-    runs.  variant, additions, without: of two-view, see `two_view`."""
+    runs.  variant, additions, without: of two-view, see `two_view`.
+    delays: of the cameras: estimated while a rig with a tracker runs (report), and corrected (follow), or not (off)."""
 
     name: str
     calibration: str
@@ -119,6 +121,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     animator: AnimatorTable = AnimatorTable()
     security: SecurityTable | None = None
     film: bool = False
+    delays: Delays = "report"
 
 
 TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (

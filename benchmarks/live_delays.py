@@ -47,7 +47,7 @@ def row(seed: int, views: int, frames: float, fps: float) -> str:
     frame_ns = round(1e9 / fps)
     rate = RateSetup(tuple(one.cameras), fps, has_tracker=True)
     setup = TimekeeperSetup(rate, DelaySetup(one.cameras, frame_ns, follow=True))
-    state, estimates, longest_ns, total_ns = TimekeeperState(), list[tuple[float, CameraDelays]](), 0, 0
+    state, estimates, longest_ns, total_ns, now_ns = TimekeeperState(), list[tuple[float, CameraDelays]](), 0, 0, START_NS
     films = zip(*(silhouettes(one, name, frames / fps * (name == LATE), fps) for name in one.cameras), strict=True)
     second = 0
     for seen in films:
@@ -64,6 +64,8 @@ def row(seed: int, views: int, frames: float, fps: float) -> str:
             spent_ns = process_time_ns() - began_ns
             longest_ns, total_ns = max(longest_ns, spent_ns), total_ns + spent_ns
             estimates += [((now_ns - START_NS) / 1e9, its) for its in messages if isinstance(its, CameraDelays)]
+        if estimates and estimates[-1][1].applied_ms == state.delays.target != {}:
+            break
     found = [its for _, its in estimates if not its.applied_ms]
     if not found or len(found[-1].found_ms) < views:
         return f"{views:5} {frames:7.1f} {seed:5}   not certain"
@@ -74,7 +76,7 @@ def row(seed: int, views: int, frames: float, fps: float) -> str:
     corrected = (
         f"{applied[LATE] * fps / 1e3 - frames:+10.2f} {estimates[-1][0]:8.0f}" if applied else f"{'none':>10} {'':8}"
     )
-    cost = f"{longest_ns / 1e6:9.0f} {total_ns / 1e9 / SECONDS:8.3f}"
+    cost = f"{longest_ns / 1e6:9.0f} {total_ns / (now_ns - START_NS):8.3f}"
     return f"{views:5} {frames:7.1f} {seed:5} {error:+8.2f} {others:8.2f} {corrected} {cost}"
 
 
@@ -90,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     delays = [float(one) for one in options.frames.split(",")]
     views = [int(one) for one in options.views.split(",")]
     seeds = range(options.first_seed, options.first_seed + options.seeds)
-    for count, frames, seed in product(views, delays, seeds):
+    for count, seed, frames in product(views, seeds, delays):
         print(row(seed, count, frames, options.fps), flush=True)
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from zenocap.common.lags.pairs import Offset, Pairs, offsets_of
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS
 
+SKEW_US = "camera_skew_us"  # count in the integrator's health: largest delay between cameras that is not corrected
+
 
 @dataclass(frozen=True)
 class CameraLags:

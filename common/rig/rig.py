@@ -11,7 +11,7 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
-from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, Delays, LogTable, RigFile, ZenohTable, rig_file
+from zenocap.common.rig.file import AUTO, DELAYS, METHODS, TRACKER_METHODS, Delays, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
@@ -209,7 +209,7 @@ def _delays(path: Path, content: RigFile, method: str) -> Delays:
             f"{path}: delays = 'follow': allowed for method {method!r}, without a tracker: off, report; "
             "zenocap sync TAKE finds delay_ms of the viewers"
         )
-    return content.delays
+    return next(one for one in DELAYS if one == content.delays)
 
 
 def _resolved(method: str, variant: bool) -> str:

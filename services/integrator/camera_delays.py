@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from math import copysign
 
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.lags.delays import CameraLags, lags_between
+from zenocap.common.lags.delays import SKEW_US, CameraLags, lags_between
 from zenocap.common.lags.pairs import reach_s
 from zenocap.common.lags.tangents import Outline, SilhouettePair, outline_of, silhouette_pairs
 from zenocap.common.messages import CameraDelays, Message, Silhouette
@@ -226,5 +226,5 @@ def counts(state: DelayState) -> Mapping[str, int]:
     """Counts for the health, once there is an estimate."""
     counts = {"silhouette_damaged": state.damaged} if state.damaged else {}
     if state.decided is not None and state.decided.found_ms:
-        counts["camera_skew_us"] = round(1e3 * skew_ms(state.decided))
+        counts[SKEW_US] = round(1e3 * skew_ms(state.decided))
     return counts

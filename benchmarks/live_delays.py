@@ -4,7 +4,7 @@
 
 Simulated people walk to and fro on a figure of eight, seen in 320 x 240 with ragged edges by calibrated cameras; the second
 camera's images are older than their times by so many frame periods.  The step of the integrator gets the silhouettes and a
-tick each second, as live, with `delays = "follow"`.  found: error of the second estimate; others: largest delay of another
+tick each second, as live, with `delays = "follow"`.  found: error of the last estimate; others: largest delay of another
 camera.  corrected: error of what the tracker subtracts in the end, and the time from the first silhouette until then.
 step: longest step, ms of processor time; share: processor time of all steps per second of the rig, in the mean.
 """
@@ -66,10 +66,9 @@ def row(seed: int, views: int, frames: float, fps: float) -> str:
             estimates += [((now_ns - START_NS) / 1e9, its) for its in messages if isinstance(its, CameraDelays)]
         if estimates and estimates[-1][1].applied_ms == state.delays.target != {}:
             break
-    found = [its for _, its in estimates if not its.applied_ms]
-    if not found or len(found[-1].found_ms) < views:
+    last = estimates[-1][1] if estimates else None
+    if last is None or len(last.found_ms) < views:
         return f"{views:5} {frames:7.1f} {seed:5}   not certain"
-    last = found[-1]
     error = last.found_ms[LATE] * fps / 1e3 - frames
     others = max(ms for name, ms in last.found_ms.items() if name != LATE) * fps / 1e3
     applied = estimates[-1][1].applied_ms

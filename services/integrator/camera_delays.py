@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import copysign
 
+from msgspec import structs
+
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.delays import SKEW_US, CameraLags, lags_between
 from zenocap.common.lags.pairs import reach_s
@@ -128,18 +130,19 @@ def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> Del
 def decide(setup: DelaySetup, state: DelayState, now_ns: int) -> tuple[DelayState, list[Message]]:
     """One tick: one pair compared, or the estimate after the last one; and one step of the correction."""
     state = replace(state, ticks=state.ticks + 1, now_ns=now_ns)
-    messages: list[Message] = []
+    before = state.decided
     if state.left:
         state = _compare(setup, state, state.left)
     elif state.left is not None:
         state = _estimate(setup, state, now_ns)
-        messages += [state.decided] if state.decided is not None else []
-    if state.decided is not None and setup.follow and state.target:
-        applied = _toward(state.decided.applied_ms, state.target, DELAY_STEP * setup.frame_ms)
-        if applied != state.decided.applied_ms:
-            decided = replace_applied(state.decided, now_ns, applied)
-            return replace(state, decided=decided), [*messages, decided]
-    return state, messages
+    decided = state.decided
+    if decided is not None and setup.follow and state.target:
+        applied = _toward(decided.applied_ms, state.target, DELAY_STEP * setup.frame_ms)
+        if applied != decided.applied_ms:
+            frame = decided.frame if before is None else before.frame + 1
+            decided = structs.replace(decided, frame=frame, captured_ns=now_ns, applied_ms=applied)
+    # At most one message: a take is verified by key and capture time.
+    return replace(state, decided=decided), [decided] if decided is not None and decided is not before else []
 
 
 def _compare(setup: DelaySetup, state: DelayState, left: tuple[tuple[str, str], ...]) -> DelayState:

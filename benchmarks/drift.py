@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from benchmarks.simulated_clip import cycle_clip
+from zenocap.common.lags.tangents import outline_of
 from zenocap.tools.calibration.drift import drift_of, moved_camera
-from zenocap.tools.sync.tangents import outline_of
 
 TURNS_DEG = (0.0, 0.5, 1.0, 2.0)
 EVERY = 15  # frames of 60 a second

@@ -31,13 +31,13 @@ from benchmarks.table import Cell, table
 from benchmarks.takes import default_folder
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
+from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.video.reader import VideoReader
 from zenocap.simulation.rendering.video_file import Sound, write_video
-from zenocap.tools.sync.pairs import Offset, offsets_of, reach_s
 from zenocap.tools.sync.sound import RATE, SOUND_LIMITS, SoundPair
 from zenocap.tools.sync.synchronize import Options, synchronize
-from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
 
 PERIOD_S = 1 / 30
 SHIFTS_S = (0.0, 0.37, -0.37, 1.13, -1.13, 2.0, -2.0)  # of the second, fourth, ... camera; rounded to frames

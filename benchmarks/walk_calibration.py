@@ -32,6 +32,7 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
+from zenocap.common.lags.tangents import outline_of
 from zenocap.simulation.body.person import person
 from zenocap.tools.calibration.silhouettes import Hulls, hulls_of
 from zenocap.tools.calibration.walk.calibration import WalkCalibration, apart_m, calibrated_films, calibrated_walk
@@ -41,7 +42,6 @@ from zenocap.tools.calibration.walk.parameters import PER_S
 from zenocap.tools.calibration.walk.report import verdict
 from zenocap.tools.calibration.walk.series import series_of
 from zenocap.tools.sync.take import delays_between
-from zenocap.tools.sync.tangents import outline_of
 
 CIRCLE_EVERY = 8  # frames of 60 a second
 NAMES = ("rotation, deg", "place, mm", "scale, %", "vertical, deg", "error, mm", "claimed, mm", "worst, mrad")

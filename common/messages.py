@@ -20,6 +20,7 @@ LogScore = Annotated[float, Meta(ge=-1e3, le=1e3)]
 Slope = Annotated[float, Meta(ge=-100, le=100)]  # pixels over focal length
 Ratio = Annotated[float, Meta(ge=0, le=100)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
+DelayMs = Annotated[float, Meta(ge=0, le=1e5)]  # milliseconds
 Nanoseconds = Annotated[int, Meta(ge=0, le=2**63 - 1)]  # msgspec refuses bounds beyond 64 bits
 Number = Annotated[float, Meta(ge=-1e9, le=1e9)]  # finite: a range refuses NaN and infinity, a bare float does not
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+(?!\n)$")]  # "$" alone allows "a\n"
@@ -398,6 +399,20 @@ class FrameRate(Message, frozen=True, tag="frame_rate"):
     viewers: Annotated[list[Name], Meta(max_length=64)] = []
 
 
+class CameraDelays(Message, frozen=True, tag="camera_delays"):
+    """Time by which the images of each camera are older than their capture times say, found from silhouettes of a person.
+
+    `frame` counts from 0; captured_ns: of the decision.  found_ms: by viewer, 0 for the youngest images; errors_ms: their
+    standard errors; both of the viewers that were certain.  uncertain: viewers for which the last estimate found none.
+    applied_ms: what the tracker subtracts from capture times now; empty unless the rig has `delays = "follow"`.
+    """
+
+    found_ms: Annotated[dict[Name, DelayMs], Meta(max_length=64)]
+    errors_ms: Annotated[dict[Name, DelayMs], Meta(max_length=64)]
+    uncertain: Annotated[list[Name], Meta(max_length=64)]
+    applied_ms: Annotated[dict[Name, DelayMs], Meta(max_length=64)]
+
+
 class TrackerDetail(Message, frozen=True, tag="tracker_detail"):
     """Share of its points and particles that an overloaded tracker uses; `frame` counts from 0."""
 
@@ -564,7 +579,7 @@ class AssignReply(Message, frozen=True, tag="assign_reply"):
 
 AnyMessage = (
     PartialBdp | UniversalBdp | Sighting | Assignment | PartialBap | UniversalBap | TrackerBdp | TrackerPose | ScenePoints
-    | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | FrameRate | TrackerDetail | Request
-    | ClockQuery | PaceQuery | FilmQuery | FilmReply | CameraHost
+    | Posture | CommandResult | Silhouette | Preview | CameraInfo | Health | Handled | FrameRate | TrackerDetail
+    | CameraDelays | Request | ClockQuery | PaceQuery | FilmQuery | FilmReply | CameraHost
     | AssignQuery | AssignReply
 )  # fmt: skip

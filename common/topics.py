@@ -76,6 +76,7 @@ HEALTH = Topic("health", "zenocap/{rig}/{service}/{id}/health", m.Health, Queuei
 HANDLED = Topic("handled", "zenocap/{rig}/{service}/{id}/handled", m.Handled, Queueing.ALL, 1)
 FRAME_RATE = Topic("frame_rate", "zenocap/{rig}/integrator/frame_rate", m.FrameRate, Queueing.LATCHED, 0, True)
 TRACKER_DETAIL = Topic("tracker_detail", "zenocap/{rig}/integrator/detail", m.TrackerDetail, Queueing.LATCHED, 0)
+CAMERA_DELAYS = Topic("camera_delays", "zenocap/{rig}/integrator/delays", m.CameraDelays, Queueing.LATCHED, 0, True)
 REQUEST = Topic("request", "zenocap/{rig}/request", m.Request, Queueing.ALL, 0)
 
 TOPICS = (
@@ -100,6 +101,7 @@ TOPICS = (
     HANDLED,
     FRAME_RATE,
     TRACKER_DETAIL,
+    CAMERA_DELAYS,
     REQUEST,
 )
 

@@ -4,7 +4,7 @@ import hashlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 import numpy as np
@@ -91,6 +91,7 @@ class RecordedRig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """person_height: metres, when the body is not measured.  tracker, recognizer: None for a rig without one.
 
     additions: to the paper's two-view method; None for all of them.
+    delays: as in the rig file; left out of the file for "report".
     """
 
     name: Name
@@ -100,6 +101,7 @@ class RecordedRig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     tracker: RecordedTracker | None = None
     recognizer: RecordedRecognizer | None = None
     additions: Annotated[list[Name], Meta(max_length=64)] | None = None
+    delays: Literal["off", "report", "follow"] | UnsetType = UNSET
 
     def added(self) -> Additions:
         """Additions to the paper's two-view method."""
@@ -139,6 +141,7 @@ def recorded_rig(rig: Rig) -> RecordedRig:
         tracker=_tracker(rig),
         recognizer=_recognizer(rig),
         additions=None if rig.additions == IMPROVED else sorted(rig.additions),
+        delays=UNSET if rig.delays == "report" else rig.delays,
     )
 
 

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 import msgspec
 from msgspec import Meta
@@ -33,6 +33,8 @@ CameraValue = Annotated[int, Meta(ge=-(2**31), le=2**31 - 1)]
 MAX_OFFSET_S = 3600.0
 Offset = Annotated[float, Meta(ge=-MAX_OFFSET_S, le=MAX_OFFSET_S)]
 
+Delays = Literal["off", "report", "follow"]
+DELAYS: tuple[Delays, ...] = get_args(Delays)
 MAX_DELAY_MS = 2000.0
 Delay = Annotated[float, Meta(ge=0, le=MAX_DELAY_MS)]
 
@@ -103,7 +105,8 @@ class SecurityTable(msgspec.Struct, frozen=True, kw_only=True):
 
 class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     """recognizer, security: None for a rig without them.  film: whether `zenocap film` may record the cameras while the rig
-    runs.  variant, additions, without: of two-view, see `two_view`."""
+    runs.  variant, additions, without: of two-view, see `two_view`.
+    delays: of the cameras: estimated while a rig with a tracker runs (report), and corrected (follow), or not (off)."""
 
     name: str
     calibration: str
@@ -121,6 +124,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
     animator: AnimatorTable = AnimatorTable()
     security: SecurityTable | None = None
     film: bool = False
+    delays: str = "report"
 
 
 TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (
@@ -146,6 +150,7 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
         content = msgspec.convert(tables, RigFile)
     except msgspec.ValidationError as error:
         raise UserError(f"{path}: {invalid_value(tables, str(error))}") from error
+    _choice(path, "delays", content.delays, DELAYS)
     _choice(path, "method", content.method, METHODS)
     _choice(path, "up_axis", content.up_axis, ("y", "z"))
     _choice(path, "zenoh.mode", content.zenoh.mode, MODES)

@@ -11,7 +11,7 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
-from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, LogTable, RigFile, ZenohTable, rig_file
+from zenocap.common.rig.file import AUTO, DELAYS, METHODS, TRACKER_METHODS, Delays, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
@@ -34,6 +34,7 @@ class Rig:
     animator: page and outputs.  security: folder of certificates; None for an open rig.
     additions: to the paper's two-view method, see `zenocap.common.rig.two_view`.
     film: whether `zenocap film` may record the cameras while the rig runs.
+    delays: whether delays of the cameras are estimated while it runs, and corrected.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Rig:
     security: Path | None = None
     additions: Additions = IMPROVED
     film: bool = False
+    delays: Delays = "report"
 
     @classmethod
     def load(
@@ -196,7 +198,18 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         None if content.security is None else base / content.security.certificates,
         additions,
         content.film,
+        _delays(path, content, method),
     )
+
+
+def _delays(path: Path, content: RigFile, method: str) -> Delays:
+    """Whether delays of the cameras are estimated and corrected.  Raises UserError."""
+    if content.delays == "follow" and method not in TRACKER_METHODS:
+        raise UserError(
+            f"{path}: delays = 'follow': allowed for method {method!r}, without a tracker: off, report; "
+            "zenocap sync TAKE finds delay_ms of the viewers"
+        )
+    return next(one for one in DELAYS if one == content.delays)
 
 
 def _resolved(method: str, variant: bool) -> str:

@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Never, TypeVar
 
+from msgspec import UNSET
+
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.segments import limb_angles, limb_directions
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -18,23 +20,27 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
 from zenocap.common.topics import (
+    CAMERA_DELAYS,
     FRAME_RATE,
     HEALTH,
     PARTIAL_BAP,
     PARTIAL_BDP,
     REQUEST,
     SIGHTING,
+    SILHOUETTE,
     TRACKER_DETAIL,
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
     Topic,
 )
-from zenocap.services.integrator import rate_control
+from zenocap.services.integrator import rate_control, timekeeper
+from zenocap.services.integrator.camera_delays import DelaySetup
 from zenocap.services.integrator.log_control import LogControl
 from zenocap.services.integrator.parameters import DECISION_NS
-from zenocap.services.integrator.rate_reports import RateSetup, RateState
+from zenocap.services.integrator.rate_reports import RateSetup
 from zenocap.services.integrator.states import Setup, State, integrator_setup
 from zenocap.services.integrator.step import awaits_recovery, counts, describe, initial_state, phase_of, step
+from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
 
 ID = "main"
 S = TypeVar("S")
@@ -68,29 +74,40 @@ def _recovers(state: State) -> tuple[Topic, ...]:
     return (*pose, FRAME_RATE) if rate_control.awaits_recovery(state.rate) else pose
 
 
-def timekeeper_service(rig: Rig) -> Service[RateSetup, RateState, Never]:
-    """Integrator of a rig with a tracker: reference clock, frame rate under overload, and the log in its process."""
+def timekeeper_service(rig: Rig) -> Service[TimekeeperSetup, TimekeeperState, Never]:
+    """Integrator of a rig with a tracker: clock, frame rate under overload, delays of the cameras, and the log."""
     text = f"method {rig.method}: clock and log; the pose comes from the tracker"
+    setup = timekeeper_setup_of(recorded_rig(rig))
 
-    def describe_rate(state: RateState) -> str:
-        reduced = rate_control.describe(state)
-        return f"{text}; {reduced}" if reduced else text
+    def describe_timekeeper(state: TimekeeperState) -> str:
+        more = timekeeper.describe(setup, state)
+        return f"{text}; {more}" if more else text
 
     return Service(
         "integrator",
         ID,
-        rate_setup_of(recorded_rig(rig)),
-        RateState(),
-        rate_control.step,
+        setup,
+        TimekeeperState(),
+        timekeeper.step,
         (
             *(Subscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),
             *(Subscription(topic) for topic in (FRAME_RATE, TRACKER_DETAIL)),
+            *(() if setup.delays is None else (Subscription(CAMERA_DELAYS), Subscription(SILHOUETTE))),
         ),
-        describe_rate,
+        describe_timekeeper,
+        timekeeper.counts,
         tick_ns=DECISION_NS,
-        recovers=lambda state: (FRAME_RATE,) if rate_control.awaits_recovery(state) else (),
+        recovers=lambda state: timekeeper.recovers(setup, state),
         keeps_time=True,
     )
+
+
+def timekeeper_setup_of(rig: RecordedRig) -> TimekeeperSetup:
+    """Setup of the integrator of a rig with a tracker, or of that recorded in a take."""
+    delays = "report" if rig.delays is UNSET else rig.delays
+    if delays == "off":
+        return TimekeeperSetup(rate_setup_of(rig))
+    return TimekeeperSetup(rate_setup_of(rig), DelaySetup(rig.cameras(), rig.frame_ns(), delays == "follow"))
 
 
 def rate_setup_of(rig: RecordedRig) -> RateSetup:

@@ -20,7 +20,17 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import CAMERA, FRAME_RATE, HEALTH, REQUEST, SILHOUETTE, TRACKER_BDP, TRACKER_DETAIL, TRACKER_POSE
+from zenocap.common.topics import (
+    CAMERA,
+    CAMERA_DELAYS,
+    FRAME_RATE,
+    HEALTH,
+    REQUEST,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_DETAIL,
+    TRACKER_POSE,
+)
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.jit_warmup import load_compiled
@@ -49,6 +59,7 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
         Subscription(CAMERA),
         Subscription(FRAME_RATE),
         Subscription(TRACKER_DETAIL),
+        Subscription(CAMERA_DELAYS),
         Subscription(HEALTH, names={"service": "viewer"}),
         Subscription(REQUEST),
     )

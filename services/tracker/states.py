@@ -201,6 +201,7 @@ class State:
     points_ns: capture time of the last published scene points.  counts: of lost input, by reason.
     previous_body: of the tracker before a restart, waiting for its pose.  remeasure: a new measurement was requested, so a
     previous body is ignored.  detail: share of the points and particles in use, less than 1 under overload.
+    delays_ns: by which the images of viewers are older than their capture times, corrected.
     """
 
     track: TrackState
@@ -217,3 +218,4 @@ class State:
     previous_body: TrackerBdp | None = None
     remeasure: bool = False
     detail: float = 1.0
+    delays_ns: Mapping[str, int] = field(default_factory=dict)

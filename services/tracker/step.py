@@ -17,6 +17,7 @@ from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points
 from zenocap.common.messages import (
+    CameraDelays,
     CameraInfo,
     FrameRate,
     Health,
@@ -72,6 +73,8 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return replace(state, pairs=pairs), []
         case Envelope(message=TrackerDetail(share=share)):
             return replace(state, detail=share), []
+        case Envelope(message=CameraDelays(applied_ms=applied)):
+            return replace(state, delays_ns={viewer: round(1e6 * ms) for viewer, ms in applied.items()}), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []
         case Envelope(message=TrackerBdp() | TrackerPose() as previous) if awaiting_person(state):
@@ -144,6 +147,7 @@ def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> R
 
 def _synchronize(state: State, silhouette: Silhouette) -> State:
     captured_ns = to_integrator_ns(silhouette.captured_ns, state.offsets.get(silhouette.viewer))
+    captured_ns = max(0, captured_ns - state.delays_ns.get(silhouette.viewer, 0))
     pairs, frame_sets = push(state.pairs, silhouette.viewer, captured_ns, silhouette)
     state = replace(state, pairs=pairs)
     enough = [frame_set for frame_set in frame_sets if len(frame_set.items) >= MIN_VIEWS]

@@ -118,6 +118,16 @@ def test_pictures_stay_where_they_are_without_permission(rig: Path) -> None:
         status, text = output(zenocap(rig.parent, "film", "rig.toml", "-o", "walk", "--seconds", "2", *machines.network))
         assert status == 0, text
         assert "next: copy videos/ and times/ of cam01, cam02 into walk" in text
+        there = machines.films(1)[0]
+        assert f"scp lab1:{there} walk/videos/" in text
+        for command in (
+            ("board", "walk", "--square", "30"),
+            ("walk", "walk", "--height", "1.7", "--lenses", "calibration.toml"),
+        ):
+            status, refused = output(zenocap(rig.parent, "calibrate", *command, "-o", "new.toml"))
+            assert status == 1, refused
+            assert "videos still on the machines of their cameras: cam01 on lab0, cam02 on lab1" in refused
+            assert f"scp lab1:{there} walk/videos/" in refused
         assert not list((rig.parent / "walk").rglob("*.mkv*"))
         assert [len(machines.films(k)) for k in range(2)] == [1, 1]
 

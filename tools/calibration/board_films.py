@@ -16,6 +16,7 @@ from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_detection import BoardDetector, board_variant, why_not_found
 from zenocap.tools.calibration.board_views import CameraViews, View, with_velocities
 from zenocap.tools.calibration.parameters import BURST_S, MAX_LOOKS, PROBED_FRAMES
+from zenocap.tools.film.away import require_copied
 
 LAYOUT = "a folder with videos, or with videos/, or with a folder of images for each camera; or the videos themselves"
 
@@ -43,6 +44,7 @@ def board_films(paths: Sequence[Path]) -> tuple[list[BoardFilm], list[str]]:
     found = list(paths)
     if len(paths) == 1 and paths[0].is_dir():
         folder = paths[0]
+        require_copied(folder)
         places = [place for place in (folder / "videos", folder) if place.is_dir()]
         found = next((videos for place in places if (videos := _with_suffix(place, VIDEO_SUFFIXES))), [])
         found = found or [one for one in sorted(folder.iterdir()) if one.is_dir() and _with_suffix(one, IMAGE_SUFFIXES)]

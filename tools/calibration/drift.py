@@ -1,7 +1,7 @@
 """Which camera of a calibrated rig was moved, and how, from the silhouettes of a person in all views.
 
 The planes through the centres of two cameras that touch the person touch both silhouettes, so that their angles about the
-baseline are equal (Sinha and Pollefeys 2010, see `zenocap.tools.sync.tangents`).  After a camera was moved, the angles of
+baseline are equal (Sinha and Pollefeys 2010, see `zenocap.common.lags.tangents`).  After a camera was moved, the angles of
 all its pairs differ, those of the other pairs do not.  For each camera the motion is fitted that makes its pairs agree; the
 one that explains most was moved.
 """
@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.tangents import Outline, scene_centre
 from zenocap.tools.calibration.parameters import (
     BLOCKS,
     EXPLAINED,
@@ -28,7 +29,6 @@ from zenocap.tools.calibration.parameters import (
     SURE_ERRORS,
 )
 from zenocap.tools.calibration.silhouettes import Hulls, hulls_of, losses, median_px, pair_residuals
-from zenocap.tools.sync.tangents import Outline, scene_centre
 
 
 @dataclass(frozen=True)

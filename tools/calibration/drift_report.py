@@ -11,12 +11,12 @@ from zenocap.common import messages as m
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.codec import BadMessage
 from zenocap.common.errors import UserError
+from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import topic_at
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.tools.calibration.drift import Drift, drift_of
 from zenocap.tools.calibration.parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
-from zenocap.tools.sync.tangents import Outline, outline_of
 from zenocap.tools.verdict.evidence import evidence_of
 from zenocap.tools.verdict.parameters import MIN_AREA
 from zenocap.tools.verdict.verdict import USED

@@ -1,7 +1,7 @@
 """Silhouettes of one person in two views compared: planes through both cameras that touch the person.
 
 They touch both silhouettes, so that their angles about the baseline are equal (frontier points; Sinha and Pollefeys 2010,
-see `zenocap.tools.sync.tangents`).
+see `zenocap.common.lags.tangents`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,8 +11,8 @@ import numpy as np
 
 from zenocap.common.arrays import Bools, Floats
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.tangents import NOISE_PX, WIDEST_RAD, Outline, baseline_of
 from zenocap.tools.calibration.parameters import LOSS_SCALE
-from zenocap.tools.sync.tangents import NOISE_PX, WIDEST_RAD, Outline, baseline_of
 
 
 @dataclass(frozen=True)

@@ -65,8 +65,10 @@ def film(
 
         from zenocap.common.bus.access import OPERATOR
         from zenocap.common.rig.sources import Announced
+        from zenocap.common.runtime.foreign_text import MAX_LINE, printable
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.tools.cli.track import parsed_size
+        from zenocap.tools.film.away import copy_commands, write_away
         from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
@@ -124,11 +126,18 @@ def film(
         _note("note: of a running rig, so without empty_frames: the background is the median of each video")
     if reason:
         _note(f"ended early: {reason}")
-    if away := [
-        one.name for one in remote.cameras if one.reply.frames and not (output / f"videos/{one.name}.mkv").exists()
-    ]:
+    away = {
+        one.name: (printable(one.reply.host), printable(one.reply.folder, MAX_LINE))
+        for one in remote.cameras
+        if one.reply.frames and not (output / f"videos/{one.name}.mkv").exists()
+    }
+    with one_line_errors():
+        write_away(output, away)
+    if away:
         then = f"zenocap track {output}" if calibrated else f"zenocap calibrate board {output} --square MM"
         _print(f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then {then}")
+        for command in copy_commands(output, away):
+            _print(f"  {command}")
     elif calibrated:
         typer.echo(f"next: zenocap track {output} -o {output.resolve().name}.mcap")
     else:

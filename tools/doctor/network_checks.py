@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from zenocap.common.camera_advice import change_text, found_text
+from zenocap.common.lags.delays import SKEW_US
 from zenocap.common.messages import CameraAdvice, Health, ServiceInfo
-from zenocap.common.rig.services import ServiceKey, title
+from zenocap.common.rig.services import MAIN, TIMEKEEPER, ServiceKey, title
 from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in
 from zenocap.tools.doctor.finding import Finding, ok, warning, wrong
 
@@ -151,6 +152,23 @@ def check_messages(network: Network) -> list[Finding]:
     if network.health and not found:
         found.append(ok("messages", f"all valid, in {len(network.health)} services"))
     return found
+
+
+def check_delays(network: Network, frame_ns: int) -> list[Finding]:
+    """Check of the delays of the cameras, as a running rig with a tracker finds them; corrected ones do not count.
+
+    frame_ns: frame period; a difference of up to a quarter of it is allowed.
+    """
+    health = network.health.get((TIMEKEEPER, MAIN))
+    skew_us = None if health is None else health.counts.get(SKEW_US)
+    if health is None or skew_us is None:
+        return []
+    limit_ms = frame_ns / 4e6
+    text = f"images of the cameras are {skew_us / 1e3:.0f} ms apart at equal capture times"
+    if skew_us / 1e3 <= limit_ms:
+        return [ok("delays", f"{text}: within a quarter frame ({limit_ms:.0f} ms)")]
+    remedy = 'set delay_ms of the viewers, which zenocap sync TAKE prints, or delays = "follow" in the rig file'
+    return [warning("delays", f"{text}, more than a quarter frame ({limit_ms:.0f} ms): {health.state}", remedy)]
 
 
 def check_pictures(network: Network) -> list[Finding]:

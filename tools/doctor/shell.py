@@ -33,6 +33,7 @@ from zenocap.tools.doctor.machine_probe import (
 from zenocap.tools.doctor.network_checks import (
     Network,
     check_clocks,
+    check_delays,
     check_messages,
     check_open,
     check_pictures,
@@ -57,7 +58,8 @@ def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: s
     if network.problem is None:
         found += check_presence(expected, network, str(path))
         found += [*check_rigs(rig.digest, network), *check_versions(versions(), network)]
-        found += [*check_clocks(network, frame_ns), *check_messages(network), *check_pictures(network)]
+        found += [*check_clocks(network, frame_ns), *check_delays(network, frame_ns)]
+        found += [*check_messages(network), *check_pictures(network)]
     for viewer in chosen:
         runs = ("viewer", viewer.id) in network.alive
         found.append(check_source(look_at_source(viewer, runs=runs, local=service is not None)))

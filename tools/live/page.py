@@ -104,6 +104,7 @@ class LivePage:
         self._commands: queue.Queue[lm.Command] = queue.Queue(MOST_COMMANDS)
         self._large: WeakKeyDictionary[PageQueue, str] = WeakKeyDictionary()
         self._shown = {camera.name: _Shown() for camera in cameras}
+        self._watched = False  # whether a page was open at the last turn
 
     @property
     def address(self) -> str:
@@ -131,6 +132,11 @@ class LivePage:
         while not self._commands.empty():
             self._handle(self._commands.get())
             busy = True
+        watched = bool(self._server.broadcaster.pages)
+        if watched and not self._watched:
+            for shown in self._shown.values():
+                shown.frame = None  # the picture of a source without another one is sent too
+        self._watched = watched
         for camera in self._cameras:
             busy |= self._show(camera)
         updates = self._mode.tick()

@@ -14,6 +14,7 @@ from zenocap.common.recording.setup_file import PARAMETERS_FILE, read_parameters
 from zenocap.common.topics import (
     ASSIGNMENT,
     CAMERA_ADVICE,
+    CAMERA_DELAYS,
     COMMAND,
     FRAME_RATE,
     HEALTH,
@@ -44,6 +45,8 @@ from zenocap.tools.verdict.verdict import USED, verdict_of
 
 BY_FRAME = (SIGHTING, SILHOUETTE)  # published by a viewer for every frame
 UPDATE_EVERY = 1000  # messages between two calls of `watch`
+
+READ = (ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL, CAMERA_ADVICE, CAMERA_DELAYS)
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,7 @@ class Info:
     pairs: Pairs | None
     height_ratio: float | None
     reduced: Reduced | None  # None when all frames were processed
+    delays: m.CameraDelays | None  # the last ones found of the cameras
     tracked: Tracked | None
     recognised: Recognized | None  # spelled as in the JSON of `zenocap info`
     commands: Commands | None
@@ -137,6 +141,7 @@ def info(
         pairs=tally.pairs if tally.pairs.instants else None,
         height_ratio=tally.height_ratio,
         reduced=tally.rate.reduced(end_ns),
+        delays=tally.delays,
         tracked=tally.tracked if tally.tracked.poses else None,
         recognised=tally.recognized if tally.recognized.answers else None,
         commands=tally.commands.commands(),
@@ -179,6 +184,7 @@ class _Tally:
         self.evidence = Evidence()
         self.verdict: m.Verdict | None = None
         self.advice = TakeAdvice()
+        self.delays: m.CameraDelays | None = None
 
     def add(self, recorded: Recorded) -> None:
         channel = (recorded.topic, recorded.schema, recorded.encoding)
@@ -190,7 +196,18 @@ class _Tally:
         self.rig = self.rig or names["rig"]
         if topic in BY_FRAME:  # the sequence number is the frame number: masks need no unpacking
             self.frames.setdefault((names["viewer"], topic.name), FrameTally()).add(recorded.sequence)
-        if topic in (*USED, ASSIGNMENT, POSTURE, COMMAND, HEALTH, VERDICT, FRAME_RATE, TRACKER_DETAIL, CAMERA_ADVICE):
+        if topic in (
+            *USED,
+            ASSIGNMENT,
+            POSTURE,
+            COMMAND,
+            HEALTH,
+            VERDICT,
+            FRAME_RATE,
+            TRACKER_DETAIL,
+            CAMERA_ADVICE,
+            CAMERA_DELAYS,
+        ):
             self._read(recorded)
 
     def _read(self, recorded: Recorded) -> None:
@@ -206,6 +223,8 @@ class _Tally:
                 self.verdict = verdict
             case m.CameraAdvice() as advice:
                 self.advice.add(advice)
+            case m.CameraDelays() as delays:
+                self.delays = delays if delays.found_ms else self.delays
             case m.Assignment() as assignment:
                 self.pairs.add(assignment)
             case m.UniversalBdp() as body:

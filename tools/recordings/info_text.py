@@ -58,6 +58,14 @@ def _lines(info: Info) -> Iterator[str]:
         parts += [f"{reduced.thinned_s:.1f} s with fewer points and particles of the tracker"] if reduced.thinned_s else []
         yield ""
         yield from _wrapped("overload", parts)
+    if info.delays is not None:
+        applied = info.delays.applied_ms
+        parts = [
+            f"{viewer} {ms:.0f} ms" + (f" (corrected by {applied.get(viewer, 0.0):.0f})" if applied else "")
+            for viewer, ms in info.delays.found_ms.items()
+        ]
+        yield ""
+        yield from _wrapped("images late", parts)
     if info.tracked:
         tracked = info.tracked
         by_views = [f"{count} of {views} views" for views, count in sorted(tracked.views.items(), reverse=True)]

@@ -31,6 +31,7 @@ from zenocap.common.runtime.service_info import versions
 from zenocap.common.topics import (
     BOTH_WAYS_POSE,
     CAMERA,
+    CAMERA_DELAYS,
     FRAME_RATE,
     HANDLED,
     HEALTH,
@@ -52,7 +53,7 @@ from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of
 
 # Not the detail of an overloaded tracker: now there is time for all points.
-INPUTS = (SILHOUETTE, CAMERA, HEALTH, FRAME_RATE, REQUEST)
+INPUTS = (SILHOUETTE, CAMERA, HEALTH, FRAME_RATE, CAMERA_DELAYS, REQUEST)
 OUTPUTS = (TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, POSTURE, HANDLED)
 TRACKER: ServiceKey = ("tracker", MAIN)
 RECOGNIZER: ServiceKey = ("recognizer", MAIN)

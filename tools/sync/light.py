@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.tools.sync.pairs import Curve, Lag, Limits
+from zenocap.common.lags.pairs import Curve, Lag, Limits
 from zenocap.tools.sync.videos import Brightness
 
 # Chosen by hand and checked with `python -m benchmarks.flashes`, unless another source is given.

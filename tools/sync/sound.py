@@ -15,7 +15,7 @@ from av.error import FFmpegError
 
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import OpenError
-from zenocap.tools.sync.pairs import Curve, Lag, Limits
+from zenocap.common.lags.pairs import Curve, Lag, Limits
 
 RATE = 8000  # samples/s
 BAND_HZ = (150.0, 3600.0)  # without hum of the mains and what 8000 samples/s cut off; chosen by hand

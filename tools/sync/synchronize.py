@@ -10,12 +10,12 @@ from typing import Literal
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
+from zenocap.common.lags.pairs import Comparison, Limits, Offset, offsets_of, reach_s
+from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 from zenocap.common.rig.folder import SYNC_FILE
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.tools.sync.light import FLASH_LIMITS, FlashPair, light_changes
-from zenocap.tools.sync.pairs import Comparison, Limits, Offset, offsets_of, reach_s
 from zenocap.tools.sync.sound import SOUND_LIMITS, SoundPair, read_sound
-from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 from zenocap.tools.sync.videos import brightness_in, from_its_beginning, outlines_of
 
 Method = Literal["auto", "sound", "flash", "silhouettes"]

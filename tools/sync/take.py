@@ -1,14 +1,15 @@
 """By how long each camera of a take is late, from the silhouettes of its first 20 s with a person."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
+from zenocap.common.lags.delays import CameraLags, lags_between
+from zenocap.common.lags.pairs import reach_s
+from zenocap.common.lags.tangents import Outline, silhouette_pairs
 from zenocap.common.rig.file import MAX_DELAY_MS
-from zenocap.tools.sync.pairs import Offset, offsets_of, reach_s
-from zenocap.tools.sync.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import evidence_in
 from zenocap.tools.verdict.view_figures import camera_of
@@ -16,24 +17,10 @@ from zenocap.tools.verdict.view_lag import outlines_of
 
 
 @dataclass(frozen=True)
-class TakeDelays:
-    """offsets: by viewer, seconds by which its images show later moments than the first one's at equal times.
+class TakeDelays(CameraLags):
+    """period_s: of the silhouettes, by viewer."""
 
-    period_s: of the silhouettes, by viewer.
-    """
-
-    offsets: Mapping[str, Offset]
     period_s: Mapping[str, float]
-
-    @property
-    def uncertain(self) -> list[str]:
-        return [viewer for viewer, one in self.offsets.items() if one.reason]
-
-    @property
-    def delays_ms(self) -> dict[str, float]:
-        """`delay_ms` to add for each viewer: against the one whose images are the youngest, which has 0."""
-        latest = max(one.offset_s for one in self.offsets.values())
-        return {viewer: 1e3 * (latest - one.offset_s) for viewer, one in self.offsets.items()}
 
 
 def take_delays(path: Path) -> TakeDelays:
@@ -52,12 +39,9 @@ def delays_of(evidence: Evidence, path: Path) -> TakeDelays:
 def delays_between(cameras: Mapping[str, Camera], outlines: Mapping[str, list[Outline]]) -> TakeDelays:
     """Delays of calibrated cameras from the outlines of a person, with their capture times."""
     most_s = MAX_DELAY_MS / 1e3
-    pairs = silhouette_pairs(cameras, outlines, reach_s(most_s))
-    found = offsets_of(list(cameras), pairs, replace(SILHOUETTE_LIMITS, max_lag_s=most_s), {})
-    first_s = next((one.offset_s for one in found.values() if not one.reason), 0.0)
-    offsets = {viewer: replace(found[viewer], offset_s=found[viewer].offset_s - first_s) for viewer in cameras}
+    lags = lags_between(list(cameras), silhouette_pairs(cameras, outlines, reach_s(most_s)), most_s)
     periods = {viewer: (one[-1].time_s - one[0].time_s) / (len(one) - 1) for viewer, one in outlines.items()}
-    return TakeDelays(offsets, periods)
+    return TakeDelays(lags.offsets, periods)
 
 
 def lines_of(found: TakeDelays) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Image
 from zenocap.common.errors import EndedEarly, UserError
+from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.messages import Silhouette
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import VideoFile
@@ -19,7 +20,6 @@ from zenocap.services.viewer import silhouette_step
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
-from zenocap.tools.sync.tangents import Outline, outline_of
 
 CELLS = (8, 6)  # of the image, across and down
 

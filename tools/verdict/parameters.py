@@ -140,7 +140,7 @@ GOOD_EXPECTED_M, UNUSABLE_EXPECTED_M = 0.075, 0.120
 CLEAR_APART, CLEAR_OUTSIDE, CLEAR_UNCOVERED = 0.9, 0.15, 0.15
 CLEAR_SHARE = 0.2
 
-# Lags of views.  Their certainty is that of `zenocap sync` (`tools/sync/tangents.py`), but for their errors: in words.
+# Lags of views.  Their certainty is that of `zenocap sync` (`common/lags/tangents.py`), but for their errors: in words.
 LAG_ERROR_S = 0.03  # largest standard error of a lag that is stated
 LAG_NS = 20_000_000_000  # length of the part of the silhouettes in which lags are looked for, from the first person on
 LAG_STEP_NS = 14_000_000  # between silhouettes that are kept for it: 60 a second

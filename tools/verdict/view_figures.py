@@ -10,8 +10,8 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
 from zenocap.common.vision.mask_codec import unpack
-from zenocap.tools.sync.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
 from zenocap.tools.verdict.evidence import Evidence, TakeBody
 from zenocap.tools.verdict.overlap import ViewSample, body_points, reduced, reduced_mask, view_sample
 from zenocap.tools.verdict.parameters import APART_NOISE_M, MIN_AREA, MOST_APART_M, PERSON_AREA, SAMPLE_NS

@@ -10,10 +10,10 @@ from zenocap.common.recording.setup_file import POSTURES_FILE, PRIOR_FILE, Recor
 from zenocap.common.rig.services import MAIN, ServiceKey, kinds_of
 from zenocap.common.rig.sources import FirstFrames
 from zenocap.common.rig.two_view import Additions
-from zenocap.services.integrator import rate_control, states
+from zenocap.services.integrator import states, timekeeper
 from zenocap.services.integrator import step as integrator
-from zenocap.services.integrator.rate_reports import RateSetup, RateState
-from zenocap.services.integrator.shell import rate_setup_of, setup_of
+from zenocap.services.integrator.shell import setup_of, timekeeper_setup_of
+from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
 from zenocap.services.recognizer import shell as recognizer_shell
 from zenocap.services.recognizer import step as recognizer
 from zenocap.services.tracker import shell as tracker_shell
@@ -81,8 +81,8 @@ def _viewers(rig: RecordedRig, path: Path, attached: Mapping[str, bytes]) -> dic
 
 
 def _integrator(rig: RecordedRig, path: Path, attached: Mapping[str, bytes]) -> dict[str, RecomputedService]:
-    if rig.tracker is not None:  # clock, log and frame rate
-        return {MAIN: SteppedService(rate_setup_of(rig), RateState(), _rate_step)}
+    if rig.tracker is not None:  # clock, log, frame rate, delays
+        return {MAIN: SteppedService(timekeeper_setup_of(rig), TimekeeperState(), _timekeeper_step)}
     setup = setup_of(rig)
     return {MAIN: SteppedService(setup, integrator.initial_state(setup), _integrator_step)}
 
@@ -112,8 +112,10 @@ def _integrator_step(setup: states.Setup, state: states.State, event: Event) -> 
     return integrator.step(setup, state, event)
 
 
-def _rate_step(setup: RateSetup, state: RateState, event: Event) -> tuple[RateState, Sequence[Message]]:
-    return rate_control.step(setup, state, event)
+def _timekeeper_step(
+    setup: TimekeeperSetup, state: TimekeeperState, event: Event
+) -> tuple[TimekeeperState, Sequence[Message]]:
+    return timekeeper.step(setup, state, event)
 
 
 def _tracker_step(

@@ -15,7 +15,7 @@ from zenocap.common.topics import Queueing
 
 DERIVED = (
     m.Sighting, m.PartialBdp, m.PartialBap, m.Assignment, m.UniversalBdp, m.UniversalBap, m.TrackerBdp, m.TrackerPose,
-    m.ScenePoints, m.Posture, m.FrameRate, m.TrackerDetail,
+    m.ScenePoints, m.Posture, m.FrameRate, m.TrackerDetail, m.CameraDelays,
 )  # fmt: skip
 KEPT_NS = 60_000_000_000  # time after which a message is no input any more and stays unchecked; chosen by hand
 Place = tuple[str, int]  # key and capture time

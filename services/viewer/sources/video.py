@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from zenocap.common.arrays import Image
-from zenocap.common.errors import SourceError
+from zenocap.common.errors import EndedEarly, SourceError
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
@@ -61,6 +61,8 @@ def video_frames(
         if not playback.loop:
             return
         first, first_ns = first + count, first_ns + duration_ns
+        if count == 1 and playback.live:
+            yield from _still(source, fps, fit, playback, first)
 
 
 def median_picture(path: Path, fit: Fit, count: int = 41, *, hardware: bool = False) -> Image:
@@ -115,6 +117,24 @@ def _pass(
                 yield Frame(first + frame.index, captured_ns, fit(frame.image()))
         playback.finished(reader.summary())
         return reader.read, reader.end_ns
+
+
+def _still(source: VideoFile, fps: float, fit: Fit, playback: Playback, first: int) -> Iterator[Frame]:
+    """Yield the one frame of a picture for ever, numbered from `first`.
+
+    Opening the file for each would take longer than a frame period on a busy machine, and every frame would be late.
+    """
+    with VideoReader(source.path, source.hardware) as reader:
+        frame = reader.next()
+        if frame is None:
+            raise EndedEarly(f"{source.path}: no picture in it any more")
+        image, rate, index = fit(frame.image()), min(fps, reader.fps), first
+    while True:
+        index = playback.next_index(index, rate)
+        captured_ns = playback.time_of(index, rate) + source.offset_ns
+        playback.wait_until(captured_ns)
+        yield Frame(index, captured_ns, image)
+        index += 1
 
 
 def duration_ns(path: Path) -> int:

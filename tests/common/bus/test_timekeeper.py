@@ -8,7 +8,7 @@ from zenocap.common.bus.protocol import Envelope, RoundTrip, Tick
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import run
-from zenocap.common.topics import FRAME_RATE, HEALTH, TRACKER_DETAIL
+from zenocap.common.topics import CAMERA_DELAYS, FRAME_RATE, HEALTH, SILHOUETTE, TRACKER_DETAIL
 from zenocap.services.integrator.shell import timekeeper_service
 
 RIG = replace(demo_rig("two-view"), method="hybrid")
@@ -41,7 +41,9 @@ def test_timekeeper_answers_clock_queries_and_publishes_its_health() -> None:
 
 def test_timekeeper_publishes_the_full_frame_rate_and_nothing_else_while_no_viewer_reports_losses() -> None:
     service = timekeeper_service(RIG)
-    assert {subscription.topic for subscription in service.subscriptions} == {HEALTH, FRAME_RATE, TRACKER_DETAIL}
+    assert {subscription.topic for subscription in service.subscriptions} == {
+        HEALTH, FRAME_RATE, TRACKER_DETAIL, CAMERA_DELAYS, SILHOUETTE,
+    }  # fmt: skip
     state, published = service.state, []
     for second in range(1, 10):
         state, messages = service.step(service.setup, state, Tick(second * 10**9))
@@ -49,4 +51,4 @@ def test_timekeeper_publishes_the_full_frame_rate_and_nothing_else_while_no_view
     rate, *detail = published
     assert isinstance(rate, m.FrameRate)
     assert (rate.keep, rate.of) == (1, 1)
-    assert [type(message) for message in detail] == [m.TrackerDetail] * service.setup.has_tracker
+    assert [type(message) for message in detail] == [m.TrackerDetail] * service.setup.rate.has_tracker

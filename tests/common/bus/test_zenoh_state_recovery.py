@@ -40,7 +40,7 @@ def session() -> Iterator[zenoh.Session]:
 
 def test_recoverable_topics_have_one_key_each() -> None:
     assert {topic.name for topic in TOPICS if topic.recoverable} == {
-        "universal_bdp", "universal_bap", "tracker_bdp", "tracker_pose", "frame_rate",
+        "universal_bdp", "universal_bap", "tracker_bdp", "tracker_pose", "frame_rate", "camera_delays",
     }  # fmt: skip
     for topic in TOPICS:
         if topic.recoverable:

@@ -146,6 +146,12 @@ def test_the_digest_depends_on_content_and_not_on_location(tmp_path):
             'source = "rtsp://host/a"\nkeep_background = true',
             "viewer 2: keep_background = true: allowed: false for method 'two-view'",
         ),
+        ('name = "studio"', 'name = "studio"\ndelays = "x"', "delays = 'x': allowed: 'off', 'report', 'follow'"),
+        (
+            'name = "studio"',
+            'name = "studio"\ndelays = "follow"',
+            "delays = 'follow': allowed for method 'two-view', without a tracker: off, report",
+        ),
         ("fps = 15", "fps = 0", r"viewer\[0\].fps = 0: allowed: float > 0"),
         (
             "fps = 15",

@@ -56,6 +56,24 @@ def test_silhouettes_are_paired_within_half_of_the_reduced_period() -> None:
         assert (state.pairs.complete > 0) == (complete > 0)
 
 
+def test_delays_of_the_cameras_are_subtracted_from_the_capture_times() -> None:
+    late = VIEWERS[-1]
+    delays = m.CameraDelays(
+        frame=0, captured_ns=1, found_ms={}, errors_ms={}, uncertain=[], applied_ms={late: 2 * FRAME_NS / 1e6}
+    )
+    for message, whole in ((None, False), (delays, True)):
+        state = tracker.initial_state(SETUP)
+        if message is not None:
+            state, _ = tracker.step(SETUP, state, envelope(message))
+        for frame in range(6):
+            for viewer in VIEWERS:  # the times of one viewer are two frame periods too late
+                state, _ = tracker.step(SETUP, state, envelope(silhouette(viewer, frame + 2 * (viewer == late))))
+        frames = {viewer: seen.frame for viewer, seen in state.ready[-1].items.items()}
+        assert (late in frames) == whole
+        if whole:
+            assert frames[late] == frames[VIEWERS[0]] + 2
+
+
 def losses(state: State) -> dict[str, int]:
     """The counts without those of frame sets that arrived."""
     return {name: count for name, count in tracker.counts(state).items() if not name.endswith("e_instants")}

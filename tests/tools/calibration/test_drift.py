@@ -10,9 +10,9 @@ from tests.support.moving_balls import mask_of, ring
 from tests.tools.verdict.test_view_lag import messages
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
+from zenocap.common.lags.tangents import outline_of
 from zenocap.tools.calibration.drift import Drift, drift_of, moved_camera
 from zenocap.tools.calibration.drift_report import contradicts, corrected, drift_data, drift_lines, take_drift
-from zenocap.tools.sync.tangents import outline_of
 
 CAMERAS = ring((0, 70, 150, 250))
 TURN, SHIFT = np.radians([0.4, 0.9, -0.3]), np.array([0.05, 0.0, 0.02])

@@ -29,6 +29,7 @@ from zenocap.tools.doctor.machine_checks import (
 from zenocap.tools.doctor.network_checks import (
     Network,
     check_clocks,
+    check_delays,
     check_messages,
     check_open,
     check_pictures,
@@ -184,3 +185,16 @@ def test_faults_of_images_are_warnings_with_what_to_change() -> None:
     assert "focus" in soft.remedy
     assert (good.check, good.verdict) == ("images of viewer 2", "ok")
     assert check_pictures(Network()) == []
+
+
+def test_cameras_more_than_a_quarter_frame_apart_are_a_warning() -> None:
+    key = ("integrator", "main")
+    for skew_us, verdict in ((5_000, "ok"), (40_000, "warning")):
+        report = Health(
+            frame=0, captured_ns=0, service="integrator", id="main", state="viewer 2 40 ms late", rate=0.0, stages_ms={},
+            counts={"camera_skew_us": skew_us},
+        )  # fmt: skip
+        (found,) = check_delays(Network(health={key: report}), 33_333_333)
+        assert (found.verdict, f"{skew_us // 1000} ms apart" in found.words) == (verdict, True)
+        assert ("viewer 2 40 ms late" in found.words, "delay_ms" in found.remedy) == ((verdict == "warning"),) * 2
+    assert check_delays(Network(), 33_333_333) == []

@@ -65,6 +65,14 @@ def test_a_page_gets_pictures_and_measures_of_all_cameras():
     assert {row["key"] for row in state["rows"]} == {"rate", "jitter", "focus", "exposure", "noise", "drift", "flicker"}
 
 
+def test_a_page_that_opens_later_gets_the_one_picture_of_a_source_that_gives_no_other():
+    camera = camera_of(lambda: paced(picture, 20.0, count=1))
+    with served([camera]) as page:
+        until(lambda: page._shown["left"].frame is not None, "the picture")
+        found = talk(page.address, lambda connection: updates_until_all(connection, ("picture", "left")))
+    assert any(one["type"] == "picture" for one in found)
+
+
 def test_pictures_are_reduced_until_a_page_enlarges_the_camera():
     images = [picture(k, size=(1280, 720)) for k in range(2)]
     camera = camera_of(lambda: paced(lambda k: images[k % 2], 20.0))

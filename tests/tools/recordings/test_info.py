@@ -139,6 +139,18 @@ def test_the_time_at_a_reduced_rate_is_summed_up_with_the_lowest_rate(tmp_path: 
     assert "reduced to 12 of 30 frames/s: processor of viewer 2, the lowest rate" in text
 
 
+def test_the_last_delays_of_the_cameras_are_listed(tmp_path: Path) -> None:
+    delays = [
+        m.CameraDelays(
+            frame=k, captured_ns=START_NS + k, found_ms={"1": 0.0, "2": late} if late else {}, errors_ms={}, uncertain=[],
+            applied_ms=applied,
+        )
+        for k, (late, applied) in enumerate([(20.0, {}), (41.4, {"1": 0.0, "2": 33.3}), (0.0, {})])
+    ]  # fmt: skip
+    text = "\n".join(lines_of(info(take_of(tmp_path / "a.mcap", *enumerate(delays)))))
+    assert "2 41 ms (corrected by 33)" in text
+
+
 def test_height_ratio_is_that_of_the_last_body(tmp_path: Path) -> None:
     bodies = [
         m.UniversalBdp(frame=k, captured_ns=k, body=m.Body(anatomy="ten-parts", sizes={}, offsets={}), ratio=ratio)

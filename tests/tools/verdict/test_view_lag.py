@@ -9,9 +9,9 @@ from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.common.conversion import angles_by_name, body_of
+from zenocap.common.lags.pairs import Offset
 from zenocap.common.vision.mask_codec import pack
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.tools.sync.pairs import Offset
 from zenocap.tools.verdict.evidence import evidence_of
 from zenocap.tools.verdict.verdict import verdict_of
 from zenocap.tools.verdict.view_lag import lags_of, view_lags

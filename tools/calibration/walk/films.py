@@ -12,6 +12,7 @@ from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
+from zenocap.common.lags.tangents import Outline
 from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, VideoFile
 from zenocap.common.toml_file import read_toml
@@ -20,7 +21,7 @@ from zenocap.tools.calibration.silhouettes import Hulls, hulls_of
 from zenocap.tools.calibration.walk.delays import Timing
 from zenocap.tools.calibration.walk.parameters import LEAST_INSTANTS, MOST_INSTANTS, PER_S
 from zenocap.tools.calibration.walk.series import series_of
-from zenocap.tools.sync.tangents import Outline
+from zenocap.tools.film.away import require_copied
 from zenocap.tools.sync.videos import from_its_beginning, outlines_of
 
 LEVEL = np.diag([1.0, -1.0, -1.0])  # of a camera that looks along -Z of a Y-up world
@@ -44,6 +45,7 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
     """Hulls of the person in each video of a folder.  Raises UserError."""
     if not folder.is_dir():
         raise UserError(f"{folder}: no such folder: allowed: a folder with videos/, as `zenocap film` makes it")
+    require_copied(folder)
     videos = [path for path in sorted((folder / "videos").glob("*")) if path.suffix.lower() in VIDEO_SUFFIXES]
     if len(videos) < 2:
         raise UserError(f"{folder}: videos/ has {len(videos)} video(s): allowed: one for each of two cameras or more")

@@ -20,7 +20,7 @@ from zenocap.common.rig.rig import load_rig
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video import reader
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources import device, source
+from zenocap.services.viewer.sources import device, source, video
 from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.images import image_frames
 from zenocap.services.viewer.sources.playback import Playback
@@ -156,6 +156,23 @@ def test_frame_numbers_continue_in_a_looped_file(tmp_path):
     frames = list(islice(video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, loop=True)), 7))
     assert [(f.frame, level(f)) for f in frames] == [(0, 0), (1, 1), (2, 2), (3, 0), (4, 1), (5, 2), (6, 0)]
     assert frames[-1].captured_ns == 6 * S // 10
+
+
+def test_a_picture_goes_on_though_opening_it_takes_longer_than_a_frame_period(tmp_path, monkeypatch):
+    path, time = tmp_path / "a.png", FakeTime()
+    cv2.imwrite(str(path), np.full((SIZE[1], SIZE[0], 3), 70, np.uint8))
+
+    class SlowReader(reader.VideoReader):
+        def __init__(self, *arguments):
+            time.ns += S // 3
+            super().__init__(*arguments)
+
+    monkeypatch.setattr(video, "VideoReader", SlowReader)
+    frames = list(islice(video_frames(VideoFile(path), 10.0, SIZE, WORKING, live(time, loop=True)), 30))
+    assert {level(frame) for frame in frames} == {7}
+    assert {later.captured_ns - one.captured_ns for one, later in pairwise(frames[1:])} == {S // 10}
+    assert [later.frame - one.frame for one, later in pairwise(frames[1:])] == [1] * 28
+    assert time.ns == frames[-1].captured_ns
 
 
 def test_missing_forbidden_and_invalid_video_files_are_refused(tmp_path, monkeypatch):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zenocap.tools.sync.pairs import Curve, Lag, Limits, Offset, offsets_of
+from zenocap.common.lags.pairs import Curve, Lag, Limits, Offset, offsets_of
 
 LIMITS = Limits(margin=5.0, ratio=1.2, apart_s=0.1, error_s=0.02, max_lag_s=2.0)
 

@@ -7,8 +7,8 @@ import pytest
 
 from tests.support.moving_balls import FPS, mask_of, ring
 from zenocap.common.camera.pinhole import Camera
-from zenocap.tools.sync.pairs import offsets_of, reach_s
-from zenocap.tools.sync.tangents import (
+from zenocap.common.lags.pairs import offsets_of, reach_s
+from zenocap.common.lags.tangents import (
     SILHOUETTE_LIMITS,
     Outline,
     baseline_of,

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 
 from zenocap.common.arrays import Bools, Floats, Mask
 from zenocap.common.camera.pinhole import Camera
-from zenocap.tools.sync.pairs import Curve, Lag, Limits
+from zenocap.common.lags.pairs import Curve, Lag, Limits
 
 # Chosen on simulated people (`benchmarks.simulated_clip`) unless another source is given.
 NOISE_PX = 1.0  # of a tangent in each view

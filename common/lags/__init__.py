@@ -1,0 +1,1 @@
+"""Lags between cameras, found from the silhouettes of a person who moves."""

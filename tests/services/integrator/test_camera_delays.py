@@ -1,0 +1,126 @@
+"""Delays of the cameras of a running rig: found, confirmed, corrected in steps, and kept when nothing is certain."""
+
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+
+import pytest
+
+from tests.support.moving_balls import SIZE, mask_of, ring
+from tests.support.two_view_run import envelope
+from zenocap.common.bus.protocol import Tick
+from zenocap.common.messages import CameraDelays, Message, Silhouette
+from zenocap.common.vision.mask_codec import pack
+from zenocap.services.integrator import camera_delays, timekeeper
+from zenocap.services.integrator.camera_delays import DelaySetup
+from zenocap.services.integrator.parameters import DELAY_STEP, RECOVERY_TICKS
+from zenocap.services.integrator.rate_reports import RateSetup
+from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
+
+FPS, START_NS = 20.0, 10**18
+FRAME_MS = 1e3 / FPS
+CAMERAS = ring((0, 90))
+MASKS: dict[tuple[str, int], tuple[tuple[int, int, int, int], bytes]] = {}
+
+
+def setup(*, follow: bool = True) -> TimekeeperSetup:
+    return TimekeeperSetup(RateSetup(tuple(CAMERAS), FPS, True), DelaySetup(CAMERAS, round(1e9 / FPS), follow))
+
+
+def silhouette(name: str, frame: int, shown_s: float, *, still: bool = False) -> Silhouette:
+    key = name, -1 if still else round(shown_s * 1000)
+    if key not in MASKS:
+        MASKS[key] = pack(mask_of(CAMERAS[name], shown_s, still=still))
+    region, data = MASKS[key]
+    captured_ns = START_NS + round(frame * 1e9 / FPS)
+    return Silhouette(frame=frame, captured_ns=captured_ns, viewer=name, size=SIZE, region=region, data=data)
+
+
+def play(
+    late_s: Callable[[float], Mapping[str, float]], seconds: int, *, follow: bool = True, still: bool = False
+) -> tuple[TimekeeperState, list[CameraDelays]]:
+    """late_s: by camera, at a time.  The state at the end, and what was published of the delays."""
+    one, state, published = setup(follow=follow), TimekeeperState(), list[Message]()
+    for frame in range(round(seconds * FPS)):
+        time_s = frame / FPS
+        for name in CAMERAS:
+            seen = silhouette(name, frame, 5.0 + time_s - late_s(time_s).get(name, 0.0), still=still)
+            state, messages = timekeeper.step(one, state, envelope(seen))
+            published += messages
+        if frame % FPS == FPS - 1:
+            state, messages = timekeeper.step(one, state, Tick(START_NS + round(frame * 1e9 / FPS)))
+            published += messages
+    return state, [its for its in published if isinstance(its, CameraDelays)]
+
+
+@pytest.mark.slow
+def test_a_late_camera_is_corrected_in_steps_after_two_estimates() -> None:
+    state, found = play(lambda _: {"cam02": 0.1}, 55)
+    first, second, *_ = found
+    assert first.found_ms == pytest.approx({"cam01": 0.0, "cam02": 100.0}, abs=8.0)
+    assert second.found_ms == pytest.approx({"cam01": 0.0, "cam02": 100.0}, abs=8.0)
+    assert (first.applied_ms, first.uncertain, second.uncertain) == ({}, [], [])
+    applied = [its.applied_ms.get("cam02", 0.0) for its in found]
+    assert all(0 <= later - one <= DELAY_STEP * FRAME_MS + 1e-9 for one, later in pairwise(applied))
+    assert applied[-1] == pytest.approx(100.0, abs=8.0)
+    assert camera_delays.skew_ms(found[-1]) < 8.0
+    assert timekeeper.counts(state)["camera_skew_us"] < 8_000
+    text = timekeeper.describe(setup(), state)
+    assert "viewer cam02" in text
+    assert "late, corrected by" in text
+    assert "cam01" not in text
+
+
+@pytest.mark.slow
+def test_report_corrects_nothing_and_equal_events_give_equal_messages() -> None:
+    state, found = play(lambda _: {"cam01": 0.15}, 46, follow=False)
+    assert len(found) == 2
+    assert all(its.applied_ms == {} for its in found)
+    assert timekeeper.counts(state)["camera_skew_us"] == pytest.approx(150_000, abs=8_000)
+    assert "corrected" not in timekeeper.describe(setup(follow=False), state)
+    assert play(lambda _: {"cam01": 0.15}, 46, follow=False)[1] == found
+
+
+@pytest.mark.slow
+def test_an_estimate_that_the_next_one_contradicts_is_not_corrected() -> None:
+    _, found = play(lambda time_s: {"cam02": 0.0 if time_s < 22 else 0.2}, 46)
+    assert [round(max(its.found_ms.values()) / 100) for its in found] == [0, 2]
+    assert all(its.applied_ms == {} for its in found)
+
+
+@pytest.mark.slow
+def test_a_still_person_gives_no_delay() -> None:
+    _, (found, *_) = play(lambda _: {}, 25, still=True)
+    assert (found.found_ms, found.uncertain, found.applied_ms) == ({}, list(CAMERAS), {})
+
+
+def test_the_correction_survives_a_restart_and_is_dropped_without_follow() -> None:
+    before = CameraDelays(
+        frame=7, captured_ns=START_NS, found_ms={"cam01": 0.0, "cam02": 40.0}, errors_ms={"cam01": 0.0, "cam02": 1.0},
+        uncertain=[], applied_ms={"cam01": 0.0, "cam02": 40.0},
+    )  # fmt: skip
+    for follow, applied in ((True, before.applied_ms), (False, {})):
+        state, (again,) = timekeeper.step(setup(follow=follow), TimekeeperState(), envelope(before))
+        assert isinstance(again, CameraDelays)
+        assert (again.frame, again.found_ms, again.applied_ms) == (8, before.found_ms, applied)
+        assert timekeeper.step(setup(follow=follow), state, envelope(before))[1] == []
+    state = TimekeeperState()
+    for tick in range(RECOVERY_TICKS):
+        state, _ = timekeeper.step(setup(), state, Tick(START_NS + tick))
+    assert timekeeper.step(setup(), state, envelope(before)) == (state, [])
+
+
+def test_damaged_silhouettes_are_counted() -> None:
+    seen = silhouette("cam01", 0, 5.0)
+    broken = Silhouette(
+        frame=0, captured_ns=START_NS, viewer="cam01", size=SIZE, region=seen.region, data=seen.data[: len(seen.data) // 2]
+    )
+    state, messages = timekeeper.step(setup(), TimekeeperState(), envelope(broken))
+    assert messages == []
+    assert timekeeper.counts(state) == {"silhouette_damaged": 1}
+
+
+@pytest.mark.parametrize(("count", "pairs"), [(2, 1), (3, 3), (4, 6), (7, 14)])
+def test_each_camera_is_compared_with_the_next_two(count: int, pairs: int) -> None:
+    found = DelaySetup(ring([360 * k / count for k in range(count)]), 1, False).pairs
+    assert len(set(found)) == len(found) == pairs
+    assert all(sum(name in pair for pair in found) == min(4, count - 1) for name in {one for pair in found for one in pair})

@@ -1,0 +1,62 @@
+"""Videos of a film that are still on the machines of their cameras: where, and the commands that copy them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from shlex import quote
+
+from zenocap.common.atomic_write import write_atomically
+from zenocap.common.errors import UserError
+from zenocap.common.rig.sources import VIDEO_SUFFIXES
+from zenocap.common.toml_file import read_toml
+
+AWAY = "away.toml"
+Places = Mapping[str, tuple[str, str]]  # machine and folder there, by camera
+
+
+def write_away(folder: Path, places: Places) -> None:
+    """Write where the videos that are not in the folder are; without any, remove the file of an earlier film."""
+    if not places:
+        (folder / AWAY).unlink(missing_ok=True)
+        return
+    lines = "".join(f"{_text(name)} = [{_text(host)}, {_text(there)}]\n" for name, (host, there) in places.items())
+    text = f"# Written by zenocap film: machine and folder of the videos that are not copied yet\n[away]\n{lines}"
+    write_atomically(folder / AWAY, text.encode())
+
+
+def _text(value: str) -> str:
+    """A TOML string.  value: without control characters."""
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def copy_commands(folder: Path, places: Places) -> list[str]:
+    """Commands that copy the videos and times of these cameras into the folder."""
+    return [
+        f"scp {quote(f'{host}:{there}/{part}/{name}.{suffix}')} {quote(str(folder / part))}/"
+        for name, (host, there) in places.items()
+        for part, suffix in (("videos", "mkv"), ("times", "csv"))
+    ]
+
+
+def require_copied(folder: Path) -> None:
+    """Raises UserError with the commands while videos of a film are still on other machines."""
+    path = folder / AWAY
+    if not path.is_file():
+        return
+    table = read_toml(path).get("away")
+    places: dict[str, tuple[str, str]] = {}
+    for name, value in table.items() if isinstance(table, dict) else ():
+        match value:
+            case [str() as host, str() as there]:
+                places[name] = (host, there)
+            case _:
+                raise UserError(f"{path}: away.{name} = {value!r}: allowed: [machine, folder]")
+    present = {one.stem for one in (folder / "videos").glob("*") if one.suffix.lower() in VIDEO_SUFFIXES}
+    missing = {name: place for name, place in places.items() if name not in present}
+    if missing:
+        places_text = ", ".join(f"{name} on {host}" for name, (host, _) in missing.items())
+        commands = "\n  ".join(["mkdir -p " + " ".join(quote(str(folder / part)) for part in ("videos", "times")),
+                                *copy_commands(folder, missing)])  # fmt: skip
+        raise UserError(
+            f"{folder}: videos still on the machines of their cameras: {places_text}: allowed: all videos in the folder; "
+            f"film with --fetch, or copy them:\n  {commands}"
+        )

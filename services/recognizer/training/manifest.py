@@ -1,4 +1,7 @@
-"""Manifest of examples: a CSV file with one row per posture: source, start, end, posture, person, repetition."""
+"""Manifest of examples: a CSV file with one row per posture: source, start, end, posture, person, repetition.
+
+A row with `labels` instead of a posture names a label table of its source: one example for each span of equal labels.
+"""
 
 import csv
 import re
@@ -11,15 +14,16 @@ from pathlib import Path
 
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
+from zenocap.services.recognizer.training.csv_text import csv_text, delimiter_of
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL
+from zenocap.services.recognizer.training.label_table import read_spans
 
 COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
+LABELS = "labels"  # further column
+INSTEAD = ("start", "end", "posture", "repetition")  # of labels
 SOURCE_NAMES = ("source", "take", "clip", "file")  # accepted names of the first column
-NEEDED = ("source", "posture")
 MOTIONS = (".mcap", ".bvh", ".trc", ".c3d")
 RIG = ".toml"
-DELIMITERS = ",;\t"
-MAX_BYTES = 16 << 20
 MOST_ALIKE = 3  # errors that differ in numbers, values and files only and are all listed; chosen by hand
 VARIES = re.compile(r"'[^']*'|\S*[/\\]\S*|\S+\.(?:mcap|bvh|trc|c3d|toml)\b|\d+(?:\.\d+)?")
 LONGEST_S = 1e6
@@ -79,11 +83,11 @@ def read_manifest(path: Path) -> list[Row]:
     Without a person column all examples count as one person's; missing repetitions are numbered.  Raises UserError with
     all errors, not only the first.
     """
-    text = _text(path)
+    text = csv_text(path)
     lines = text.splitlines()
     if not lines or not lines[0].strip():
         raise UserError(f"{path}: line 1: empty: allowed: the columns {','.join(COLUMNS)}")
-    delimiter = max(DELIMITERS, key=lines[0].count)
+    delimiter = delimiter_of(lines[0])
     reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True)
     columns = _columns(path, [name.strip('" ') for name in lines[0].split(delimiter)])
     next(reader)
@@ -94,9 +98,7 @@ def read_manifest(path: Path) -> list[Row]:
         for cells in reader:
             if not any(cell.strip() for cell in cells):
                 continue
-            row = _row(path, reader.line_num, columns, cells, counts, wrong)
-            if row is not None:
-                rows.append(row)
+            rows += _rows(path, reader.line_num, columns, cells, counts, wrong)
     except csv.Error as error:
         wrong.append(f"{path}: line {reader.line_num}: {error}: allowed: one row per line")
     wrong += _repeated(path, rows)
@@ -120,36 +122,29 @@ def write_manifest(path: Path, rows: Iterable[Row]) -> None:
             writer.writerow([shown.as_posix(), *span, row.posture, row.person, row.repetition])
 
 
-def _text(path: Path) -> str:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UserError(f"{path}: more than {MAX_BYTES >> 20} MiB: allowed: a smaller manifest")
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not UTF-8 text at byte {error.start}: allowed: a CSV file") from None
-
-
 def _columns(path: Path, names: Sequence[str]) -> Mapping[str, int]:
     plain = [name.strip().lower() for name in names]
     plain = ["source" if name in SOURCE_NAMES else name for name in plain]
-    wrong = [f"column {name!r}" for name in plain if name not in COLUMNS]
-    wrong += [f"column {name!r} more than once" for name in COLUMNS if plain.count(name) > 1]
-    wrong += [f"no column {name!r}" for name in NEEDED if name not in plain]
+    known = (*COLUMNS, LABELS)
+    wrong = [f"column {name!r}" for name in plain if name not in known]
+    wrong += [f"column {name!r} more than once" for name in known if plain.count(name) > 1]
+    wrong += [] if "source" in plain else ["no column 'source'"]
+    wrong += [] if "posture" in plain or LABELS in plain else ["no column 'posture'"]
     if wrong:
-        raise UserError(f"{path}: line 1: {', '.join(wrong)}: allowed: {', '.join(COLUMNS)}; needed: {', '.join(NEEDED)}")
+        needed = "needed: source, and posture or labels"
+        raise UserError(f"{path}: line 1: {', '.join(wrong)}: allowed: {', '.join(known)}; {needed}")
     return {name: k for k, name in enumerate(plain)}
 
 
-def _row(
+def _rows(
     path: Path,
     line: int,
     columns: Mapping[str, int],
     cells: Sequence[str],
     counts: dict[tuple[str, str], int],
     wrong: list[str],
-) -> Row | None:
+) -> list[Row]:
+    """The example of a line, or those of its label table; none where something is wrong."""
     before = len(wrong)
 
     def refuse(column: str, value: str, allowed: str) -> None:
@@ -181,19 +176,32 @@ def _row(
         refuse("source", cell("source"), f"a file or folder that exists; there is no {source}")
     elif source.is_file() and source.suffix.lower() not in (*MOTIONS, RIG):
         refuse("source", cell("source"), f"{', '.join(MOTIONS)}, a rig file ({RIG}) or a clip folder")
+    if cell(LABELS):
+        for column in INSTEAD:
+            if cell(column):
+                refuse(column, cell(column), "an empty cell beside labels")
     start, end = seconds("start"), seconds("end")
     if end is not None and end <= (start or 0.0):
         refuse("end", cell("end"), f"seconds after start = {start or 0.0:g}")
     posture, person = cell("posture"), cell("person") or "1"
     for column, value in (("posture", posture), ("person", person), ("repetition", cell("repetition"))):
-        least = 0 if column == "repetition" else 1
+        least = 0 if column == "repetition" or cell(LABELS) else 1
         if not least <= len(value) <= LONGEST_LABEL or not value.isprintable():
             refuse(column, value, f"{least} to {LONGEST_LABEL} printable characters")
+    spans = [(start, end, posture)]
+    if cell(LABELS):
+        try:
+            spans = [(span.start, span.end, span.label) for span in read_spans(path.parent / cell(LABELS))]
+        except UserError as error:
+            wrong += str(error).splitlines()
     if len(wrong) > before:
-        return None
-    counts[posture, person] = counts.get((posture, person), 0) + 1
-    repetition = cell("repetition") or str(counts[posture, person])
-    return Row(line, source, start, end, posture, person, repetition)
+        return []
+    rows = []
+    for begin, until, label in spans:
+        counts[label, person] = counts.get((label, person), 0) + 1
+        repetition = cell("repetition") or str(counts[label, person])
+        rows.append(Row(line, source, begin, until, label, person, repetition))
+    return rows
 
 
 def _repeated(path: Path, rows: Sequence[Row]) -> list[str]:

@@ -10,6 +10,7 @@ from zenocap.services.recognizer import parameters as recognizer
 from zenocap.services.tracker import parameters as tracker
 from zenocap.services.viewer import parameters as viewer
 
+EPOCH_NS = 1_072_915_200_000_000_000  # of tracked takes: 2004-01-01, of [Two-view]: results do not depend on the date
 SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY = (
     640,
     75,

@@ -20,8 +20,8 @@ from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
+from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.overlay import side_by_side
-from zenocap.tools.recordings.track import EPOCH_NS
 
 CLIP = "real_beam4"
 # No file states the man's height.  The medians of the reference's segments add up to 1.73 m: crown to neck 0.29, neck to

@@ -11,7 +11,7 @@ from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
-from zenocap.tools.recordings.track import EPOCH_NS
+from zenocap.tools.parameters import EPOCH_NS
 
 ESTIMATED, TRUTH = "#009e3d", "#e02020"  # as in the paper
 SILHOUETTE = 215  # grey level

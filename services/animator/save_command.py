@@ -8,7 +8,6 @@ import msgspec
 import numpy as np
 
 from zenocap.common.errors import UserError
-from zenocap.common.formats.take_poses import summary_of
 from zenocap.common.recording.summary import read_summary
 from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveTake
 from zenocap.services.animator.replay_process import ERROR_PREFIX
@@ -48,6 +47,8 @@ def shift_s(take: Path, request: SaveTake, *, raw: bool) -> float:
         raise UserError(f"{take}: cannot be read: {error.strerror or error}") from error
     if index is None:
         raise UserError(f"{take}: its index is lost, so that no part can be chosen: zenocap recover repairs it")
+    from zenocap.common.formats.take_poses import summary_of  # its import takes a third of a second, and pages wait for it
+
     poses = summary_of(take, raw=raw)
     places_s = (poses.captured_ns - index.start_ns) / 1e9
     start_s, end_s = request.start_s or 0.0, np.inf if request.end_s is None else request.end_s

@@ -17,39 +17,17 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.priority import lower_priority
 from zenocap.common.runtime.service import Event, Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
-from zenocap.common.topics import (
-    ASSIGNMENT,
-    CAMERA,
-    CAMERA_ADVICE,
-    COMMAND,
-    FRAME_RATE,
-    HEALTH,
-    PARTIAL_BAP,
-    POSTURE,
-    PREVIEW,
-    SCENE_POINTS,
-    SIGHTING,
-    SILHOUETTE,
-    TRACKER_BDP,
-    TRACKER_DETAIL,
-    TRACKER_POSE,
-    UNIVERSAL_BAP,
-    UNIVERSAL_BDP,
-)
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.animator.outputs.output_group import has_outputs, open_outputs
 from zenocap.services.animator.page_bridge import PageBridge
 from zenocap.services.animator.parameters import TICK_NS
 from zenocap.services.animator.states import Setup, State
 from zenocap.services.animator.step import counts, describe, initial_state, phase_of, step
+from zenocap.services.animator.topics import TOPICS
 
 logger = logging.getLogger(__name__)
 
 ID = "main"
-TOPICS = (
-    SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA_ADVICE, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP,
-    TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, HEALTH, POSTURE, COMMAND, FRAME_RATE, TRACKER_DETAIL,
-)  # fmt: skip
 
 
 def animator_service(

@@ -4,6 +4,7 @@ import logging
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take
@@ -11,8 +12,6 @@ from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import versions
-from zenocap.services.animator.comparison import Comparison
-from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
 from zenocap.services.animator.page.drop_receiver import DropReceiver
@@ -22,8 +21,12 @@ from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
 from zenocap.services.animator.playback import Playback, PlayFile
 from zenocap.services.animator.save_job import SaveJob
-from zenocap.services.animator.shell import TOPICS
 from zenocap.services.animator.states import Actor
+from zenocap.services.animator.topics import TOPICS
+
+if TYPE_CHECKING:  # loaded where two takes are compared only: their import takes longer than that of the rest
+    from zenocap.services.animator.comparison import Comparison
+    from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
 
 logger = logging.getLogger(__name__)
 
@@ -42,9 +45,9 @@ class TakePage:
         pictures: Pictures | None = None,
         *,
         raw: bool = False,
-        compared: Callable[[Stopped], Comparison] | None = None,
+        compared: "Callable[[Stopped], Comparison] | None" = None,
     ) -> None:
-        self._reader = None if compared is None else ComparisonReader(compared, self._on_comparison)
+        self._reader = None if compared is None else _reader(compared, self._on_comparison)
         self._start_ns = 0
         self._take, self._raw, self._pictures = take, raw, pictures
         self._feed: PictureFeed | None = None
@@ -142,7 +145,7 @@ class TakePage:
         if ghost is not None:
             self._server.broadcaster.publish("take", [EncodedUpdate("ghost_pose", pm.encode(ghost))])
 
-    def _on_comparison(self, comparison: Comparison) -> None:
+    def _on_comparison(self, comparison: "Comparison") -> None:
         """Show the second take, in place of the notice that it is read."""
         self._publish("ghost", comparison.body())
 
@@ -166,6 +169,14 @@ class TakePage:
                 raise ValueError("this page shows one take, without a rig: commands to a rig are not available")
 
 
+def _reader(
+    compared: "Callable[[Stopped], Comparison]", on_comparison: "Callable[[Comparison], None]"
+) -> "ComparisonReader":
+    from zenocap.services.animator.comparison_reader import ComparisonReader
+
+    return ComparisonReader(compared, on_comparison)
+
+
 def check_take(take: Path) -> None:
     """Raise UserError for a file that does not exist or is no take."""
     if not take.is_file():
@@ -181,7 +192,7 @@ def show_take(
     pictures: Pictures | None = None,
     *,
     raw: bool = False,
-    compared: Callable[[Stopped], Comparison] | None = None,
+    compared: "Callable[[Stopped], Comparison] | None" = None,
 ) -> None:
     """Show a take until `stopped`.  on_open: called with the address of the page.  The others: see `TakePage`.
 

@@ -20,7 +20,7 @@ from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page.page_messages import Feed
 from zenocap.services.animator.playback import Playback, PlayFile, StopPlayer
-from zenocap.services.animator.shell import TOPICS
+from zenocap.services.animator.topics import TOPICS
 
 pytestmark = pytest.mark.system
 COUNT = 30

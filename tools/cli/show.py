@@ -66,7 +66,6 @@ def show(
         from zenocap.common.rig.animator import PageTable
         from zenocap.common.runtime import logs
         from zenocap.common.runtime.signals import stop_signals
-        from zenocap.services.animator.comparison_reader import compare
         from zenocap.services.animator.show import check_take, show_take
         from zenocap.tools.recordings.take_videos import take_of, videos_of
 
@@ -76,8 +75,12 @@ def show(
         take = take_of(take)
         pictures = videos_of(take, videos)
         other = None if beside is None else take_of(beside)
+        compared = None
         if other is not None:
+            from zenocap.services.animator.comparison_reader import compare
+
             check_take(other)
+            compared = lambda stopped: compare(take, other, offset, raw=raw, stopped=stopped)  # noqa: E731
         if port is None:
             port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
         with stop_signals() as stopped:
@@ -88,7 +91,7 @@ def show(
                 lambda url: typer.echo(f"{take.name}: open {url} in a browser; Ctrl-C ends"),
                 None if pictures is None else pictures.at,
                 raw=raw,
-                compared=None if other is None else lambda ended: compare(take, other, offset, raw=raw, stopped=ended),
+                compared=compared,
             )
 
 

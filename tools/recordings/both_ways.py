@@ -35,11 +35,11 @@ from zenocap.services.tracker.both_ways.fusion import SECTIONS, TwoPoses, fused
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.shell import anatomy_in, setup_of
 from zenocap.services.tracker.states import Setup
-from zenocap.tools.parameters import service_parameters
+from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.recordings.backward_poses import two_poses_of
 from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, scenes_backwards
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
-from zenocap.tools.recordings.track import EPOCH_NS, Tracked, TrackedFrameSet, available_cores, record_verdict, track
+from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, available_cores, record_verdict, track
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of
 

@@ -8,9 +8,10 @@ from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import CAMERA
+from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
-from zenocap.tools.recordings.track import EPOCH_NS, TrackedFrameSet, available_cores, opened, tolerance_ns
+from zenocap.tools.recordings.track import TrackedFrameSet, available_cores, opened, tolerance_ns
 
 
 def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[TrackedFrameSet]:

@@ -15,8 +15,7 @@ from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.rig.rig import Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
 from zenocap.services.viewer.sources.resize import Fit, rectification
-from zenocap.tools.parameters import SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
-from zenocap.tools.recordings.track import EPOCH_NS
+from zenocap.tools.parameters import EPOCH_NS, SHOWN_PICTURE_PX, SHOWN_PICTURE_QUALITY, SOUGHT_S
 
 
 class SeekableVideo:

@@ -30,7 +30,7 @@ from zenocap.common.topics import TOPICS, VERDICT, Topic
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
-from zenocap.tools.parameters import service_parameters
+from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.offline import Offline
@@ -39,7 +39,6 @@ from zenocap.tools.verdict.verdict import verdict_of
 
 logger = logging.getLogger(__name__)
 
-EPOCH_NS = 1_072_915_200_000_000_000  # 2004-01-01, the year of [Two-view]: results do not depend on the date
 SAME_SHAPE = 0.02
 
 

@@ -41,8 +41,8 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import true_bdp
 from zenocap.simulation.motion.timeline import t_pose
 from zenocap.simulation.rendering.camera import SimulatedCamera
+from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.offline import Offline
-from zenocap.tools.recordings.track import EPOCH_NS
 
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the T-pose, lowering the arms, a jump
 FPS = 15.0

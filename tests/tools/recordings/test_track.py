@@ -19,9 +19,10 @@ from zenocap.common.rig.sources import Actor, Device, FirstFrames
 from zenocap.services.animator.render.floor import darken_floor, draw_floor
 from zenocap.services.animator.render.rasterizer import develop, fill, light_body
 from zenocap.services.viewer.frame import Frame
+from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.overlay import Overlay
-from zenocap.tools.recordings.track import EPOCH_NS, TrackedFrameSet, at_working_size, track
+from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, track
 from zenocap.tools.warmup import parts as warmup
 
 pytestmark = pytest.mark.slow

@@ -1,0 +1,26 @@
+"""The topics that the animator receives from a rig and the page shows of a take."""
+
+from zenocap.common.topics import (
+    ASSIGNMENT,
+    CAMERA,
+    CAMERA_ADVICE,
+    COMMAND,
+    FRAME_RATE,
+    HEALTH,
+    PARTIAL_BAP,
+    POSTURE,
+    PREVIEW,
+    SCENE_POINTS,
+    SIGHTING,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_DETAIL,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+)
+
+TOPICS = (
+    SIGHTING, PARTIAL_BAP, SILHOUETTE, PREVIEW, CAMERA_ADVICE, CAMERA, UNIVERSAL_BDP, ASSIGNMENT, UNIVERSAL_BAP,
+    TRACKER_BDP, TRACKER_POSE, SCENE_POINTS, HEALTH, POSTURE, COMMAND, FRAME_RATE, TRACKER_DETAIL,
+)  # fmt: skip

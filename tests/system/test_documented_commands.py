@@ -45,7 +45,17 @@ LIVE = {
     "traces", "tracker", "up", "viewer",
 }  # fmt: skip
 # Commands whose result depends on the environment: the network, cameras, enough examples, answers.
-MAY_FAIL = {"cameras", "doctor", "film", "health", "models add", "posture evaluate", "posture train", "setup"}
+MAY_FAIL = {
+    "cameras",
+    "doctor",
+    "film",
+    "health",
+    "models add",
+    "posture add",
+    "posture evaluate",
+    "posture train",
+    "setup",
+}
 UNCERTAIN = {
     "calibrate board": {LOSS},
     "calibrate drift": {LOSS},

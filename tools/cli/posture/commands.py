@@ -13,14 +13,13 @@ import typer
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.tools.cli.options import JointsOption, JsonOption, Method, OutputOption, one_line_errors
 from zenocap.tools.cli.posture.act import act
+from zenocap.tools.cli.posture.add import add, train_and_write
 from zenocap.tools.cli.posture.label import label
 from zenocap.tools.cli.posture.report import (
     draw_confusion,
-    lines_of,
-    model_json,
     outcome_json,
     outcome_lines,
-    short_background,
+    show_model,
     write_confusion,
 )
 from zenocap.tools.cli.posture.stream_report import draw_curve, read_streams, stream_json, stream_lines, unsuitable
@@ -97,6 +96,7 @@ MethodOption = Annotated[Method | None, typer.Option(help="Tracking method of ri
 posture = typer.Typer(help="Train, evaluate and inspect posture models.", no_args_is_help=True)
 posture.command()(label)
 posture.command()(act)
+posture.command()(add)
 
 
 @posture.command()
@@ -122,32 +122,18 @@ def train(
 
     Sources are takes (.mcap), motion capture (.bvh, .trc, .c3d), and rig files or clip folders, which are tracked first.
     Start and end are seconds from the start of the source; empty means all of it. Rejection thresholds are trained by
-    leaving people out in turn. An existing output is replaced.
+    leaving people out in turn. An existing output is replaced. Beside it, FILE.examples keeps the examples for posture add.
 
     Example: `zenocap posture train examples.csv -o mine.postures`
     """
     with one_line_errors():
-        from zenocap.services.recognizer.model_file import write_model
-        from zenocap.services.recognizer.training.train import train as run_train
-
         _check_folder(output)
         settings = _settings(classifier, features, symbols, states, topology, scale, rate, seed, ignore)
         settings = replace(settings, false_per_hour=false_per_hour)
         with progress("reading takes", "takes") as state:
             examples = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
-        with progress("training", "models") as state:
-            model = run_train(examples, settings, state.update)
-        write_model(output, model)
-        if (short := short_background(model, false_per_hour)) is not None:
-            typer.echo(f"warning: {short}", err=True)
-        for label, row in zip(model.labels, model.training.figures, strict=True):
-            if row.examples == 1:
-                typer.echo(f"note: {label!r} has one example: recognition of other people is unlikely", err=True)
-        if not any(row.held for row in model.training.figures):
-            typer.echo(
-                "note: nothing to hold out: no movement will be rejected; add a second person or repetition", err=True
-            )
-    _show(output, as_json)
+        train_and_write(output, examples, settings)
+    show_model(output, as_json)
 
 
 @posture.command()
@@ -278,7 +264,7 @@ def info(
         from zenocap.services.recognizer.model_file import find_model
 
         path = find_model(model)
-    _show(path, as_json)
+    show_model(path, as_json)
 
 
 def _settings(
@@ -349,15 +335,3 @@ def _check_drawing(path: Path) -> None:
         import matplotlib  # noqa: F401  # fails here, before anything is trained
     except ImportError:
         raise UserError("--plot needs matplotlib: pip install 'zenocap[plots]'") from None
-
-
-def _show(path: Path, as_json: bool) -> None:
-    with one_line_errors():
-        from zenocap.services.recognizer.model_file import read_model
-
-        model = read_model(path)
-    if as_json:
-        typer.echo(json.dumps(model_json(path, model), ensure_ascii=False))
-        return
-    for line in lines_of(path, model):
-        typer.echo(printable(line, MAX_LINE))

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import typer
+
+from zenocap.common.runtime.foreign_text import MAX_LINE, printable
+from zenocap.tools.cli.options import one_line_errors
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.services.recognizer.false_alarms import FalseAlarms
@@ -15,6 +21,19 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.services.recognizer.training.cross_validation import Outcome
 
 NAMES_SHOWN, CONFUSIONS_SHOWN = 8, 12
+
+
+def show_model(path: Path, as_json: bool) -> None:
+    """Print the description of a model file; a file that is none ends the command with one line."""
+    with one_line_errors():
+        from zenocap.services.recognizer.model_file import read_model
+
+        model = read_model(path)
+    if as_json:
+        typer.echo(json.dumps(model_json(path, model), ensure_ascii=False))
+        return
+    for line in lines_of(path, model):
+        typer.echo(printable(line, MAX_LINE))
 
 
 def lines_of(path: Path, model: PostureModel) -> Iterator[str]:

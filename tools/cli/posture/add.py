@@ -1,0 +1,94 @@
+"""The command that adds examples to a posture model: posture add; and the training that it shares with posture train."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from zenocap.tools.cli.options import JointsOption, JsonOption, Method, one_line_errors
+from zenocap.tools.cli.posture.report import short_background, show_model
+from zenocap.tools.cli.posture.tracked_sources import read_examples
+from zenocap.tools.cli.progress import progress
+
+if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from collections.abc import Sequence
+
+    from zenocap.services.recognizer.training.examples import Example, TrainingSettings
+
+
+def add(
+    model: Annotated[
+        Path,
+        typer.Argument(metavar="MODEL", help="Model of posture train, with its .examples beside it.", show_default=False),
+    ],
+    manifest: Annotated[
+        Path,
+        typer.Argument(metavar="MANIFEST", help="CSV of the further examples, as for posture train.", show_default=False),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the new model here; default: replace MODEL."),
+    ] = None,
+    tracked: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder for takes of tracked rigs and clip folders; default: tracked/ beside MANIFEST."
+        ),
+    ] = None,
+    method: Annotated[
+        Method | None, typer.Option(help="Tracking method of rigs and clip folders; default: the rig's.")
+    ] = None,
+    joints: JointsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Add examples of known or new postures to a model; the sources of the old ones are not needed.
+
+    The model is trained again with the settings of its first training and with all examples: those in the file .examples
+    beside it, which posture train writes, and the further ones. The result is that of training with all of them at once.
+
+    Example: `zenocap posture add mine.postures tuesday.csv`
+    """
+    with one_line_errors():
+        from zenocap.common.errors import UserError
+        from zenocap.services.recognizer.training.example_store import joined, read_stored, store_path
+
+        store = store_path(model)
+        if not store.is_file():
+            raise UserError(
+                f"{store}: no such file: allowed: a model with its examples, which posture train writes beside it"
+            )
+        stored, settings = read_stored(store)
+        with progress("reading takes", "takes") as state:
+            further = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
+        train_and_write(output or model, joined(stored, further), settings)
+    show_model(output or model, as_json)
+
+
+def train_and_write(output: Path, examples: Sequence[Example], settings: TrainingSettings) -> None:
+    """Write a model and its examples; warnings and notes go to standard error.  Raises UserError and OSError."""
+    from zenocap.common.errors import UserError
+    from zenocap.services.recognizer.model_file import write_model
+    from zenocap.services.recognizer.training.example_store import store_path, write_examples
+    from zenocap.services.recognizer.training.train import train as run_train
+
+    if store_path(output) == output:
+        raise UserError(
+            f"{output}: suffix {output.suffix!r}: allowed: any other, such as .postures; it is that of the examples"
+        )
+    with progress("training", "models") as state:
+        model = run_train(examples, settings, state.update)
+    write_model(output, model)
+    try:
+        write_examples(store_path(output), examples, settings)
+    except UserError as error:
+        store_path(output).unlink(missing_ok=True)  # of an earlier model
+        typer.echo(f"note: {error}; posture add cannot extend this model", err=True)
+    if (short := short_background(model, settings.false_per_hour)) is not None:
+        typer.echo(f"warning: {short}", err=True)
+    for label, row in zip(model.labels, model.training.figures, strict=True):
+        if row.examples == 1:
+            typer.echo(f"note: {label!r} has one example: recognition of other people is unlikely", err=True)
+    if not any(row.held for row in model.training.figures):
+        typer.echo("note: nothing to hold out: no movement will be rejected; add a second person or repetition", err=True)

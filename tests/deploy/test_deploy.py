@@ -62,6 +62,12 @@ def test_every_container_has_limits() -> None:
     assert services.count("\n    <<: *") == len(re.findall(r"\n  [a-z0-9\-]+:\n", services))
 
 
+def test_the_page_has_the_smallest_share_of_the_processor() -> None:
+    text = (DEPLOY / "compose.yaml").read_text()
+    services = re.split(r"\n  (?=[a-z0-9\-]+:\n)", text[text.index("\nservices:") : text.index("\nvolumes:")])
+    assert [one.partition(":")[0] for one in services if "cpu_shares" in one] == ["animator", "secure-animator"]
+
+
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed")
 @pytest.mark.parametrize("unit", [*UNITS, *TIMERS], ids=lambda path: path.name)
 def test_systemd_accepts_the_unit(unit: Path, tmp_path: Path) -> None:

@@ -1,15 +1,33 @@
-"""The command that adds examples to a posture model: posture add; and the training that it shares with posture train."""
+"""Commands that train a posture model, with all examples or with further ones: posture train, posture add."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.options import JointsOption, JsonOption, Method, one_line_errors
+from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, one_line_errors
 from zenocap.tools.cli.posture.report import short_background, show_model
 from zenocap.tools.cli.posture.tracked_sources import read_examples
+from zenocap.tools.cli.posture.training_options import (
+    ClassifierOption,
+    FalsePerHourOption,
+    FeaturesOption,
+    IgnoreOption,
+    ManifestPath,
+    MethodOption,
+    RateOption,
+    ScaleOption,
+    SeedOption,
+    StatesOption,
+    SymbolsOption,
+    TopologyOption,
+    TrackedOption,
+    check_folder,
+    settings_of,
+)
 from zenocap.tools.cli.progress import progress
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
@@ -18,28 +36,54 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 
 
+def train(
+    manifest: ManifestPath,
+    output: OutputOption,
+    classifier: ClassifierOption = "forest",
+    features: FeaturesOption = "directions",
+    symbols: SymbolsOption = 64,
+    states: StatesOption = 5,
+    topology: TopologyOption = None,
+    scale: ScaleOption = None,
+    rate: RateOption = 15.0,
+    seed: SeedOption = 0,
+    ignore: IgnoreOption = None,
+    false_per_hour: FalsePerHourOption = None,
+    tracked: TrackedOption = None,
+    method: MethodOption = None,
+    joints: JointsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Train a posture model of the examples in a manifest, and the rejection of other movements.
+
+    Sources are takes (.mcap), motion capture (.bvh, .trc, .c3d), and rig files or clip folders, which are tracked first.
+    Start and end are seconds from the start of the source; empty means all of it. Rejection thresholds are trained by
+    leaving people out in turn. An existing output is replaced. Beside it, FILE.examples keeps the examples for posture add.
+
+    Example: `zenocap posture train examples.csv -o mine.postures`
+    """
+    with one_line_errors():
+        check_folder(output)
+        settings = settings_of(classifier, features, symbols, states, topology, scale, rate, seed, ignore)
+        settings = replace(settings, false_per_hour=false_per_hour)
+        with progress("reading takes", "takes") as state:
+            examples = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
+        train_and_write(output, examples, settings)
+    show_model(output, as_json)
+
+
 def add(
     model: Annotated[
         Path,
         typer.Argument(metavar="MODEL", help="Model of posture train, with its .examples beside it.", show_default=False),
     ],
-    manifest: Annotated[
-        Path,
-        typer.Argument(metavar="MANIFEST", help="CSV of the further examples, as for posture train.", show_default=False),
-    ],
+    manifest: ManifestPath,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="Write the new model here; default: replace MODEL."),
     ] = None,
-    tracked: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder for takes of tracked rigs and clip folders; default: tracked/ beside MANIFEST."
-        ),
-    ] = None,
-    method: Annotated[
-        Method | None, typer.Option(help="Tracking method of rigs and clip folders; default: the rig's.")
-    ] = None,
+    tracked: TrackedOption = None,
+    method: MethodOption = None,
     joints: JointsOption = None,
     as_json: JsonOption = False,
 ) -> None:

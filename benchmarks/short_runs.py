@@ -30,6 +30,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     ),
     "board_calibration": ("--seeds", "1", "--only", "noise"),
     "board_guide": ("--seeds", "1", "--cameras", "2"),
+    "board_kinds": ("--seeds", "1", "--pictures", "15"),
     "bodies": ("--people", "1", "--jobs", "1"),
     "chaos": ("--seconds", "10"),
     "clips": ("walk2", "--jobs", "1"),
@@ -59,6 +60,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "joint_pictures": ("--output", str(OUT / "joints.png")),
     "kills": ("--count", "2", "--within", "2"),
     "latency": ("--seconds", "12", "--rates", "15"),
+    "live_delays": ("--frames", "1", "--seeds", "1", "--fps", "15"),
     "load": ("--only", "network", "--seconds", "2", "--out", str(OUT / "load")),
     "limits": ("--people", "1", "--size", "160x120", "--scenario", "jump", "--jobs", "1"),
     "logging": ("--seconds", "2", "--viewers", "2", "--messages", "500"),
@@ -79,6 +81,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "stages": ("--takes", "1"),
     "verdict": ("--shots", "1"),
     "video_trials": ("--trial", "a third shorter", "--jobs", "1"),
+    "rolling_shutter": ("--seeds", "1", "--seconds", "12"),
     "rooms": ("--seeds", "1", "--methods", "adaptive", "--only", "empty room", "--jobs", "1"),
     "walk_calibration": ("--seeds", "1", "--views", "2"),
 }

@@ -4,7 +4,7 @@ import numpy as np
 
 from zenocap.common.arrays import Mask
 from zenocap.common.vision.foreground import BACKGROUND, STRONG
-from zenocap.common.vision.prediction import Prediction, _depths
+from zenocap.common.vision.prediction import Prediction, depths
 from zenocap.common.vision.prior import explained_share, with_prior
 from zenocap.common.vision.silhouette import Extents, SilhouetteOptions, describe
 
@@ -22,7 +22,7 @@ def painted(*boxes: tuple[int, int, int, int]) -> Mask:
 
 
 BODY = painted((60, 20, 90, 100))
-EXPECTED = Prediction(0, 0, _depths(BODY), 6.0, Extents(60, 89, 20, 99))
+EXPECTED = Prediction(0, 0, depths(BODY), 6.0, Extents(60, 89, 20, 99))
 
 
 def found(mask: Mask, since: object = MOVING) -> Mask:

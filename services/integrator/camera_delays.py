@@ -66,6 +66,7 @@ class DelayState:
     resting_ns: time until which no outlines are collected.  offsets: clock of each viewer to this one.
     last: the last certain estimate, which the next one may confirm.  target: what is corrected, in the end.
     decided: the last message.  confirmed: whether two estimates agreed.  ticks: so far.  damaged: silhouettes.
+    contradicted: the tracker has received a correction that is not of this integrator.
     """
 
     outlines: Mapping[str, tuple[Outline, ...]] = field(default_factory=dict)
@@ -81,6 +82,7 @@ class DelayState:
     confirmed: bool = False
     ticks: int = 0
     damaged: int = 0
+    contradicted: bool = False
 
 
 def awaits_recovery(state: DelayState) -> bool:
@@ -95,6 +97,12 @@ def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple
     applied = dict(message.applied_ms) if setup.follow else {}
     message = replace_applied(message, message.captured_ns, applied)
     return replace(state, decided=message, target=applied), [message]
+
+
+def hear(setup: DelaySetup, state: DelayState, message: CameraDelays) -> DelayState:
+    """Note a correction that is not this integrator's: the tracker follows the last one until there is another."""
+    own = {} if state.decided is None else state.decided.applied_ms
+    return state if not setup.follow or message.applied_ms == own else replace(state, contradicted=True)
 
 
 def replace_applied(message: CameraDelays, now_ns: int, applied: Delays) -> CameraDelays:
@@ -117,6 +125,8 @@ def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> Del
         mask = unpack(silhouette.size, silhouette.region, silhouette.data)
     except ValueError:
         return replace(state, damaged=state.damaged + 1)
+    if abs(captured_ns - state.now_ns) > DELAY_WINDOW_NS:
+        return state  # a clock whose offset is not known yet: a window that begins in the future would never end
     begin_ns = captured_ns if state.begin_ns is None else state.begin_ns
     outline = outline_of(camera, mask, (captured_ns - begin_ns) / 1e9)
     before = state.outlines.get(silhouette.viewer, ())
@@ -141,8 +151,12 @@ def decide(setup: DelaySetup, state: DelayState, now_ns: int) -> tuple[DelayStat
         if applied != decided.applied_ms:
             frame = decided.frame if before is None else before.frame + 1
             decided = structs.replace(decided, frame=frame, captured_ns=now_ns, applied_ms=applied)
+    if state.contradicted and decided is before:
+        empty = CameraDelays(frame=-1, captured_ns=now_ns, found_ms={}, errors_ms={}, uncertain=[], applied_ms={})
+        decided = replace_applied(decided or empty, now_ns, {} if decided is None else decided.applied_ms)
     # At most one message: a take is verified by key and capture time.
-    return replace(state, decided=decided), [decided] if decided is not None and decided is not before else []
+    messages: list[Message] = [decided] if decided is not None and decided is not before else []
+    return replace(state, decided=decided, contradicted=False), messages
 
 
 def _compare(setup: DelaySetup, state: DelayState, left: tuple[tuple[str, str], ...]) -> DelayState:

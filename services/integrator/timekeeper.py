@@ -39,8 +39,10 @@ def step(setup: TimekeeperSetup, state: TimekeeperState, event: Event) -> tuple[
                 return state, []
             return replace(state, delays=camera_delays.collect(setup.delays, state.delays, silhouette)), []
         case Envelope(message=CameraDelays() as message):
-            if setup.delays is None or not camera_delays.awaits_recovery(state.delays):
+            if setup.delays is None:
                 return state, []
+            if not camera_delays.awaits_recovery(state.delays):
+                return replace(state, delays=camera_delays.hear(setup.delays, state.delays, message)), []
             delays, messages = camera_delays.resume(setup.delays, state.delays, message)
             return replace(state, delays=delays), messages
         case _:

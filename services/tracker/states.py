@@ -60,6 +60,7 @@ class Setup:
     """Setup of the tracker.
 
     cameras: by viewer, at the working size, in the rig's order.  frame_ns: frame period.  person_height: metres.
+    follow_delays: whether the integrator corrects the delays of the cameras.
     """
 
     anatomy: Anatomy
@@ -68,6 +69,7 @@ class Setup:
     prior: Prior | None
     options: Options
     person_height: float | None = None
+    follow_delays: bool = False
 
 
 def with_detail(setup: Setup, detail: float) -> Setup:

@@ -73,7 +73,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
             return replace(state, pairs=pairs), []
         case Envelope(message=TrackerDetail(share=share)):
             return replace(state, detail=share), []
-        case Envelope(message=CameraDelays(applied_ms=applied)):
+        case Envelope(message=CameraDelays(applied_ms=applied)) if setup.follow_delays:
             return replace(state, delays_ns={viewer: round(1e6 * ms) for viewer, ms in applied.items()}), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []

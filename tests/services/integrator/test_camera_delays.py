@@ -1,9 +1,11 @@
 """Delays of the cameras of a running rig: found, confirmed, corrected in steps, and kept when nothing is certain."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from msgspec import structs
 
 from tests.support.moving_balls import SIZE, mask_of, ring
 from tests.support.two_view_run import envelope
@@ -106,7 +108,8 @@ def test_the_correction_survives_a_restart_and_is_dropped_without_follow() -> No
     state = TimekeeperState()
     for tick in range(RECOVERY_TICKS):
         state, _ = timekeeper.step(setup(), state, Tick(START_NS + tick))
-    assert timekeeper.step(setup(), state, envelope(before)) == (state, [])
+    later, messages = timekeeper.step(setup(), state, envelope(before))
+    assert (later.delays, messages) == (replace(state.delays, contradicted=True), [])
 
 
 def test_damaged_silhouettes_are_counted() -> None:
@@ -124,3 +127,30 @@ def test_each_camera_is_compared_with_the_next_two(count: int, pairs: int) -> No
     found = DelaySetup(ring([360 * k / count for k in range(count)]), 1, False).pairs
     assert len(set(found)) == len(found) == pairs
     assert all(sum(name in pair for pair in found) == min(4, count - 1) for name in {one for pair in found for one in pair})
+
+
+def foreign(ms: float) -> CameraDelays:
+    return CameraDelays(frame=7, captured_ns=START_NS, found_ms={}, errors_ms={}, uncertain=[], applied_ms={"cam01": ms})
+
+
+def test_a_correction_of_another_program_is_answered_with_the_own_one() -> None:
+    one, state = setup(), TimekeeperState()
+    for tick in range(RECOVERY_TICKS):
+        state, _ = timekeeper.step(one, state, Tick(START_NS + tick * 10**9))
+    state, _ = timekeeper.step(one, state, envelope(foreign(500.0)))
+    state, messages = timekeeper.step(one, state, Tick(START_NS + RECOVERY_TICKS * 10**9))
+    (answer,) = [its for its in messages if isinstance(its, CameraDelays)]
+    assert answer.applied_ms == {}
+    state, messages = timekeeper.step(one, state, envelope(answer))
+    _, messages = timekeeper.step(one, state, Tick(START_NS + (RECOVERY_TICKS + 1) * 10**9))
+    assert not [its for its in messages if isinstance(its, CameraDelays)]
+
+
+def test_silhouettes_of_a_clock_that_is_far_off_begin_no_window() -> None:
+    one, state = setup(), TimekeeperState()
+    state, _ = timekeeper.step(one, state, Tick(START_NS))
+    ahead = structs.replace(silhouette("cam01", 0, 5.0), captured_ns=START_NS + 3600 * 10**9)
+    state, _ = timekeeper.step(one, state, envelope(ahead))
+    assert state.delays.begin_ns is None
+    state, _ = timekeeper.step(one, state, envelope(silhouette("cam01", 1, 5.05)))
+    assert state.delays.begin_ns == START_NS + round(1e9 / FPS)

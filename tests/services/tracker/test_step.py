@@ -1,6 +1,7 @@
 """The tracker's step around a stand-in core: frame sets passed to it, and messages published."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -61,13 +62,14 @@ def test_delays_of_the_cameras_are_subtracted_from_the_capture_times() -> None:
     delays = m.CameraDelays(
         frame=0, captured_ns=1, found_ms={}, errors_ms={}, uncertain=[], applied_ms={late: 2 * FRAME_NS / 1e6}
     )
-    for message, whole in ((None, False), (delays, True)):
-        state = tracker.initial_state(SETUP)
+    following = replace(SETUP, follow_delays=True)
+    for setup, message, whole in ((following, None, False), (following, delays, True), (SETUP, delays, False)):
+        state = tracker.initial_state(setup)
         if message is not None:
-            state, _ = tracker.step(SETUP, state, envelope(message))
+            state, _ = tracker.step(setup, state, envelope(message))
         for frame in range(6):
             for viewer in VIEWERS:  # the times of one viewer are two frame periods too late
-                state, _ = tracker.step(SETUP, state, envelope(silhouette(viewer, frame + 2 * (viewer == late))))
+                state, _ = tracker.step(setup, state, envelope(silhouette(viewer, frame + 2 * (viewer == late))))
         frames = {viewer: seen.frame for viewer, seen in state.ready[-1].items.items()}
         assert (late in frames) == whole
         if whole:

@@ -1,8 +1,10 @@
 """Files of examples, beside the model that was trained with them: `posture add` trains with these and further ones.
 
-Data only, with a checksum, as model files; features are stored exactly, so that training again gives the same model.
+Data only, with a checksum, as model files; features are stored exactly, so that training again gives the same model.  The
+file names its model by a digest: beside a model that was trained otherwise since, its examples would be others.
 """
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -34,6 +36,7 @@ class _Example(Struct, forbid_unknown_fields=True):
 
 
 class _Contents(Struct, forbid_unknown_fields=True):
+    model: Annotated[bytes, Meta(min_length=32, max_length=32)]  # SHA-256 of its file
     settings: dict[str, Any]
     width: Annotated[int, Meta(ge=1, le=10_000)]
     examples: Annotated[list[_Example], Meta(min_length=1)]
@@ -44,8 +47,12 @@ def store_path(model: Path) -> Path:
     return model.with_suffix(SUFFIX)
 
 
-def write_examples(path: Path, examples: Sequence[Example], settings: TrainingSettings) -> None:
-    """Write examples and the settings of their training atomically.  Raises UserError for too many, and OSError."""
+def write_examples(model: Path, examples: Sequence[Example], settings: TrainingSettings) -> None:
+    """Write the examples of a model file, and the settings of their training, beside it, atomically.
+
+    Raises UserError for too many, and OSError.
+    """
+    path = store_path(model)
     stored = [
         _Example(
             one.label, one.person, one.repetition, one.rate, one.source[:4096], len(one.features),
@@ -53,15 +60,16 @@ def write_examples(path: Path, examples: Sequence[Example], settings: TrainingSe
         )
         for one in examples
     ]  # fmt: skip
-    contents = _Contents(asdict(settings), examples[0].features.shape[1], stored)
+    contents = _Contents(_digest(model), asdict(settings), examples[0].features.shape[1], stored)
     data = FORMAT.with_header(msgspec.msgpack.encode(contents))
     if len(data) > MAX_BYTES:
         raise UserError(f"{path}: {len(data)} bytes of examples: allowed: at most {MAX_BYTES}")
     write_atomically(path, data)
 
 
-def read_stored(path: Path) -> tuple[list[Example], TrainingSettings]:
-    """Examples and settings of a file.  Raises UserError, which names the file."""
+def read_stored(model: Path) -> tuple[list[Example], TrainingSettings]:
+    """Examples and settings of a model file.  Raises UserError, which names the file."""
+    path = store_path(model)
     try:
         body = FORMAT.body_of(path, FORMAT.read(path))
         contents = msgspec.msgpack.decode(body, type=_Contents)
@@ -70,7 +78,19 @@ def read_stored(path: Path) -> tuple[list[Example], TrainingSettings]:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
     except msgspec.MsgspecError as error:
         raise UserError(f"{path}: no examples of this version of zenocap: {error}: train the model again") from error
+    try:
+        same = contents.model == _digest(model)
+    except OSError as error:
+        raise UserError(f"{model}: cannot be read: {error.strerror or error}") from error
+    if not same:
+        raise UserError(
+            f"{path}: of another model than {model}: allowed: the examples that it was trained with; train it again"
+        )
     return [_unpacked(path, number, one, contents.width) for number, one in enumerate(contents.examples)], settings
+
+
+def _digest(model: Path) -> bytes:
+    return hashlib.sha256(model.read_bytes()).digest()
 
 
 def _unpacked(path: Path, number: int, one: _Example, width: int) -> Example:

@@ -103,7 +103,7 @@ def add(
             raise UserError(
                 f"{store}: no such file: allowed: a model with its examples, which posture train writes beside it"
             )
-        stored, settings = read_stored(store)
+        stored, settings = read_stored(model)
         with progress("reading takes", "takes") as state:
             further = read_examples(manifest, settings.features, tracked, method, state.update, joints=joints)
         train_and_write(output or model, joined(stored, further), settings)
@@ -125,7 +125,7 @@ def train_and_write(output: Path, examples: Sequence[Example], settings: Trainin
         model = run_train(examples, settings, state.update)
     write_model(output, model)
     try:
-        write_examples(store_path(output), examples, settings)
+        write_examples(output, examples, settings)
     except UserError as error:
         store_path(output).unlink(missing_ok=True)  # of an earlier model
         typer.echo(f"note: {error}; posture add cannot extend this model", err=True)

@@ -47,7 +47,7 @@ def test_a_model_with_added_examples_is_the_model_of_all_examples(manifest: Path
     assert status == 0
     assert LABELS[2] in text
     assert without_sources(read_model(model)) == without_sources(read_model(at_once))
-    assert read_stored(store_path(model))[1] == TrainingSettings(symbols=24, seed=4)
+    assert read_stored(model)[1] == TrainingSettings(symbols=24, seed=4)
 
 
 def test_another_output_leaves_the_model(manifest: Path, tmp_path: Path) -> None:
@@ -93,9 +93,10 @@ def example(label: str = "kick", repetition: str = "1", value: float = 0.5) -> E
 
 def test_examples_come_back_exactly(tmp_path: Path) -> None:
     settings = TrainingSettings(ignored=("legs",), false_per_hour=6.0)
-    path, examples = tmp_path / "a.examples", [example(value=1 / 3), example("-", "2")]
-    write_examples(path, examples, settings)
-    back, read_settings = read_stored(path)
+    model, examples = tmp_path / "a.postures", [example(value=1 / 3), example("-", "2")]
+    model.write_bytes(b"a model")
+    write_examples(model, examples, settings)
+    back, read_settings = read_stored(model)
     assert read_settings == settings
     for one, other in zip(back, examples, strict=True):
         assert replace(one, features=other.features) == other
@@ -110,8 +111,9 @@ def test_repetitions_that_are_taken_get_the_next_free_number() -> None:
 
 
 def test_damaged_files_are_refused_with_their_name(tmp_path: Path) -> None:
-    path = tmp_path / "a.examples"
-    write_examples(path, [example()], TrainingSettings())
+    model, path = tmp_path / "a.postures", tmp_path / "a.examples"
+    model.write_bytes(b"a model")
+    write_examples(model, [example()], TrainingSettings())
     data = path.read_bytes()
     for content, message in (
         (data[:-5], "cut"),
@@ -121,4 +123,8 @@ def test_damaged_files_are_refused_with_their_name(tmp_path: Path) -> None:
     ):
         path.write_bytes(content)
         with pytest.raises(UserError, match=f"{path}: .*{message}"):
-            read_stored(path)
+            read_stored(model)
+    path.write_bytes(data)
+    model.write_bytes(b"trained by another command since")
+    with pytest.raises(UserError, match=f"{path}: of another model than {model}"):
+        read_stored(model)

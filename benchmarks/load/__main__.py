@@ -15,6 +15,8 @@ from rich.console import Console
 from benchmarks.load.bench import Bench, bench
 from benchmarks.load.grids import capacity, network, rates, rigs, subscribers, unlimited, viewers
 from benchmarks.load.overload import overload
+from benchmarks.load.pages import pages
+from benchmarks.load.predictions import predictions
 from benchmarks.load.readers import readers
 from benchmarks.load.settings import settings
 from benchmarks.sections import Section, markdown, report, write
@@ -29,10 +31,12 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "rigs": rigs,
     "subscribers": subscribers,
     "readers": readers,
+    "pages": pages,
     "network": network,
     "capacity": capacity,
     "settings": settings,
     "overload": overload,
+    "predictions": predictions,
 }
 SHORT = ("rates", "network")
 

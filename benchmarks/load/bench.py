@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from benchmarks.sections import Cell, Row, Table
+from zenocap.common.bus.protocol import BusError
 from zenocap.tools.load_test.measurement import Measurement
 from zenocap.tools.load_test.plan import LoadError, Plan
 from zenocap.tools.load_test.plot import draw_points
@@ -36,7 +37,7 @@ class Bench:
     def point(self, plan: Plan) -> Measurement | None:
         try:
             return self.session.measure(replace(plan, seconds=self.seconds))
-        except LoadError as error:
+        except (LoadError, BusError) as error:
             print(f"{plan.title()}: {error}", flush=True)
             return None
 

@@ -1,6 +1,7 @@
 """Readers of all topics beside a rig of stand-ins: their priority changes while it runs, so that conditions are paired."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, median
@@ -10,9 +11,11 @@ from benchmarks.sections import Row, Section, Table
 from zenocap.common.runtime.priority import NICENESS
 from zenocap.tools.load_test.costs import MachineUse
 from zenocap.tools.load_test.latency import Window, figures
+from zenocap.tools.load_test.launch import LoadProcesses
 from zenocap.tools.load_test.measurement import machine_use, running
 from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.load_test.processes import ITSELF, machine, sample
+from zenocap.tools.load_test.processes import ITSELF, ProcessKey, machine, sample
+from zenocap.tools.load_test.subscriber import LoadSubscriber
 
 ROUNDS, SETTLE_S, CHANGED_S, LATE_S = 6, 8.0, 1.0, 0.7  # by hand
 PLAN = Plan(stand_ins=True, subscribers=16, subscriber_priority="normal")
@@ -49,25 +52,31 @@ def readers(bench: Bench) -> Section:
                 for pid in pids.values():
                     set_priority(pid, *PRIORITIES[name])
                 subscriber.receive_for(CHANGED_S)
-                everything = {**processes.pids(), ITSELF: os.getpid()}
-                before, all_before, start_ns = sample(everything), machine(), subscriber.now_ns
-                subscriber.receive_for(bench.seconds)
-                after, all_after, end_ns = sample(everything), machine(), subscriber.now_ns
-                subscriber.receive_for(LATE_S)
-                of = figures(
-                    subscriber.arrivals, Window(epoch_ns, PLAN.rate, start_ns, end_ns), PLAN.rig_names, PLAN.viewers
-                )
-                both = [key for key in pids if key in after and key in before]
-                own_s = sum(after[key].processor_s - before[key].processor_s for key in both)
-                p50, p99 = (of.latency_ms.get(key, float("nan")) for key in ("p50", "p99"))
-                cores = 1e9 * own_s / (end_ns - start_ns)
-                found[name].append(Phase(p50, p99, of.loss, cores, machine_use(before, after, all_before, all_after)))
+                found[name].append(measured_phase(PLAN, bench.seconds, processes, subscriber, epoch_ns, pids))
                 print(f"round {number + 1}, {name}: {found[name][-1]}", flush=True)  # a run takes long, and may be ended
     notes = (
         f"One rig of two stand-ins at 30 frames/s; their priority changes every {bench.seconds:g} s, {ROUNDS} rounds.",
     )
     rows = tuple(_row(name, phases) for name, phases in found.items() if phases)
     return Section("readers", "Readers and their priority", notes, (Table("Readers", COLUMNS, rows),))
+
+
+def measured_phase(
+    plan: Plan, seconds: float, processes: LoadProcesses, subscriber: LoadSubscriber, epoch_ns: int,
+    pids: Mapping[ProcessKey, int],
+) -> Phase:  # fmt: skip
+    """Latency, loss and cores over the next `seconds` of a running load.  pids: of the readers."""
+    everything = {**processes.pids(), ITSELF: os.getpid(), **pids}
+    before, all_before, start_ns = sample(everything), machine(), subscriber.now_ns
+    subscriber.receive_for(seconds)
+    after, all_after, end_ns = sample(everything), machine(), subscriber.now_ns
+    subscriber.receive_for(LATE_S)
+    of = figures(subscriber.arrivals, Window(epoch_ns, plan.rate, start_ns, end_ns), plan.rig_names, plan.viewers)
+    both = [key for key in pids if key in after and key in before]
+    own_s = sum(after[key].processor_s - before[key].processor_s for key in both)
+    p50, p99 = (of.latency_ms.get(key, float("nan")) for key in ("p50", "p99"))
+    cores = 1e9 * own_s / (end_ns - start_ns)
+    return Phase(p50, p99, of.loss, cores, machine_use(before, after, all_before, all_after))
 
 
 def set_priority(pid: int, niceness: int, session_niceness: int) -> None:

@@ -285,6 +285,27 @@ def test_scene_points_are_drawn_at_their_position(visit: Visit) -> None:
     visit.until(lambda: visit.evaluate("zenocap.scene.points") == 0, "old points are gone")
 
 
+def test_a_notice_goes_by_itself_and_an_alert_stays(visit: Visit) -> None:
+    notice = visit.page.get_by_role("status").and_(visit.page.locator("#notice"))
+    assert notice.get_attribute("aria-live") == "polite"
+    assert visit.text("#notice") == ""
+    assert visit.evaluate("getComputedStyle(document.getElementById('notice')).display") == "block"  # for screen readers
+    visit.animator.receive(Alive("viewer", "2", False, visit.animator.clock.now_ns()))
+    visit.until(lambda: (visit.animator.tick(), "viewer 2" in visit.text("#alert"))[1], "the alert")
+    visit.evaluate("for (const _ of '12') document.getElementById('record').click()")  # the second one is refused
+    visit.until(lambda: visit.text("#notice").startswith("refused: the recording was"), "the notice")
+    shown_s = time.monotonic()
+    box, alert = notice.bounding_box(), visit.page.locator("#alert").bounding_box()
+    assert box is not None
+    assert alert is not None
+    assert box["y"] >= alert["y"] + alert["height"]
+    visit.until(lambda: visit.text("#notice") == "", "no notice any more")
+    assert time.monotonic() - shown_s > 4
+    assert notice.count() == 1
+    visit.animator.tick()
+    assert "viewer 2" in visit.text("#alert")
+
+
 def test_measure_body_now_counts_down_sends_the_request_and_shows_the_result(visit: Visit) -> None:
     visit.page.click("[data-tab=setup]")
     visit.page.click("#measure")

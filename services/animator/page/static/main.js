@@ -62,9 +62,9 @@ const connection = new Connection({
   place: (update) => { state.shown_s = update.position_s; player.showPlace(update); },
   verdict: (update) => player.showVerdict(update),
   postures: (update) => player.showPostures(update),
-  ghost: (update) => ghost.setTake(update),
+  ghost: (update) => { panel.showNotice(''); ghost.setTake(update); },  // the notice was that it is being read
   ghost_pose: (update) => ghost.setPose(update),
-  notice: ({ text }) => panel.setAlert('notice', text),
+  notice: ({ text }) => panel.showNotice(text),
 }, (connected) => {
   panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');
   document.body.classList.toggle('disconnected', !connected);

@@ -285,6 +285,22 @@ def test_scene_points_are_drawn_at_their_position(visit: Visit) -> None:
     visit.until(lambda: visit.evaluate("zenocap.scene.points") == 0, "old points are gone")
 
 
+def test_scene_points_of_another_time_than_the_pose_are_removed(visit: Visit) -> None:
+    """As after a jump in a paused take."""
+    pose, now_ns = pose_at(0.0), visit.animator.clock.now_ns()
+    points = packed_points(np.array([[0.8, 1.2, 0.4]]))
+    visit.animator.receive(m.ScenePoints(frame=1, captured_ns=now_ns, points=points))
+    visit.until(lambda: visit.evaluate("zenocap.scene.points") == 1, "one point")
+    script = "(() => { zenocap.state.pointsMs = Infinity; return zenocap.scene.points; })()"  # not by their age
+    assert visit.evaluate(script) == 1
+    visit.animator.receive(bap(50, now_ns + 200_000_000, pose))
+    visit.sees(50)
+    assert visit.evaluate("zenocap.scene.points") == 1
+    visit.animator.receive(bap(51, now_ns + 400_000_000, pose))
+    visit.sees(51)
+    assert visit.evaluate("zenocap.scene.points") == 0
+
+
 def test_a_notice_goes_by_itself_and_an_alert_stays(visit: Visit) -> None:
     notice = visit.page.get_by_role("status").and_(visit.page.locator("#notice"))
     assert notice.get_attribute("aria-live") == "polite"

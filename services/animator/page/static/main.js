@@ -19,7 +19,9 @@ const el = (id) => document.getElementById(id);
 const FRUSTUM_DEPTH = 0.22;  // of a drawn camera, relative to its distance from the world origin
 const FOLLOW_SHARE = 0.06;  // of the way to the person that the look-at point moves with every pose
 const POINTS_TIMEOUT_MS = 1500;  // older scene points are removed
+const POINTS_APART_MS = 300;  // in time of capture from the pose, beyond which scene points are of another place in the take
 const MAX_TRAIL_POSES = 400;
+const TRAIL_GAP_MS = 1000;  // between two poses, beyond which no trail joins them
 const MAX_LATENCIES = 4096;
 const LATENCY_POSES = 60;  // over which the median latency is taken
 const RATE_MS = 2000;  // over which the rate of poses is counted
@@ -205,6 +207,7 @@ function showPose(pose) {
   scene.capsules = placedCapsules(body, pose);
   if (orbit.follows && !lost)
     for (const axis of [0, 2]) scene.eye.target[axis] += FOLLOW_SHARE * (pose.positions[axis] - scene.eye.target[axis]);
+  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > POINTS_APART_MS) scene.setPoints(new Float32Array(0));
   const now = performance.now();
   for (const [kept, sinceMs] of [[state.latencies, pose.received_ms], [state.ages, pose.captured_ms]]) {
     kept.push(performance.timeOrigin + now - sinceMs);
@@ -213,7 +216,8 @@ function showPose(pose) {
   state.arrivals.push(now);
   state.count++;
   const last = state.trail.at(-1);
-  if (last && pose.captured_ms <= last.ms) state.trail = [];  // another take, or an earlier position in it
+  // Another take, or another position in it.
+  if (last && (pose.captured_ms <= last.ms || pose.captured_ms - last.ms > TRAIL_GAP_MS)) state.trail = [];
   state.trail.push({ ms: pose.captured_ms, ends: lost ? null : limbEnds(body, pose) });
   if (state.trail.length > MAX_TRAIL_POSES) state.trail.shift();
   plots.add(body.angles, pose);
@@ -222,11 +226,12 @@ function showPose(pose) {
 }
 
 // data: base64 of 16-bit millimetres, little-endian like every browser's machine.
-function setPoints({ data }) {
+function setPoints({ data, captured_ms }) {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
   state.pointsMs = performance.now();
   scene.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
 }
+  state.pointsCaptured_ms = captured_ms;
 
 function setCamera(update) {
   state.cameras.set(update.viewer, update);

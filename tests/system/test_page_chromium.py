@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -299,6 +300,39 @@ def test_scene_points_of_another_time_than_the_pose_are_removed(visit: Visit) ->
     visit.animator.receive(bap(51, now_ns + 400_000_000, pose))
     visit.sees(51)
     assert visit.evaluate("zenocap.scene.points") == 0
+
+
+def test_the_axes_of_the_world_are_drawn_in_their_colours(visit: Visit) -> None:
+    for layer in ("actor", "floor", "cameras", "trails", "points"):
+        visit.page.uncheck(f"#layers [name={layer}]")
+    places = [expected_px(visit, 0.2 * axis) for axis in np.eye(3)]
+    for strongest, place in enumerate(places):
+        colour = pixel(visit, place)
+        assert colour[strongest] > 60 + sorted(colour)[1], (strongest, colour)
+    visit.page.uncheck("#layers [name=axes]")
+    for place in places:
+        assert np.ptp(pixel(visit, place)) < 60
+
+
+def test_a_frustum_shows_the_cameras_picture_unless_it_would_hide_the_person(visit: Visit) -> None:
+    magenta = cv2.imencode(".jpg", np.full((120, 160, 3), (255, 0, 255), np.uint8))[1].tobytes()
+    now_ns = visit.animator.clock.now_ns()
+    visit.animator.receive(*(m.Preview(frame=1, captured_ns=now_ns, viewer=viewer, jpeg=magenta) for viewer in "12"))
+    visit.page.uncheck("#layers [name=trails]")
+
+    def shown(viewer: str) -> object:
+        one = f"zenocap.scene.pictures.get('{viewer}')"
+        return visit.evaluate(f"{one} && {{whole: {one}.shown === {one}.whole, bare: {one}.shown === {one}.bare}}")
+
+    visit.until(lambda: shown("2") == {"whole": True, "bare": False}, "the picture of camera 2")
+    corners = np.array(visit.evaluate("zenocap.scene.pictures.get('2').corners"))
+    red, green, blue = pixel(visit, expected_px(visit, 0.9 * corners[0] + 0.1 * corners[2]))
+    assert min(red, blue) > green + 60
+    visit.page.uncheck("#layers [name=pictures]")
+    visit.until(lambda: shown("2") == {"whole": True, "bare": True}, "its silhouette only")
+    visit.page.check("#layers [name=pictures]")
+    visit.page.click("#presets [data-name=front]")  # camera 1 is between eye and person
+    visit.until(lambda: shown("1") == {"whole": False, "bare": True}, "the silhouette of camera 1")
 
 
 def test_a_notice_goes_by_itself_and_an_alert_stays(visit: Visit) -> None:

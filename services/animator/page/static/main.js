@@ -29,8 +29,10 @@ const SLIDES_PAUSE_MS = 150;  // after each picture of the scene beside the slid
 const SLIDES_DISTANCE_M = 3.2;  // of the scene's camera beside the slides: from behind, so that left and right are the person's
 const CAMERA_COLOUR = [0.56, 0.66, 0.8];
 const STALE_COLOUR = [1.0, 0.36, 0.42];
+const AXIS_M = 0.35;  // length of the axes that are drawn at the origin of the world
+const AXIS_COLOURS = [[0.95, 0.25, 0.3], [0.25, 0.75, 0.3], [0.25, 0.45, 1.0]];
 const LAYERS = {
-  actor: 'virtual actor', floor: 'floor', cameras: 'cameras', pictures: 'camera pictures', silhouettes: 'silhouettes', outlines: 'model outlines',
+  actor: 'virtual actor', floor: 'floor', axes: 'axes: x red, y green, z blue', cameras: 'cameras', pictures: 'camera pictures', silhouettes: 'silhouettes', outlines: 'model outlines',
   trails: 'trails of hands and feet', points: 'scene points', plots: 'joint angles',
 };
 
@@ -38,9 +40,9 @@ const scene = new Scene(el('scene'));
 const orbit = orbitControls(scene);
 const plots = new AnglePlots(el('plots'));
 const drawnInViews = { pictures: true, silhouettes: true, outlines: true };
-const views = new CameraViews(el('views'), (viewer, picture) => {
+const views = new CameraViews(el('views'), (viewer, bare, whole) => {
   const camera = state.cameras.get(viewer);
-  if (camera) { scene.setPicture(viewer, picture, imageCorners(camera)); scene.requestDraw(); }
+  if (camera) { scene.setPicture(viewer, bare, whole, imageCorners(camera)); scene.requestDraw(); }
 });
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
@@ -205,9 +207,9 @@ function showPose(pose) {
   if (!body) return;
   const lost = pose.lost.includes('person');
   scene.capsules = placedCapsules(body, pose);
+  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > POINTS_APART_MS) scene.setPoints(new Float32Array(0));
   if (orbit.follows && !lost)
     for (const axis of [0, 2]) scene.eye.target[axis] += FOLLOW_SHARE * (pose.positions[axis] - scene.eye.target[axis]);
-  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > POINTS_APART_MS) scene.setPoints(new Float32Array(0));
   const now = performance.now();
   for (const [kept, sinceMs] of [[state.latencies, pose.received_ms], [state.ages, pose.captured_ms]]) {
     kept.push(performance.timeOrigin + now - sinceMs);
@@ -229,9 +231,9 @@ function showPose(pose) {
 function setPoints({ data, captured_ms }) {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
   state.pointsMs = performance.now();
+  state.pointsCaptured_ms = captured_ms;
   scene.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
 }
-  state.pointsCaptured_ms = captured_ms;
 
 function setCamera(update) {
   state.cameras.set(update.viewer, update);
@@ -270,7 +272,7 @@ function showSlides(open) {
   centreScene();
 }
 
-// Lines of the scene: camera frusta and trails.
+// Lines of the scene: camera frusta, axes and trails.
 function updateLines() {
   const lines = [];
   for (const camera of state.cameras.values()) {
@@ -282,6 +284,10 @@ function updateLines() {
       lines.push({ from: corner, to: corners[(k + 1) % 4], width: silent ? 2.6 : 1.6, colour, layer: 'cameras' });
     });
   }
+  AXIS_COLOURS.forEach((colour, axis) => {
+    const to = [0, 1, 2].map((k) => (k === axis ? AXIS_M : 0));
+    lines.push({ from: [0, 0, 0], to, width: 3, colour: [...colour, 0.95], layer: 'axes' });
+  });
   const end = state.trail.at(-1)?.ms || 0;
   const lengthMs = 1000 * state.trailSeconds;
   const opacity = (ms) => Math.max(0, 1 - (end - ms) / lengthMs) ** 1.5 * 0.85;

@@ -21,6 +21,7 @@ const FOLLOW_SHARE = 0.06;  // of the way to the person that the look-at point m
 const POINTS_TIMEOUT_MS = 1500;  // older scene points are removed
 const POINTS_APART_MS = 300;  // in time of capture from the pose, beyond which scene points are of another place in the take
 const MAX_TRAIL_POSES = 400;
+const PAUSED_APART_MS = 20;  // the same while a take is paused: points come ten times a second, and lag while it plays
 const TRAIL_GAP_MS = 1000;  // between two poses, beyond which no trail joins them
 const MAX_LATENCIES = 4096;
 const LATENCY_POSES = 60;  // over which the median latency is taken
@@ -207,7 +208,7 @@ function showPose(pose) {
   if (!body) return;
   const lost = pose.lost.includes('person');
   scene.capsules = placedCapsules(body, pose);
-  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > POINTS_APART_MS) scene.setPoints(new Float32Array(0));
+  removePointsApart(pose);
   if (orbit.follows && !lost)
     for (const axis of [0, 2]) scene.eye.target[axis] += FOLLOW_SHARE * (pose.positions[axis] - scene.eye.target[axis]);
   const now = performance.now();
@@ -233,6 +234,14 @@ function setPoints({ data, captured_ms }) {
   state.pointsMs = performance.now();
   state.pointsCaptured_ms = captured_ms;
   scene.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
+  const pose = state.poses.get(state.source);
+  if (pose && state.feed === 'take') removePointsApart(pose);
+}
+
+// Remove scene points of another time than the pose.
+function removePointsApart(pose) {
+  const limit = state.feed === 'take' && player.last?.paused ? PAUSED_APART_MS : POINTS_APART_MS;
+  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > limit) scene.setPoints(new Float32Array(0));
 }
 
 function setCamera(update) {

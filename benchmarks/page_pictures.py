@@ -1,7 +1,7 @@
 """Screenshots of the page for the documentation: a real demo, or a take, in a real browser.
 
     python -m benchmarks.page_pictures [--folder docs] [--seconds 20]
-    python -m benchmarks.page_pictures --take walk.mcap [--position 4]
+    python -m benchmarks.page_pictures --take walk.mcap [--position 4] [--sizes]
 
 Needs Chromium and playwright, and an idle machine: without a graphics card the browser is slow.
 """
@@ -14,15 +14,27 @@ import tempfile
 import time
 import urllib.error
 import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
-from playwright.sync_api import Page, ViewportSize, sync_playwright
+import cv2
+import numpy as np
+from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 
 from benchmarks.animator import FLAGS
 from tests.system.test_animator import rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 SIZE: ViewportSize = {"width": 1440, "height": 900}
+SIZES: tuple[ViewportSize, ...] = (
+    {"width": 390, "height": 844}, {"width": 1100, "height": 844}, {"width": 1280, "height": 844},
+    {"width": 1920, "height": 1080},
+)  # fmt: skip
+SCHEMES: tuple[Literal["dark", "light"], ...] = ("dark", "light")
+SHEET_PX = 400  # height of one picture of the sheet of all sizes
+GAP_PX = 8
 PATIENCE_S = 90.0
 
 
@@ -55,25 +67,59 @@ def main(folder: Path, seconds: float) -> None:
 
 def picture_of_take(take: Path, position_s: float, folder: Path) -> None:
     """page-take.png: a take beside its folder, paused at a position."""
+    with page_of(take) as (browser, address):
+        page = paused(browser, address, position_s, SIZE, "dark")
+        page.screenshot(path=folder / "page-take.png")
+
+
+def sheet_of_sizes(take: Path, position_s: float, folder: Path) -> None:
+    """page-sizes.jpg: the same in windows of all sizes, a row dark and a row light."""
+    rows = []
+    with page_of(take) as (browser, address):
+        for scheme in SCHEMES:
+            row = []
+            for size in SIZES:
+                page = paused(browser, address, position_s, size, scheme)
+                picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+                page.close()
+                assert picture is not None
+                width = round(size["width"] * SHEET_PX / size["height"])
+                scaled = cv2.resize(picture, (width, SHEET_PX), interpolation=cv2.INTER_AREA)
+                row.append(np.pad(scaled, ((GAP_PX, GAP_PX), (GAP_PX, GAP_PX), (0, 0)), constant_values=128))
+            rows.append(np.concatenate(row, axis=1))
+    cv2.imwrite(str(folder / "page-sizes.jpg"), np.concatenate(rows), [cv2.IMWRITE_JPEG_QUALITY, 72])
+
+
+@contextmanager
+def page_of(take: Path) -> Iterator[tuple[Browser, str]]:
+    """A browser, and the address of a page on the take."""
     with sync_playwright() as driver:
         (port,) = free_ports(1)
         command = [sys.executable, "-P", "-m", "zenocap", "show", str(take), "--port", str(port)]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            await_page(f"http://127.0.0.1:{port}/")
+            address = f"http://127.0.0.1:{port}/"
+            await_page(address)
             browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-            page = browser.new_page(viewport=SIZE, color_scheme="dark")
-            page.goto(f"http://127.0.0.1:{port}/")
-            await_pose(page)
-            page.wait_for_timeout(8000)
-            page.click("#pause")
-            page.fill("#position", str(position_s))
-            page.wait_for_timeout(5000)
-            page.screenshot(path=folder / "page-take.png")
+            yield browser, address
             browser.close()
         finally:
             process.terminate()
             process.wait(30)
+
+
+def paused(browser: Browser, address: str, position_s: float, size: ViewportSize, scheme: Literal["dark", "light"]) -> Page:
+    """A page whose take is paused at a position."""
+    page = browser.new_page(viewport=size, color_scheme=scheme)
+    page.goto(address)
+    await_pose(page)
+    page.wait_for_timeout(5000)
+    if page.get_attribute("#pause", "aria-label") == "pause":
+        page.click("#pause")
+    page.wait_for_timeout(1500)  # states of the player from before the pause have come
+    page.evaluate(f"zenocap.player.seek({position_s})")
+    page.wait_for_timeout(5000)
+    return page
 
 
 def await_page(address: str) -> None:
@@ -101,8 +147,11 @@ if __name__ == "__main__":
     parser.add_argument("--seconds", type=float, default=20.0, help="Tracking time before the screenshot (s).")
     parser.add_argument("--take", type=Path, help="A take beside the folder that it was tracked from: only its picture.")
     parser.add_argument("--position", type=float, default=4.0, help="In the take (s).")
+    parser.add_argument("--sizes", action="store_true", help="Of a take: a sheet of all window sizes too.")
     options = parser.parse_args()
     if options.take is None:
         main(options.folder, options.seconds)
     else:
         picture_of_take(options.take, options.position, options.folder)
+        if options.sizes:
+            sheet_of_sizes(options.take, options.position, options.folder)

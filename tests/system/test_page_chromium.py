@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -283,6 +284,76 @@ def test_scene_points_are_drawn_at_their_position(visit: Visit) -> None:
     assert pixel(visit, place)[1] < 150
     visit.page.check("#layers [name=points]")
     visit.until(lambda: visit.evaluate("zenocap.scene.points") == 0, "old points are gone")
+
+
+def test_scene_points_of_another_time_than_the_pose_are_removed(visit: Visit) -> None:
+    """As after a jump in a paused take."""
+    pose, now_ns = pose_at(0.0), visit.animator.clock.now_ns()
+    points = packed_points(np.array([[0.8, 1.2, 0.4]]))
+    visit.animator.receive(m.ScenePoints(frame=1, captured_ns=now_ns, points=points))
+    visit.until(lambda: visit.evaluate("zenocap.scene.points") == 1, "one point")
+    script = "(() => { zenocap.state.pointsMs = Infinity; return zenocap.scene.points; })()"  # not by their age
+    assert visit.evaluate(script) == 1
+    visit.animator.receive(bap(50, now_ns + 200_000_000, pose))
+    visit.sees(50)
+    assert visit.evaluate("zenocap.scene.points") == 1
+    visit.animator.receive(bap(51, now_ns + 400_000_000, pose))
+    visit.sees(51)
+    assert visit.evaluate("zenocap.scene.points") == 0
+
+
+def test_the_axes_of_the_world_are_drawn_in_their_colours(visit: Visit) -> None:
+    for layer in ("actor", "floor", "cameras", "trails", "points"):
+        visit.page.uncheck(f"#layers [name={layer}]")
+    places = [expected_px(visit, 0.2 * axis) for axis in np.eye(3)]
+    for strongest, place in enumerate(places):
+        colour = pixel(visit, place)
+        assert colour[strongest] > 60 + sorted(colour)[1], (strongest, colour)
+    visit.page.uncheck("#layers [name=axes]")
+    for place in places:
+        assert np.ptp(pixel(visit, place)) < 60
+
+
+def test_a_frustum_shows_the_cameras_picture_unless_it_would_hide_the_person(visit: Visit) -> None:
+    magenta = cv2.imencode(".jpg", np.full((120, 160, 3), (255, 0, 255), np.uint8))[1].tobytes()
+    now_ns = visit.animator.clock.now_ns()
+    visit.animator.receive(*(m.Preview(frame=1, captured_ns=now_ns, viewer=viewer, jpeg=magenta) for viewer in "12"))
+    visit.page.uncheck("#layers [name=trails]")
+
+    def shown(viewer: str) -> object:
+        one = f"zenocap.scene.pictures.get('{viewer}')"
+        return visit.evaluate(f"{one} && {{whole: {one}.shown === {one}.whole, bare: {one}.shown === {one}.bare}}")
+
+    visit.until(lambda: shown("2") == {"whole": True, "bare": False}, "the picture of camera 2")
+    corners = np.array(visit.evaluate("zenocap.scene.pictures.get('2').corners"))
+    red, green, blue = pixel(visit, expected_px(visit, 0.9 * corners[0] + 0.1 * corners[2]))
+    assert min(red, blue) > green + 60
+    visit.page.uncheck("#layers [name=pictures]")
+    visit.until(lambda: shown("2") == {"whole": True, "bare": True}, "its silhouette only")
+    visit.page.check("#layers [name=pictures]")
+    visit.page.click("#presets [data-name=front]")  # camera 1 is between eye and person
+    visit.until(lambda: shown("1") == {"whole": False, "bare": True}, "the silhouette of camera 1")
+
+
+def test_a_notice_goes_by_itself_and_an_alert_stays(visit: Visit) -> None:
+    notice = visit.page.get_by_role("status").and_(visit.page.locator("#notice"))
+    assert notice.get_attribute("aria-live") == "polite"
+    assert visit.text("#notice") == ""
+    assert visit.evaluate("getComputedStyle(document.getElementById('notice')).display") == "block"  # for screen readers
+    visit.animator.receive(Alive("viewer", "2", False, visit.animator.clock.now_ns()))
+    visit.until(lambda: (visit.animator.tick(), "viewer 2" in visit.text("#alert"))[1], "the alert")
+    visit.evaluate("for (const _ of '12') document.getElementById('record').click()")  # the second one is refused
+    visit.until(lambda: visit.text("#notice").startswith("refused: the recording was"), "the notice")
+    shown_s = time.monotonic()
+    box, alert = notice.bounding_box(), visit.page.locator("#alert").bounding_box()
+    assert box is not None
+    assert alert is not None
+    assert box["y"] >= alert["y"] + alert["height"]
+    visit.until(lambda: visit.text("#notice") == "", "no notice any more")
+    assert time.monotonic() - shown_s > 4
+    assert notice.count() == 1
+    visit.animator.tick()
+    assert "viewer 2" in visit.text("#alert")
 
 
 def test_measure_body_now_counts_down_sends_the_request_and_shows_the_result(visit: Visit) -> None:

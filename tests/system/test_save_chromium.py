@@ -8,6 +8,7 @@ import pytest
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.pose_tracks import moving
+from tests.support.saved_files import READERS
 from tests.system.test_page_chromium import CHROMIUM, FLAGS, PATIENCE_S, SIZE, playwright
 from tests.system.test_show_chromium import until
 from zenocap.common.rig.animator import PageTable
@@ -92,6 +93,33 @@ def test_the_part_between_two_marks_is_saved_as_tables_and_offered(page: "playwr
         page.click("#saving-get")
     assert download.value.suggested_filename == "my walk_2.00-5.00s.npz"
     assert Path(download.value.path()).read_bytes() == (folder / "my walk_2.00-5.00s.npz").read_bytes()
+
+
+@pytest.mark.parametrize("kind", list(READERS))
+def test_files_of_other_programs_are_read_by_them(kind: str, page: "playwright.Page", folder: Path) -> None:
+    """The hip, and the right wrist or the flexion of its elbow, at the poses of the part."""
+    suffix, read = READERS[kind]
+    page.select_option("#save-kind", kind)
+    for box, value in (("#save-start", "2"), ("#save-end", "5"), ("#save-smooth", "")):
+        page.fill(box, value)
+    for choice, value in (("#save-axes", "y-up"), ("#save-joints", "zenocap")):
+        if page.is_visible(choice):
+            page.select_option(choice, value)
+    name = f"my walk_2.00-5.00s{suffix}"
+    assert save(page).startswith(f"saved beside the take as {name}: 61 frames, 40 to 100"), page.inner_text("#saving-text")
+    times_s, found = read(folder / name)
+    track = moving(POSES, rate=RATE)
+    rows = slice(40, 101)
+    np.testing.assert_allclose(times_s - times_s[0], track.times_s[rows] - track.times_s[40], atol=1e-6)
+    places = track.trajectories()
+    at = {joint: places.points[rows, places.names.index(joint)] for joint in ("Hip", "RShoulder", "RElbow", "RWrist")}
+    arms = [at["RElbow"] - at["RShoulder"], at["RWrist"] - at["RElbow"]]
+    upper, lower = (arm / np.linalg.norm(arm, axis=1, keepdims=True) for arm in arms)
+    expected = {**at, "elbow": np.degrees(np.arccos(np.sum(upper * lower, axis=1)))}
+    assert "Hip" in found
+    assert len(found) == 2
+    for what, values in found.items():
+        np.testing.assert_allclose(values, expected[what], atol=0.02 if what == "elbow" else 1e-5, err_msg=what)
 
 
 def test_a_file_of_the_same_name_is_never_replaced(page: "playwright.Page", folder: Path) -> None:

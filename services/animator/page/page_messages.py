@@ -60,6 +60,7 @@ class PointsUpdate(msgspec.Struct, frozen=True, tag="points", tag_field="type"):
     """Scene points, encoded as in `zenocap.common.messages.ScenePoints`, base64."""
 
     data: bytes
+    captured_ms: float
 
 
 class CameraUpdate(msgspec.Struct, frozen=True, tag="camera", tag_field="type"):

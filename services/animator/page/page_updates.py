@@ -85,7 +85,7 @@ def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
         if before.actors.get(source) is not actor:
             yield _encoded(f"pose/{source}", pose_update(actor))
     if after.points is not None and before.points is not after.points:
-        yield _encoded("points", pm.PointsUpdate(after.points.points))
+        yield _encoded("points", pm.PointsUpdate(after.points.points, after.points.captured_ns / 1e6))
     for viewer, camera in after.cameras.items():
         if before.cameras.get(viewer) is not camera:
             yield _encoded(f"camera/{viewer}", _camera_update(viewer, camera))

@@ -109,6 +109,9 @@ class View {
     return true;
   }
 
+  // What the scene shows: the silhouette, or the camera's picture with it.
+  get whole() { return this.preview && this.pictured ? this.canvas : this.mask; }
+
   draw() {
     const { width, height } = this.mask;
     Object.assign(this.canvas, { width, height });
@@ -125,7 +128,7 @@ class View {
 }
 
 export class CameraViews {
-  // onPicture: called with viewer and picture when there is a new one.
+  // onPicture: called with viewer, silhouette and whole picture, two canvases, when there are new ones.
   constructor(parent, onPicture) {
     this.parent = parent;
     this.onPicture = onPicture;
@@ -141,7 +144,7 @@ export class CameraViews {
   async show(update, source, drawn) {
     this.last.set(update.viewer, update);
     const view = this.view(update.viewer);
-    if (await view.show(update, source, drawn)) this.onPicture(update.viewer, view.mask);
+    if (await view.show(update, source, drawn)) this.onPicture(update.viewer, view.mask, view.whole);
   }
 
   redraw(source, drawn) {
@@ -151,7 +154,9 @@ export class CameraViews {
   async setPreview({ viewer, jpeg }) {
     const view = this.view(viewer);
     view.preview = await createImageBitmap(new Blob([bytesOf(jpeg)], { type: 'image/jpeg' }));
-    if (view.mask.width) view.draw();
+    if (view.pictured === undefined) return;  // before the first silhouette
+    view.draw();
+    this.onPicture(viewer, view.mask, view.whole);
   }
 
   // lines: faults of the camera's images, the worst first; the first is shown, all of them in the large view.

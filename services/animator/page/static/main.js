@@ -19,7 +19,10 @@ const el = (id) => document.getElementById(id);
 const FRUSTUM_DEPTH = 0.22;  // of a drawn camera, relative to its distance from the world origin
 const FOLLOW_SHARE = 0.06;  // of the way to the person that the look-at point moves with every pose
 const POINTS_TIMEOUT_MS = 1500;  // older scene points are removed
+const POINTS_APART_MS = 300;  // in time of capture from the pose, beyond which scene points are of another place in the take
 const MAX_TRAIL_POSES = 400;
+const PAUSED_APART_MS = 20;  // the same while a take is paused: points come ten times a second, and lag while it plays
+const TRAIL_GAP_MS = 1000;  // between two poses, beyond which no trail joins them
 const MAX_LATENCIES = 4096;
 const LATENCY_POSES = 60;  // over which the median latency is taken
 const RATE_MS = 2000;  // over which the rate of poses is counted
@@ -27,8 +30,10 @@ const SLIDES_PAUSE_MS = 150;  // after each picture of the scene beside the slid
 const SLIDES_DISTANCE_M = 3.2;  // of the scene's camera beside the slides: from behind, so that left and right are the person's
 const CAMERA_COLOUR = [0.56, 0.66, 0.8];
 const STALE_COLOUR = [1.0, 0.36, 0.42];
+const AXIS_M = 0.35;  // length of the axes that are drawn at the origin of the world
+const AXIS_COLOURS = [[0.95, 0.25, 0.3], [0.25, 0.75, 0.3], [0.25, 0.45, 1.0]];
 const LAYERS = {
-  actor: 'virtual actor', floor: 'floor', cameras: 'cameras', pictures: 'camera pictures', silhouettes: 'silhouettes', outlines: 'model outlines',
+  actor: 'virtual actor', floor: 'floor', axes: 'axes: x red, y green, z blue', cameras: 'cameras', pictures: 'camera pictures', silhouettes: 'silhouettes', outlines: 'model outlines',
   trails: 'trails of hands and feet', points: 'scene points', plots: 'joint angles',
 };
 
@@ -36,9 +41,9 @@ const scene = new Scene(el('scene'));
 const orbit = orbitControls(scene);
 const plots = new AnglePlots(el('plots'));
 const drawnInViews = { pictures: true, silhouettes: true, outlines: true };
-const views = new CameraViews(el('views'), (viewer, picture) => {
+const views = new CameraViews(el('views'), (viewer, bare, whole) => {
   const camera = state.cameras.get(viewer);
-  if (camera) { scene.setPicture(viewer, picture, imageCorners(camera)); scene.requestDraw(); }
+  if (camera) { scene.setPicture(viewer, bare, whole, imageCorners(camera)); scene.requestDraw(); }
 });
 const state = {
   hello: null, source: null, bodies: new Map(), poses: new Map(), cameras: new Map(), conditions: new Map(), feed: 'live',
@@ -62,9 +67,9 @@ const connection = new Connection({
   place: (update) => { state.shown_s = update.position_s; player.showPlace(update); },
   verdict: (update) => player.showVerdict(update),
   postures: (update) => player.showPostures(update),
-  ghost: (update) => ghost.setTake(update),
+  ghost: (update) => { panel.showNotice(''); ghost.setTake(update); },  // the notice was that it is being read
   ghost_pose: (update) => ghost.setPose(update),
-  notice: ({ text }) => panel.setAlert('notice', text),
+  notice: ({ text }) => panel.showNotice(text),
 }, (connected) => {
   panel.setAlert('connection', connected ? '' : 'no connection to the animator; trying again');
   document.body.classList.toggle('disconnected', !connected);
@@ -203,6 +208,7 @@ function showPose(pose) {
   if (!body) return;
   const lost = pose.lost.includes('person');
   scene.capsules = placedCapsules(body, pose);
+  removePointsApart(pose);
   if (orbit.follows && !lost)
     for (const axis of [0, 2]) scene.eye.target[axis] += FOLLOW_SHARE * (pose.positions[axis] - scene.eye.target[axis]);
   const now = performance.now();
@@ -213,7 +219,8 @@ function showPose(pose) {
   state.arrivals.push(now);
   state.count++;
   const last = state.trail.at(-1);
-  if (last && pose.captured_ms <= last.ms) state.trail = [];  // another take, or an earlier position in it
+  // Another take, or another position in it.
+  if (last && (pose.captured_ms <= last.ms || pose.captured_ms - last.ms > TRAIL_GAP_MS)) state.trail = [];
   state.trail.push({ ms: pose.captured_ms, ends: lost ? null : limbEnds(body, pose) });
   if (state.trail.length > MAX_TRAIL_POSES) state.trail.shift();
   plots.add(body.angles, pose);
@@ -222,10 +229,19 @@ function showPose(pose) {
 }
 
 // data: base64 of 16-bit millimetres, little-endian like every browser's machine.
-function setPoints({ data }) {
+function setPoints({ data, captured_ms }) {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
   state.pointsMs = performance.now();
+  state.pointsCaptured_ms = captured_ms;
   scene.setPoints(Float32Array.from(new Int16Array(bytes.buffer), (millimetres) => millimetres / 1000));
+  const pose = state.poses.get(state.source);
+  if (pose && state.feed === 'take') removePointsApart(pose);
+}
+
+// Remove scene points of another time than the pose.
+function removePointsApart(pose) {
+  const limit = state.feed === 'take' && player.last?.paused ? PAUSED_APART_MS : POINTS_APART_MS;
+  if (Math.abs(pose.captured_ms - state.pointsCaptured_ms) > limit) scene.setPoints(new Float32Array(0));
 }
 
 function setCamera(update) {
@@ -265,7 +281,7 @@ function showSlides(open) {
   centreScene();
 }
 
-// Lines of the scene: camera frusta and trails.
+// Lines of the scene: camera frusta, axes and trails.
 function updateLines() {
   const lines = [];
   for (const camera of state.cameras.values()) {
@@ -277,6 +293,10 @@ function updateLines() {
       lines.push({ from: corner, to: corners[(k + 1) % 4], width: silent ? 2.6 : 1.6, colour, layer: 'cameras' });
     });
   }
+  AXIS_COLOURS.forEach((colour, axis) => {
+    const to = [0, 1, 2].map((k) => (k === axis ? AXIS_M : 0));
+    lines.push({ from: [0, 0, 0], to, width: 3, colour: [...colour, 0.95], layer: 'axes' });
+  });
   const end = state.trail.at(-1)?.ms || 0;
   const lengthMs = 1000 * state.trailSeconds;
   const opacity = (ms) => Math.max(0, 1 - (end - ms) / lengthMs) ** 1.5 * 0.85;

@@ -20,7 +20,7 @@ export class Scene {
     const gl = (this.gl = canvas.getContext('webgl2', { antialias: true, alpha: false }));
     if (!gl) throw new Error('this browser has no WebGL 2');
     this.eye = { target: [0, 0.95, 0], yaw: 1.0, pitch: 0.21, distance: 6 };
-    this.layers = { floor: true, actor: true, cameras: true, silhouettes: true, trails: true, points: true };
+    this.layers = { floor: true, axes: true, actor: true, cameras: true, silhouettes: true, trails: true, points: true };
     this.points = 0;
     this.capsules = [];
     this.ghost = [];  // capsules of a second take, translucent, without a shadow
@@ -112,15 +112,29 @@ export class Scene {
     return at && [at[0] + box.left, at[1] + box.top];
   }
 
-  // picture: a canvas; corners: top left, top right, bottom right, bottom left, in the world.
-  setPicture(name, picture, corners) {
-    const gl = this.gl;
+  // bare: canvas with silhouette and outlines, transparent elsewhere.  whole: with the camera's picture; may be `bare`.
+  // corners: top left, top right, bottom right, bottom left, in the world.  Canvases are read when the scene is drawn.
+  setPicture(name, bare, whole, corners) {
     let entry = this.pictures.get(name);
-    if (!entry) this.pictures.set(name, (entry = { texture: gl.createTexture() }));
-    entry.corners = corners;
+    if (!entry) this.pictures.set(name, (entry = { texture: this.gl.createTexture() }));
+    Object.assign(entry, { bare, whole, corners, shown: null });
+  }
+
+  // The canvas of a view: one between eye and person must not hide the person.
+  canvasOf({ bare, whole, corners }) {
+    const middle = [0, 1, 2].map((k) => (corners[0][k] + corners[2][k]) / 2);
+    return Math.hypot(...minus(middle, this.position)) < this.eye.distance ? bare : whole;
+  }
+
+  // Texture of a view with its newest picture.
+  textureOf(entry) {
+    const gl = this.gl;
+    const canvas = this.canvasOf(entry);
     gl.bindTexture(gl.TEXTURE_2D, entry.texture);
+    if (entry.shown === canvas) return;
+    entry.shown = canvas;
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, true);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, picture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, canvas);
     this.renderer.setLinearFilter();
   }
 
@@ -200,10 +214,10 @@ export class Scene {
   drawPictures(camera) {
     const gl = this.gl;
     const far = [...this.pictures.values()].sort((a, b) => this.distance(b) - this.distance(a));
-    for (const { texture, corners } of far) {
+    for (const entry of far) {
       this.renderer.use('picture', { camera, picture: 0, strength: 0.85 });
-      gl.bindTexture(gl.TEXTURE_2D, texture);
-      const [a, b, c, d] = corners;
+      this.textureOf(entry);
+      const [a, b, c, d] = entry.corners;
       this.renderer.fill(this.sheet, new Float32Array([...a, 0, 0, ...b, 1, 0, ...d, 0, 1, ...c, 1, 1]));
       this.renderer.draw(this.sheet, gl.TRIANGLE_STRIP, 4);
     }

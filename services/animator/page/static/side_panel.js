@@ -1,7 +1,8 @@
-// Side panel: tabs, layer switches, set-up checks, takes, services; and the alert line.
+// Side panel: tabs, layer switches, set-up checks, takes, services; and the lines of alerts and notices.
 
 const el = (id) => document.getElementById(id);
 const create = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
+const NOTICE_MS = 8000;  // that a notice is shown
 const VERDICT_MARKS = { good: '✓', bad: '!', wait: '…' };
 
 // Make the tabs act; returns a function that selects one by name.
@@ -101,6 +102,7 @@ export function showServices(services) {
 }
 
 const alerts = new Map();
+let noticeTimer = 0;
 
 // Red line across the top; an empty text removes it.
 export function setAlert(name, text) {
@@ -109,6 +111,13 @@ export function setAlert(name, text) {
   const box = el('alert');
   box.hidden = !alerts.size;
   box.textContent = alerts.get('connection') || [...alerts.values()].join(' · ');
+}
+
+// Line on what the page was asked for; unlike an alert it goes by itself.
+export function showNotice(text) {
+  clearTimeout(noticeTimer);
+  el('notice').textContent = text;
+  if (text) noticeTimer = setTimeout(() => showNotice(''), NOTICE_MS);
 }
 
 export function showChecks({ viewers, advice }) {

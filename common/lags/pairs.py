@@ -125,6 +125,28 @@ def offsets_of(names: Sequence[str], pairs: Pairs, limits: Limits, known: Mappin
     known: offsets in seconds of the first members of the group; empty to begin with the most certain pair.
     A camera outside is compared with all members at once: their curves are added.
     """
+    group, found, margins = _grouped(names, pairs, limits, known)
+    found |= _adjusted(names, group, known, pairs, margins, limits)
+    return {name: found[name] for name in names}
+
+
+def coarse_lags(names: Sequence[str], pairs: Pairs, limits: Limits) -> dict[tuple[str, str], float]:
+    """Lag in seconds near which `offsets_of` refines each pair of certain cameras, from the curves alone."""
+    group, _, _ = _grouped(names, pairs, limits, {})
+    if len(group) < 2:
+        return {}
+    group = _from_reference(group, next(name for name in names if name in group))
+    return {(a, b): group[b] - group[a] for a, b in pairs if a in group and b in group}
+
+
+def _from_reference(group: Mapping[str, float], reference: str) -> dict[str, float]:
+    return {name: offset_s - group[reference] for name, offset_s in group.items()}
+
+
+def _grouped(
+    names: Sequence[str], pairs: Pairs, limits: Limits, known: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, Offset], dict[str, float]]:
+    """Coarse offsets of the certain cameras, what is found of the others, and the margins of the certain ones."""
     group = dict(known)
     found = {name: Offset(offset_s, 0.0, 0.0, 0.0, 0) for name, offset_s in group.items()}
     if not group:
@@ -143,8 +165,7 @@ def offsets_of(names: Sequence[str], pairs: Pairs, limits: Limits, known: Mappin
     for name in names:
         if name not in group and name not in found:
             found[name] = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "nothing in common with the others")
-    found |= _adjusted(names, group, known, pairs, margins, limits)
-    return {name: found[name] for name in names}
+    return group, found, margins
 
 
 def _first(names: Sequence[str], pairs: Pairs, limits: Limits) -> str:
@@ -193,7 +214,7 @@ def _adjusted(
     """
     reference = [] if known else [next(name for name in names if name in group)]
     fixed = set(known) or set(reference)
-    group = {name: offset_s - (0.0 if known else group[reference[0]]) for name, offset_s in group.items()}
+    group = dict(group) if known else _from_reference(group, reference[0])
     free = [name for name in group if name not in fixed]
     lags = {
         (a, b): lag

@@ -102,11 +102,24 @@ def scene_centre(cameras: Sequence[Camera], outlines: Sequence[Sequence[Outline]
     return np.asarray(np.linalg.solve(normal, target))
 
 
-def tangents(outlines: Sequence[Outline], baseline: Baseline, pixel_rad: float) -> tuple[Floats, Floats, float]:
-    """Times (n,), angles (n, 2) of both tangent planes, NaN where the silhouette is cut there, and their noise (rad).
+@dataclass(frozen=True)
+class Tangents:
+    """Tangent planes of n silhouettes.  times: (n,) s.  angles: (n, 2) rad, NaN where the silhouette is cut there.
 
-    pixel_rad: angle of a pixel.
+    sines: (n,) of the angle of a tangent ray to the baseline.
     """
+
+    times: Floats
+    angles: Floats
+    sines: Floats
+
+    def noise(self, pixel_rad: float) -> float:
+        """Standard deviation of an angle, rad.  pixel_rad: angle of a pixel."""
+        return NOISE_PX * pixel_rad / max(0.05, float(np.median(self.sines))) if len(self.sines) else np.nan
+
+
+def tangents(outlines: Sequence[Outline], baseline: Baseline) -> Tangents:
+    """Both tangent planes of each silhouette; those that are too wide are left out."""
     times, angles, sines = [], [], []
     for outline in outlines:
         values = baseline.angles(outline.rays)
@@ -116,8 +129,7 @@ def tangents(outlines: Sequence[Outline], baseline: Baseline, pixel_rad: float) 
         times.append(outline.time_s)
         angles.append([np.nan if outline.cut[k] else values[k] for k in ends])
         sines.append(float(np.linalg.norm(np.cross(outline.rays[ends[0]], baseline.axis))))
-    noise = NOISE_PX * pixel_rad / max(0.05, float(np.median(sines))) if sines else np.nan
-    return np.array(times), np.array(angles).reshape(-1, 2), noise
+    return Tangents(np.array(times), np.array(angles).reshape(-1, 2), np.array(sines))
 
 
 def resampled(times: Floats, values: Floats, gap_s: float) -> Floats:
@@ -137,6 +149,16 @@ def resampled(times: Floats, values: Floats, gap_s: float) -> Floats:
 
 
 @dataclass(frozen=True)
+class Refinement:
+    """Least squares of a lag.  steps: done.  lag: once it has ended; None where the two have too little in common."""
+
+    lag_s: float
+    steps: int = 0
+    ended: bool = False
+    lag: Lag | None = None
+
+
+@dataclass(frozen=True)
 class SilhouettePair:
     """Tangent angles of two cameras about their baseline, each (2, n) on a grid of STEP_S from its video's beginning.
 
@@ -151,9 +173,17 @@ class SilhouettePair:
     @cached_property
     def curve(self) -> Curve:
         """Evidence of each lag: likelihood ratio (nats) of equal angles to angles of unrelated times."""
-        half = int(self.max_lag_s / (STEP_S * COARSE_STEPS))
-        values = np.array([self._evidence(k * COARSE_STEPS) for k in range(-half, half + 1)])
-        return Curve(STEP_S * COARSE_STEPS, values)
+        return Curve(STEP_S * COARSE_STEPS, np.array(self.evidence(0, self.lags)))
+
+    @property
+    def lags(self) -> int:
+        """Number of lags of the curve."""
+        return 2 * int(self.max_lag_s / (STEP_S * COARSE_STEPS)) + 1
+
+    def evidence(self, first: int, last: int) -> list[float]:
+        """Values of the curve from index `first` to before `last`."""
+        half = self.lags // 2
+        return [self._evidence((k - half) * COARSE_STEPS) for k in range(first, min(last, self.lags))]
 
     def _evidence(self, steps: int) -> float:
         total = 0.0
@@ -178,16 +208,25 @@ class SilhouettePair:
 
     def refined(self, lag_s: float) -> Lag | None:
         """Lag by robust least squares with a constant difference of each angle; its error by a jackknife over blocks."""
-        terms = None
-        for _ in range(ITERATIONS):
+        return self.refine(Refinement(lag_s), ITERATIONS).lag
+
+    def refine(self, refinement: "Refinement", steps: int) -> "Refinement":
+        """So many steps more of the least squares."""
+        lag_s, terms, last = refinement.lag_s, None, min(ITERATIONS, refinement.steps + steps)
+        for _ in range(refinement.steps, last):
             terms = self._normal_equations(lag_s)
             if terms is None:
-                return None
+                return Refinement(lag_s, last, ended=True)
             step = _solved(terms.sum(axis=0))
             lag_s += float(np.clip(step, -0.1, 0.1))
             if abs(step) < 1e-5:
+                last = ITERATIONS
                 break
-        assert terms is not None
+        if terms is None or last < ITERATIONS:
+            return Refinement(lag_s, last)
+        return Refinement(lag_s, last, ended=True, lag=self._with_error(lag_s, terms))
+
+    def _with_error(self, lag_s: float, terms: Floats) -> Lag | None:
         whole, count = terms.sum(axis=0), len(terms)
         if count < 3:
             return None
@@ -271,17 +310,23 @@ def silhouette_pairs(
             baseline = baseline_of(cameras[a], cameras[b], scene)
             if baseline is None:
                 continue
-            signals, noises = [], []
-            for name in (a, b):
-                pixel_rad = 2.0 / float(cameras[name].matrix[0, 0] + cameras[name].matrix[1, 1])
-                times, angles, noise = tangents(outlines[name], baseline, pixel_rad)
-                if len(times) > 2:
-                    gap_s = 1.6 * float(np.median(np.diff(times)))
-                    both = [resampled(times, angles[:, side], gap_s) for side in (0, 1)]
-                    length = max(map(len, both))
-                    padded = [np.pad(one, (0, length - len(one)), constant_values=np.nan) for one in both]
-                    signals.append(np.stack(padded))
-                    noises.append(noise)
-            if len(signals) == 2:
-                pairs[a, b] = SilhouettePair(signals[0], signals[1], float(np.linalg.norm(noises)), max_lag_s)
+            found = [tangents(outlines[name], baseline) for name in (a, b)]
+            pair = pair_of((cameras[a], cameras[b]), found, max_lag_s)
+            if pair is not None:
+                pairs[a, b] = pair
     return pairs
+
+
+def pair_of(cameras: Sequence[Camera], found: Sequence[Tangents], max_lag_s: float) -> SilhouettePair | None:
+    """Pair of two cameras from the tangents of each; None where one has too few."""
+    signals, noises = [], []
+    for camera, one in zip(cameras, found, strict=True):
+        if len(one.times) < 3:
+            return None
+        gap_s = 1.6 * float(np.median(np.diff(one.times)))
+        both = [resampled(one.times, one.angles[:, side], gap_s) for side in (0, 1)]
+        length = max(map(len, both))
+        padded = [np.pad(signal, (0, length - len(signal)), constant_values=np.nan) for signal in both]
+        signals.append(np.stack(padded))
+        noises.append(one.noise(2.0 / float(camera.matrix[0, 0] + camera.matrix[1, 1])))
+    return SilhouettePair(signals[0], signals[1], float(np.linalg.norm(noises)), max_lag_s)

@@ -1,7 +1,7 @@
 """Delays of the cameras of a rig with a tracker, estimated from the silhouettes while it runs.  Pure.
 
-The outlines of DELAY_WINDOW_NS are compared as `zenocap sync` compares those of a take, one pair of cameras per tick.  An
-estimate that the next one confirms is corrected when the rig has `delays = "follow"`: the tracker subtracts `applied_ms`
+The outlines of DELAY_WINDOW_NS are compared as `zenocap sync` compares those of a take, in parts (`delay_comparison`).
+An estimate that the next one confirms is corrected when the rig has `delays = "follow"`: the tracker subtracts `applied_ms`
 from the capture times.  Messages keep their times: every estimate is of the whole delay, and corrections do not feed back.
 """
 
@@ -13,18 +13,17 @@ from msgspec import structs
 
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.delays import SKEW_US, CameraLags, lags_between
-from zenocap.common.lags.pairs import reach_s
-from zenocap.common.lags.tangents import Outline, SilhouettePair, outline_of, silhouette_pairs
+from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.messages import CameraDelays, Message, Silhouette
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
 from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.integrator.delay_comparison import Comparison, after_silhouette, next_part
 from zenocap.services.integrator.parameters import (
     DELAY_ERRORS,
     DELAY_REST_NS,
     DELAY_STEP,
     DELAY_WINDOW_NS,
     DELAYS_AGREE,
-    FEWEST_OUTLINES,
     MOST_DELAY_S,
     NEXT_CAMERAS,
     RECOVERY_TICKS,
@@ -62,7 +61,7 @@ class DelaySetup:
 class DelayState:
     """outlines: of the window, by viewer, since begin_ns of the capture times; None before the first.
 
-    left: pairs to compare, None while outlines are collected.  compared: those that were.
+    comparison: of the pairs, None while outlines are collected.
     resting_ns: time until which no outlines are collected.  offsets: clock of each viewer to this one.
     last: the last certain estimate, which the next one may confirm.  target: what is corrected, in the end.
     decided: the last message.  confirmed: whether two estimates agreed.  ticks: so far.  damaged: silhouettes.
@@ -71,8 +70,7 @@ class DelayState:
 
     outlines: Mapping[str, tuple[Outline, ...]] = field(default_factory=dict)
     begin_ns: int | None = None
-    left: tuple[tuple[str, str], ...] | None = None
-    compared: Mapping[tuple[str, str], SilhouettePair] = field(default_factory=dict)
+    comparison: Comparison | None = None
     resting_ns: int = 0
     now_ns: int = 0
     offsets: Mapping[str, Offset] = field(default_factory=dict)
@@ -114,10 +112,12 @@ def replace_applied(message: CameraDelays, now_ns: int, applied: Delays) -> Came
 
 
 def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> DelayState:
-    """The state with the outline of one silhouette, while outlines are collected."""
+    """The state with the outline of one silhouette, while outlines are collected; or with the next part of a comparison."""
     camera = setup.cameras.get(silhouette.viewer)
-    if camera is None or state.left is not None or state.now_ns < state.resting_ns:
+    if camera is None or state.now_ns < state.resting_ns:
         return state
+    if state.comparison is not None:
+        return replace(state, comparison=after_silhouette(setup.cameras, state.comparison))
     captured_ns = to_integrator_ns(silhouette.captured_ns, state.offsets.get(silhouette.viewer))
     try:
         if tuple(silhouette.size) != camera.size:
@@ -133,18 +133,18 @@ def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> Del
     if outline is None or (before and outline.time_s <= before[-1].time_s):
         return state
     outlines = {**state.outlines, silhouette.viewer: (*before, outline)}
-    left = setup.pairs if outline.time_s > DELAY_WINDOW_NS / 1e9 else None
-    return replace(state, outlines=outlines, begin_ns=begin_ns, left=left)
+    comparison = Comparison(setup.pairs, outlines) if outline.time_s > DELAY_WINDOW_NS / 1e9 else None
+    return replace(state, outlines=outlines, begin_ns=begin_ns, comparison=comparison)
 
 
 def decide(setup: DelaySetup, state: DelayState, now_ns: int) -> tuple[DelayState, list[Message]]:
-    """One tick: one pair compared, or the estimate after the last one; and one step of the correction."""
+    """One tick: a part of the comparison, or the estimate after the last one; and one step of the correction."""
     state = replace(state, ticks=state.ticks + 1, now_ns=now_ns)
     before = state.decided
-    if state.left:
-        state = _compare(setup, state, state.left)
-    elif state.left is not None:
-        state = _estimate(setup, state, now_ns)
+    if state.comparison is not None and state.comparison.ended:
+        state = _estimate(setup, state, state.comparison, now_ns)
+    elif state.comparison is not None:
+        state = replace(state, comparison=next_part(setup.cameras, state.comparison))
     decided = state.decided
     if decided is not None and setup.follow and state.target:
         applied = _toward(decided.applied_ms, state.target, DELAY_STEP * setup.frame_ms)
@@ -159,22 +159,10 @@ def decide(setup: DelaySetup, state: DelayState, now_ns: int) -> tuple[DelayStat
     return replace(state, decided=decided, contradicted=False), messages
 
 
-def _compare(setup: DelaySetup, state: DelayState, left: tuple[tuple[str, str], ...]) -> DelayState:
-    pair, *rest = left
-    outlines = {name: state.outlines.get(name, ()) for name in pair}
-    compared = dict(state.compared)
-    if all(len(one) >= FEWEST_OUTLINES for one in outlines.values()):
-        found = silhouette_pairs({name: setup.cameras[name] for name in pair}, outlines, reach_s(MOST_DELAY_S))
-        for one in found.values():
-            _ = one.curve  # computed now and kept, so that the estimate takes no longer than a pair
-        compared |= found
-    return replace(state, left=tuple(rest), compared=compared)
-
-
-def _estimate(setup: DelaySetup, state: DelayState, now_ns: int) -> DelayState:
+def _estimate(setup: DelaySetup, state: DelayState, comparison: Comparison, now_ns: int) -> DelayState:
     """The state after the estimate from all pairs; outlines are collected again at once, or after a rest."""
-    names = [name for name in setup.cameras if any(name in pair for pair in state.compared)]
-    lags = lags_between(names, state.compared, MOST_DELAY_S) if names else CameraLags({})
+    names = comparison.names(setup.cameras)
+    lags = lags_between(names, comparison.compared, MOST_DELAY_S) if names else CameraLags({})
     certain = {viewer: one for viewer, one in lags.offsets.items() if not one.reason}
     certain = certain if len(certain) > 1 else {}
     youngest_s = max((one.offset_s for one in certain.values()), default=0.0)

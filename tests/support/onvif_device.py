@@ -1,8 +1,10 @@
-"""A simulated ONVIF device: answers WS-Discovery probes and SOAP requests on the loopback interface."""
+"""A simulated ONVIF device: answers WS-Discovery probes and SOAP requests on the loopback interface, also over TLS."""
 
 import base64
 import hashlib
+import re
 import socket
+import ssl
 import struct
 import threading
 from datetime import datetime
@@ -26,6 +28,7 @@ class SimulatedOnvif:
     """A device with one profile.  streams: its RTSP addresses.  user: (name, password) that it wants.
 
     matches: answer to a probe instead of its own.  replies: SOAP bodies by the name of the request, instead of its own.
+    tls: for https.  digest: algorithms of HTTP digest that it wants of every request, instead of ONVIF's password.
     """
 
     def __init__(
@@ -34,14 +37,28 @@ class SimulatedOnvif:
         user: tuple[str, str] | None = None,
         matches: str | None = None,
         replies: dict[str, str] | None = None,
+        tls: ssl.SSLContext | None = None,
+        digest: tuple[str, ...] = (),
     ) -> None:
-        self.streams, self.user, self.replies = streams, user, replies or {}
+        self.streams, self.user, self.replies, self.digest = streams, user, replies or {}, digest
+        self.nonces = 1
         self.requests: list[str] = []
         device = self
 
         class Handler(BaseHTTPRequestHandler):
             def do_POST(self) -> None:
                 body = self.rfile.read(int(self.headers["Content-Length"]))
+                if device.digest and not device.knows(self.headers.get("Authorization", ""), self.path):
+                    self.send_response(401)
+                    self.send_header("WWW-Authenticate", 'Basic realm="camera"')
+                    for algorithm in device.digest:
+                        challenge = (
+                            f'realm="camera, 1", nonce="n{device.nonces}", algorithm={algorithm}, qop="auth,auth-int"'
+                        )
+                        self.send_header("WWW-Authenticate", f"Digest {challenge}")
+                    self.send_header("Content-Length", "0")
+                    self.end_headers()
+                    return
                 text = f"<e:Envelope {NAMES}><e:Body>{device.answer(body)}</e:Body></e:Envelope>".encode()
                 self.send_response(200)
                 self.send_header("Content-Length", str(len(text)))
@@ -51,8 +68,10 @@ class SimulatedOnvif:
             def log_message(self, format: str, *args: object) -> None: ...
 
         self._http = ThreadingHTTPServer((LOOPBACK, 0), Handler)
+        if tls is not None:
+            self._http.socket = tls.wrap_socket(self._http.socket, server_side=True, do_handshake_on_connect=False)
         self.host = f"{LOOPBACK}:{self._http.server_port}"
-        self.address = f"http://{self.host}/onvif/device_service"
+        self.address = f"{'http' if tls is None else 'https'}://{self.host}/onvif/device_service"
         self._matches = matches or (
             f"<d:ProbeMatch><d:Scopes>onvif://www.onvif.org/name/Hall%20camera onvif://www.onvif.org/hardware/X1</d:Scopes>"
             f"<d:XAddrs>http://10.0.0.9/elsewhere {self.address}</d:XAddrs></d:ProbeMatch>"
@@ -96,6 +115,20 @@ class SimulatedOnvif:
                 )
                 self._udp.sendto(envelope.encode(), sender)
 
+    def knows(self, authorization: str, path: str) -> bool:
+        """True for the right answer to the present nonce.  [RFC 7616, 3.4.1; the worked form of its section 3.9.1]"""
+        fields = {
+            key: quoted or plain for key, quoted, plain in re.findall(r'(\w+)=(?:"([^"]*)"|([^,\s]*))', authorization)
+        }
+        if self.user is None or fields.get("nonce") != f"n{self.nonces}" or fields.get("uri") != path:
+            return False
+        new = {"MD5": hashlib.md5, "SHA-256": hashlib.sha256}[fields["algorithm"]]
+        secret, request = (
+            new(text.encode()).hexdigest() for text in (f"{self.user[0]}:camera, 1:{self.user[1]}", f"POST:{path}")
+        )
+        text = f"{secret}:{fields['nonce']}:{fields['nc']}:{fields['cnonce']}:{fields['qop']}:{request}"
+        return fields["algorithm"] in self.digest and fields["response"] == new(text.encode()).hexdigest()
+
     def answer(self, body: bytes) -> str:
         tree = ElementTree.fromstring(body)
         request = next(iter(tree.find(f"{S}Body") or ()))
@@ -110,7 +143,7 @@ class SimulatedOnvif:
                 f"<tt:Year>{YEAR}</tt:Year><tt:Month>2</tt:Month><tt:Day>3</tt:Day></tt:Date></tt:UTCDateTime>"
                 "</tds:SystemDateAndTime></tds:GetSystemDateAndTimeResponse>"
             )
-        if self.user is not None and not self._allowed(tree):
+        if self.user is not None and not self.digest and not self._allowed(tree):
             return (
                 "<e:Fault><e:Code><e:Value>e:Sender</e:Value><e:Subcode><e:Value>ter:NotAuthorized</e:Value></e:Subcode>"
                 "</e:Code><e:Reason><e:Text>Sender not authorized</e:Text></e:Reason></e:Fault>"

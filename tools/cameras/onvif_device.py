@@ -4,7 +4,8 @@ import base64
 import hashlib
 import http.client
 import secrets
-from collections.abc import Sequence
+import ssl
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -14,10 +15,9 @@ from xml.sax.saxutils import escape
 
 from zenocap.common.errors import UserError
 from zenocap.tools.cameras.onvif_discovery import OnvifDevice, host_of, parsed
+from zenocap.tools.cameras.onvif_http import MOST_BYTES, OnvifHttp, User, trusted
 
 AT_ONCE = 16  # devices
-TIMEOUT_S = 5.0  # of each request; chosen by hand
-MOST_BYTES = 1 << 20  # of an answer
 MOST_PROFILES = 32
 DEVICE_PATH = "/onvif/device_service"  # ONVIF Core 5.1.1
 SOAP = "{http://www.w3.org/2003/05/soap-envelope}"
@@ -25,14 +25,6 @@ TDS, TRT = "http://www.onvif.org/ver10/device/wsdl", "http://www.onvif.org/ver10
 TT = "{http://www.onvif.org/ver10/schema}"
 WSSE = "http://docs.oasis-open.org/wss/2004/01/oasis-200401-wss-"
 DIGEST = f"{WSSE}username-token-profile-1.0#PasswordDigest"
-
-
-@dataclass(frozen=True)
-class User:
-    """Name and password of a user of the devices."""
-
-    name: str
-    password: str
 
 
 @dataclass(frozen=True)
@@ -54,15 +46,18 @@ class AskedDevice:
     problem: str = ""
 
 
-def asked_devices(devices: Sequence[OnvifDevice], user: User | None) -> list[AskedDevice]:
-    """Ask all devices beside each other."""
+def asked_devices(
+    devices: Sequence[OnvifDevice], user: User | None, tls: ssl.SSLContext | None = None
+) -> list[AskedDevice]:
+    """Ask all devices beside each other.  tls: of `trusted`, by default the system's certificates."""
+    context = tls or trusted()
     with ThreadPoolExecutor(min(AT_ONCE, max(1, len(devices)))) as pool:
-        return list(pool.map(lambda device: _asked(device, user), devices))
+        return list(pool.map(lambda device: _asked(device, user, context), devices))
 
 
-def _asked(device: OnvifDevice, user: User | None) -> AskedDevice:
+def _asked(device: OnvifDevice, user: User | None, tls: ssl.SSLContext) -> AskedDevice:
     try:
-        streams = tuple(streams_of(device.address, user))
+        streams = tuple(streams_of(device.address, user, tls))
     except UserError as error:
         return AskedDevice(device, problem=str(error).removeprefix(f"{device.address}: "))
     return AskedDevice(device, streams, "" if streams else "it has no video stream")
@@ -72,16 +67,16 @@ def device_address(text: str) -> str:
     """Address of a device service for HOST, HOST:PORT or a URL.  Raises UserError."""
     address = text if "://" in text else f"http://{text}{DEVICE_PATH}"
     if host_of(address) is None:
-        raise UserError(f"--onvif {text}: allowed: HOST, HOST:PORT, or http://HOST/...")
+        raise UserError(f"--onvif {text}: allowed: HOST, HOST:PORT, or http://HOST/..., https://HOST/...")
     return address
 
 
-def streams_of(address: str, user: User | None) -> list[OnvifStream]:
+def streams_of(address: str, user: User | None, tls: ssl.SSLContext | None = None) -> list[OnvifStream]:
     """Streams of a device, in its order.  address: of the device service.  Raises UserError with the device's reason.
 
     Requests go to the host and port of `address` only, whatever the device answers.  Only RTSP addresses are taken.
     """
-    device = _Device(address, user)
+    device = _Device(address, user, tls or trusted())
     found = device.call(f'<m:GetCapabilities xmlns:m="{TDS}"><m:Category>Media</m:Category></m:GetCapabilities>')
     media = next((one.text or "" for part in found.iter(f"{TT}Media") for one in part.iter(f"{TT}XAddr")), "")
     if not media:
@@ -131,19 +126,15 @@ def _size(encoder: ElementTree.Element) -> tuple[int, int]:
 class _Device:
     """Requests to one device.  path: of the service that is asked."""
 
-    def __init__(self, address: str, user: User | None) -> None:
-        parts = urlsplit(address)
-        if parts.scheme != "http":
-            raise UserError(f"{address}: allowed: http:// (certificates of cameras cannot be checked)")
-        self.path = parts.path or DEVICE_PATH
-        self._address, self._host, self._port, self._user = address, parts.hostname or "", parts.port or 80, user
+    def __init__(self, address: str, user: User | None, tls: ssl.SSLContext) -> None:
+        self.path = urlsplit(address).path or DEVICE_PATH
+        self._address, self._user, self._http = address, user, OnvifHttp(address, user, tls)
         # Devices refuse passwords whose time is not theirs, and many have never been set.
         self._ahead = timedelta() if user is None else self._clock_ahead()
 
     def call(self, body: str) -> ElementTree.Element:
         """The answer to a request.  Raises UserError."""
-        header = "" if self._user is None else _security(self._user, datetime.now(UTC) + self._ahead)
-        answer = self._posted(header, body)
+        answer = self._posted(self._header, body)
         fault = answer.find(f"{SOAP}Body/{SOAP}Fault")
         if fault is None:
             return answer
@@ -155,9 +146,12 @@ class _Device:
             )
         raise UserError(f"{self._address}: {text}")
 
+    def _header(self) -> str:
+        return "" if self._user is None else _security(self._user, datetime.now(UTC) + self._ahead)
+
     def _clock_ahead(self) -> timedelta:
         """The device's clock minus that of this machine; 0 where it does not tell."""
-        answer = self._posted("", f'<m:GetSystemDateAndTime xmlns:m="{TDS}"/>')
+        answer = self._posted(str, f'<m:GetSystemDateAndTime xmlns:m="{TDS}"/>')
         found = next(answer.iter(f"{TT}UTCDateTime"), None)
         if found is None:
             return timedelta()
@@ -170,25 +164,18 @@ class _Device:
         except (ValueError, OverflowError):
             return timedelta()
 
-    def _posted(self, header: str, body: str) -> ElementTree.Element:
-        envelope = f'<e:Envelope xmlns:e="{SOAP[1:-1]}"><e:Header>{header}</e:Header><e:Body>{body}</e:Body></e:Envelope>'
-        connection = http.client.HTTPConnection(self._host, self._port, timeout=TIMEOUT_S)
-        try:
-            kind = {"Content-Type": "application/soap+xml; charset=utf-8"}
-            connection.request("POST", self.path, f'<?xml version="1.0" encoding="UTF-8"?>{envelope}'.encode(), kind)
-            response = connection.getresponse()
-            text, status = response.read(MOST_BYTES + 1), response.status
-        except (OSError, http.client.HTTPException) as error:
-            raise UserError(f"{self._address}: no answer: {error or type(error).__name__}") from None
-        finally:
-            connection.close()
-        tree = parsed(text) if len(text) <= MOST_BYTES else None
+    def _posted(self, header: Callable[[], str], body: str) -> ElementTree.Element:
+        def envelope() -> bytes:
+            own = "" if self._http.is_authenticated else header()
+            text = f'<e:Envelope xmlns:e="{SOAP[1:-1]}"><e:Header>{own}</e:Header><e:Body>{body}</e:Body></e:Envelope>'
+            return f'<?xml version="1.0" encoding="UTF-8"?>{text}'.encode()
+
+        answer = self._http.post(self.path, envelope)
+        tree = parsed(answer.text) if len(answer.text) <= MOST_BYTES else None
         if tree is None or tree.tag != f"{SOAP}Envelope":
-            if status == http.client.UNAUTHORIZED:
-                raise UserError(
-                    f"{self._address}: user or password is wrong, or it wants HTTP digest, which is not supported"
-                )
-            raise UserError(f"{self._address}: its answer (HTTP {status}) is not that of an ONVIF device")
+            if answer.status == http.client.UNAUTHORIZED:
+                raise UserError(f"{self._address}: user or password is wrong")
+            raise UserError(f"{self._address}: its answer (HTTP {answer.status}) is not that of an ONVIF device")
         return tree
 
 

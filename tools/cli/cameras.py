@@ -13,7 +13,10 @@ from zenocap.tools.cli.progress import progress
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
+    from ssl import SSLContext
+
     from zenocap.common.video.v4l2.listing import FoundCamera
+    from zenocap.tools.cameras.onvif_http import User
     from zenocap.tools.cameras.streams import TriedStream
 
 
@@ -55,6 +58,19 @@ def cameras(
             show_default=False,
         ),
     ] = None,
+    certificates: Annotated[
+        Path | None,
+        typer.Option(
+            "--certificates",
+            metavar="FILE",
+            help="With --onvif: certificates of cameras or their authority that are trusted (PEM); default: the system's.",
+            show_default=False,
+        ),
+    ] = None,
+    any_certificate: Annotated[
+        bool,
+        typer.Option("--any-certificate", help="With --onvif: do not check who answers at an https address."),
+    ] = False,
     interface: Annotated[
         str | None,
         typer.Option(
@@ -83,7 +99,8 @@ def cameras(
 
     With --onvif: a multicast probe finds the cameras of the local network that have ONVIF; each is asked for its streams,
     and without --json these are tried. Most want a user. The password goes to the cameras that answered, as a digest where
-    ONVIF is asked, and is not printed: put it into the source in the rig file, `rtsp://NAME:PASSWORD@HOST/...`.
+    ONVIF is asked, and is not printed: put it into the source in the rig file, `rtsp://NAME:PASSWORD@HOST/...`. The
+    certificate of an https address is checked; --certificates names those that are trusted.
 
     Exit status 1: there is no camera, or a camera or stream gave no answer or picture.
 
@@ -97,6 +114,10 @@ def cameras(
         raise typer.BadParameter("--discover: allowed without URL, --pictures and --live")
     if (user is not None or interface is not None) and not onvif:
         raise typer.BadParameter("--user, --interface: allowed with --onvif")
+    if (certificates is not None or any_certificate) and not onvif:
+        raise typer.BadParameter("--certificates, --any-certificate: allowed with --onvif")
+    if certificates is not None and any_certificate:
+        raise typer.BadParameter("--any-certificate: allowed without --certificates")
     if interface is not None and urls:
         raise typer.BadParameter("--interface: allowed without HOST, which need no probe")
     if onvif and (discover or live):
@@ -115,7 +136,11 @@ def cameras(
             raise typer.Exit(DONE if _discovered(zenoh, as_json) else FAILED)
         if onvif:
             password = None if user is None else typer.prompt(f"password of {user}", hide_input=True, err=True)
-            raise typer.Exit(DONE if _onvif(urls or [], interface, user, password, pictures, as_json) else FAILED)
+            from zenocap.tools.cameras.onvif_http import User, trusted
+
+            own = None if user is None or password is None else User(user, password)
+            tls = trusted(certificates, any_certificate=any_certificate)
+            raise typer.Exit(DONE if _onvif(urls or [], interface, own, tls, pictures, as_json) else FAILED)
         good = _streams(urls, pictures, as_json) if urls else _devices(pictures, as_json)
     raise typer.Exit(DONE if good else FAILED)
 
@@ -169,16 +194,15 @@ def _discovered(zenoh: ZenohArguments, as_json: bool) -> bool:
 
 
 def _onvif(
-    hosts: list[str], interface: str | None, user: str | None, password: str | None, folder: Path | None, as_json: bool
+    hosts: list[str], interface: str | None, own: User | None, tls: SSLContext, folder: Path | None, as_json: bool
 ) -> bool:
-    from zenocap.tools.cameras.onvif_device import User, asked_devices, device_address, with_user
+    from zenocap.tools.cameras.onvif_device import asked_devices, device_address, with_user
     from zenocap.tools.cameras.onvif_discovery import OnvifDevice, found_devices
     from zenocap.tools.cameras.text import onvif_data, onvif_lines
 
-    own = None if user is None or password is None else User(user, password)
     devices = [OnvifDevice(device_address(host)) for host in hosts]
     with progress("looking for ONVIF cameras"):
-        asked = asked_devices(devices or found_devices(interface), own)
+        asked = asked_devices(devices or found_devices(interface), own, tls)
     if as_json:
         _print_json(onvif_data(asked))
     else:

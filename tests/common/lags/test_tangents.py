@@ -30,7 +30,8 @@ def test_tangent_planes_of_both_views_are_equal_at_equal_times() -> None:
     one, two = one.resized((1280, 960)), two.resized((1280, 960))
     baseline = baseline_of(one, two, np.array([0.0, 1.0, 0.0]))
     assert baseline is not None
-    (_, a, noise), (_, b, _) = (tangents(film(camera, 0.0, 20), baseline, 1 / 1200) for camera in (one, two))
+    first, second = (tangents(film(camera, 0.0, 20), baseline) for camera in (one, two))
+    a, b, noise = first.angles, second.angles, first.noise(1 / 1200)
     assert np.abs(a - b).max() < 3 * noise
     assert np.abs(a[0] - b[-1]).max() > 10 * noise
 
@@ -45,7 +46,7 @@ def test_a_tangent_at_the_border_of_the_image_is_left_out() -> None:
     outline = outline_of(one, cut, 0.0)
     assert baseline is not None
     assert outline is not None
-    _, angles, _ = tangents([outline], baseline, 0.01)
+    angles = tangents([outline], baseline).angles
     assert np.isnan(angles).sum() == 1
 
 

@@ -16,7 +16,6 @@ from zenocap.tools.cli import (
     export,
     film,
     health,
-    live,
     load,
     metrics,
     mirror,
@@ -25,6 +24,7 @@ from zenocap.tools.cli import (
     record,
     render,
     replay,
+    services,
     setup,
     show,
     sync,
@@ -32,7 +32,9 @@ from zenocap.tools.cli import (
     top,
     traces,
     track,
+    up,
     verify,
+    viewer,
 )
 from zenocap.tools.cli.calibrate.commands import calibrate
 from zenocap.tools.cli.expansion import expanded
@@ -63,14 +65,14 @@ app = typer.Typer(
 ON_THIS_MACHINE, SERVICES, FILES, BEFORE = "On this machine", "Single services", "Videos and takes", "Set-up"
 NETWORK = "Network"
 TABLE = (
-    (ON_THIS_MACHINE, live.demo),
-    (ON_THIS_MACHINE, live.up),
-    (SERVICES, live.viewer),
-    (SERVICES, live.integrator),
-    (SERVICES, live.tracker),
+    (ON_THIS_MACHINE, up.demo),
+    (ON_THIS_MACHINE, up.up),
+    (SERVICES, viewer.viewer),
+    (SERVICES, services.integrator),
+    (SERVICES, services.tracker),
     (SERVICES, recognizer.recognizer),
     (SERVICES, animator.animator),
-    (SERVICES, live.router),
+    (SERVICES, services.router),
     (SERVICES, record.record),
     (NETWORK, top.top),
     (NETWORK, metrics.metrics),
@@ -94,7 +96,7 @@ TABLE = (
     (BEFORE, cameras.cameras),
     (BEFORE, doctor.doctor),
     (BEFORE, certs.certs),
-    (BEFORE, live.warmup),
+    (BEFORE, up.warmup),
 )
 # The extra that installs an optional module.
 EXTRAS = {

@@ -39,6 +39,8 @@ JointsOption = Annotated[
         show_default=False,
     ),
 ]
+NoLogOption = Annotated[bool, typer.Option("--no-log", help="Record no take.")]
+WithParentOption = Annotated[bool, typer.Option("--with-parent", hidden=True)]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object, for programs.")]
 
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.live import WithParentOption
-from zenocap.tools.cli.options import one_line_errors, rig_at
+from zenocap.tools.cli.options import WithParentOption, one_line_errors, rig_at
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once

@@ -1,0 +1,111 @@
+"""Commands that run the services that take no images, and a router: integrator, tracker, router."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.options import DONE, NoLogOption, RigPath, WithParentOption, one_line_errors, rig_at, take_folder
+from zenocap.tools.cli.zenoh_arguments import RouterArguments, ZenohArguments, security
+
+
+def integrator(
+    rig: RigPath,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Take to write; default: a new name of rig and time."),
+    ] = None,
+    no_log: NoLogOption = False,
+    with_parent: WithParentOption = False,
+    *,
+    zenoh: ZenohArguments,
+) -> None:
+    """Run the integrator of a rig: pair the viewers' sightings, assign their roles, fuse their angles to the pose.
+
+    It also records the take, with every message of the rig. It runs until Ctrl-C. Exit status 3: messages were lost, or the
+    take could not be written.
+
+    Example: `zenocap integrator studio.toml -o monday.mcap`
+    """
+    import time
+
+    from zenocap.common.recording.parts import free_name, take_path
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.services.integrator.shell import run_integrator
+    from zenocap.tools.parameters import service_parameters
+
+    logs.configure("integrator")
+    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+        one = rig_at(rig, files=False)
+        options = zenoh.options(one, "integrator")
+        take = None
+        if output is not None:
+            take = free_name(output) if with_parent else output
+        elif one.log.enabled and not no_log:
+            take = take_path(one.name, take_folder(one, rig, None), time.time_ns())
+        # A take that was requested must be written; a default one, or the launcher's, must not stop the tracking.
+        must_log = output is not None and not with_parent
+        raise typer.Exit(run_integrator(one, options, take, stopped, service_parameters(one), must_log=must_log))
+
+
+def tracker(
+    rig: RigPath,
+    with_parent: WithParentOption = False,
+    *,
+    zenoh: ZenohArguments,
+) -> None:
+    """Run the tracker of a rig with method hybrid: from the viewers' silhouettes to the pose and its uncertainty.
+
+    It uses the silhouettes of two or more of the rig's viewers, which may come and go. The body is measured while the
+    person stands in the T-pose (arms stretched sideways). It runs until Ctrl-C.
+
+    Example: `zenocap tracker studio.toml`
+    """
+    from zenocap.common.errors import UserError
+    from zenocap.common.rig.file import TRACKER_METHODS
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.services.tracker.shell import run_tracker
+
+    logs.configure("tracker")
+    with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
+        one = rig_at(rig, files=False)
+        if one.tracker is None:
+            raise UserError(f"{rig}: method = {one.method!r}: allowed for a tracker: {', '.join(TRACKER_METHODS)}")
+        options = zenoh.options(one, "tracker")
+        raise typer.Exit(run_tracker(one, options, stopped))
+
+
+def router(
+    rigs: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[RIG...]", help="Rigs with a [security] table: only their members are admitted."),
+    ] = None,
+    *,
+    zenoh: RouterArguments,
+) -> None:
+    """Run a Zenoh router, for networks where the services cannot discover each other.
+
+    For rigs with a [security] table it admits holders of a certificate only (see `zenocap certs`); each may publish only
+    the topics of its own service. Without a rig it is open to everyone who can reach it.
+
+    Example: `zenocap router -l tcp/0.0.0.0:7447`, and on the other machines `-m client -e tcp/HOST:7447`;
+    `zenocap router studio.toml lab.toml` for secured rigs.
+    """
+    from zenocap.common.bus.zenoh_router import router as run_router
+    from zenocap.common.rig.security import router_files
+    from zenocap.common.runtime import logs
+    from zenocap.common.runtime.signals import stop_signals
+
+    logs.configure("router")
+    with one_line_errors(), stop_signals() as stopped:
+        secured_rigs = [rig_at(rig, files=False) for rig in rigs or ()]
+        run_router(
+            lambda revocations: zenoh.options(security(secured_rigs, "router", revocations.generations)),
+            stopped,
+            router_files(secured_rigs),
+        )
+        raise typer.Exit(DONE)

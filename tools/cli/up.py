@@ -1,0 +1,125 @@
+"""Commands that run everything on this machine: demo and up; and warmup, which compiles for them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from zenocap.tools.cli.options import DONE, FAILED, NoLogOption, RigPath, one_line_errors, rig_at, take_folder
+from zenocap.tools.cli.zenoh_arguments import ZenohArguments
+
+SecondsOption = Annotated[
+    float | None, typer.Option("--seconds", min=0.1, help="Running time (s); default: until Ctrl-C.", show_default=False)
+]
+FolderOption = Annotated[
+    Path | None,
+    typer.Option("--recordings", metavar="DIR", help="Folder of the take; default: the rig's.", show_default=False),
+]
+NoPageOption = Annotated[bool, typer.Option("--no-page", help="Run without the animator and its page.")]
+PortOption = Annotated[
+    int | None,
+    typer.Option("--port", min=0, max=65535, help="TCP port of the page, 0 for any free one; default: the rig's, or 8080."),
+]
+
+
+def demo(
+    seconds: SecondsOption = None,
+    recordings: Annotated[
+        Path | None, typer.Option("--recordings", metavar="DIR", help="Folder of the take; default: recordings.")
+    ] = None,
+    no_log: NoLogOption = False,
+    no_page: NoPageOption = False,
+    port: PortOption = None,
+    method: Annotated[
+        Literal["auto", "two-view"],
+        typer.Option(help="Tracking method: auto is the tracker, two-view the paper's two-view method in 160x120 images."),
+    ] = "auto",
+) -> None:
+    """Run everything on this machine with a simulated person: no camera and no network needed.
+
+    Two viewers render the person from the front and from the side, the tracker estimates the pose from their silhouettes,
+    and every message is recorded to recordings/demo-TIME.mcap. With --method two-view the viewers estimate the pose and the
+    integrator fuses their results. A table shows the state of each service, and the page at http://127.0.0.1:8080 the pose.
+
+    Example: `zenocap demo --seconds 30`
+    """
+    from zenocap.common.rig.rig import demo_rig_file
+
+    with one_line_errors():
+        loopback = ZenohArguments(no_multicast_scouting=True)
+        folder = recordings or Path("recordings")
+        _run(demo_rig_file(method), seconds, folder, loopback, log=not no_log, page=not no_page, port=port)
+
+
+def up(
+    rig: RigPath,
+    seconds: SecondsOption = None,
+    recordings: FolderOption = None,
+    no_log: NoLogOption = False,
+    no_page: NoPageOption = False,
+    port: PortOption = None,
+    *,
+    zenoh: ZenohArguments,
+) -> None:
+    """Run every service of a rig on this machine, restart those that fail, and record a take.
+
+    The services are processes that communicate over loopback; with --listen the integrator accepts connections from other
+    machines. Cameras run until Ctrl-C, videos are played once at their own frame rate (FPS). To track every frame of
+    videos, use `zenocap track`.
+
+    Example: `zenocap up studio.toml`
+    """
+    with one_line_errors():
+        _run(rig, seconds, recordings, zenoh, log=not no_log, page=not no_page, port=port)
+
+
+def _run(
+    path: Path,
+    seconds: float | None,
+    recordings: Path | None,
+    zenoh: ZenohArguments,
+    *,
+    log: bool,
+    page: bool,
+    port: int | None,
+) -> None:
+    import time
+
+    from rich.console import Console
+
+    from zenocap.common.recording.parts import take_path
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.tools.cli.certs import renew_certificates
+    from zenocap.tools.launcher.shell import run_rig
+
+    rig = rig_at(path, files=True)
+    renew_certificates(rig)
+    options = zenoh.options(rig)
+    take = take_path(rig.name, take_folder(rig, path, recordings), time.time_ns()) if rig.log.enabled and log else None
+    with stop_signals() as stopped:
+        raise typer.Exit(run_rig(rig, path, options, take, seconds, stopped, Console(), page=page, port=port))
+
+
+def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) -> None:
+    """Compile everything that is otherwise compiled on first use, so that services start quickly.
+
+    demo and up do it when needed; run it before a take where a late start matters. Once per installation.
+
+    Example: `zenocap warmup`
+    """
+    if part:
+        from zenocap.tools.warmup.parts import warm_up
+
+        for one in part:
+            warm_up(one)
+        return
+    from rich.console import Console
+
+    from zenocap.common.runtime.signals import stop_signals
+    from zenocap.tools.warmup.parts import PARTS
+    from zenocap.tools.warmup.processes import compile_parts
+
+    with stop_signals() as stopped:
+        raise typer.Exit(DONE if compile_parts(tuple(PARTS), stopped, Console(stderr=True)) else FAILED)

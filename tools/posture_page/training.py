@@ -1,6 +1,7 @@
 """Training from the labels of a page, and the held-out result in words."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.services.recognizer.training.cross_validation import classifier_of
+from zenocap.services.recognizer.training.example_store import store_path, write_examples
 from zenocap.services.recognizer.training.examples import (
     BACKGROUND,
     Example,
@@ -66,7 +68,7 @@ def check_rows(rows: Sequence[Row]) -> None:
 def train_rows(
     rows: Sequence[Row], read: ReadExamples, path: Path, settings: TrainingSettings, report: Report
 ) -> TrainingResult:
-    """Train a model of the rows and write it to `path`.  Raises UserError."""
+    """Train a model of the rows and write it to `path`, its examples beside it for `posture add`.  Raises UserError."""
     check_rows(rows)
     examples = read(rows, report)
     ready = prepare(postures_of(examples), settings)
@@ -76,10 +78,24 @@ def train_rows(
         write_model(path, model)
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror or error}; the model is not kept") from None
+    missing = stored_examples(path, examples, settings)
     background = any(example.label == BACKGROUND for example in examples)
     postures = results_of(ready, held)
     people = len({example.person for example in ready.examples})
-    return TrainingResult(model, tuple(words(postures, held, people, background=background)), postures)
+    lines = words(postures, held, people, background=background)
+    return TrainingResult(model, (*lines, *missing), postures)
+
+
+def stored_examples(path: Path, examples: Sequence[Example], settings: TrainingSettings) -> list[str]:
+    """Write the examples of a model file beside it; a line where they cannot be written, and those of an earlier one go."""
+    try:
+        write_examples(path, examples, settings)
+    except (UserError, OSError) as error:
+        with suppress(OSError):
+            store_path(path).unlink(missing_ok=True)
+        reason = error if isinstance(error, UserError) else f"{store_path(path)}: {error.strerror or error}"
+        return [f"The examples are not kept, and posture add cannot extend this model: {reason}"]
+    return []
 
 
 def held_out(ready: Prepared, settings: TrainingSettings, report: Report) -> list[HeldOut]:

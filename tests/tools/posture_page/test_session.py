@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.posture_takes import NAMES, posture_spans, posture_take
+from tests.tools.cli.posture.test_add import without_sources
+from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.example_files import examples_of
@@ -237,3 +239,37 @@ def test_a_model_that_cannot_be_written_fails_with_the_reason(take, manifest, mo
     assert isinstance(failed, pm.TrainingUpdate)
     assert failed.state == "failed"
     assert "examples.postures: cannot be written: Read-only file system" in failed.text
+
+
+@pytest.mark.slow
+def test_a_model_of_the_page_is_extended_by_posture_add_as_if_trained_with_all_examples(take, manifest) -> None:
+    pages = Pages(take, manifest)
+    pages.send(*adds(take, 6), pm.Train())
+    pages.wait()
+    model, further, both = manifest.with_suffix(".postures"), manifest.with_name("b.csv"), manifest.with_name("both.csv")
+    rest = [Row(0, take.source, *span, name, "ben", "1") for name, *span in posture_spans()[6:9]]
+    write_manifest(further, rest)
+    write_manifest(both, [*read_manifest(manifest), *rest])
+    assert zenocap("posture", "add", model, further)[0] == 0
+    at_once = manifest.with_name("at-once.postures")
+    assert zenocap("posture", "train", both, "-o", at_once)[0] == 0
+    assert without_sources(read_model(model)) == without_sources(read_model(at_once))
+
+
+@pytest.mark.slow
+def test_examples_that_cannot_be_kept_are_a_line_and_the_old_ones_are_deleted(take, manifest, monkeypatch) -> None:
+    store = manifest.with_suffix(".examples")
+    store.write_bytes(b"of an earlier model")
+
+    def refuse(path: Path, examples: object, settings: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("zenocap.tools.posture_page.training.write_examples", refuse)
+    pages = Pages(take, manifest)
+    pages.send(*adds(take, 4), pm.Train())
+    pages.wait()
+    done = pages.latest["training"]
+    assert isinstance(done, pm.TrainingUpdate)
+    assert done.state == "done"
+    assert f"posture add cannot extend this model: {store}: No space left on device" in done.lines[-1]
+    assert not store.exists()

@@ -35,7 +35,7 @@ def step(setup: TimekeeperSetup, state: TimekeeperState, event: Event) -> tuple[
     """Process one event: (state, messages).  Pure."""
     match event:
         case Envelope(message=Silhouette() as silhouette):
-            if setup.delays is None:
+            if setup.delays is None or _yields(setup.delays, state.rate):
                 return state, []
             return replace(state, delays=camera_delays.collect(setup.delays, state.delays, silhouette)), []
         case Envelope(message=CameraDelays() as message):
@@ -57,6 +57,11 @@ def step(setup: TimekeeperSetup, state: TimekeeperState, event: Event) -> tuple[
             delays, more = camera_delays.decide(setup.delays, delays, now_ns)
             messages = [*messages, *more]
     return TimekeeperState(rate, delays), messages
+
+
+def _yields(setup: DelaySetup, rate: RateState) -> bool:
+    """Whether delays that are only reported wait, because the machines cannot process all frames."""
+    return rate.rate.level > 0 and not setup.follow
 
 
 def describe(setup: TimekeeperSetup, state: TimekeeperState) -> str:

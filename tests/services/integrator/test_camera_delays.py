@@ -15,7 +15,8 @@ from zenocap.common.vision.mask_codec import pack
 from zenocap.services.integrator import camera_delays, timekeeper
 from zenocap.services.integrator.camera_delays import DelaySetup
 from zenocap.services.integrator.parameters import DELAY_STEP, RECOVERY_TICKS
-from zenocap.services.integrator.rate_reports import RateSetup
+from zenocap.services.integrator.rate_ladder import Ladder
+from zenocap.services.integrator.rate_reports import RateSetup, RateState
 from zenocap.services.integrator.timekeeper import TimekeeperSetup, TimekeeperState
 
 FPS, START_NS = 20.0, 10**18
@@ -80,6 +81,17 @@ def test_report_corrects_nothing_and_equal_events_give_equal_messages() -> None:
     assert timekeeper.counts(state)["camera_skew_us"] == pytest.approx(150_000, abs=8_000)
     assert "corrected" not in timekeeper.describe(setup(follow=False), state)
     assert play(lambda _: {"cam01": 0.15}, 46, follow=False)[1] == found
+
+
+@pytest.mark.parametrize("follow", [False, True])
+def test_under_overload_only_delays_that_are_corrected_are_estimated(follow: bool) -> None:
+    state = TimekeeperState(RateState(rate=Ladder(level=2)))
+    state = replace(state, delays=replace(state.delays, now_ns=START_NS))
+    state, _ = timekeeper.step(setup(follow=follow), state, envelope(silhouette("cam01", 0, 5.0)))
+    assert bool(state.delays.outlines) == follow
+    full = replace(state, rate=RateState())
+    full, _ = timekeeper.step(setup(follow=follow), full, envelope(silhouette("cam01", 1, 5.05)))
+    assert len(full.delays.outlines["cam01"]) == 1 + follow
 
 
 @pytest.mark.slow

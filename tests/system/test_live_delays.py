@@ -26,7 +26,7 @@ LONGEST_S = SECONDS - 10.0  # two estimates take 45 to 60 s of walking, the corr
 def rig_with_a_late_camera(folder: Path) -> Path:
     """Rig file of two cameras, with films of a person who walks to and fro; the second one is two frames late."""
     one = walker(20, 2)
-    write_calibration(folder / "calibration.toml", one.cameras)
+    write_calibration(folder / "calibration.toml", dict(one.cameras))
     poses = [one.motion.pose_at(k / FPS) for k in range(int(one.motion.duration_s * FPS))]
     there_and_back = [*range(len(poses)), *reversed(range(len(poses)))]
     tables = ['name = "late"\ncalibration = "calibration.toml"\nmethod = "hybrid"\ndelays = "follow"\n']

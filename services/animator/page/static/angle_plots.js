@@ -3,6 +3,7 @@
 const SPAN_MS = 10000;
 const MIN_RANGE_DEG = 30;
 const MAX_POSES = 2000;
+const GAP_MS = 1000;  // between two poses, beyond which no line joins them, as after a jump in a paused take
 const BLUE = '#4fb0ff';
 const ORANGE = '#ffa657';
 const WHITE = '';  // the colour of the page's text
@@ -74,9 +75,10 @@ export class AnglePlots {
       for (const { ms, angles } of this.history) {
         if (!angles) { before = null; continue; }
         const x = width * (1 - (end - ms) / SPAN_MS);
-        if (before === null || Math.abs(angles[at] - before) > 180) pen.moveTo(x, y(angles[at]));
-        else pen.lineTo(x, y(angles[at]));
-        before = angles[at];
+        const joined = before !== null && ms - before.ms <= GAP_MS && Math.abs(angles[at] - before.angle) <= 180;
+        if (joined) pen.lineTo(x, y(angles[at]));
+        else pen.moveTo(x, y(angles[at]));
+        before = { ms, angle: angles[at] };
       }
       pen.stroke();
     }

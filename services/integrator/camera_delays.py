@@ -89,11 +89,15 @@ def awaits_recovery(state: DelayState) -> bool:
 
 
 def resume(setup: DelaySetup, state: DelayState, message: CameraDelays) -> tuple[DelayState, list[Message]]:
-    """Continue with the decision before a restart, and publish it again; of viewers that the rig has."""
+    """Continue with the decision before a restart, of viewers that the rig has, and publish it again.
+
+    It is published as it was, or without its corrections where they are not followed any more.
+    """
     if not message.found_ms.keys() <= setup.cameras.keys() or not message.applied_ms.keys() <= setup.cameras.keys():
         return state, []
     applied = dict(message.applied_ms) if setup.follow else {}
-    message = replace_applied(message, message.captured_ns, applied)
+    if applied != message.applied_ms:
+        message = replace_applied(message, message.captured_ns + 1, applied)  # a time of its own: takes are verified by it
     return replace(state, decided=message, target=applied), [message]
 
 

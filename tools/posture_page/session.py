@@ -11,7 +11,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.runtime.service_info import versions
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import read_model
-from zenocap.services.recognizer.training.examples import BACKGROUND, TrainingSettings
+from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.services.recognizer.training.labelling import kind_of, suggestions_in
 from zenocap.services.recognizer.training.manifest import Row
 from zenocap.tools.posture_page import labels as lb
@@ -22,6 +22,7 @@ from zenocap.tools.posture_page.labelled_takes import LabelCommand, LabelledTake
 from zenocap.tools.posture_page.manifest_file import ChangedOnDiskError, ManifestFile
 from zenocap.tools.posture_page.motion_view import MotionView
 from zenocap.tools.posture_page.parameters import LEAST_LABEL_S, POSITION_SCALE, QUATERNION_SCALE
+from zenocap.tools.posture_page.training_settings import PageSettings
 
 Publish = Callable[[str, msgspec.Struct], None]
 """Key and update, for all pages."""
@@ -39,11 +40,11 @@ class Session:
         publish: Publish,
         *,
         suggesting: tuple[str, PostureModel] | None = None,
-        settings: TrainingSettings | None = None,
+        settings: PageSettings | None = None,
     ) -> None:
         """person: of takes without a label.  suggesting: name and model of the first suggestions.  Raises UserError."""
         self._takes, self._model_path, self._read, self._publish = tuple(takes), file.model, read, publish
-        self._settings = settings or TrainingSettings()
+        self.settings = settings or PageSettings()
         self._suggesting = suggesting
         self._labels = LabelledTakes(takes, file, person)
         self._proposals = [take.proposals() for take in self._takes]
@@ -62,11 +63,13 @@ class Session:
                 f"{self._labels.file.path.name}: {len(pairs)} pairs of labels overlap, such as {one.row} and {other.row}: "
                 "move or delete one of each"
             )
+        if self.settings.warning:
+            warnings.append(self.settings.warning)
         if self._model_path.is_file():
             try:
                 self._model = read_model(self._model_path)
                 text = f"{self._model_path.name} was trained earlier"
-                self._training = pm.TrainingUpdate("done", text, command=self._command)
+                self._training = pm.TrainingUpdate("done", text, lines=[self.settings.line], command=self._command)
             except (UserError, OSError) as error:
                 warnings.append(f"{error}: Train replaces it")
         files = (str(self._labels.file.path), str(self._model_path))
@@ -122,7 +125,7 @@ class Session:
     def _train(self) -> None:
         self._check_idle()
         rows = self._labels.rows
-        training.check_rows(rows)
+        training.check_rows(rows, self.settings.training)
         self._publish_training(pm.TrainingUpdate("running", "starting"))
 
         def report(done: int, of: int, text: str) -> None:
@@ -130,7 +133,7 @@ class Session:
 
         def job() -> Callable[[], None]:
             try:
-                result = training.train_rows(rows, self._read, self._model_path, self._settings, report)
+                result = training.train_rows(rows, self._read, self._model_path, self.settings, report)
                 self._publish("training", pm.TrainingUpdate("running", "trying it on the takes"))
                 found = {k: self._recognized(result.model, k) for k in range(len(self._takes))}
             except UserError as error:

@@ -147,6 +147,7 @@ def _on_page(
 ) -> None:
     """Raises UserError."""
     from zenocap.common.errors import UserError
+    from zenocap.common.formats.file_warnings import grouped_warnings
     from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
@@ -168,7 +169,8 @@ def _on_page(
     file.check_writable()
     settings = settings_for(file.model, false_per_hour, ignored)
     names = None if joints is None else read_joint_map(joints)
-    takes = [open_motion(source, names) for source in sources]
+    with grouped_warnings():
+        takes = [open_motion(source, names) for source in sources]
 
     def read(rows: Sequence[Row], report: Report) -> list[Example]:
         tracked = with_takes(file.path, rows, file.path.parent / TRACKED, None, report)

@@ -6,7 +6,6 @@ VRM (J_Bip_L_UpperLeg), Xsens (LeftHip), depth cameras (HipLeft), SMPL (L_Hip) a
 taken by their structure, see `bvh_structure`.
 """
 
-import logging
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -17,11 +16,10 @@ from zenocap.common.body.inverse_kinematics import WAIST
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_reader import END, Bvh, read_bvh
 from zenocap.common.formats.bvh_structure import StructureError, roles_by_structure
+from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.joint_map import UPS, JointMap
 from zenocap.common.formats.joint_names import STEMS, plain_name
 from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Trajectories, Unit
-
-logger = logging.getLogger(__name__)
 
 CROWNS = ("headend", "headtopend", "headtop", "headnub")
 REQUIRED = ("Head", *(f"{letter}{role}" for letter in "RL" for role in STEMS if role != "Toe"))
@@ -91,7 +89,7 @@ def joint_roles(file: Bvh, path: Path, *, note: bool = False, joints: JointMap |
     _check_different(path, file.names, found, given)
     if note and not named:
         chosen = ", ".join(f"{role} = {file.names[k]}" for role, k in found.items())
-        logger.warning("%s: joints taken by the structure of the skeleton, as some names are not known: %s", path, chosen)
+        warn_of_file(path, f"joints taken by the structure of the skeleton, as some names are not known: {chosen}")
     return found
 
 

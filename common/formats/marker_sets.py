@@ -5,7 +5,6 @@ names of Pose2Sim, those of ISB, and the centres that Plug-in Gait writes (LFEP,
 Otherwise optical markers on the skin, see `optical_markers`.
 """
 
-import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +17,11 @@ from zenocap.common.body.inverse_kinematics import NEEDED
 from zenocap.common.body.joint_conventions import ANSUR_MM, points_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import LEG_SHARE, y_up_matrix
+from zenocap.common.formats.file_warnings import warn_of_file
 from zenocap.common.formats.joint_map import UPS, JointMap
 from zenocap.common.formats.joint_names import plain_name
 from zenocap.common.formats.optical_markers import markers_of, missing_markers, optical_centres
 from zenocap.common.formats.trajectories import Trajectories
-
-logger = logging.getLogger(__name__)
 
 # Names of joint centres by role, without side; all of a role that are there are averaged for Toe.
 CENTRES: Mapping[str, tuple[str, ...]] = {
@@ -114,9 +112,7 @@ def _y_up(data: Trajectories, path: Path, usual_up: int, joints: JointMap | None
     else:
         down = bool(up[axis] < 0.0)
         direction = f"{'-' if down else ''}{UPS[axis]}"
-        logger.warning(
-            "%s: %s is taken for up, as the person stands along it; otherwise: `up` in a joint map", path, direction
-        )
+        warn_of_file(path, f"{direction} is taken for up, as the person stands along it; otherwise: `up` in a joint map")
     rotation = y_up_matrix(axis, down)
     return data if np.array_equal(rotation, np.eye(3)) else replace(data, points=data.points @ rotation.T)
 

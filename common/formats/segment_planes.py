@@ -1,6 +1,5 @@
 """Planes of thigh and shank by a marker beside the line of the segment, and a warning where no marker gives them."""
 
-import logging
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -8,8 +7,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.body.rotations import perpendicular, unit
-
-logger = logging.getLogger(__name__)
+from zenocap.common.formats.file_warnings import warn_of_file
 
 LEAST_WAND_M = 0.015  # of the marker of thigh or shank from the line of the segment, to give its plane; chosen by hand
 # Largest median of a file, mm, by which the centres of knees and ankles are off without and with the markers that give the
@@ -53,7 +51,8 @@ def warn_of_planes(at: Mapping[str, Floats], found: Mapping[str, Floats], path: 
             without, usual = WITHOUT_PLANE_MM[joint]
             parts.append(f"no {missing}: {joint}s up to {without} mm off instead of {usual}")
     if parts:
-        logger.warning(
-            "%s: markers on thigh, shank or the inner side are missing or in line with the joints, so knees and ankles are "
-            "placed by the bend of the legs: %s (medians of five public files)", path, "; ".join(parts),
-        )  # fmt: skip
+        warn_of_file(
+            path,
+            "markers on thigh, shank or the inner side are missing or in line with the joints, so knees and ankles are "
+            f"placed by the bend of the legs: {'; '.join(parts)} (medians of five public files)",
+        )

@@ -37,6 +37,10 @@ class FalseAlarms:
         """Upper limit of the rate with CONFIDENCE, see `upper_rate`."""
         return upper_rate(self.count, self.hours)
 
+    def __str__(self) -> str:
+        rates = f"{self.per_hour:.3g} an hour, with 95 % confidence at most {self.most_per_hour:.3g}"
+        return f"{self.count} false in {60 * self.hours:.1f} min of background: {rates}"
+
 
 def upper_rate(count: int, hours: float) -> float:
     """Upper limit of the rate (1/h), with CONFIDENCE, of independent events of which `count` were found in `hours`.
@@ -49,6 +53,14 @@ def upper_rate(count: int, hours: float) -> float:
 def hours_needed(per_hour: float) -> float:
     """Duration (h) of a background without a false posture that shows a rate with CONFIDENCE."""
     return upper_rate(0, 1.0) / per_hour
+
+
+def short_background(alarms: FalseAlarms | None, per_hour: float | None) -> str | None:
+    """Warning of a background too short to show a rate of false postures; None where it shows it, or without a rate."""
+    if per_hour is None or alarms is None or alarms.most_per_hour <= per_hour:
+        return None
+    needed = f"needed for {per_hour:g} an hour: {60 * hours_needed(per_hour):.0f} min without a false one, or more"
+    return f"the background does not show {per_hour:g} an hour: {alarms}; {needed}"
 
 
 def least_share(shares: Floats, hours: float, per_hour: float, step: float) -> float:

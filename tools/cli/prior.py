@@ -73,6 +73,7 @@ def train(
         from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS
         from zenocap.common.body.coordinates import coordinates_of
         from zenocap.common.errors import UserError
+        from zenocap.common.formats.file_warnings import grouped_warnings
         from zenocap.common.formats.joint_map import read_joint_map
         from zenocap.services.tracker.prior.file import write_prior
         from zenocap.services.tracker.prior.training import Plan
@@ -86,8 +87,9 @@ def train(
         names = None if joints is None else read_joint_map(joints)
         plan = Plan(dims, rate, mirror, seed, regions)
         with progress("learning", "steps") as state:
-            learnt_from = [_recording(path, body, wanted, names) for path in motions]
-            held_out = [_recording(path, body, None, names) for path in held or ()]
+            with grouped_warnings():
+                learnt_from = [_recording(path, body, wanted, names) for path in motions]
+                held_out = [_recording(path, body, None, names) for path in held or ()]
             found = run_train(coordinates_of(body), learnt_from, held_out, plan, state.update)
         write_prior(output, found)
         if draw is not None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from zenocap.common.errors import UserError
+from zenocap.services.recognizer.false_alarms import short_background
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.services.recognizer.training.cross_validation import classifier_of
@@ -22,6 +23,7 @@ from zenocap.services.recognizer.training.manifest import Row
 from zenocap.services.recognizer.training.thresholds import held_out_groups
 from zenocap.services.recognizer.training.train import train
 from zenocap.tools.posture_page.parameters import ENOUGH_EXAMPLES, MOST_GROUPS
+from zenocap.tools.posture_page.training_settings import PageSettings
 
 Report = Callable[[int, int, str], None]
 ReadExamples = Callable[[Sequence[Row], Report], list[Example]]
@@ -56,20 +58,25 @@ class TrainingResult:
     postures: tuple[PostureResult, ...]
 
 
-def check_rows(rows: Sequence[Row]) -> None:
-    """Raise UserError for rows from which nothing can be told apart."""
+def check_rows(rows: Sequence[Row], settings: TrainingSettings) -> None:
+    """Raise UserError for too few different postures, and for a rate of false postures without background."""
     postures = sorted({row.posture for row in rows if row.posture != BACKGROUND})
     if not postures:
         raise UserError("no posture is labelled: allowed for training: two postures, or one and background")
-    if len(postures) == 1 and all(row.posture != BACKGROUND for row in rows):
+    background = any(row.posture == BACKGROUND for row in rows)
+    if len(postures) == 1 and not background:
         raise UserError(f"only {postures[0]!r} is labelled: allowed for training: two postures, or one and background")
+    if settings.false_per_hour is not None and not background:
+        raise UserError(
+            f"false_per_hour = {settings.false_per_hour:g}: no background: allowed for training: with some everyday "
+            "movement marked as background"
+        )
 
 
-def train_rows(
-    rows: Sequence[Row], read: ReadExamples, path: Path, settings: TrainingSettings, report: Report
-) -> TrainingResult:
+def train_rows(rows: Sequence[Row], read: ReadExamples, path: Path, chosen: PageSettings, report: Report) -> TrainingResult:
     """Train a model of the rows and write it to `path`, its examples beside it for `posture add`.  Raises UserError."""
-    check_rows(rows)
+    settings = chosen.training
+    check_rows(rows, settings)
     examples = read(rows, report)
     ready = prepare(postures_of(examples), settings)
     held = held_out(ready, settings, report)
@@ -83,7 +90,10 @@ def train_rows(
     postures = results_of(ready, held)
     people = len({example.person for example in ready.examples})
     lines = words(postures, held, people, background=background)
-    return TrainingResult(model, (*lines, *missing), postures)
+    alarms = None if model.forest is None else model.forest.alarms
+    short = short_background(alarms, settings.false_per_hour)
+    warnings = [] if short is None else [f"Warning: {short}."]
+    return TrainingResult(model, (*lines, *warnings, chosen.line, *missing), postures)
 
 
 def stored_examples(path: Path, examples: Sequence[Example], settings: TrainingSettings) -> list[str]:

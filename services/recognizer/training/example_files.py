@@ -10,6 +10,7 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.errors import UserError
+from zenocap.common.formats.file_warnings import grouped_warnings
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.common.formats.motion_files import read_poses_for
 from zenocap.common.formats.pose_track import every_frame
@@ -37,6 +38,7 @@ class Features:
     features: Floats
 
 
+@grouped_warnings()
 def examples_of(
     manifest: Path,
     rows: Sequence[Row],
@@ -47,7 +49,8 @@ def examples_of(
 ) -> list[Example]:
     """Examples of a manifest's rows, in order.  Raises UserError with the unusable rows, see `manifest.summarized`.
 
-    missing: receives these lines instead of raising.  joints: of the files of motion capture.
+    missing: receives these lines instead of raising.  joints: of the files of motion capture.  Equal warnings about several
+    files are one line, see `grouped_warnings`.
     """
     examples: list[Example] = []
     wrong: list[str] = []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zenocap.services.recognizer.false_alarms import FalseAlarms, hours_needed, least_share, upper_rate
+from zenocap.services.recognizer.false_alarms import FalseAlarms, hours_needed, least_share, short_background, upper_rate
 
 
 def test_without_an_event_the_upper_limit_is_the_rule_of_three() -> None:
@@ -29,3 +29,14 @@ def test_the_least_share_leaves_as_many_as_the_rate_allows(per_hour: float, left
     assert alarms.per_hour <= per_hour
     if left < len(shares):
         assert FalseAlarms(0.5, shares, least - 0.006).count > left
+
+
+def test_a_background_too_short_for_the_rate_is_a_warning_with_the_duration_needed() -> None:
+    alarms = FalseAlarms(0.5, np.array([0.4, 0.7]), least=0.6)
+    assert short_background(alarms, 6.0) == (
+        "the background does not show 6 an hour: 1 false in 30.0 min of background: 2 an hour, with 95 % confidence at "
+        "most 9.49; needed for 6 an hour: 30 min without a false one, or more"
+    )
+    assert short_background(alarms, 9.5) is None
+    assert short_background(alarms, None) is None
+    assert short_background(None, 6.0) is None

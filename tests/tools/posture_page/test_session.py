@@ -12,12 +12,13 @@ from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.example_files import examples_of
-from zenocap.services.recognizer.training.examples import Example
+from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 from zenocap.services.recognizer.training.manifest import Row, read_manifest, write_manifest
 from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
 from zenocap.tools.posture_page.motion_view import MotionView, open_motion
 from zenocap.tools.posture_page.session import Session
+from zenocap.tools.posture_page.training_settings import PageSettings, settings_for
 
 PATIENCE_S = 120.0
 
@@ -30,7 +31,7 @@ def reader_of(manifest: Path) -> Callable[[Sequence[Row], Callable[[int, int, st
 class Pages:
     """The latest update of every key, as the pages have it."""
 
-    def __init__(self, take: MotionView, manifest: Path) -> None:
+    def __init__(self, take: MotionView, manifest: Path, settings: PageSettings | None = None) -> None:
         self.latest: dict[str, object] = {}
         self.session = Session(
             [take],
@@ -38,6 +39,7 @@ class Pages:
             "anna",
             reader_of(manifest),
             lambda key, update: self.latest.update({key: update}),
+            settings=settings,
         )
         self.session.open()
 
@@ -239,6 +241,46 @@ def test_a_model_that_cannot_be_written_fails_with_the_reason(take, manifest, mo
     assert isinstance(failed, pm.TrainingUpdate)
     assert failed.state == "failed"
     assert "examples.postures: cannot be written: Read-only file system" in failed.text
+
+
+def test_a_rate_of_false_postures_without_background_is_refused_before_training(take, manifest) -> None:
+    pages = Pages(take, manifest, PageSettings(TrainingSettings(false_per_hour=6.0)))
+    assert "false_per_hour = 6: no background: allowed for training: with some everyday" in pages.send(
+        *adds(take, 4), pm.Train()
+    )
+    assert not pages.session.busy
+
+
+def test_a_reason_why_settings_are_not_taken_over_is_a_warning_of_the_page(take, manifest) -> None:
+    hello = Pages(take, manifest, PageSettings(warning="examples.examples: damaged")).latest["hello"]
+    assert isinstance(hello, pm.HelloUpdate)
+    assert hello.warnings == ["examples.examples: damaged"]
+
+
+@pytest.mark.slow
+def test_settings_of_training_are_kept_stated_and_used_again(take, manifest) -> None:
+    model = manifest.with_suffix(".postures")
+    pages = Pages(take, manifest, settings_for(model, 30.0, ("legs",)))
+    arms = [command for command in adds(take) if isinstance(command, pm.AddLabel) and command.posture != NAMES[2]]
+    pages.send(*arms, pm.AddLabel(0, posture_spans()[-1][2] + 0.5, take.track.times_s[-1] - 0.1, "-"), pm.Train())
+    pages.wait()
+    done = pages.latest["training"]
+    assert isinstance(done, pm.TrainingUpdate)
+    assert done.state == "done", done.text
+    assert "Settings of training: without legs, at most 30 false postures per hour." in done.lines
+    assert [line.startswith("Warning: the background does not show 30 an hour: ") for line in done.lines].count(True) == 1
+    trained, written = read_model(model), model.read_bytes()
+    assert (trained.ignored, trained.training.settings["false_per_hour"]) == (("legs",), "30")
+    again = Pages(take, manifest, settings_for(model, None, None))
+    shown = again.latest["training"]
+    assert isinstance(shown, pm.TrainingUpdate)
+    kept = "(as in the last training)"
+    assert shown.lines == [f"Settings of training: without legs {kept}, at most 30 false postures per hour {kept}."]
+    again.send(pm.Train())
+    again.wait()
+    assert isinstance(done := again.latest["training"], pm.TrainingUpdate)
+    assert shown.lines[0] in done.lines
+    assert model.read_bytes() == written
 
 
 @pytest.mark.slow

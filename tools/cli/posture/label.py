@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,12 +10,13 @@ import typer
 
 from zenocap.tools.cli.live_page import DEFAULT_PORT, page_table
 from zenocap.tools.cli.options import JointsOption, JsonOption, one_line_errors
-from zenocap.tools.cli.posture.label_terminal import labels_entered
+from zenocap.tools.cli.posture.label_terminal import label_in_terminal
+from zenocap.tools.cli.posture.training_options import HOW
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.animator import PageTable
+    from zenocap.services.recognizer.ignored_parts import Part
     from zenocap.services.recognizer.model import PostureModel
-    from zenocap.services.recognizer.training.labelling import Candidate, Suggestion
     from zenocap.services.recognizer.training.manifest import Row
 
 SHIPPED = "fifteen"
@@ -68,6 +67,26 @@ def label(
             rich_help_panel=PAGE,
         ),
     ] = None,
+    false_per_hour: Annotated[
+        float | None,
+        typer.Option(
+            metavar="N",
+            help="Train raises the thresholds until the background has at most N false postures per hour; default: that of "
+            "the model's last training, else no limit.",
+            show_default=False,
+            rich_help_panel=HOW,
+        ),
+    ] = None,
+    ignore: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PART,...",
+            help="Parts of the body that Train does not use: arms, legs, head, or '' for none; default: those of the "
+            "model's last training, else none.",
+            show_default=False,
+            rich_help_panel=HOW,
+        ),
+    ] = None,
     terminal: Annotated[
         bool,
         typer.Option("--terminal", help="No page: play and label here; without -o only list.", rich_help_panel=TERMINAL),
@@ -90,7 +109,8 @@ def label(
 
     The page plays the takes and proposes movements between two moments of rest. Every change is saved at once to the
     manifest, which `zenocap posture train` reads, too; the model is written beside it, with the suffix .postures. Only this
-    machine can open the page, unless --host is given.
+    machine can open the page, unless --host is given. Without --ignore and --false-per-hour, an existing model is trained
+    again with its own, which FILE.examples keeps beside it.
 
     --terminal works without a page: every segment is played and its label is asked for; labelled segments are skipped, so
     the work can be interrupted. --list, --json and --accept need no page either.
@@ -98,12 +118,21 @@ def label(
     Example: `zenocap posture label monday.mcap -o lessons --person anna`
     """
     with one_line_errors():
+        from zenocap.services.recognizer.ignored_parts import parts_of
+
         if terminal or accept or only_list or as_json:
             if len(sources) > 1:
                 raise typer.BadParameter(f"{len(sources)} takes: allowed with --terminal, --list, --accept and --json: one")
-            _in_terminal(sources[0], output, model, person, accept, only_list or as_json, play, speed, as_json, joints)
+            if ignore is not None or false_per_hour is not None:
+                name = "--ignore" if ignore is not None else "--false-per-hour"
+                raise typer.BadParameter(f"{name}: allowed without --terminal, --list, --accept and --json")
+            guesser = _suggesting(model)
+            label_in_terminal(
+                sources[0], output, guesser, person, accept, only_list or as_json, play, speed, as_json, joints
+            )
         else:
-            _on_page(sources, output or Path(), _suggesting(model), person, page_table(host, port, token), joints)
+            table, parts = page_table(host, port, token), None if ignore is None else parts_of(ignore)
+            _on_page(sources, output or Path(), _suggesting(model), person, table, joints, false_per_hour, parts)
 
 
 def _on_page(
@@ -113,9 +142,12 @@ def _on_page(
     person: str,
     table: PageTable,
     joints: Path | None,
+    false_per_hour: float | None,
+    ignored: tuple[Part, ...] | None,
 ) -> None:
     """Raises UserError."""
     from zenocap.common.errors import UserError
+    from zenocap.common.formats.file_warnings import grouped_warnings
     from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
@@ -126,7 +158,8 @@ def _on_page(
     from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
     from zenocap.tools.posture_page.motion_view import open_motion
     from zenocap.tools.posture_page.page import PosturePage, run_page
-    from zenocap.tools.posture_page.session import Session
+    from zenocap.tools.posture_page.session import Publish, Session
+    from zenocap.tools.posture_page.training_settings import settings_for
 
     logs.configure("postures")
     if len({source.resolve() for source in sources}) < len(sources):
@@ -134,59 +167,21 @@ def _on_page(
     person = checked_text("--person", person)
     file = ManifestFile(manifest_at(output))
     file.check_writable()
+    settings = settings_for(file.model, false_per_hour, ignored)
     names = None if joints is None else read_joint_map(joints)
-    takes = [open_motion(source, names) for source in sources]
+    with grouped_warnings():
+        takes = [open_motion(source, names) for source in sources]
 
     def read(rows: Sequence[Row], report: Report) -> list[Example]:
         tracked = with_takes(file.path, rows, file.path.parent / TRACKED, None, report)
-        return examples_of(file.path, tracked, "directions", report, joints=names)
+        return examples_of(file.path, tracked, settings.training.features, report, joints=names)
 
-    page = PosturePage(takes, lambda publish: Session(takes, file, person, read, publish, suggesting=suggesting), table)
+    def session(publish: Publish) -> Session:
+        return Session(takes, file, person, read, publish, suggesting=suggesting, settings=settings)
+
+    page = PosturePage(takes, session, table)
     with stop_signals() as stopped:
         run_page(page, stopped, lambda url: typer.echo(f"{file.path}: open {url} in a browser; Ctrl-C ends"))
-
-
-def _in_terminal(
-    source: Path,
-    output: Path | None,
-    model: str | None,
-    person: str,
-    accept: bool,
-    only_list: bool,
-    play: bool,
-    speed: float,
-    as_json: bool,
-    joints: Path | None,
-) -> None:
-    """Raises UserError."""
-    from zenocap.common.formats.joint_map import read_joint_map
-    from zenocap.common.formats.motion_files import read_centres
-    from zenocap.services.recognizer.training.example_files import read_features
-    from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggest_labels
-    from zenocap.services.recognizer.training.manifest import write_manifest
-    from zenocap.tools.posture_page.manifest_file import manifest_at
-
-    output = None if output is None else manifest_at(output)
-    guesser = _suggesting(model)
-    names = None if joints is None else read_joint_map(joints)
-    motion = read_features(source, "directions", names)
-    found = candidates_of(motion.times_s, motion.features, motion.rate)
-    rows = _rows_of(output)
-    left = [one for one in found if not is_labelled(rows, source, one)]
-    none: list[Suggestion | None] = [None] * len(left)
-    guesses = dict(zip(left, suggest_labels(guesser[1], source, left) if guesser else none, strict=True))
-    if output is None or only_list:
-        _list(source, guesses, as_json)
-        return
-    if accept:
-        chosen = [(one, guess.label) for one, guess in guesses.items() if guess and guess.known]
-    else:
-        centres = read_centres(source, names) if play else None
-        chosen = labels_entered(guesses, (float(motion.times_s[0]), float(motion.times_s[-1])), centres, speed)
-    named = add_rows(rows, source, person, chosen)
-    if chosen:
-        write_manifest(output, named)
-    typer.echo(f"{output}: {len(chosen)} of {len(left)} labelled, {len(named)} rows")
 
 
 def _suggesting(name: str | None) -> tuple[str, PostureModel] | None:
@@ -200,32 +195,3 @@ def _suggesting(name: str | None) -> tuple[str, PostureModel] | None:
         if name is not None:
             raise
         return None
-
-
-def _list(source: Path, guesses: Mapping[Candidate, Suggestion | None], as_json: bool) -> None:
-    if as_json:
-        rows = [asdict(one) | {"guess": asdict(guess) if guess else None} for one, guess in guesses.items()]
-        typer.echo(json.dumps({"source": str(source), "candidates": rows}, ensure_ascii=False))
-        return
-    if not guesses:
-        typer.echo(f"{source}: no movement is long enough, or all segments are labelled")
-        return
-    typer.echo(f"{'':>3} {'start s':>8} {'end s':>8} {'seconds':>8}  {'suggestion':24} moving limbs")
-    for number, (one, guess) in enumerate(guesses.items(), 1):
-        typer.echo(
-            f"{number:3d} {one.start_s:8.2f} {one.end_s:8.2f} {one.end_s - one.start_s:8.2f}  {guess or '-'!s:24} "
-            f"{', '.join(one.limbs)}"
-        )
-    typer.echo("a suggestion with ?: the likeliest posture, but below the model's threshold")
-
-
-def _rows_of(output: Path | None) -> list[Row]:
-    """Raises UserError."""
-    from zenocap.common.errors import UserError
-    from zenocap.services.recognizer.training.manifest import read_manifest
-
-    if output is None or not output.is_file():
-        if output is not None and not output.parent.is_dir():
-            raise UserError(f"{output}: there is no folder {output.parent}: allowed: a file in a folder that exists")
-        return []
-    return read_manifest(output)

@@ -1,23 +1,98 @@
-"""Labels of a take entered in the terminal."""
+"""Segments of a take listed, or labelled, in the terminal."""
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.formats.trajectories import Trajectories
+    from zenocap.services.recognizer.model import PostureModel
     from zenocap.services.recognizer.training.labelling import Candidate, Suggestion
+    from zenocap.services.recognizer.training.manifest import Row
 
 FRAMES_PER_S = 20.0  # of the playback
 HELP = """  a label        label the segment, such as kick  Enter      accept the suggestion
   s              skip the segment                 r          play it again
   b SECONDS      move its start; -: earlier       e SECONDS  move its end; -: earlier
   q              save the labels and quit         ?          show this help"""
+
+
+def label_in_terminal(
+    source: Path,
+    output: Path | None,
+    guesser: tuple[str, PostureModel] | None,
+    person: str,
+    accept: bool,
+    only_list: bool,
+    play: bool,
+    speed: float,
+    as_json: bool,
+    joints: Path | None,
+) -> None:
+    """List the segments of a take, or label them; guesser: name and model that suggests labels.  Raises UserError."""
+    from zenocap.common.formats.joint_map import read_joint_map
+    from zenocap.common.formats.motion_files import read_centres
+    from zenocap.services.recognizer.training.example_files import read_features
+    from zenocap.services.recognizer.training.labelling import add_rows, candidates_of, is_labelled, suggest_labels
+    from zenocap.services.recognizer.training.manifest import write_manifest
+    from zenocap.tools.posture_page.manifest_file import manifest_at
+
+    output = None if output is None else manifest_at(output)
+    names = None if joints is None else read_joint_map(joints)
+    motion = read_features(source, "directions", names)
+    found = candidates_of(motion.times_s, motion.features, motion.rate)
+    rows = _rows_of(output)
+    left = [one for one in found if not is_labelled(rows, source, one)]
+    none: list[Suggestion | None] = [None] * len(left)
+    guesses = dict(zip(left, suggest_labels(guesser[1], source, left) if guesser else none, strict=True))
+    if output is None or only_list:
+        _list(source, guesses, as_json)
+        return
+    if accept:
+        chosen = [(one, guess.label) for one, guess in guesses.items() if guess and guess.known]
+    else:
+        centres = read_centres(source, names) if play else None
+        chosen = labels_entered(guesses, (float(motion.times_s[0]), float(motion.times_s[-1])), centres, speed)
+    named = add_rows(rows, source, person, chosen)
+    if chosen:
+        write_manifest(output, named)
+    typer.echo(f"{output}: {len(chosen)} of {len(left)} labelled, {len(named)} rows")
+
+
+def _list(source: Path, guesses: Mapping[Candidate, Suggestion | None], as_json: bool) -> None:
+    if as_json:
+        rows = [asdict(one) | {"guess": asdict(guess) if guess else None} for one, guess in guesses.items()]
+        typer.echo(json.dumps({"source": str(source), "candidates": rows}, ensure_ascii=False))
+        return
+    if not guesses:
+        typer.echo(f"{source}: no movement is long enough, or all segments are labelled")
+        return
+    typer.echo(f"{'':>3} {'start s':>8} {'end s':>8} {'seconds':>8}  {'suggestion':24} moving limbs")
+    for number, (one, guess) in enumerate(guesses.items(), 1):
+        typer.echo(
+            f"{number:3d} {one.start_s:8.2f} {one.end_s:8.2f} {one.end_s - one.start_s:8.2f}  {guess or '-'!s:24} "
+            f"{', '.join(one.limbs)}"
+        )
+    typer.echo("a suggestion with ?: the likeliest posture, but below the model's threshold")
+
+
+def _rows_of(output: Path | None) -> list[Row]:
+    """Raises UserError."""
+    from zenocap.common.errors import UserError
+    from zenocap.services.recognizer.training.manifest import read_manifest
+
+    if output is None or not output.is_file():
+        if output is not None and not output.parent.is_dir():
+            raise UserError(f"{output}: there is no folder {output.parent}: allowed: a file in a folder that exists")
+        return []
+    return read_manifest(output)
 
 
 def labels_entered(

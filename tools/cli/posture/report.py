@@ -52,7 +52,7 @@ def lines_of(path: Path, model: PostureModel) -> Iterator[str]:
         raised = (
             f"{model.training.settings.get('false_per_hour', '?')}/h asked for; thresholds of at least {alarms.least:.3f}"
         )
-        yield f"false       {raised}; {_alarms_text(alarms)}"
+        yield f"false       {raised}; {alarms}"
     yield ""
     yield "held out: recognized by a model without that person's examples; accepted: of these, above the threshold;"
     yield "rejected: below the threshold, of the examples for which it is likeliest without their own model"
@@ -64,22 +64,6 @@ def lines_of(path: Path, model: PostureModel) -> Iterator[str]:
         counts = (f"{row.recognised}/{row.held}", f"{row.accepted}/{row.held}", f"{row.refused}/{row.strangers}")
         cells = " ".join(f"{cell:>9}" for cell in (*counts, f"{shortest:.1f}-{longest:.1f}"))
         yield f"{label:{width}} {row.examples:8d} {row.people:6d} {cells}"
-
-
-def _alarms_text(alarms: FalseAlarms) -> str:
-    rates = f"{alarms.per_hour:.3g} an hour, with 95 % confidence at most {alarms.most_per_hour:.3g}"
-    return f"{alarms.count} false in {60 * alarms.hours:.1f} min of background: {rates}"
-
-
-def short_background(model: PostureModel, per_hour: float | None) -> str | None:
-    """Warning of a background too short to show a rate of false postures; None where it shows it, or without a rate."""
-    from zenocap.services.recognizer.false_alarms import hours_needed
-
-    alarms = None if model.forest is None else model.forest.alarms
-    if per_hour is None or alarms is None or alarms.most_per_hour <= per_hour:
-        return None
-    needed = f"needed for {per_hour:g} an hour: {60 * hours_needed(per_hour):.0f} min without a false one, or more"
-    return f"the background does not show {per_hour:g} an hour: {_alarms_text(alarms)}; {needed}"
 
 
 def model_json(path: Path, model: PostureModel) -> dict[str, object]:

@@ -29,6 +29,7 @@ def read_streams(
 ) -> dict[Path, tuple[Features, list[Span]]]:
     """Sources of a manifest, rigs tracked first, with the labelled postures in each.  Raises UserError."""
     from zenocap.common.errors import UserError
+    from zenocap.common.formats.file_warnings import grouped_warnings
     from zenocap.common.formats.joint_map import read_joint_map
     from zenocap.services.recognizer.training import example_files
     from zenocap.services.recognizer.training.examples import BACKGROUND
@@ -39,19 +40,20 @@ def read_streams(
     names = None if joints is None else read_joint_map(joints)
     rows = with_takes(manifest, read_manifest(manifest), folder or manifest.parent / TRACKED, method, report)
     found: dict[Path, tuple[Features, list[Span]]] = {}
-    for done, row in enumerate(rows):
-        report(done, len(rows), row.source.name)
-        if row.source not in found:
-            try:
-                found[row.source] = (example_files.read_features(row.source, kind, names), [])
-            except OSError as error:
-                raise UserError(f"{manifest}: line {row.line}: {row.source}: {error.strerror}") from None
-        motion, spans = found[row.source]
-        start, end = (
-            float(motion.times_s[at]) if value is None else value for at, value in ((0, row.start), (-1, row.end))
-        )
-        if row.posture != BACKGROUND:
-            spans.append(Span(row.posture, start, end))
+    with grouped_warnings():
+        for done, row in enumerate(rows):
+            report(done, len(rows), row.source.name)
+            if row.source not in found:
+                try:
+                    found[row.source] = (example_files.read_features(row.source, kind, names), [])
+                except OSError as error:
+                    raise UserError(f"{manifest}: line {row.line}: {row.source}: {error.strerror}") from None
+            motion, spans = found[row.source]
+            start, end = (
+                float(motion.times_s[at]) if value is None else value for at, value in ((0, row.start), (-1, row.end))
+            )
+            if row.posture != BACKGROUND:
+                spans.append(Span(row.posture, start, end))
     return found
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from zenocap.tools.cli.options import JointsOption, JsonOption, OutputOption, one_line_errors
-from zenocap.tools.cli.posture.report import short_background, show_model
+from zenocap.tools.cli.posture.report import show_model
 from zenocap.tools.cli.posture.tracked_sources import read_examples
 from zenocap.tools.cli.posture.training_options import (
     ClassifierOption,
@@ -113,6 +113,7 @@ def add(
 def train_and_write(output: Path, examples: Sequence[Example], settings: TrainingSettings) -> None:
     """Write a model and its examples; warnings and notes go to standard error.  Raises UserError and OSError."""
     from zenocap.common.errors import UserError
+    from zenocap.services.recognizer.false_alarms import short_background
     from zenocap.services.recognizer.model_file import write_model
     from zenocap.services.recognizer.training.example_store import store_path, write_examples
     from zenocap.services.recognizer.training.train import train as run_train
@@ -129,7 +130,8 @@ def train_and_write(output: Path, examples: Sequence[Example], settings: Trainin
     except UserError as error:
         store_path(output).unlink(missing_ok=True)  # of an earlier model
         typer.echo(f"note: {error}; posture add cannot extend this model", err=True)
-    if (short := short_background(model, settings.false_per_hour)) is not None:
+    alarms = None if model.forest is None else model.forest.alarms
+    if (short := short_background(alarms, settings.false_per_hour)) is not None:
         typer.echo(f"warning: {short}", err=True)
     for label, row in zip(model.labels, model.training.figures, strict=True):
         if row.examples == 1:

@@ -1,5 +1,6 @@
 """Examples of a manifest's rows: takes in their own anatomy, motion capture; all errors reported together."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.formats.trc import write_trc
+from zenocap.common.formats.trc import read_trc, write_trc
 from zenocap.services.recognizer.features import NAMES, features_of
 from zenocap.services.recognizer.motion_rows import ANGLES, WAY, WIDTH
 from zenocap.services.recognizer.training.example_files import Features, examples_of, read_features, span
@@ -114,3 +115,19 @@ def test_motion_capture_data_have_all_features_after_their_rest_pose() -> None:
     assert example.rate == 60.0
     assert np.isfinite(example.features).all()
     assert np.abs(np.diff(example.features, axis=0)).max() * example.rate < 30.0
+
+
+@pytest.mark.parametrize(("count", "more"), [(1, ""), (2, " and 1 more file"), (5, " and 4 more files")])
+def test_equal_warnings_of_many_files_are_one_line_with_their_number(
+    count: int, more: str, raised: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    found = read_trc(raised)
+    turned = replace(found, points=found.points[:, :, [0, 2, 1]] * (1.0, -1.0, 1.0))  # Z up
+    files = [tmp_path / f"turned-{k}.trc" for k in range(count)]
+    for file in files:
+        write_trc(file, turned)
+    rows = [row(file, *span, line=2) for span in ((1.0, 2.0), (1.5, 2.5)) for file in (*files, raised)]
+    assert len(examples_of(tmp_path / "m.csv", rows, "directions")) == len(rows)
+    assert caplog.messages == [
+        f"{files[0]}{more}: z is taken for up, as the person stands along it; otherwise: `up` in a joint map"
+    ]

@@ -17,6 +17,7 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.ground_truth import landmarks
 from zenocap.simulation.motion.motion_corpus import chained
 from zenocap.simulation.motion.postures import posture
+from zenocap.tools.posture_page.page import PosturePage
 
 NAMES = ("raise-right-arm", "squat", "kick-left")
 RATE = 30.0
@@ -121,6 +122,12 @@ def test_guess_of_a_model_is_shown_and_accepted_by_enter(
         (["three.trc", "-o", "nowhere/m.csv", "--terminal"], "there is no folder"),
         (["three.trc", "-o", "three.wav"], "allowed: a folder, or a manifest"),
         (["three.trc", "three.trc"], "a take is given twice"),
+        (["three.trc", "--ignore", "tail"], "ignored = 'tail': allowed: arms, legs, head"),
+        (
+            ["three.trc", "--ignore", "arms,legs"],
+            "ignored = arms, legs: allowed: each part once, arms or legs but not both",
+        ),
+        (["three.trc", "--false-per-hour", "0"], "false_per_hour = 0.0: allowed: 0.001 to 3600"),
         (["three.trc", "--host", "0.0.0.0"], "--token"),
     ],
 )
@@ -134,6 +141,29 @@ def test_unusable_input_is_a_one_line_error(
     assert status == 1
     assert words in error
     assert len(error.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("option", [("--ignore", "legs"), ("--false-per-hour", "6")])
+def test_options_of_training_are_wrong_usage_without_the_page(option: tuple[str, str], motion: Path) -> None:
+    status, _, error = zenocap("posture", "label", motion, "--list", *option)
+    assert status == 2
+    assert f"{option[0]}: allowed without --terminal, --list, --accept and --json" in error
+
+
+def test_options_of_training_reach_the_page(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines: list[str] = []
+
+    def opened(page: PosturePage, stopped: object, on_open: object) -> None:
+        lines.append(page.session.settings.line)
+
+    monkeypatch.setattr("zenocap.tools.posture_page.page.run_page", opened)
+    arguments = ("posture", "label", motion, "-o", tmp_path / "lessons", "--port", 0)
+    assert zenocap(*arguments, "--ignore", "legs", "--false-per-hour", 6)[0] == 0
+    assert zenocap(*arguments)[0] == 0
+    assert lines == [
+        "Settings of training: without legs, at most 6 false postures per hour.",
+        "Settings of training: whole body, no limit of false postures.",
+    ]
 
 
 def test_candidate_with_half_of_it_in_a_row_is_labelled(tmp_path: Path) -> None:

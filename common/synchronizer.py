@@ -27,6 +27,8 @@ class Synchronizer(Generic[T]):
     tolerance_ns: half a frame period.  spacing: fewest frame periods between processed frames at times from spaced_ns,
     and spacing_before: at times before, see `common.runtime.frame_rate`.
     complete, incomplete: frame sets with and without all viewers that are waited for.
+    hold: number of further items of the others that end the wait for a viewer.  Items of one whose delay is corrected
+    arrive so many frame periods later than others of the same capture time.
     last_ns: time of the newest frame set returned.  given: each viewer's newest item in one.  outdated: consecutive items
     LONG_NS or more behind last_ns.  behind: by viewer, consecutive items that are so late relative to the waiting items of
     the same viewer.
@@ -46,6 +48,7 @@ class Synchronizer(Generic[T]):
     spacing_before: int = 1
     complete: int = 0
     incomplete: int = 0
+    hold: int = 0
 
     def paired_within_ns(self, captured_ns: int) -> int:
         """Half of the shortest period of the processed frames at a capture time."""
@@ -68,8 +71,8 @@ def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tup
     """Add one item; return the new synchronizer and every frame set that the item completes, oldest first.
 
     A frame set is complete when each viewer, except absent ones (GONE_AFTER), has an item within half a frame period, or
-    somewhat more where no other item is nearer: the period of a camera may vary.  A viewer's next item ends the wait for
-    the others at its last one.  Duplicate, late and unknown items are counted and
+    somewhat more where no other item is nearer: the period of a camera may vary.  A viewer's next item, or the one
+    `hold` items later, ends the wait for the others at its last one.  Duplicate, late and unknown items are counted and
     dropped.  Frame sets are strictly in the order of time.  OUTDATED items in a row that are LONG_NS behind mean that an
     earlier time was wrong (a clock, or an invalid message): the time is reset.  The waiting items of one viewer are
     dropped by the same rule.
@@ -90,12 +93,13 @@ def push(pairs: Synchronizer[T], viewer: str, captured_ns: int, value: T) -> tup
     if any(abs(known_ns - captured_ns) <= pairs.tolerance_ns // 2 for known_ns in known):
         return _count(pairs, "doubled"), []
     if captured_ns <= pairs.last_ns:
-        if captured_ns > pairs.last_ns - pairs.tolerance_ns:  # the viewer is back: the next frame set waits for it
+        if captured_ns > pairs.last_ns - pairs.tolerance_ns * (1 + 2 * pairs.hold):  # it is back: the next set waits for it
             pairs = replace(pairs, missed={**pairs.missed, viewer: 0})
         return _count(pairs, "late"), []
     if queue and captured_ns < queue[-1].captured_ns:
         pairs = _count(pairs, "out_of_order")
-    queue = tuple(sorted((*queue, Item(captured_ns, value)), key=lambda item: item.captured_ns))[-KEPT_WAITING:]
+    queue = tuple(sorted((*queue, Item(captured_ns, value)), key=lambda item: item.captured_ns))
+    queue = queue[-(KEPT_WAITING + pairs.hold) :]
     waiting = {**pairs.waiting, viewer: queue}
     missed = {**pairs.missed, viewer: 0}
     pairs = replace(pairs, waiting=waiting, missed=missed)
@@ -130,8 +134,8 @@ def _next(pairs: Synchronizer[T]) -> tuple[Synchronizer[T], FrameSet[T]] | None:
                 continue
         chosen[viewer] = item
     absent = [viewer for viewer in pairs.viewers if viewer not in chosen]
-    # A missing viewer is waited for, unless it is absent, has passed this time, or a present one has its next item.
-    overtaken = any(len(pairs.waiting[viewer]) > 1 for viewer in chosen)
+    # A missing viewer is waited for, unless it is absent, has passed this time, or a present one has its next items.
+    overtaken = any(len(pairs.waiting[viewer]) > 1 + pairs.hold for viewer in chosen)
     if any(v not in heads and not pairs.is_gone(v) for v in absent) and not overtaken:
         return None
     waiting = {viewer: queue[1:] if viewer in chosen else queue for viewer, queue in pairs.waiting.items()}

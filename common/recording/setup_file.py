@@ -16,7 +16,7 @@ from zenocap.common.messages import Name, Number, Size
 from zenocap.common.recording.reader import Take
 from zenocap.common.rig.recognizer import Source, Strictness
 from zenocap.common.rig.rig import Rig
-from zenocap.common.rig.sources import learning_frames
+from zenocap.common.rig.sources import Device, Stream, learning_frames
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions, Heading, Iterations, Particles, Points, Seed
 from zenocap.common.rig.two_view import IMPROVED, Additions
 
@@ -35,6 +35,7 @@ class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """camera: at the working size, in the Y-up world; see `zenocap.common.messages.CameraInfo`.
 
     learning_frames: number of frames at the start without messages.  silhouette: whether silhouettes are published.
+    delay_ns: by which capture times were corrected (`delay_ms`); left out of the file where it is 0.
     """
 
     id: Name
@@ -47,6 +48,7 @@ class RecordedViewer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     fps: Annotated[float, Meta(gt=0, le=1e4)]
     learning_frames: Annotated[int, Meta(ge=0, le=100_000)]
     silhouette: bool
+    delay_ns: Annotated[int, Meta(ge=0, le=10_000_000_000)] | UnsetType = UNSET
 
     def pinhole(self) -> Camera:
         matrix, rotation = (np.array(values).reshape(3, 3) for values in (self.matrix, self.rotation))
@@ -130,6 +132,7 @@ def recorded_rig(rig: Rig) -> RecordedRig:
             fps=viewer.fps,
             learning_frames=learning_frames(viewer.background_in_use),
             silhouette=viewer.silhouette,
+            delay_ns=(viewer.source.delay_ns if isinstance(viewer.source, Device | Stream) else 0) or UNSET,
         )
         for viewer in rig.viewers
     ]

@@ -98,7 +98,8 @@ def setup_of(rig: RecordedRig, prior: Prior | None) -> Setup:
     if options.front is not None and options.front not in {viewer.id for viewer in rig.viewers}:
         raise ValueError(f"tracker.front = {options.front!r}: allowed: {', '.join(viewer.id for viewer in rig.viewers)}")
     follow = rig.delays == "follow"
-    return Setup(anatomy_in(rig), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow)
+    delays_ns = {viewer.id: viewer.delay_ns for viewer in rig.viewers if viewer.delay_ns is not UNSET}
+    return Setup(anatomy_in(rig), rig.cameras(), rig.frame_ns(), prior, options, rig.person_height, follow, delays_ns)
 
 
 def anatomy_in(rig: RecordedRig) -> Anatomy:

@@ -60,7 +60,8 @@ class Setup:
     """Setup of the tracker.
 
     cameras: by viewer, at the working size, in the rig's order.  frame_ns: frame period.  person_height: metres.
-    follow_delays: whether the integrator corrects the delays of the cameras.
+    follow_delays: whether the integrator corrects the delays of the cameras.  delays_ns: by viewer, `delay_ms` of the rig
+    file, which the viewers have corrected; 0 for others.
     """
 
     anatomy: Anatomy
@@ -70,6 +71,12 @@ class Setup:
     options: Options
     person_height: float | None = None
     follow_delays: bool = False
+    delays_ns: Mapping[str, int] = field(default_factory=dict)
+
+    def hold(self, applied_ns: Mapping[str, int]) -> int:
+        """Frame periods by which silhouettes of one instant arrive apart, by delays that viewers and tracker correct."""
+        delays = [self.delays_ns.get(viewer, 0) + applied_ns.get(viewer, 0) for viewer in self.cameras]
+        return -((min(delays) - max(delays)) // self.frame_ns)
 
 
 def with_detail(setup: Setup, detail: float) -> Setup:

@@ -56,7 +56,8 @@ Result: TypeAlias = tuple[State, list[Message]]
 
 def initial_state(setup: Setup) -> State:
     """State before any event."""
-    return State(tracking.initial_state(setup), Synchronizer(tuple(setup.cameras), setup.frame_ns // 2))
+    pairs: Synchronizer[Silhouette] = Synchronizer(tuple(setup.cameras), setup.frame_ns // 2, hold=setup.hold({}))
+    return State(tracking.initial_state(setup), pairs)
 
 
 def step(setup: Setup, state: State, event: Event) -> Result:
@@ -74,7 +75,8 @@ def step(setup: Setup, state: State, event: Event) -> Result:
         case Envelope(message=TrackerDetail(share=share)):
             return replace(state, detail=share), []
         case Envelope(message=CameraDelays(applied_ms=applied)) if setup.follow_delays:
-            return replace(state, delays_ns={viewer: round(1e6 * ms) for viewer, ms in applied.items()}), []
+            delays_ns = {viewer: round(1e6 * ms) for viewer, ms in applied.items()}
+            return replace(state, delays_ns=delays_ns, pairs=replace(state.pairs, hold=setup.hold(delays_ns))), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []
         case Envelope(message=TrackerBdp() | TrackerPose() as previous) if awaiting_person(state):

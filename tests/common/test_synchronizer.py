@@ -42,6 +42,29 @@ def test_a_frame_set_waits_for_the_other_viewer() -> None:
     assert shape(play([("2", FRAME_NS), ("1", FRAME_NS + 1)])[1]) == [("1", "2")]
 
 
+@pytest.mark.parametrize("hold", [1, 2, 5, 30])
+def test_items_that_arrive_periods_later_are_paired_with_a_hold_also_after_an_interruption(hold: int) -> None:
+    """Of viewer 2, whose delay is corrected, item k arrives after item k + hold of viewer 1."""
+
+    def played(hold_used: int) -> list[FrameSet[Event]]:
+        pairs: Synchronizer[Event] = Synchronizer(VIEWERS, FRAME_NS // 2, hold=hold_used)
+        found: list[FrameSet[Event]] = []
+        for k in range(1, 200):
+            pairs, instants = push(pairs, "1", k * FRAME_NS, ("1", k * FRAME_NS))
+            found += instants
+            late = k - hold
+            if late > 0 and not 90 < k < 110:
+                pairs, instants = push(pairs, "2", late * FRAME_NS, ("2", late * FRAME_NS))
+                found += instants
+        return found
+
+    whole = [instant.captured_ns // FRAME_NS for instant in played(hold) if len(instant.items) == 2]
+    assert whole[0] == 1
+    assert whole[-1] == 199 - hold
+    assert len(whole) >= 199 - hold - 19 - 2 * hold - 3
+    assert hold == 1 or len([instant for instant in played(0) if len(instant.items) == 2]) < 10
+
+
 def test_frames_half_a_period_apart_are_paired_and_further_ones_are_not() -> None:
     half = FRAME_NS // 2
     assert shape(play([("1", FRAME_NS), ("2", FRAME_NS + half)])[1]) == [("1", "2")]

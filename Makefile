@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 RUNTIME := $(VENV)/.runtime
 DEV := $(VENV)/.dev
 # Modules are byte-compiled when they are first imported: compiling every package would triple the time of the set-up.
+# Also where the environment forbids it, as images of containers do: without, each start of a process takes twice as long.
+unexport PYTHONDONTWRITEBYTECODE
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 PYTEST := $(BIN)/python -m pytest
 PARALLEL := -n auto --dist loadgroup

@@ -66,7 +66,7 @@ def test_the_page_has_the_smallest_share_of_the_processor() -> None:
     text = (DEPLOY / "compose.yaml").read_text()
     services = re.split(r"\n  (?=[a-z0-9\-]+:\n)", text[text.index("\nservices:") : text.index("\nvolumes:")])
     shares = {one.partition(":")[0]: re.findall(r"    cpu_shares: (\S+)", one) for one in services if "cpu_shares" in one}
-    # A literal number: docker-compose 1 (of Debian) passes a value of an environment variable on as a string and then fails.
+    # A literal number: docker-compose 1 (of Debian) passes an environment variable on as a string, and then fails.
     assert shares == {"animator": ["128"], "secure-animator": ["128"]}
 
 

@@ -168,6 +168,9 @@ def test_a_rig_in_containers_tracks_and_recovers(project: Project) -> None:
     viewer = json.loads(project.inspect("viewer-2", "{{json .Config.Healthcheck.Test}}"))
     project("exec", "-T", f"{project.prefix}viewer-2", *viewer[1:])  # the health check of the engine: status 0
 
+    compiled = "all(os.path.isfile(one.__cached__) for one in (numpy, zenocap))"
+    project("exec", "-T", f"{project.prefix}viewer-2", "python3", "-c", f"import os, numpy, zenocap; assert {compiled}")
+
     if os.geteuid() == 0:  # from outside: the engine does not restart what it kills itself
         os.kill(int(project.inspect("viewer-2", "{{.State.Pid}}")), signal.SIGKILL)
         end_s = time.monotonic() + PATIENCE_S

@@ -41,6 +41,7 @@ PLAYER_WAIT_S = 0.02  # longest wait for a message, so that commands are handled
 REPLAY_TIMEOUT_S = 3.0  # for the replay process to end; by hand
 REPLAY_DELAY_S = 0.3  # before the replay publishes, for discovery of the session; by hand
 POSED_S = 0.5  # after a pose, the pictures of a take follow its poses and not the position of the player; by hand
+MAX_OPENING_MESSAGES = 4000  # of a take, in which the first pose is searched while the replay starts: about 0.2 s; by hand
 SHOW_POLL_S = 0.1  # period at which `zenocap show` checks whether to end; by hand
 
 # Saving a take for other programs, and takes that are dropped on the page.

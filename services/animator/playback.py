@@ -19,6 +19,7 @@ from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
+from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
@@ -135,16 +136,18 @@ class Playback:
             self._publish(pm.PlayerUpdate("", problem=f"{take}: no such take"))
             return None
         port, pose_s, start_ns = free_port(), _pose_s(path), _start_ns(path)
+        topics = topics_shown(path, self._topics, raw=self._raw)
         options = ZenohOptions(mode="peer", listen=(f"tcp/127.0.0.1:{port}",), multicast_scouting=False)
         self._broadcaster.clear("take")
         try:
             with ZenohBus.open(options, REPLAYED_RIG, self._clock) as bus:
-                for topic in topics_shown(path, self._topics, raw=self._raw):
+                for topic in topics:
                     bus.subscribe(topic)
                 bus.watch_alive()
                 with ReplayProcess(path, port) as replay:
                     self._current = path
                     self._publish(pm.PlayerUpdate(take, opened=self._opened))
+                    self._show_opening(path, topics, start_ns)
                     self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
                     reading = threading.Event()
                     threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
@@ -159,6 +162,18 @@ class Playback:
         if not isinstance(command, pm.PlayTake | PlayFile):  # else pages would go back to the live rig between two takes
             self._publish(pm.PlayerUpdate("", problem=problem and f"{take}: {problem}"))
         return command
+
+    def _show_opening(self, path: Path, topics: tuple[Topic, ...], start_ns: int | None) -> None:
+        """Send the first pose of a take, if it has one near its beginning: the replay needs seconds to start."""
+        state = opening_state(path, topics, self._clock.now_ns())
+        if not state.actors:
+            return
+        _, updates = due_updates(Schedule(), state, self._broadcaster.pages)
+        places: list[EncodedUpdate] = []
+        for actor in state.actors.values():
+            self._on_pose(actor, 0)
+            places = _place(actor, start_ns, 0, 0)
+        self._broadcaster.publish("take", [*places, *updates])
 
     def _send_postures(self, path: Path, ended: threading.Event) -> None:
         """Send the postures of a take once they are read, unless playing has `ended`."""
@@ -190,9 +205,7 @@ class Playback:
                 if source not in seen or seen[source][0] is not actor or seen[source][1] != shift_ns:
                     seen[source] = latest
                     self._on_pose(*latest)
-                    if start_ns is not None:
-                        place_s = (actor.captured_ns - shift_ns - start_ns) / 1e9
-                        places = [EncodedUpdate("place", pm.encode(pm.PlaceUpdate(place_s, actor.frame - shift_frames)))]
+                    places = _place(actor, start_ns, shift_ns, shift_frames)
             if self._clock.elapsed_ns() >= next_ns:
                 next_ns = self._clock.elapsed_ns() + PLAYER_PERIOD_NS
                 state, _ = step(setup, state, Tick(self._clock.now_ns()))
@@ -227,6 +240,14 @@ def topics_shown(take: Path, topics: tuple[Topic, ...], *, raw: bool = False) ->
     if not any(topic_at(key) is BOTH_WAYS_POSE for key in keys):
         return topics
     return tuple(BOTH_WAYS_POSE if topic is TRACKER_POSE else topic for topic in topics)
+
+
+def _place(actor: Actor, start_ns: int | None, shift_ns: int, shift_frames: int) -> list[EncodedUpdate]:
+    """Place of a pose in its take; none where the start of the take is unknown.  shift: by which the replay is later."""
+    if start_ns is None:
+        return []
+    place_s = (actor.captured_ns - shift_ns - start_ns) / 1e9
+    return [EncodedUpdate("place", pm.encode(pm.PlaceUpdate(place_s, actor.frame - shift_frames)))]
 
 
 def _start_ns(path: Path) -> int | None:

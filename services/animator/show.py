@@ -19,14 +19,14 @@ from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake,
 from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
-from zenocap.services.animator.playback import Playback, PlayFile
 from zenocap.services.animator.save_job import SaveJob
 from zenocap.services.animator.states import Actor
 from zenocap.services.animator.topics import TOPICS
 
-if TYPE_CHECKING:  # loaded where two takes are compared only: their import takes longer than that of the rest
+if TYPE_CHECKING:  # loaded where they are needed: their imports take longer than those of the rest
     from zenocap.services.animator.comparison import Comparison
     from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
+    from zenocap.services.animator.playback import Playback
 
 logger = logging.getLogger(__name__)
 
@@ -78,6 +78,8 @@ class TakePage:
         """Serve the page and start to play.  Raises UserError."""
         self._server.start()
         self._publish("hello", pm.HelloUpdate(self._take.stem, "take", versions()["zenocap"], [], live=False))
+        from zenocap.services.animator.playback import Playback  # takes most of a second, in which a page is loaded
+
         summary = read_summary(self._take)
         self._start_ns = 0 if summary is None else summary.start_ns
         if self._pictures is not None and summary is not None:
@@ -105,7 +107,11 @@ class TakePage:
 
     def _on_drop(self, path: Path) -> None:
         """Show a dropped take instead of the take of the page."""
-        assert self._playback is not None  # pages are served after it was made
+        from zenocap.services.animator.playback import PlayFile
+
+        if self._playback is None:
+            self._publish("dropped", pm.DroppedUpdate(problem=f"{path.name}: the page is being opened; drop it again"))
+            return
         self._dropped, self._switching = path, True
         self._publish("dropped", pm.DroppedUpdate(path.name))
         self._publish("hello", pm.HelloUpdate(path.stem, "take", versions()["zenocap"], [], live=False))

@@ -105,3 +105,26 @@ def test_poses_are_shown_while_the_slider_is_dragged(page: "playwright.Page") ->
         until(page, lambda: page.get_attribute("#pause", "aria-label") == "play", "paused while dragging")
     page.mouse.up()
     until(page, lambda: page.get_attribute("#pause", "aria-label") == "pause", "plays again")
+
+
+COUNT_PLOTS = """() => {
+  window.plotted = 0;
+  const clear = CanvasRenderingContext2D.prototype.clearRect;
+  CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+    if (this.canvas.closest('#plots')) window.plotted++;
+    return clear.apply(this, box);
+  };
+}"""
+
+
+def test_plots_of_a_paused_take_are_not_drawn_again(page: "playwright.Page") -> None:
+    page.evaluate(COUNT_PLOTS)
+    until(page, lambda: page.evaluate("window.plotted") > 0, "drawn while playing")
+    page.click("#pause")
+    until(page, lambda: page.get_attribute("#pause", "aria-label") == "play", "paused")
+    page.wait_for_timeout(1000)
+    page.evaluate("window.plotted = 0")
+    page.wait_for_timeout(1000)
+    assert page.evaluate("window.plotted") == 0
+    page.set_viewport_size({"width": 1100, "height": 800})
+    until(page, lambda: page.evaluate("window.plotted") > 0, "drawn again in another size")

@@ -9,6 +9,8 @@ from zenocap.tools.replay.playlist import Prepared
 
 MAX_MESSAGES = 4096
 MAX_BYTES = 16 << 20
+FIRST_MESSAGES = 256  # before any is taken: a paused replay that is moved takes few, and nothing is decoded in vain
+GROWTH = 8  # further ones for each that is taken, up to MAX_MESSAGES
 REFILL = 0.5  # share left in a full buffer at which reading continues
 
 
@@ -19,7 +21,7 @@ class Prefetch:
         self._source = source
         self._changed = threading.Condition()
         self._timer: deque[Prepared] = deque()
-        self._bytes = 0
+        self._bytes = self._taken = 0
         self._closed = self._ended = False
         self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._read, name="read-ahead", daemon=True)
@@ -47,8 +49,14 @@ class Prefetch:
         """Remove the next message."""
         with self._changed:
             self._bytes -= len(self._timer.popleft().data)
-            if len(self._timer) <= REFILL * MAX_MESSAGES and self._bytes <= REFILL * MAX_BYTES:
+            self._taken += 1
+            if len(self._timer) <= REFILL * self._limit and self._bytes <= REFILL * MAX_BYTES:
                 self._changed.notify_all()
+
+    @property
+    def _limit(self) -> int:
+        """Messages in a full buffer."""
+        return min(MAX_MESSAGES, FIRST_MESSAGES + GROWTH * self._taken)
 
     @property
     def ended(self) -> bool:
@@ -85,7 +93,7 @@ class Prefetch:
 
     def _put(self, prepared: Prepared) -> bool:
         with self._changed:
-            if len(self._timer) >= MAX_MESSAGES or self._bytes + len(prepared.data) > MAX_BYTES:
+            if len(self._timer) >= self._limit or self._bytes + len(prepared.data) > MAX_BYTES:
                 self._changed.wait_for(lambda: self._closed or self._has_room(len(prepared.data)))
             if self._closed:
                 return False
@@ -98,4 +106,4 @@ class Prefetch:
     def _has_room(self, size: int) -> bool:
         if not self._timer:
             return True
-        return len(self._timer) <= REFILL * MAX_MESSAGES and self._bytes + size <= MAX_BYTES
+        return len(self._timer) <= REFILL * self._limit and self._bytes + size <= MAX_BYTES

@@ -9,7 +9,7 @@ from tests.common.formats.test_take_poses import START_NS, messages_of_track, wr
 from tests.services.animator.test_comparison import actor, timed
 from tests.support.pose_tracks import moving
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.page.page_messages import PlayerUpdate, PlayTake
+from zenocap.services.animator.page.page_messages import DroppedUpdate, PlayerUpdate, PlayTake
 from zenocap.services.animator.playback import PlayFile
 from zenocap.services.animator.show import TakePage
 
@@ -64,3 +64,12 @@ def test_a_dropped_take_that_cannot_be_played_does_not_end_the_page(
     page._on_update(PlayerUpdate("a.mcap", opened=3))
     page._on_update(PlayerUpdate("", problem="a.mcap: removed"))  # that of the page
     assert page.player.problem == "a.mcap: removed"
+
+
+def test_a_take_that_is_dropped_before_the_page_plays_is_refused_in_words(
+    page: TakePage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    published: list[tuple[str, object]] = []
+    monkeypatch.setattr(page, "_publish", lambda key, update: published.append((key, update)))
+    page._on_drop(Path("/tmp/x/b.mcap"))
+    assert published == [("dropped", DroppedUpdate(problem="b.mcap: the page is being opened; drop it again"))]

@@ -1,6 +1,7 @@
 """Prefetch: in order, bounded, and an error reaches the reader after everything read before it."""
 
 import threading
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -57,6 +58,34 @@ def test_prefetch_is_limited_by_the_buffer_size(monkeypatch: pytest.MonkeyPatch)
     prefetch.close()
     assert produced[0] <= 110
     assert not any(thread.name == "read-ahead" for thread in threading.enumerate())
+
+
+def test_the_buffer_grows_with_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(prefetch_module, "FIRST_MESSAGES", 4)
+    monkeypatch.setattr(prefetch_module, "GROWTH", 2)
+    monkeypatch.setattr(prefetch_module, "MAX_MESSAGES", 10)
+    numbers, produced = iter(range(1000)), [0]
+
+    def counted() -> Iterator[Prepared]:
+        for number in numbers:
+            produced[0] += 1
+            yield prepared(number)
+
+    def settled(fewest: int) -> int:
+        end_s = time.monotonic() + 5.0
+        while prefetch.buffered[0] < fewest and time.monotonic() < end_s:
+            time.sleep(0.002)
+        time.sleep(0.05)
+        return prefetch.buffered[0]
+
+    prefetch = Prefetch(counted())
+    assert settled(4) == 4
+    assert produced[0] == 5  # and one that waits
+    for _ in range(12):
+        assert prefetch.peek(5.0) is not None
+        prefetch.take()
+    assert 5 < settled(6) <= 10  # refilled at half of 10
+    prefetch.close()
 
 
 def test_a_message_larger_than_the_buffer_passes(monkeypatch: pytest.MonkeyPatch) -> None:

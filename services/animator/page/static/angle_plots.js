@@ -25,6 +25,9 @@ export class AnglePlots {
       return { canvas: box.querySelector('canvas'), value: box.querySelector('b') };
     });
     this.history = [];
+    this.stale = false;  // poses were added since the last drawing
+    const resized = new ResizeObserver(() => this.redraw());
+    for (const { canvas } of this.canvases) resized.observe(canvas);
   }
 
   add(names, pose) {
@@ -34,12 +37,17 @@ export class AnglePlots {
     const since = pose.captured_ms - SPAN_MS;
     while (this.history.length > MAX_POSES || this.history[0].ms < since) this.history.shift();
     this.names = names;
+    this.stale = true;
   }
 
   clear() { this.history = []; }
 
+  redraw() { this.stale = true; }
+
+  // Draw if something has changed: a paused take costs nothing.
   draw() {
-    if (!this.history.length || !this.canvases[0].canvas.clientWidth) return;
+    if (!this.stale || !this.history.length || !this.canvases[0].canvas.clientWidth) return;
+    this.stale = false;
     const end = this.history.at(-1).ms;
     PLOTS.forEach(([, lines], k) => this.plot(this.canvases[k], lines, end));
   }

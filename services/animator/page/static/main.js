@@ -123,7 +123,7 @@ addEventListener('keydown', (event) => {
 setInterval(() => { if (el('slides').hidden) plots.draw(); }, 100);
 setInterval(updateNumbers, 500);
 
-function showLight() { scene.light = lightRoom.matches ? 1 : 0; scene.requestDraw(); }
+function showLight() { scene.light = lightRoom.matches ? 1 : 0; plots.redraw(); scene.requestDraw(); }
 
 function showTrailLength() { el('trail-out').textContent = state.trailSeconds ? `${state.trailSeconds} s` : 'off'; }
 
@@ -334,10 +334,13 @@ function updateNumbers() {
   if (state.feed === 'live' && performance.now() - state.pointsMs > POINTS_TIMEOUT_MS) scene.setPoints(new Float32Array(0));
   const since = performance.now() - RATE_MS;
   state.arrivals = state.arrivals.filter((at) => at > since);
-  el('rate').textContent = state.arrivals.length ? (1000 * state.arrivals.length / RATE_MS).toFixed(0) : '–';
+  showNumber('rate', state.arrivals.length ? (1000 * state.arrivals.length / RATE_MS).toFixed(0) : '–');
   const recent = state.latencies.slice(-LATENCY_POSES).sort((a, b) => a - b);
-  el('latency').textContent = state.arrivals.length && recent.length ? recent[recent.length >> 1].toFixed(1) : '–';
+  showNumber('latency', state.arrivals.length && recent.length ? recent[recent.length >> 1].toFixed(1) : '–');
 }
+
+// An unchanged text is not set again: that would lay out and paint the page.
+function showNumber(name, text) { if (el(name).textContent !== text) el(name).textContent = text; }
 
 // For tests and measurements.
 window.zenocap = {

@@ -11,7 +11,7 @@ const DRAW_TIMEOUT_MS = 2000;  // for the graphics card to finish a picture
 const POINT_M = 0.011;
 const POINT_COLOUR = [0.36, 0.92, 0.78, 0.95];
 const SLOW_MS = 45;  // median drawing time above which fewer pixels are drawn
-const TIMED_PICTURES = 6;  // over which the median is taken
+const TIMED_PICTURES = 4;  // over which the median is taken
 const SCALES = [1, 0.75, 0.55, 0.4];  // of the resolution, in steps
 
 export class Scene {
@@ -86,7 +86,11 @@ export class Scene {
     if (this.times.length < TIMED_PICTURES) return;
     const medianMs = this.times.sort((x, y) => x - y)[(TIMED_PICTURES >> 1) - 1];
     this.times = [];
-    if (medianMs > SLOW_MS && this.quality + 1 < SCALES.length) this.quality++;
+    if (medianMs <= SLOW_MS) return;
+    // The time is nearly that of the pixels: the first scale that is expected to be fast enough, else the smallest.
+    const fast = (scale) => medianMs * (scale / SCALES[this.quality]) ** 2 <= SLOW_MS;
+    const found = SCALES.findIndex((scale, k) => k > this.quality && fast(scale));
+    this.quality = found < 0 ? SCALES.length - 1 : found;
   }
 
   get position() {

@@ -176,6 +176,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         except TrackerError as error:
             raise UserError(f"{path}: tracker.{error}") from error
     viewers, rates = at_common_rate(viewers)
+    _check_delays(path, method, viewers)
     used = [id.encode() for id in read.used or ()]
     parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions), *used]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
@@ -210,6 +211,25 @@ def _delays(path: Path, content: RigFile, method: str) -> Delays:
             "zenocap sync TAKE finds delay_ms of the viewers"
         )
     return next(one for one in DELAYS if one == content.delays)
+
+
+def _check_delays(path: Path, method: str, viewers: tuple[Viewer, ...]) -> None:
+    """Raises UserError when the cameras of a rig without a tracker are a frame period or more apart.
+
+    Each of its viewers gets the assignment of a frame before its next frame only if the others have seen that instant.
+    """
+    if method in TRACKER_METHODS:
+        return
+    delays = {viewer.id: getattr(viewer.source, "delay_ns", 0) for viewer in viewers}
+    late, early = max(delays, key=delays.__getitem__), min(delays, key=delays.__getitem__)
+    period_ns = 1e9 / min(viewer.fps for viewer in viewers)
+    apart_ns = delays[late] - delays[early]
+    if apart_ns >= period_ns:
+        raise UserError(
+            f"{path}: delay_ms of viewer {late} is {apart_ns / 1e6:g} ms above that of viewer {early}: "
+            f"allowed for method {method!r}: less than a frame period, {period_ns / 1e6:.1f} ms; "
+            "the methods with a tracker wait for late cameras"
+        )
 
 
 def _resolved(method: str, variant: bool) -> str:

@@ -52,6 +52,26 @@ def test_rig_file_gives_the_same_offsets(tmp_path: Path) -> None:
         load_rig(tmp_path / "rig.toml")
 
 
+def test_without_a_tracker_delays_are_less_than_a_frame_period_apart(tmp_path: Path) -> None:
+    folder(tmp_path)
+    viewers = "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "rtsp://camera{k}/live"\nfps = 25\ndelay_ms = {delay}\n'
+        for k, delay in ((1, 50), (2, 80.5))
+    )
+    file = tmp_path / "rig.toml"
+    file.write_text(f'name = "a"\nmethod = "two-view"\ncalibration = "calibration.toml"\n{viewers}')
+    assert load_rig(file, files=False).method == "two-view"
+    file.write_text(file.read_text().replace("80.5", "90"))
+    allowed = (
+        r"rig.toml: delay_ms of viewer 2 is 40 ms above that of viewer 1: "
+        r"allowed for method 'two-view': less than a frame period, 40.0 ms"
+    )
+    with pytest.raises(UserError, match=allowed):
+        load_rig(file, files=False)
+    file.write_text(file.read_text().replace("two-view", "hybrid"))
+    assert load_rig(file, files=False).method == "hybrid"
+
+
 def test_a_delay_is_that_of_a_camera_or_stream(tmp_path: Path) -> None:
     folder(tmp_path)
     viewers = "".join(

@@ -56,6 +56,15 @@ def setup_of(rig: RecordedRig, model: PostureModel) -> Setup:
     return Setup(stream, source, _anatomy(rig) if source == "tracker" else TEN_PARTS)
 
 
+def setup_for_poses(rig: Rig, model: PostureModel) -> Setup:
+    """Setup that recognizes the poses of a rig with a model; it needs no recognizer.  Raises ValueError."""
+    recorded = recorded_rig(rig)
+    if recorded.recognizer is not None:
+        return setup_of(recorded, model)
+    source: Source = "integrator" if recorded.tracker is None else "tracker"
+    return Setup(stream_setup(model), source, TEN_PARTS if recorded.tracker is None else _anatomy(recorded))
+
+
 def model_of(rig: Rig) -> PostureModel:
     """Read the model given in a rig file.  Raises UserError."""
     if rig.recognizer is None:

@@ -30,7 +30,10 @@ class TakeEntry(msgspec.Struct, frozen=True):
 
 
 class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
-    """The takes and files of the page.  background: its posture.  least_s: of a label.  warnings: lines for the user."""
+    """The takes and files of the page.  background: its posture.  least_s: of a label.  warnings: lines for the user.
+
+    rig: name of the rig of the live trial, "" without one.
+    """
 
     version: str
     manifest: str
@@ -39,6 +42,7 @@ class HelloUpdate(msgspec.Struct, frozen=True, tag="hello", tag_field="type"):
     background: str
     least_s: float
     warnings: list[str]
+    rig: str = ""
 
 
 class PosesUpdate(msgspec.Struct, frozen=True, tag="poses", tag_field="type"):
@@ -135,6 +139,24 @@ class TrialUpdate(msgspec.Struct, frozen=True, tag="trial", tag_field="type"):
     lines: list[str]
 
 
+class LiveEntry(msgspec.Struct, frozen=True):
+    """A posture of the running rig.  number: counts them.  confidence: 0 to 1.  duration_s: of the movement."""
+
+    number: int
+    posture: str
+    confidence: float
+    duration_s: float
+
+
+class LiveUpdate(msgspec.Struct, frozen=True, tag="live", tag_field="type"):
+    """State of the live trial, its latest postures, newest first, and how often each was recognized."""
+
+    state: Literal["off", "running", "failed"]
+    text: str = ""
+    found: list[LiveEntry] = []
+    counts: list[tuple[str, int]] = []
+
+
 class PagesUpdate(msgspec.Struct, frozen=True, tag="pages", tag_field="type"):
     """Number of open pages."""
 
@@ -200,7 +222,13 @@ class Try(msgspec.Struct, frozen=True, tag="try", tag_field="type", forbid_unkno
     take: Index
 
 
-Command: TypeAlias = AskPoses | AddLabel | ChangeLabel | DeleteLabel | SetPerson | Undo | Train | Try
+class TryLive(msgspec.Struct, frozen=True, tag="try_live", tag_field="type", forbid_unknown_fields=True):
+    """Recognize the poses of the running rig with the trained model, or stop it."""
+
+    on: bool
+
+
+Command: TypeAlias = AskPoses | AddLabel | ChangeLabel | DeleteLabel | SetPerson | Undo | Train | Try | TryLive
 _decoder = msgspec.json.Decoder(Acknowledge | Command)
 encode = msgspec.json.Encoder().encode
 

@@ -47,6 +47,7 @@ class PosturePage:
         self.session.open()
 
     def close(self) -> None:
+        self.session.close()
         self._server.close()
 
     def run(self, stopped: Callable[[], bool]) -> None:

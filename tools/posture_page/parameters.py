@@ -18,6 +18,12 @@ MOST_COMMANDS: Final = 64  # that wait; further ones are refused; by hand
 LEAST_LABEL_S: Final = 0.2  # 3 frames at the models' 15 frames/s; by hand
 MOST_UNDONE: Final = 500  # changes that can be undone; by hand
 
+# Live trial.
+LIVE_WAIT_S: Final = 0.1  # longest wait for a pose, after which it is looked whether to end; by hand
+LIVE_PERIOD_S: Final = 0.1  # between two updates of the page; by hand
+LIVE_SILENT_S: Final = 3.0  # without poses, from which the page says so; by hand
+LIVE_SHOWN: Final = 8  # latest postures; by hand
+
 # Held-out result.
 MOST_GROUPS: Final = 8  # of examples that are held out in turn, one training each; by hand
 ENOUGH_EXAMPLES: Final = 3  # that are advised for each posture; by hand

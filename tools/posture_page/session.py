@@ -19,6 +19,7 @@ from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page import training, trial
 from zenocap.tools.posture_page.background_job import BackgroundJob
 from zenocap.tools.posture_page.labelled_takes import LabelCommand, LabelledTakes
+from zenocap.tools.posture_page.live_trial import LiveTrial
 from zenocap.tools.posture_page.manifest_file import ChangedOnDiskError, ManifestFile
 from zenocap.tools.posture_page.motion_view import MotionView
 from zenocap.tools.posture_page.parameters import LEAST_LABEL_S, POSITION_SCALE, QUATERNION_SCALE
@@ -41,8 +42,13 @@ class Session:
         *,
         suggesting: tuple[str, PostureModel] | None = None,
         settings: PageSettings | None = None,
+        live: LiveTrial | None = None,
     ) -> None:
-        """person: of takes without a label.  suggesting: name and model of the first suggestions.  Raises UserError."""
+        """person: of takes without a label.  suggesting: name and model of the first suggestions.  live: of a rig.
+
+        Raises UserError.
+        """
+        self._live = live
         self._takes, self._model_path, self._read, self._publish = tuple(takes), file.model, read, publish
         self.settings = settings or PageSettings()
         self._suggesting = suggesting
@@ -73,10 +79,18 @@ class Session:
             except (UserError, OSError) as error:
                 warnings.append(f"{error}: Train replaces it")
         files = (str(self._labels.file.path), str(self._model_path))
-        self._publish("hello", pm.HelloUpdate(versions()["zenocap"], *files, entries, BACKGROUND, LEAST_LABEL_S, warnings))
+        rig = "" if self._live is None else self._live.name
+        self._publish(
+            "hello", pm.HelloUpdate(versions()["zenocap"], *files, entries, BACKGROUND, LEAST_LABEL_S, warnings, rig)
+        )
         self._publish_labels()
         self._publish("training", self._training)
         self._suggest()
+
+    def close(self) -> None:
+        """End the live trial."""
+        if self._live is not None:
+            self._live.stop()
 
     @property
     def busy(self) -> bool:
@@ -103,6 +117,8 @@ class Session:
                 self._train()
             case pm.Try(take=take):
                 self._try([self._labels.checked(take)])
+            case pm.TryLive(on=on):
+                self._try_live(on)
             case pm.AskPoses():
                 pass  # answered by the page
             case _:
@@ -154,6 +170,8 @@ class Session:
         )  # fmt: skip
         self._suggesting = (self._model_path.name, result.model)
         self._suggest()
+        if self._live is not None and self._live.running:
+            self._live.start(result.model)
         for take in found:
             self._publish_trial(take)
 
@@ -168,6 +186,16 @@ class Session:
             return lambda: self._tried(found)
 
         self._job.start(job)
+
+    def _try_live(self, on: bool) -> None:
+        if self._live is None:
+            raise UserError("there is no rig: allowed after `zenocap posture label TAKE --rig RIG`")
+        if not on:
+            self._live.stop()
+            return
+        if self._model is None:
+            raise UserError("there is no model yet: allowed after Train")
+        self._live.start(self._model)
 
     def _tried(self, found: dict[int, list[trial.Found]]) -> None:
         self._found |= found

@@ -67,6 +67,16 @@ def label(
             rich_help_panel=PAGE,
         ),
     ] = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            "--rig",
+            metavar="RIG",
+            help="Rig file of a running rig, whose poses the page can recognize live with the trained model.",
+            show_default=False,
+            rich_help_panel=PAGE,
+        ),
+    ] = None,
     false_per_hour: Annotated[
         float | None,
         typer.Option(
@@ -112,6 +122,9 @@ def label(
     machine can open the page, unless --host is given. Without --ignore and --false-per-hour, an existing model is trained
     again with its own, which FILE.examples keeps beside it.
 
+    With --rig, *Try live* shows what the trained model recognizes in the poses of a running rig. The rig's own recognizer
+    and its commands are not touched; a rig with certificates needs those of a reader.
+
     --terminal works without a page: every segment is played and its label is asked for; labelled segments are skipped, so
     the work can be interrupted. --list, --json and --accept need no page either.
 
@@ -126,13 +139,15 @@ def label(
             if ignore is not None or false_per_hour is not None:
                 name = "--ignore" if ignore is not None else "--false-per-hour"
                 raise typer.BadParameter(f"{name}: allowed without --terminal, --list, --accept and --json")
+            if rig is not None:
+                raise typer.BadParameter("--rig: allowed without --terminal, --list, --accept and --json")
             guesser = _suggesting(model)
             label_in_terminal(
                 sources[0], output, guesser, person, accept, only_list or as_json, play, speed, as_json, joints
             )
         else:
             table, parts = page_table(host, port, token), None if ignore is None else parts_of(ignore)
-            _on_page(sources, output or Path(), _suggesting(model), person, table, joints, false_per_hour, parts)
+            _on_page(sources, output or Path(), _suggesting(model), person, table, joints, false_per_hour, parts, rig)
 
 
 def _on_page(
@@ -144,17 +159,21 @@ def _on_page(
     joints: Path | None,
     false_per_hour: float | None,
     ignored: tuple[Part, ...] | None,
+    rig_path: Path | None,
 ) -> None:
     """Raises UserError."""
     from zenocap.common.errors import UserError
     from zenocap.common.formats.file_warnings import grouped_warnings
     from zenocap.common.formats.joint_map import read_joint_map
+    from zenocap.common.rig.rig import load_rig
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
     from zenocap.services.recognizer.training.example_files import examples_of
     from zenocap.services.recognizer.training.examples import Example
     from zenocap.tools.cli.posture.tracked_sources import TRACKED, Report, with_takes
+    from zenocap.tools.cli.zenoh_arguments import ZenohArguments
     from zenocap.tools.posture_page.labels import checked_text
+    from zenocap.tools.posture_page.live_trial import live_trial
     from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
     from zenocap.tools.posture_page.motion_view import open_motion
     from zenocap.tools.posture_page.page import PosturePage, run_page
@@ -168,6 +187,8 @@ def _on_page(
     file = ManifestFile(manifest_at(output))
     file.check_writable()
     settings = settings_for(file.model, false_per_hour, ignored)
+    rig = None if rig_path is None else load_rig(rig_path, files=False)
+    reached = None if rig is None else ZenohArguments().options(rig)
     names = None if joints is None else read_joint_map(joints)
     with grouped_warnings():
         takes = [open_motion(source, names) for source in sources]
@@ -177,7 +198,10 @@ def _on_page(
         return examples_of(file.path, tracked, settings.training.features, report, joints=names)
 
     def session(publish: Publish) -> Session:
-        return Session(takes, file, person, read, publish, suggesting=suggesting, settings=settings)
+        live = None
+        if rig is not None and reached is not None:
+            live = live_trial(rig, reached, lambda update: publish("live", update))
+        return Session(takes, file, person, read, publish, suggesting=suggesting, settings=settings, live=live)
 
     page = PosturePage(takes, session, table)
     with stop_signals() as stopped:

@@ -3,7 +3,7 @@ import { placedCapsules, shapesOf } from './capsules.js';
 import { Connection } from './connection.js';
 import { orbitControls } from './orbit_controls.js';
 import { Poses } from './poses.js';
-import { showTraining, showTrial } from './results.js';
+import { liveRuns, setRig, showLive, showTraining, showTrial } from './results.js';
 import { Scene } from './scene.js';
 import { Timeline, hueOf, seconds } from './timeline.js';
 
@@ -40,6 +40,7 @@ const connection = new Connection({
   proposals: (update) => { state.proposals = update.takes; drawLanes(); },
   training: showTraining,
   trial: (update) => { state.trials.set(update.take, update); drawLanes(); },
+  live: showLive,
   pages: ({ pages }) => {
     el('tabs').hidden = pages < 2;
     el('tabs').textContent = `This page is open ${pages} times: all of them change the same labels.`;
@@ -69,6 +70,7 @@ function showHello(update) {
   setTimeout(() => { greeted = false; });
   const again = state.hello?.takes.map(({ name }) => name).join() === update.takes.map(({ name }) => name).join();
   state.hello = update;
+  setRig(update.rig);
   el('subtitle').textContent = `${update.manifest} · zenocap ${update.version}`;
   update.takes.forEach((one) => { one.body.shapes = shapesOf(one.body); });
   state.poses = update.takes.map((one, k) => new Poses(one, (chunk) => connection.send({ type: 'poses', take: k, chunk }), () => { if (k === state.take) drawPose(); }));
@@ -325,6 +327,7 @@ el('begin-s').onchange = () => moveEdge('begin', Number(el('begin-s').value), tr
 el('end-s').onchange = () => moveEdge('end', Number(el('end-s').value), true);
 el('train').onclick = () => connection.send({ type: 'train' });
 el('try').onclick = () => connection.send({ type: 'try', take: state.take });
+el('try-live').onclick = () => connection.send({ type: 'try_live', on: !liveRuns() });
 el('copy').onclick = async () => {
   try { await navigator.clipboard.writeText(el('command').textContent); el('copy').textContent = 'Copied'; } catch { getSelection().selectAllChildren(el('command')); }
 };

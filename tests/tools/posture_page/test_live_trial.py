@@ -1,0 +1,123 @@
+"""Live trial of a model: what the page shows of a rig's poses, without a network."""
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from tests.support.posture_takes import NAMES, REPETITIONS, posture_take
+from zenocap.common.bus.protocol import Bus, BusError, Envelope, Received
+from zenocap.common.errors import UserError
+from zenocap.common.messages import UniversalBap
+from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.topics import Topic
+from zenocap.services.recognizer.model import PostureModel
+from zenocap.services.recognizer.model_file import find_model, read_model
+from zenocap.tools.dataset.generate import dataset_rig
+from zenocap.tools.posture_page import live_trial, session
+from zenocap.tools.posture_page import messages as pm
+from zenocap.tools.posture_page.live_trial import LiveTrial
+
+PATIENCE_S = 60.0
+
+
+class Network:
+    """A bus that gives the events of a queue.  topics: that were subscribed to."""
+
+    def __init__(self) -> None:
+        self.events: queue.Queue[Received] = queue.Queue()
+        self.topics: list[Topic] = []
+        self.closed = threading.Event()
+
+    def subscribe(self, topic: Topic) -> None:
+        self.topics.append(topic)
+
+    def receive(self, timeout_s: float) -> Received | None:
+        try:
+            return self.events.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
+
+    def close(self) -> None:
+        self.closed.set()
+
+
+@pytest.fixture(scope="module")
+def model() -> PostureModel:
+    return read_model(find_model("fifteen"))
+
+
+@pytest.fixture(scope="module")
+def poses(tmp_path_factory: pytest.TempPathFactory) -> list[Envelope]:
+    take = Take(posture_take(tmp_path_factory.mktemp("take") / "monday.mcap"))
+    found = [envelope(one) for one in take.messages()]
+    return [one for one in found if one is not None and isinstance(one.message, UniversalBap)]
+
+
+def trial_on(network: Network) -> tuple[LiveTrial, list[pm.LiveUpdate]]:
+    updates: list[pm.LiveUpdate] = []
+    return LiveTrial(dataset_rig("truth"), updates.append, lambda ended: cast(Bus, network)), updates
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+
+
+def test_the_postures_of_a_rig_are_shown_and_counted(poses: list[Envelope], model: PostureModel) -> None:
+    network = Network()
+    trial, updates = trial_on(network)
+    for one in poses:
+        network.events.put(one)
+    trial.start(model)
+    until(lambda: network.events.empty() and len(updates) > 1 and bool(updates[-1].counts))
+    until(lambda: dict(updates[-1].counts).keys() >= set(NAMES))
+    assert trial.running
+    last = updates[-1]
+    assert (last.state, last.text) == ("running", "recognizing")
+    counts = dict(last.counts)
+    assert [counts[name] for name in NAMES] == [REPETITIONS] * len(NAMES)
+    assert [one.number for one in last.found] == sorted((one.number for one in last.found), reverse=True)
+    assert all(0 <= one.confidence <= 1 and 0.2 < one.duration_s < 10 for one in last.found)
+    trial.stop()
+    assert updates[-1] == pm.LiveUpdate("off")
+    assert not trial.running
+    assert network.closed.is_set()
+
+
+def test_a_rig_without_poses_is_named(model: PostureModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live_trial, "LIVE_SILENT_S", 0.2)
+    trial, updates = trial_on(Network())
+    trial.start(model)
+    until(lambda: "no poses come from rig demo" in updates[-1].text if updates else False)
+    trial.stop()
+
+
+def test_a_network_that_cannot_be_joined_is_an_error_on_the_page(model: PostureModel) -> None:
+    updates: list[pm.LiveUpdate] = []
+
+    def refused(ended: Callable[[], bool]) -> Bus:
+        raise BusError("tcp/10.0.0.9:7447: no answer")
+
+    trial = LiveTrial(dataset_rig("truth"), updates.append, refused)
+    trial.start(model)
+    until(lambda: bool(updates) and updates[-1].state == "failed")
+    assert updates[-1].text == "tcp/10.0.0.9:7447: no answer"
+    until(lambda: not trial.running)
+
+
+def test_without_a_rig_or_a_model_it_is_refused(tmp_path: Path) -> None:
+    one = session.Session.__new__(session.Session)
+    one._live, one._model = None, None
+    with pytest.raises(UserError, match=r"there is no rig: allowed after `zenocap posture label TAKE --rig RIG`"):
+        one._try_live(True)
+    one._live = trial_on(Network())[0]
+    with pytest.raises(UserError, match="there is no model yet: allowed after Train"):
+        one._try_live(True)
+    one._try_live(False)

@@ -63,8 +63,8 @@ def test_the_postures_of_a_running_rig_are_shown_on_the_page(tmp_path: Path) -> 
         button.click()
         visit.until(lambda: "no poses come from rig demo" in one.text_content("#live-text"), "no poses")
         command = [
-            sys.executable, "-P", "-m", "zenocap", "replay", str(take), "--rate", "4", "--mode", "peer", "--connect", endpoint,
-            "--no-multicast-scouting",
+            sys.executable, "-P", "-m", "zenocap", "replay", str(take), "--rate", "4", "--mode", "peer",
+            "--connect", endpoint, "--no-multicast-scouting",
         ]  # fmt: skip
         replay = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:

@@ -1,6 +1,6 @@
 """Screenshots of the page for the documentation: a real demo, or a take, in a real browser.
 
-    python -m benchmarks.page_pictures [--folder docs] [--seconds 20]
+    python -m benchmarks.page_pictures [--folder docs] [--seconds 20] [--sizes]
     python -m benchmarks.page_pictures --take walk.mcap [--position 4] [--sizes]
 
 Needs Chromium and playwright, and an idle machine: without a graphics card the browser is slow.
@@ -14,7 +14,7 @@ import tempfile
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
@@ -32,13 +32,15 @@ SIZES: tuple[ViewportSize, ...] = (
     {"width": 390, "height": 844}, {"width": 1100, "height": 844}, {"width": 1280, "height": 844},
     {"width": 1920, "height": 1080},
 )  # fmt: skip
-SCHEMES: tuple[Literal["dark", "light"], ...] = ("dark", "light")
+Scheme = Literal["dark", "light"]
+SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SHEET_PX = 400  # height of one picture of the sheet of all sizes
 GAP_PX = 8
 PATIENCE_S = 90.0
 
 
-def main(folder: Path, seconds: float) -> None:
+def main(folder: Path, seconds: float, sizes: bool) -> None:
+    """page-measure.png and page.png of a demo; with `sizes` also page-live-sizes.jpg."""
     with tempfile.TemporaryDirectory() as place, sync_playwright() as driver:
         (port,) = free_ports(1)
         command = [sys.executable, "-P", "-m", "zenocap", "up", str(rig_file(Path(place), port, "auto"))]
@@ -59,6 +61,9 @@ def main(folder: Path, seconds: float) -> None:
             await_pose(page)
             page.wait_for_timeout(1000 * seconds)
             page.screenshot(path=folder / "page.png")
+            page.close()
+            if sizes:
+                sheet_of_sizes(folder / "page-live-sizes.jpg", lambda size, scheme: live(browser, address, size, scheme))
             browser.close()
         finally:
             process.terminate()
@@ -72,22 +77,30 @@ def picture_of_take(take: Path, position_s: float, folder: Path) -> None:
         page.screenshot(path=folder / "page-take.png")
 
 
-def sheet_of_sizes(take: Path, position_s: float, folder: Path) -> None:
-    """page-sizes.jpg: the same in windows of all sizes, a row dark and a row light."""
+def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> Page:
+    """A page that shows the running rig."""
+    page = browser.new_page(viewport=size, color_scheme=scheme)
+    page.goto(address)
+    await_pose(page)
+    page.wait_for_timeout(6000)
+    return page
+
+
+def sheet_of_sizes(path: Path, opened: Callable[[ViewportSize, Scheme], Page]) -> None:
+    """Write the pages of windows of all sizes, a row dark and a row light."""
     rows = []
-    with page_of(take) as (browser, address):
-        for scheme in SCHEMES:
-            row = []
-            for size in SIZES:
-                page = paused(browser, address, position_s, size, scheme)
-                picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-                page.close()
-                assert picture is not None
-                width = round(size["width"] * SHEET_PX / size["height"])
-                scaled = cv2.resize(picture, (width, SHEET_PX), interpolation=cv2.INTER_AREA)
-                row.append(np.pad(scaled, ((GAP_PX, GAP_PX), (GAP_PX, GAP_PX), (0, 0)), constant_values=128))
-            rows.append(np.concatenate(row, axis=1))
-    cv2.imwrite(str(folder / "page-sizes.jpg"), np.concatenate(rows), [cv2.IMWRITE_JPEG_QUALITY, 72])
+    for scheme in SCHEMES:
+        row = []
+        for size in SIZES:
+            page = opened(size, scheme)
+            picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+            page.close()
+            assert picture is not None
+            width = round(size["width"] * SHEET_PX / size["height"])
+            scaled = cv2.resize(picture, (width, SHEET_PX), interpolation=cv2.INTER_AREA)
+            row.append(np.pad(scaled, ((GAP_PX, GAP_PX), (GAP_PX, GAP_PX), (0, 0)), constant_values=128))
+        rows.append(np.concatenate(row, axis=1))
+    cv2.imwrite(str(path), np.concatenate(rows), [cv2.IMWRITE_JPEG_QUALITY, 72])
 
 
 @contextmanager
@@ -108,7 +121,7 @@ def page_of(take: Path) -> Iterator[tuple[Browser, str]]:
             process.wait(30)
 
 
-def paused(browser: Browser, address: str, position_s: float, size: ViewportSize, scheme: Literal["dark", "light"]) -> Page:
+def paused(browser: Browser, address: str, position_s: float, size: ViewportSize, scheme: Scheme) -> Page:
     """A page whose take is paused at a position."""
     page = browser.new_page(viewport=size, color_scheme=scheme)
     page.goto(address)
@@ -147,11 +160,15 @@ if __name__ == "__main__":
     parser.add_argument("--seconds", type=float, default=20.0, help="Tracking time before the screenshot (s).")
     parser.add_argument("--take", type=Path, help="A take beside the folder that it was tracked from: only its picture.")
     parser.add_argument("--position", type=float, default=4.0, help="In the take (s).")
-    parser.add_argument("--sizes", action="store_true", help="Of a take: a sheet of all window sizes too.")
+    parser.add_argument("--sizes", action="store_true", help="A sheet of all window sizes too.")
     options = parser.parse_args()
     if options.take is None:
-        main(options.folder, options.seconds)
+        main(options.folder, options.seconds, options.sizes)
     else:
         picture_of_take(options.take, options.position, options.folder)
         if options.sizes:
-            sheet_of_sizes(options.take, options.position, options.folder)
+            with page_of(options.take) as (browser, address):
+                sheet_of_sizes(
+                    options.folder / "page-sizes.jpg",
+                    lambda size, scheme: paused(browser, address, options.position, size, scheme),
+                )

@@ -128,3 +128,23 @@ def test_plots_of_a_paused_take_are_not_drawn_again(page: "playwright.Page") -> 
     assert page.evaluate("window.plotted") == 0
     page.set_viewport_size({"width": 1100, "height": 800})
     until(page, lambda: page.evaluate("window.plotted") > 0, "drawn again in another size")
+
+
+ROLES = {"button", "checkbox", "combobox", "listbox", "slider", "spinbutton", "tab", "textbox", "link", "image", "radio"}
+
+
+def test_a_screen_reader_gets_a_name_for_every_control(page: "playwright.Page") -> None:
+    """By the accessibility tree of Chromium, of every tab of the panel."""
+    session = page.context.new_cdp_session(page)
+    seen: dict[str, set[str]] = {}
+    for tab in page.locator("[data-tab]").all():
+        if tab.is_visible():
+            tab.click()
+        nodes = session.send("Accessibility.getFullAXTree")["nodes"]
+        controls = [one for one in nodes if not one["ignored"] and one.get("role", {}).get("value") in ROLES]
+        nameless = [one["role"]["value"] for one in controls if not one.get("name", {}).get("value", "").strip()]
+        assert nameless == []
+        for one in controls:
+            seen.setdefault(one["role"]["value"], set()).add(one["name"]["value"])
+    assert "position" in " ".join(seen["slider"]).lower()
+    assert {"play", "pause"} & seen["button"]

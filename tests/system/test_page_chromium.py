@@ -143,7 +143,7 @@ def test_elbows_are_drawn_in_the_colour_of_their_side(visit: Visit) -> None:
 def pixel(visit: Visit, at: Floats) -> tuple[int, int, int]:
     """Colour that the scene has drawn at a position on the page."""
     rgb = visit.evaluate(
-        f"""(() => {{ const {{scene}} = zenocap, {{gl, canvas}} = scene; scene.draw();
+        f"""(() => {{ const {{scene}} = zenocap, {{gl, canvas}} = scene; scene.quality = 0; scene.draw();
         const scale = canvas.width / canvas.clientWidth, out = new Uint8Array(4);
         gl.readPixels(Math.round({at[0]} * scale), Math.round(canvas.height - {at[1]} * scale), 1, 1, gl.RGBA,
           gl.UNSIGNED_BYTE, out); return [...out]; }})()"""
@@ -490,3 +490,10 @@ def test_text_from_the_network_is_never_markup(visit: Visit) -> None:
 
     visit.until(shown, "the text is shown unchanged")
     assert visit.page.locator("#services img").count() == 0
+
+
+@pytest.mark.parametrize(("before", "took_ms", "after"), [(0, 200, 3), (0, 70, 1), (0, 44, 0), (1, 3, 0), (3, 30, 3)])
+def test_the_resolution_follows_the_drawing_time(visit: Visit, before: int, took_ms: int, after: int) -> None:
+    script = f"""(() => {{ const {{scene}} = zenocap; scene.times = []; scene.quality = {before};
+        for (let k = 0; k < 4; k++) scene.adaptResolution({took_ms}); return scene.quality; }})()"""
+    assert visit.evaluate(script) == after

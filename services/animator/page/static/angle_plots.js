@@ -56,7 +56,7 @@ export class AnglePlots {
     const scale = Math.min(window.devicePixelRatio || 1, 2);
     const [width, height] = [canvas.clientWidth * scale, canvas.clientHeight * scale];
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-    const pen = canvas.getContext('2d');
+    const pen = canvas.getContext('2d', { willReadFrequently: true });  // by the processor: faster where there is no graphics card
     pen.clearRect(0, 0, width, height);
     const series = lines.map(([name, colour]) => ({ at: this.names.indexOf(name), colour })).filter(({ at }) => at >= 0);
     const values = this.history.flatMap(({ angles }) => (angles ? series.map(({ at }) => angles[at]) : []));

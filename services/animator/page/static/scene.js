@@ -11,6 +11,7 @@ const DRAW_TIMEOUT_MS = 2000;  // for the graphics card to finish a picture
 const POINT_M = 0.011;
 const POINT_COLOUR = [0.36, 0.92, 0.78, 0.95];
 const SLOW_MS = 45;  // median drawing time above which fewer pixels are drawn
+const FAST_MS = 20;  // expected drawing time below which more are drawn again
 const TIMED_PICTURES = 4;  // over which the median is taken
 const SCALES = [1, 0.75, 0.55, 0.4];  // of the resolution, in steps
 
@@ -80,17 +81,18 @@ export class Scene {
     if (this.stale) this.requestDraw();
   }
 
-  // Draw fewer pixels where drawing takes too long, for example without a graphics card.
+  // Draw fewer pixels where drawing takes too long, for example without a graphics card; more again where it does not.
   adaptResolution(tookMs) {
     this.times.push(tookMs);
     if (this.times.length < TIMED_PICTURES) return;
     const medianMs = this.times.sort((x, y) => x - y)[(TIMED_PICTURES >> 1) - 1];
     this.times = [];
-    if (medianMs <= SLOW_MS) return;
-    // The time is nearly that of the pixels: the first scale that is expected to be fast enough, else the smallest.
-    const fast = (scale) => medianMs * (scale / SCALES[this.quality]) ** 2 <= SLOW_MS;
-    const found = SCALES.findIndex((scale, k) => k > this.quality && fast(scale));
-    this.quality = found < 0 ? SCALES.length - 1 : found;
+    // The time is nearly that of the pixels.
+    const expectedMs = (k) => medianMs * (SCALES[k] / SCALES[this.quality]) ** 2;
+    if (medianMs > SLOW_MS) {
+      const found = SCALES.findIndex((_, k) => k > this.quality && expectedMs(k) <= SLOW_MS);
+      this.quality = found < 0 ? SCALES.length - 1 : found;
+    } else if (this.quality && expectedMs(this.quality - 1) <= FAST_MS) this.quality--;
   }
 
   get position() {

@@ -21,8 +21,8 @@ logger = logging.getLogger(__name__)
 
 
 def kept_path(rig: Rig, viewer: Viewer) -> Path:
-    """File of a viewer's background: of one viewer of one rig only, whatever their names."""
-    return rig.base / BACKGROUNDS / rig.name / f"{viewer.id}.npz"
+    """File of a viewer's background."""
+    return rig.base / BACKGROUNDS / f"{rig.name}-{viewer.id}.npz"
 
 
 def read_kept(path: Path, viewer: Viewer) -> Adaptive | None:

@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.support.two_view_run import film, viewer_setup
-from zenocap.common.rig.rig import demo_rig
 from zenocap.common.rig.sources import AdaptiveBackground
 from zenocap.common.vision.adaptive.saved import packed, read
 from zenocap.services.viewer import silhouette_step
-from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path
+from zenocap.services.viewer.kept_background import BackgroundKeeper
 from zenocap.services.viewer.parameters import KEEP_S
 from zenocap.services.viewer.silhouette_step import Segmenting
 from zenocap.services.viewer.states import Setup
@@ -34,13 +33,6 @@ def learnt() -> Segmenting:
     state = played(SETUP, 70)
     assert isinstance(state, Segmenting)
     return state
-
-
-def test_no_two_viewers_share_a_file() -> None:
-    rig = demo_rig()
-    names = [("a-b", "c"), ("a", "b-c"), ("a", "b")]
-    paths = {kept_path(replace(rig, name=name), replace(rig.viewers[0], id=id)) for name, id in names}
-    assert len(paths) == len(names)
 
 
 def test_the_model_is_written_every_minute_and_at_the_end(tmp_path: Path, learnt: Segmenting) -> None:

@@ -142,7 +142,12 @@ FILMS = (
     Film(_toned("dark", _dark), frozenset({A.DARK}), frozenset({A.CONTRAST, A.HOLES})),
     Film(_toned("too bright", _bright), frozenset({A.SATURATED}), frozenset({A.CONTRAST, A.HOLES, A.FOCUS})),
     Film(Situation("long exposure"), frozenset({A.MOTION_BLUR}), exposed=EXPOSED),
-    Film(Situation("glossy floor"), frozenset({A.GLOSSY_FLOOR}), frozenset({A.CONTRAST, A.CUT_OFF, A.HOLES}), gloss=GLOSS),
+    Film(
+        Situation("floor that mirrors 35 %"),
+        frozenset({A.GLOSSY_FLOOR}),
+        frozenset({A.CONTRAST, A.CUT_OFF, A.HOLES}),
+        gloss=GLOSS,
+    ),
     Film(Situation("person far away"), frozenset({A.SMALL}), view=_focal),
     Film(Situation("camera turned up"), frozenset({A.CUT_OFF}), view=_turned_up),
 )

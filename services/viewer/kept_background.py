@@ -3,17 +3,20 @@
 A two-view viewer cannot: its takes are recomputed from the number of frames in which the background was learnt.
 """
 
+import hashlib
 import logging
 import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.sources import Device, Stream
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.vision.adaptive.model import Adaptive
-from zenocap.common.vision.adaptive.saved import packed, read, write
+from zenocap.common.vision.adaptive.saved import Owner, packed, read, write
 from zenocap.services.viewer.parameters import BACKGROUNDS, KEEP_S
 from zenocap.services.viewer.silhouette_step import Segmenting, State
 
@@ -21,16 +24,36 @@ logger = logging.getLogger(__name__)
 
 
 def kept_path(rig: Rig, viewer: Viewer) -> Path:
-    """File of a viewer's background."""
-    return rig.base / BACKGROUNDS / f"{rig.name}-{viewer.id}.npz"
+    """File of a viewer's background.  No name of a rig or viewer has a +, so that no two viewers have the same file."""
+    return rig.base / BACKGROUNDS / f"{rig.name}+{viewer.id}.npz"
 
 
-def read_kept(path: Path, viewer: Viewer) -> Adaptive | None:
+def owner_of(rig: Rig, viewer: Viewer) -> Owner:
+    """What the file of a viewer's background belongs to.  User and password of an address have no influence."""
+    match viewer.source:
+        case Device() as device:
+            text = str(device.file)
+        case Stream(url=url):
+            parts = urlsplit(url)
+            text = parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
+        case other:  # not kept, see `zenocap.common.rig.viewers`
+            text = repr(other)
+    return Owner(rig.name, viewer.id, hashlib.sha256(text.encode()).hexdigest())
+
+
+def read_kept(rig: Rig, viewer: Viewer) -> Adaptive | None:
     """The kept model; None where there is none, or, with a warning, where it is of no use."""
+    path = kept_path(rig, viewer)
     if not path.exists():
+        ambiguous = path.with_name(f"{rig.name}-{viewer.id}.npz")
+        if ambiguous.exists():
+            logger.warning(
+                "%s: of an earlier version, in which two viewers could have the same file: not used, and may be deleted; "
+                "the background is learnt anew and kept in %s", ambiguous, path.name,
+            )  # fmt: skip
         return None
     try:
-        return read(path, viewer.camera.size)
+        return read(path, viewer.camera.size, owner_of(rig, viewer))
     except UserError as error:
         logger.warning("%s; the background is learnt anew", error)
         return None
@@ -42,8 +65,8 @@ class BackgroundKeeper:
     kept: whether there was a model to be taken up.  clock: monotonic, seconds.
     """
 
-    def __init__(self, path: Path, kept: bool, clock: Callable[[], float]) -> None:
-        self._path, self._kept, self._clock = path, kept, clock
+    def __init__(self, path: Path, owner: Owner, kept: bool, clock: Callable[[], float]) -> None:
+        self._path, self._owner, self._kept, self._clock = path, owner, kept, clock
         self._model: Adaptive | None = None
         self._due_s: float | None = None
         self._writing: threading.Thread | None = None
@@ -82,7 +105,7 @@ class BackgroundKeeper:
     def _write(self, model: Adaptive) -> None:
         """Write a model; a failure is logged once for each kind."""
         try:
-            write(self._path, packed(model))
+            write(self._path, packed(model, self._owner))
             self._failure = ""
         except OSError as error:
             if str(error) != self._failure:

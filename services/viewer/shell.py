@@ -35,7 +35,7 @@ from zenocap.services.viewer.film.feeds import Tap
 from zenocap.services.viewer.film.parameters import FILMS
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.jit_warmup import load_compiled
-from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, read_kept
+from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 from zenocap.services.viewer.sources.playback import Playback
@@ -141,9 +141,8 @@ def run_viewer(
         if rig.tracker is not None:
             kept, keeper = None, None
             if viewer.keep_background:
-                path = kept_path(rig, viewer)
-                kept = read_kept(path, viewer)
-                keeper = BackgroundKeeper(path, kept is not None, time.monotonic)
+                kept = read_kept(rig, viewer)
+                keeper = BackgroundKeeper(kept_path(rig, viewer), owner_of(rig, viewer), kept is not None, time.monotonic)
             segmenting = silhouette_service(viewer, people, kept)
             try:
                 return _run(segmenting, rig, viewer, options, stopped, epoch_ns, films, permission, keeper)

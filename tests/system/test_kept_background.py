@@ -22,7 +22,7 @@ def test_the_second_run_takes_up_the_background_of_the_first(tmp_path: Path) -> 
     write_calibration(tmp_path / "calibration.toml", cameras)
     room, shown = SimulatedCamera(cameras["cam01"], person(0), 0), count()
     images = [room.render(None, k) for k in range(20)]
-    kept = tmp_path / "backgrounds" / "kept-0.npz"
+    kept = tmp_path / "backgrounds" / "kept+0.npz"
     with MjpegServer(SIZE, FPS, picture=lambda: images[next(shown) % len(images)]) as server:
         text = 'name = "kept"\ncalibration = "calibration.toml"\n[zenoh]\nmulticast_scouting = false\n'
         for number, name in enumerate(cameras):
@@ -34,6 +34,6 @@ def test_the_second_run_takes_up_the_background_of_the_first(tmp_path: Path) -> 
                 wait_until(lambda before=before: server.sent > before + SHOWN, 120)  # type: ignore[misc]
                 viewer.send_signal(signal.SIGINT)
                 assert viewer.wait(30) == 0, output_of(tmp_path)
-            assert ("background of backgrounds/kept-0.npz taken up again" in output_of(tmp_path)) is expected
+            assert ("background of backgrounds/kept+0.npz taken up again" in output_of(tmp_path)) is expected
             assert kept.stat().st_mode & 0o777 == 0o600
     assert "not kept" not in output_of(tmp_path)

@@ -1,11 +1,12 @@
 """The adaptive model between two runs of a viewer: a file of its arrays, and the check before it is taken up again.
 
-The file is a NumPy archive (.npz, not compressed) with `version`, `mean`, `weight`, `noise` and `halo`.  Its mean is a
-picture of the room: only its owner may read it.
+The file is a NumPy archive (.npz, not compressed) with `version`, `rig`, `viewer`, `source`, `mean`, `weight`, `noise` and
+`halo`.  Its mean is a picture of the room: only its owner may read it.
 """
 
 import io
 import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -20,20 +21,30 @@ from zenocap.common.vision.background import Background
 from zenocap.common.vision.foreground import ForegroundOptions, expected_gain, foreground
 from zenocap.common.vision.relight import relit
 
-VERSION = 1
+VERSION = 2  # 1 had neither rig, viewer nor source
 FITTING_SHARE = SUDDEN_SHARE  # of the image, largest that differs where a model still fits: as much as a sudden light
 SHIFTS_PX = (-8, -6, -4, -2, -1, 0, 1, 2, 4, 6, 8)  # px, that are compared in both directions; chosen by hand
 BETTER, FAR_SIGMAS = 0.9, 4.0  # of the cost without a shift, from which another fits better; see `shift_px`; by hand
 LARGEST_BYTES = 2**30  # of a file, before anything of it is read
-ARRAYS = ("version", "mean", "weight", "noise", "halo")
+ARRAYS = ("mean", "weight", "noise", "halo")
 
 
-def packed(model: Adaptive) -> bytes:
+@dataclass(frozen=True)
+class Owner:
+    """The camera that a model belongs to.  source: digest of its device file or address."""
+
+    rig: str
+    viewer: str
+    source: str
+
+
+def packed(model: Adaptive, owner: Owner) -> bytes:
     """Content of the file of a model."""
     content = io.BytesIO()
     background = model.background
     np.savez(
-        content, version=np.int64(VERSION), mean=background.mean, weight=background.weight,
+        content, version=np.int64(VERSION), rig=owner.rig, viewer=owner.viewer, source=owner.source,
+        mean=background.mean, weight=background.weight,
         noise=np.float64(model.noise), halo=np.float64(model.halo),
     )  # fmt: skip
     return content.getvalue()
@@ -45,22 +56,30 @@ def write(path: Path, content: bytes) -> None:
     write_atomically(path, content, mode=0o600)
 
 
-def read(path: Path, size: tuple[int, int]) -> Adaptive:
+def read(path: Path, size: tuple[int, int], owner: Owner) -> Adaptive:
     """The model of a file.  size: (width, height) px of the camera.
 
-    Raises UserError, which names the file, for one that cannot be read, of another version or of another size.
+    Raises UserError, which names the file, for one that cannot be read, of another version, camera or size.
     """
     try:
         if path.stat().st_size > LARGEST_BYTES or _unpacked(path) > LARGEST_BYTES:
             raise UserError(f"{path}: larger than {LARGEST_BYTES} bytes: no background model")
         with np.load(path, allow_pickle=False) as file:
-            version, mean, weight, noise, halo = (file[name] for name in ARRAYS)
+            version = file["version"]
+            if version.shape != () or version != VERSION:
+                raise UserError(f"{path}: version = {version}: allowed: {VERSION}")
+            kept = Owner(*(str(file[name]) for name in ("rig", "viewer", "source")))
+            mean, weight, noise, halo = (file[name] for name in ARRAYS)
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from error
     except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise UserError(f"{path}: no background model: {error}") from error
-    if version.shape != () or version != VERSION:
-        raise UserError(f"{path}: version = {version}: allowed: {VERSION}")
+    if (kept.rig, kept.viewer) != (owner.rig, owner.viewer):
+        raise UserError(
+            f"{path}: of viewer {kept.viewer!r} of rig {kept.rig!r}: allowed: {owner.viewer!r} of {owner.rig!r}"
+        )
+    if kept != owner:
+        raise UserError(f"{path}: viewer {owner.viewer!r} had another source: the background is of another camera")
     shape = (size[1], size[0], 3)
     for name, array in (("mean", mean), ("weight", weight)):
         if array.shape != shape or array.dtype != np.float32:

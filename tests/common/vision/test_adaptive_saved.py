@@ -12,12 +12,13 @@ from zenocap.common.arrays import Floats, Image
 from zenocap.common.errors import UserError
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import Adaptive, start
-from zenocap.common.vision.adaptive.saved import packed, read, shift_px, taken_up, write
+from zenocap.common.vision.adaptive.saved import Owner, packed, read, shift_px, taken_up, write
 from zenocap.common.vision.foreground import ForegroundOptions
 from zenocap.common.vision.silhouette import SilhouetteOptions
 
 SIZE = (WIDTH, HEIGHT)
 OPTIONS = ForegroundOptions()
+OWNER = Owner("lab", "1", "4f")
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,7 @@ def model(scene: Floats) -> Adaptive:
 @pytest.fixture
 def saved(model: Adaptive, tmp_path: Path) -> Path:
     path = tmp_path / "backgrounds" / "lab-1.npz"
-    write(path, packed(model))
+    write(path, packed(model, OWNER))
     return path
 
 
@@ -43,7 +44,7 @@ def moved(image: Image, px: float) -> Image:
 
 
 def test_what_is_read_is_what_was_written_and_only_the_owner_may_read_it(model: Adaptive, saved: Path) -> None:
-    back = read(saved, SIZE)
+    back = read(saved, SIZE, OWNER)
     assert np.array_equal(back.background.mean, model.background.mean)
     assert np.array_equal(back.background.weight, model.background.weight)
     assert (back.noise, back.halo, back.person, back.frames) == (model.noise, model.halo, None, 0)
@@ -52,7 +53,7 @@ def test_what_is_read_is_what_was_written_and_only_the_owner_may_read_it(model: 
 
 def test_a_person_who_stands_still_from_the_first_frame_is_found_with_a_saved_model(scene: Floats, saved: Path) -> None:
     first = picture(scene, person(60), 500)
-    restored = taken_up(read(saved, SIZE), first, OPTIONS)
+    restored = taken_up(read(saved, SIZE, OWNER), first, OPTIONS)
     assert restored is not None
     _, silhouette = follow(restored, first, 0.0, SilhouetteOptions(choice="nearest"))
     assert silhouette is not None
@@ -61,7 +62,7 @@ def test_a_person_who_stands_still_from_the_first_frame_is_found_with_a_saved_mo
 
 def test_another_light_is_taken_into_the_model(scene: Floats, saved: Path) -> None:
     dark = picture(scene * np.linspace(0.5, 0.8, WIDTH)[None, :, None], person(60), 500)
-    restored = taken_up(read(saved, SIZE), dark, OPTIONS)
+    restored = taken_up(read(saved, SIZE, OWNER), dark, OPTIONS)
     assert restored is not None
     assert np.abs(restored.background.mean - dark)[:, :50].mean() < 5
 
@@ -69,12 +70,25 @@ def test_another_light_is_taken_into_the_model(scene: Floats, saved: Path) -> No
 @pytest.mark.parametrize("px", [1.0, 2.0, 6.0])
 def test_a_camera_that_was_moved_is_refused(scene: Floats, saved: Path, px: float) -> None:
     frame = moved(picture(scene, person(60), 500), px)
-    assert shift_px(read(saved, SIZE).background, frame, np.ones(3, np.float32)) == px
-    assert taken_up(read(saved, SIZE), frame, OPTIONS) is None
+    assert shift_px(read(saved, SIZE, OWNER).background, frame, np.ones(3, np.float32)) == px
+    assert taken_up(read(saved, SIZE, OWNER), frame, OPTIONS) is None
 
 
 def test_another_room_is_refused(saved: Path) -> None:
-    assert taken_up(read(saved, SIZE), shot(room(HEIGHT, WIDTH)[::-1, ::-1].copy(), 500), OPTIONS) is None
+    assert taken_up(read(saved, SIZE, OWNER), shot(room(HEIGHT, WIDTH)[::-1, ::-1].copy(), 500), OPTIONS) is None
+
+
+@pytest.mark.parametrize(
+    ("owner", "message"),
+    [
+        (Owner("other", "1", "4f"), "of viewer '1' of rig 'lab': allowed: '1' of 'other'"),
+        (Owner("lab", "2", "4f"), "of viewer '1' of rig 'lab': allowed: '2' of 'lab'"),
+        (Owner("lab", "1", "50"), "viewer '1' had another source"),
+    ],
+)
+def test_the_file_of_another_camera_is_refused(saved: Path, owner: Owner, message: str) -> None:
+    with pytest.raises(UserError, match=f"{saved}: {message}"):
+        read(saved, SIZE, owner)
 
 
 def test_bad_files_are_refused_with_their_name(model: Adaptive, saved: Path, tmp_path: Path) -> None:
@@ -87,21 +101,21 @@ def test_bad_files_are_refused_with_their_name(model: Adaptive, saved: Path, tmp
     ):
         bad.write_bytes(content)
         with pytest.raises(UserError, match=f"{bad}: .*{message}"):
-            read(bad, SIZE)
+            read(bad, SIZE, OWNER)
     with pytest.raises(UserError, match=rf"{saved}: mean \(120, 160, 3\) float32: allowed: \(240, 320, 3\) float32"):
-        read(saved, (320, 240))
+        read(saved, (320, 240), OWNER)
     with pytest.raises(UserError, match=f"{tmp_path / 'none.npz'}: No such file"):
-        read(tmp_path / "none.npz", SIZE)
+        read(tmp_path / "none.npz", SIZE, OWNER)
     fields = dict(np.load(saved))
     np.savez(bad, **{**fields, "mean": fields["mean"] * np.nan})
     with pytest.raises(UserError, match="out of range"):
-        read(bad, SIZE)
-    np.savez(bad, **{**fields, "version": np.int64(2)})
-    with pytest.raises(UserError, match="version = 2: allowed: 1"):
-        read(bad, SIZE)
+        read(bad, SIZE, OWNER)
+    np.savez(bad, **{**fields, "version": np.int64(1)})
+    with pytest.raises(UserError, match="version = 1: allowed: 2"):
+        read(bad, SIZE, OWNER)
     np.savez(bad, **{name: value for name, value in fields.items() if name != "halo"})
     with pytest.raises(UserError, match="no background model"):
-        read(bad, SIZE)
+        read(bad, SIZE, OWNER)
     np.savez(bad, **{**fields, "noise": np.array([object()])})
     with pytest.raises(UserError, match="no background model"):
-        read(bad, SIZE)
+        read(bad, SIZE, OWNER)

@@ -16,7 +16,7 @@ from zenocap.common.messages import Name, Number, Size
 from zenocap.common.recording.reader import Take
 from zenocap.common.rig.recognizer import Source, Strictness
 from zenocap.common.rig.rig import Rig
-from zenocap.common.rig.sources import Device, Stream, learning_frames
+from zenocap.common.rig.sources import learning_frames
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions, Heading, Iterations, Particles, Points, Seed
 from zenocap.common.rig.two_view import IMPROVED, Additions
 
@@ -132,7 +132,7 @@ def recorded_rig(rig: Rig) -> RecordedRig:
             fps=viewer.fps,
             learning_frames=learning_frames(viewer.background_in_use),
             silhouette=viewer.silhouette,
-            delay_ns=(viewer.source.delay_ns if isinstance(viewer.source, Device | Stream) else 0) or UNSET,
+            delay_ns=viewer.delay_ns or UNSET,
         )
         for viewer in rig.viewers
     ]

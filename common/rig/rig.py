@@ -11,7 +11,8 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
-from zenocap.common.rig.file import AUTO, DELAYS, METHODS, TRACKER_METHODS, Delays, LogTable, RigFile, ZenohTable, rig_file
+from zenocap.common.rig.delays import check_delays, delays_of
+from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, Delays, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
@@ -176,7 +177,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         except TrackerError as error:
             raise UserError(f"{path}: tracker.{error}") from error
     viewers, rates = at_common_rate(viewers)
-    _check_delays(path, method, viewers)
+    check_delays(path, method, viewers)
     used = [id.encode() for id in read.used or ()]
     parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions), *used]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
@@ -199,37 +200,8 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         None if content.security is None else base / content.security.certificates,
         additions,
         content.film,
-        _delays(path, content, method),
+        delays_of(path, content, method),
     )
-
-
-def _delays(path: Path, content: RigFile, method: str) -> Delays:
-    """Whether delays of the cameras are estimated and corrected.  Raises UserError."""
-    if content.delays == "follow" and method not in TRACKER_METHODS:
-        raise UserError(
-            f"{path}: delays = 'follow': allowed for method {method!r}, without a tracker: off, report; "
-            "zenocap sync TAKE finds delay_ms of the viewers"
-        )
-    return next(one for one in DELAYS if one == content.delays)
-
-
-def _check_delays(path: Path, method: str, viewers: tuple[Viewer, ...]) -> None:
-    """Raises UserError when the cameras of a rig without a tracker are a frame period or more apart.
-
-    Each of its viewers gets the assignment of a frame before its next frame only if the others have seen that instant.
-    """
-    if method in TRACKER_METHODS:
-        return
-    delays = {viewer.id: getattr(viewer.source, "delay_ns", 0) for viewer in viewers}
-    late, early = max(delays, key=delays.__getitem__), min(delays, key=delays.__getitem__)
-    period_ns = 1e9 / min(viewer.fps for viewer in viewers)
-    apart_ns = delays[late] - delays[early]
-    if apart_ns >= period_ns:
-        raise UserError(
-            f"{path}: delay_ms of viewer {late} is {apart_ns / 1e6:g} ms above that of viewer {early}: "
-            f"allowed for method {method!r}: less than a frame period, {period_ns / 1e6:.1f} ms; "
-            "the methods with a tracker wait for late cameras"
-        )
 
 
 def _resolved(method: str, variant: bool) -> str:

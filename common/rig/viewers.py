@@ -58,6 +58,11 @@ class Viewer:
     keep_background: bool = False
 
     @property
+    def delay_ns(self) -> int:
+        """By which its images are older than their times say, as the rig file has it; 0 for other than live sources."""
+        return self.source.delay_ns if isinstance(self.source, Device | Stream) else 0
+
+    @property
     def is_synthetic(self) -> bool:
         """Whether its images show the simulated person."""
         return isinstance(self.source, Actor)

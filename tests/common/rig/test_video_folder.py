@@ -52,12 +52,17 @@ def test_rig_file_gives_the_same_offsets(tmp_path: Path) -> None:
         load_rig(tmp_path / "rig.toml")
 
 
+def streams(*delays_ms: float) -> str:
+    """Viewers of network cameras with these delays."""
+    return "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "rtsp://camera{k}/live"\nfps = 25\ndelay_ms = {delay}\n'
+        for k, delay in enumerate(delays_ms, 1)
+    )
+
+
 def test_without_a_tracker_delays_are_less_than_a_frame_period_apart(tmp_path: Path) -> None:
     folder(tmp_path)
-    viewers = "".join(
-        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "rtsp://camera{k}/live"\nfps = 25\ndelay_ms = {delay}\n'
-        for k, delay in ((1, 50), (2, 80.5))
-    )
+    viewers = streams(50, 80.5)
     file = tmp_path / "rig.toml"
     file.write_text(f'name = "a"\nmethod = "two-view"\ncalibration = "calibration.toml"\n{viewers}')
     assert load_rig(file, files=False).method == "two-view"
@@ -74,10 +79,7 @@ def test_without_a_tracker_delays_are_less_than_a_frame_period_apart(tmp_path: P
 
 def test_a_delay_is_that_of_a_camera_or_stream(tmp_path: Path) -> None:
     folder(tmp_path)
-    viewers = "".join(
-        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "rtsp://camera{k}/live"\nfps = 25\ndelay_ms = {delay}\n'
-        for k, delay in ((1, 0), (2, 80.5))
-    )
+    viewers = streams(0, 80.5)
     file = tmp_path / "rig.toml"
     file.write_text(f'name = "a"\ncalibration = "calibration.toml"\n{viewers}')
     sources = [viewer.source for viewer in load_rig(file, files=False).viewers]

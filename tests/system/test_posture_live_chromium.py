@@ -2,60 +2,33 @@
 
 import subprocess
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from tests.support.posture_takes import NAMES, posture_take
-from tests.system.test_posture_page_chromium import CHROMIUM, FLAGS, Visit, playwright
-from tests.tools.posture_page.test_session import reader_of
+from tests.system.test_posture_page_chromium import CHROMIUM, FLAGS, Visit, playwright, served
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.rig.animator import PageTable
 from zenocap.services.recognizer.model_file import find_model
 from zenocap.tools.dataset.generate import dataset_rig
 from zenocap.tools.launcher.peer_mesh import free_ports
-from zenocap.tools.posture_page.live_trial import live_trial
+from zenocap.tools.posture_page.live_trial import LiveTrial, live_trial
 from zenocap.tools.posture_page.manifest_file import ManifestFile
-from zenocap.tools.posture_page.motion_view import open_motion
-from zenocap.tools.posture_page.page import PosturePage
-from zenocap.tools.posture_page.session import Publish, Session
+from zenocap.tools.posture_page.session import Publish
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
 
 
-@contextmanager
-def served(take: Path, manifest: Path, endpoint: str) -> Iterator[PosturePage]:
-    """A page with a model that was trained earlier, and the rig of the take at an endpoint."""
-    takes, file, ended = [open_motion(take)], ManifestFile(manifest), threading.Event()
-    file.model.write_bytes(find_model("fifteen").read_bytes())
+def test_the_postures_of_a_running_rig_are_shown_on_the_page(tmp_path: Path) -> None:
+    take, manifest = posture_take(tmp_path / "monday.mcap"), tmp_path / "examples.csv"
+    ManifestFile(manifest).model.write_bytes(find_model("fifteen").read_bytes())  # as if it was trained earlier
+    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
     options = ZenohOptions("peer", listen=(endpoint,), multicast_scouting=False)
 
-    def session(publish: Publish) -> Session:
-        live = live_trial(dataset_rig("truth"), options, lambda update: publish("live", update))
-        return Session(takes, file, "anna", reader_of(manifest), publish, live=live)
+    def live(publish: Publish) -> LiveTrial:
+        return live_trial(dataset_rig("truth"), options, lambda update: publish("live", update))
 
-    page = PosturePage(takes, session, PageTable(port=0))
-    page.open()
-    thread = threading.Thread(target=page.run, args=(ended.is_set,), daemon=True)
-    thread.start()
-    try:
-        yield page
-    finally:
-        ended.set()
-        thread.join(5.0)
-        page.close()
-
-
-def test_the_postures_of_a_running_rig_are_shown_on_the_page(tmp_path: Path) -> None:
-    take = posture_take(tmp_path / "monday.mcap")
-    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
-    with (
-        playwright.sync_playwright() as driver,
-        served(take, tmp_path / "examples.csv", endpoint) as page,
-    ):
+    with playwright.sync_playwright() as driver, served(take, manifest, live) as page:
         visit = Visit(driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS), page)
         one = visit.page
         button = one.locator("#try-live")

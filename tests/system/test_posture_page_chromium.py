@@ -18,10 +18,11 @@ from tests.tools.posture_page.test_session import reader_of
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.manifest import read_manifest
+from zenocap.tools.posture_page.live_trial import LiveTrial
 from zenocap.tools.posture_page.manifest_file import ManifestFile
 from zenocap.tools.posture_page.motion_view import open_motion
 from zenocap.tools.posture_page.page import PosturePage
-from zenocap.tools.posture_page.session import Session
+from zenocap.tools.posture_page.session import Publish, Session
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -31,10 +32,15 @@ PATIENCE_S = 90.0
 
 
 @contextmanager
-def served(take: Path, manifest: Path) -> Iterator[PosturePage]:
-    """A page that runs in a thread."""
+def served(take: Path, manifest: Path, live: Callable[[Publish], LiveTrial] | None = None) -> Iterator[PosturePage]:
+    """A page that runs in a thread.  live: its live trial."""
     takes, file, ended = [open_motion(take)], ManifestFile(manifest), threading.Event()
-    page = PosturePage(takes, lambda publish: Session(takes, file, "anna", reader_of(manifest), publish), PageTable(port=0))
+
+    def session(publish: Publish) -> Session:
+        trial = None if live is None else live(publish)
+        return Session(takes, file, "anna", reader_of(manifest), publish, live=trial)
+
+    page = PosturePage(takes, session, PageTable(port=0))
     page.open()
     thread = threading.Thread(target=page.run, args=(ended.is_set,), daemon=True)
     thread.start()

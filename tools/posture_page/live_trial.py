@@ -71,28 +71,33 @@ class LiveTrial:
         except (BusError, UserError) as error:
             if not ended.is_set():
                 self._publish(pm.LiveUpdate("failed", str(error)))
+        except Exception as error:  # a bug: the page must not look as if it still recognized
+            self._publish(pm.LiveUpdate("failed", f"{type(error).__name__}: {error}"))
+            raise
 
     def _recognize(self, setup: Setup, bus: Bus, ended: threading.Event) -> None:
         state, shown = initial_state(setup), _Shown()
-        posed_s, published_s, before = time.monotonic(), 0.0, pm.LiveUpdate("off")
+        posed_s, published_s, before, fits = time.monotonic(), 0.0, pm.LiveUpdate("off"), True
         while not ended.is_set():
             event = bus.receive(LIVE_WAIT_S)
             now_s = time.monotonic()
             if isinstance(event, Envelope):
+                others = state.counts.get("other_body", 0)
                 state, messages = step(setup, state, event)
-                posed_s = now_s
+                posed_s, fits = now_s, state.counts.get("other_body", 0) == others
                 shown.add(one for one in messages if isinstance(one, Posture))
             if now_s - published_s >= LIVE_PERIOD_S:
                 published_s = now_s
-                update = shown.update(self._state_text(state, now_s - posed_s))
+                update = shown.update(self._state_text(state, now_s - posed_s, fits))
                 if update != before:
                     before = update
                     self._publish(update)
 
-    def _state_text(self, state: State, silent_s: float) -> str:
+    def _state_text(self, state: State, silent_s: float, fits: bool) -> str:
+        """fits: the latest pose has the body model that the rig file names."""
         if silent_s > LIVE_SILENT_S:
             return NO_POSES.format(name=self.name)
-        if state.counts.get("other_body"):
+        if not fits:
             return f"the poses of rig {self.name} are of another body model than it says: is it running with this rig file?"
         if state.stream.last_ns < 0:
             return "waiting for poses"

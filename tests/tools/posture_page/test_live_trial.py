@@ -4,23 +4,26 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
 import pytest
+from msgspec import structs
 
 from tests.support.posture_takes import NAMES, REPETITIONS, posture_take
+from tests.tools.posture_page.test_session import Pages
 from zenocap.common.bus.protocol import Bus, BusError, Envelope, Received
-from zenocap.common.errors import UserError
 from zenocap.common.messages import UniversalBap
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import Topic
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.tools.dataset.generate import dataset_rig
-from zenocap.tools.posture_page import live_trial, session
+from zenocap.tools.posture_page import live_trial
 from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page.live_trial import LiveTrial
+from zenocap.tools.posture_page.motion_view import MotionView, open_motion
 
 PATIENCE_S = 60.0
 
@@ -52,9 +55,18 @@ def model() -> PostureModel:
 
 
 @pytest.fixture(scope="module")
-def poses(tmp_path_factory: pytest.TempPathFactory) -> list[Envelope]:
-    take = Take(posture_take(tmp_path_factory.mktemp("take") / "monday.mcap"))
-    found = [envelope(one) for one in take.messages()]
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return posture_take(tmp_path_factory.mktemp("take") / "monday.mcap")
+
+
+@pytest.fixture(scope="module")
+def take(path: Path) -> MotionView:
+    return open_motion(path)
+
+
+@pytest.fixture(scope="module")
+def poses(path: Path) -> list[Envelope]:
+    found = [envelope(one) for one in Take(path).messages()]
     return [one for one in found if one is not None and isinstance(one.message, UniversalBap)]
 
 
@@ -112,12 +124,45 @@ def test_a_network_that_cannot_be_joined_is_an_error_on_the_page(model: PostureM
     until(lambda: not trial.running)
 
 
-def test_without_a_rig_or_a_model_it_is_refused(tmp_path: Path) -> None:
-    one = session.Session.__new__(session.Session)
-    one._live, one._model = None, None
-    with pytest.raises(UserError, match=r"there is no rig: allowed after `zenocap posture label TAKE --rig RIG`"):
-        one._try_live(True)
-    one._live = trial_on(Network())[0]
-    with pytest.raises(UserError, match="there is no model yet: allowed after Train"):
-        one._try_live(True)
-    one._try_live(False)
+def test_poses_of_another_body_are_named_until_they_fit_again(poses: list[Envelope], model: PostureModel) -> None:
+    network = Network()
+    trial, updates = trial_on(network)
+    trial.start(model)
+    message = poses[0].message
+    assert isinstance(message, UniversalBap)
+    network.events.put(replace(poses[0], message=structs.replace(message, angles=[*message.angles, 0.0])))
+    until(lambda: "another body model" in updates[-1].text if updates else False)
+    network.events.put(poses[1])
+    until(lambda: updates[-1].text == "recognizing")
+    trial.stop()
+
+
+def test_an_unexpected_error_does_not_look_like_recognizing(
+    poses: list[Envelope], model: PostureModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(live_trial, "step", broken)
+    monkeypatch.setattr(threading, "excepthook", lambda _: None)
+    network = Network()
+    trial, updates = trial_on(network)
+    network.events.put(poses[0])
+    trial.start(model)
+    until(lambda: bool(updates) and updates[-1] == pm.LiveUpdate("failed", "ZeroDivisionError: a bug"))
+    until(lambda: not trial.running)
+    assert network.closed.is_set()
+
+
+def test_without_a_rig_or_a_model_it_is_refused(take: MotionView, tmp_path: Path) -> None:
+    without_rig = Pages(take, tmp_path / "one" / "examples.csv")
+    wanted = "there is no rig: allowed after `zenocap posture label TAKE --rig RIG`"
+    assert without_rig.send(pm.TryLive(on=True)) == wanted
+    network = Network()
+    pages = Pages(take, tmp_path / "two" / "examples.csv", live=trial_on(network)[0])
+    hello = pages.latest["hello"]
+    assert isinstance(hello, pm.HelloUpdate)
+    assert hello.rig == "demo"
+    assert pages.send(pm.TryLive(on=True)) == "there is no model yet: allowed after Train"
+    assert pages.send(pm.TryLive(on=False)) == ""
+    assert network.topics == []

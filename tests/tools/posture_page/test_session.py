@@ -15,6 +15,7 @@ from zenocap.services.recognizer.training.example_files import examples_of
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 from zenocap.services.recognizer.training.manifest import Row, read_manifest, write_manifest
 from zenocap.tools.posture_page import messages as pm
+from zenocap.tools.posture_page.live_trial import LiveTrial
 from zenocap.tools.posture_page.manifest_file import ManifestFile, manifest_at
 from zenocap.tools.posture_page.motion_view import MotionView, open_motion
 from zenocap.tools.posture_page.session import Session
@@ -31,7 +32,9 @@ def reader_of(manifest: Path) -> Callable[[Sequence[Row], Callable[[int, int, st
 class Pages:
     """The latest update of every key, as the pages have it."""
 
-    def __init__(self, take: MotionView, manifest: Path, settings: PageSettings | None = None) -> None:
+    def __init__(
+        self, take: MotionView, manifest: Path, settings: PageSettings | None = None, live: LiveTrial | None = None
+    ) -> None:
         self.latest: dict[str, object] = {}
         self.session = Session(
             [take],
@@ -40,6 +43,7 @@ class Pages:
             reader_of(manifest),
             lambda key, update: self.latest.update({key: update}),
             settings=settings,
+            live=live,
         )
         self.session.open()
 

@@ -59,6 +59,7 @@ def main(folder: Path, seconds: float, sizes: bool) -> None:
             page.click("#measure-cancel")
             page.click("[data-tab=view]")
             await_pose(page)
+            draw_all_pixels(page)
             page.wait_for_timeout(1000 * seconds)
             page.screenshot(path=folder / "page.png")
             page.close()
@@ -82,6 +83,7 @@ def live(browser: Browser, address: str, size: ViewportSize, scheme: Scheme) -> 
     page = browser.new_page(viewport=size, color_scheme=scheme)
     page.goto(address)
     await_pose(page)
+    draw_all_pixels(page)
     page.wait_for_timeout(6000)
     return page
 
@@ -126,6 +128,7 @@ def paused(browser: Browser, address: str, position_s: float, size: ViewportSize
     page = browser.new_page(viewport=size, color_scheme=scheme)
     page.goto(address)
     await_pose(page)
+    draw_all_pixels(page)
     page.wait_for_timeout(5000)
     if page.get_attribute("#pause", "aria-label") == "pause":
         page.click("#pause")
@@ -133,6 +136,11 @@ def paused(browser: Browser, address: str, position_s: float, size: ViewportSize
     page.evaluate(f"zenocap.player.seek({position_s})")
     page.wait_for_timeout(5000)
     return page
+
+
+def draw_all_pixels(page: Page) -> None:
+    """Whole resolution, as with a graphics card, however long the processor draws."""
+    page.evaluate("zenocap.scene.adaptResolution = () => {}; zenocap.scene.quality = 0; zenocap.scene.requestDraw();")
 
 
 def await_page(address: str) -> None:

@@ -230,14 +230,18 @@ def test_the_scene_turns_and_views_enlarge_by_keys(visit: Visit) -> None:
     visit.page.keyboard.press("2")
     assert visit.evaluate("zenocap.scene.eye.yaw") == 0
     view = visit.page.get_by_role("button", name="view of viewer 1: enlarge")
+    longer = "Math.max(...['width', 'height'].map((key) => document.querySelector('#views canvas')[key]))"
+    visit.until(lambda: visit.evaluate(longer) == 320, "a small view")
     view.focus()
     visit.page.keyboard.press("Enter")
+    visit.until(lambda: visit.evaluate(longer) == 640, "the large view, drawn in its size without a new silhouette")
     assert view.get_attribute("aria-expanded") == "true"
     box = view.bounding_box()
     assert box is not None
     assert box["width"] > 0.9 * SIZE["width"]
     visit.page.keyboard.press("Escape")
     assert view.get_attribute("aria-expanded") == "false"
+    visit.until(lambda: visit.evaluate(longer) == 320, "the small view again")
 
 
 def test_a_joint_has_its_name_and_angles_and_distances_are_measured(visit: Visit) -> None:

@@ -96,6 +96,33 @@ def test_readable_messages_of_a_take_are_shown_beside_those_of_another_version(
     assert "messages cannot be read by this version" in str(page.problems()[0])
 
 
+class StartingReplay:
+    """A replay that has not published anything yet."""
+
+    running, status = True, None
+
+    def __init__(self, path: Path, port: int) -> None: ...
+
+    def __enter__(self) -> "StartingReplay":
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def test_the_first_pose_is_shown_before_the_replay_publishes(
+    tmp_path: Path, page: Page, playback: Playback, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("zenocap.services.animator.playback.ReplayProcess", StartingReplay)
+    take(tmp_path / "walk.mcap", lambda k: False)
+    playback.send(pm.PlayTake("walk.mcap"))
+    page.wait_until(lambda: page.sees("pose") and page.sees("place"))
+    kinds = [update["type"] for update in page.updates]
+    assert kinds.index("player") < kinds.index("pose")  # which makes pages forget the take before
+    assert {"body", "camera", "pose"} <= set(kinds)
+    (pose,) = (update for update in page.updates if update["type"] == "pose")
+    assert pose["frame"] == moving(COUNT).frames[0]
+
+
 def test_a_missing_take_is_reported(page: Page, playback: Playback) -> None:
     playback.send(pm.PlayTake("gone.mcap"))
     page.wait_until(lambda: page.problems() == ["gone.mcap: no such take"])

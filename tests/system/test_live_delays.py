@@ -4,16 +4,22 @@ import os
 import re
 import signal
 import time
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
+from tests.support.mjpeg_server import MjpegServer
 from tests.support.processes import children_of, output_of, started, wait_until
-from tests.support.walkers import SIZE, walker
+from tests.support.walkers import SIZE, Walker, walker
 from tests.system.test_tracker import last_line, poses_in, shows
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.messages import CameraDelays, Health
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.messages import CameraDelays, Health, Silhouette
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import CAMERA_DELAYS
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -21,34 +27,47 @@ from zenocap.tools.verify.recompute import verify
 
 pytestmark = pytest.mark.system
 FPS, LATE_FRAMES, SECONDS = 15, 2, 110
+VIEWS = 4
+VIEWERS = tuple(str(number) for number in range(1, VIEWS + 1))
 FRAME_MS = 1e3 / FPS
+KNOWN_LATE_FRAMES = 3
 KEPT_S = 5.0  # with the whole correction, in which poses go on
 LONGEST_S = SECONDS - 10.0  # two estimates take 45 to 60 s of walking, the correction 8 s
 
 
-def rig_with_a_late_camera(folder: Path) -> Path:
-    """Rig file of two cameras, with films of a person who walks to and fro; the second one is two frames late."""
-    one = walker(20, 2)
+def seen_by(one: Walker, camera: Camera) -> tuple[list[np.ndarray], np.ndarray]:
+    """Images of a camera while a person walks to and fro, to be repeated, and that of the empty room."""
+    filming = SimulatedCamera(camera, one.person, 1)
+    there = [filming.render(one.motion.pose_at(k / FPS), k) for k in range(int(one.motion.duration_s * FPS))]
+    return there + there[::-1], filming.background()
+
+
+def rig_file(folder: Path, one: Walker, head: str, viewer_lines: Mapping[str, str]) -> Path:
+    """Rig file `late.toml` with a tracker; viewer_lines: source and other lines of the viewer of each camera."""
     write_calibration(folder / "calibration.toml", dict(one.cameras))
-    poses = [one.motion.pose_at(k / FPS) for k in range(int(one.motion.duration_s * FPS))]
-    there_and_back = [*range(len(poses)), *reversed(range(len(poses)))]
-    tables = ['name = "late"\ncalibration = "calibration.toml"\nmethod = "hybrid"\ndelays = "follow"\n']
-    for number, (name, camera) in enumerate(one.cameras.items(), 1):
-        filming = SimulatedCamera(camera, one.person, 1)
-        pictures = [filming.render(pose, k) for k, pose in enumerate(poses)]
-        film = cv2.VideoWriter(str(folder / f"{name}.avi"), cv2.VideoWriter.fourcc(*"MJPG"), FPS, SIZE)
-        late = LATE_FRAMES if number == 2 else 0
-        for k in range(SECONDS * FPS):
-            film.write(pictures[there_and_back[max(0, k - late) % len(there_and_back)]])
-        film.release()
-        cv2.imwrite(str(folder / f"{name}.png"), filming.background())
+    tables = [f'name = "late"\ncalibration = "calibration.toml"\nmethod = "hybrid"\n{head}\n']
+    for number, (camera, lines) in enumerate(viewer_lines.items(), 1):
         tables.append(
-            f'[[viewer]]\nid = "{number}"\ncamera = "{name}"\nsource = "{name}.avi"\n'
-            f'background = "image:{name}.png"\nsize = [{SIZE[0]}, {SIZE[1]}]\nfps = {FPS}\n'
+            f'[[viewer]]\nid = "{number}"\ncamera = "{camera}"\nbackground = "image:{camera}.png"\n'
+            f"size = [{SIZE[0]}, {SIZE[1]}]\nfps = {FPS}\n{lines}\n"
         )
     path = folder / "late.toml"
     path.write_text("\n".join(tables))
     return path
+
+
+def rig_with_a_late_camera(folder: Path) -> Path:
+    """Rig file of cameras with films of a person who walks to and fro; the second one is two frames late."""
+    one = walker(20, VIEWS)
+    for number, (name, camera) in enumerate(one.cameras.items(), 1):
+        pictures, room = seen_by(one, camera)
+        film = cv2.VideoWriter(str(folder / f"{name}.avi"), cv2.VideoWriter.fourcc(*"MJPG"), FPS, SIZE)
+        late = LATE_FRAMES if number == 2 else 0
+        for k in range(SECONDS * FPS):
+            film.write(pictures[max(0, k - late) % len(pictures)])
+        film.release()
+        cv2.imwrite(str(folder / f"{name}.png"), room)
+    return rig_file(folder, one, 'delays = "follow"', {name: f'source = "{name}.avi"' for name in one.cameras})
 
 
 def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_path: Path) -> None:
@@ -68,15 +87,52 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
     take, after_restart = sorted(tmp_path.glob("late-*.mcap"), key=lambda path: path.stat().st_ctime_ns)
     messages = [its.message for each in Take(take).messages() if (its := envelope(each)) is not None]
     delays = [message for message in messages if isinstance(message, CameraDelays)]
-    assert delays[-1].found_ms == pytest.approx({"1": 0.0, "2": LATE_FRAMES * FRAME_MS}, abs=0.25 * FRAME_MS)
+    late_ms = {viewer: LATE_FRAMES * FRAME_MS if viewer == "2" else 0.0 for viewer in VIEWERS}
+    assert delays[-1].found_ms == pytest.approx(late_ms, abs=0.25 * FRAME_MS)
     assert delays[-1].applied_ms["2"] == pytest.approx(LATE_FRAMES * FRAME_MS, abs=0.3 * FRAME_MS)
     healths = [message for message in messages if isinstance(message, Health) and message.service == "integrator"]
     assert "corrected by" in healths[-1].state
     corrected_ns = next(one.captured_ns for one in delays if one.applied_ms == delays[-1].applied_ms)
-    poses = [pose for pose in poses_in(after_restart) if tuple(pose.views) == ("1", "2")]
+    poses = [pose for pose in poses_in(after_restart) if tuple(pose.views) == VIEWERS]
     assert poses[0].captured_ns > corrected_ns
     assert len(poses) > 0.4 * FPS * KEPT_S  # all of them on a machine without other load
     for path, fewest in ((take, len(delays) - 2), (after_restart, 1)):  # the trace of the last second is lost with a kill
         found = verify([path])
         assert found.first is None, found.first
         assert found.equal[CAMERA_DELAYS.at("late")] >= fewest
+
+
+def test_streams_of_known_delay_are_tracked_together(tmp_path: Path) -> None:
+    """`delay_ms` of a camera that is three frames late: its images are used with those that the others took at the time."""
+    one, late_s = walker(20, VIEWS), KNOWN_LATE_FRAMES / FPS
+    with ExitStack() as servers:
+        lines = {}
+        for number, (name, camera) in enumerate(one.cameras.items(), 1):
+            pictures, room = seen_by(one, camera)
+            cv2.imwrite(str(tmp_path / f"{name}.png"), room)
+            shown = partial(picture_now, pictures, late_s if number == 2 else 0.0)
+            server = servers.enter_context(MjpegServer(SIZE, FPS, picture=shown))
+            lines[name] = f'source = "{server.url}"' + (f"\ndelay_ms = {1e3 * late_s:.0f}" if number == 2 else "")
+        path = rig_file(tmp_path, one, 'delays = "off"', lines)
+        process = servers.enter_context(started(["up", path, "--recordings", tmp_path], tmp_path))
+        wait_until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking"), tmp_path, 60.0)
+        time.sleep(KEPT_S)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0, output_of(tmp_path)
+    (take,) = tmp_path.glob("late-*.mcap")
+    poses = poses_in(take)
+    whole = [pose for pose in poses if tuple(pose.views) == VIEWERS]
+    assert len(whole) > 0.4 * FPS * KEPT_S  # nearly all of them on a machine without other load
+    assert len(whole) > 0.8 * len(poses)
+    ages_s: dict[str, list[float]] = {viewer: [] for viewer in VIEWERS}
+    for its in filter(None, map(envelope, Take(take).messages())):
+        if isinstance(its.message, Silhouette):
+            ages_s[its.message.viewer].append((its.received_ns - its.message.captured_ns) / 1e9)
+    late, *others = (float(np.median(ages_s[viewer])) for viewer in ("2", "1", "3", "4"))
+    assert late - max(others) == pytest.approx(late_s, abs=0.5 / FPS)
+    assert verify([take]).first is None
+
+
+def picture_now(pictures: Sequence[np.ndarray], late_s: float) -> np.ndarray:
+    """What a camera sends now that shows what was there `late_s` ago."""
+    return pictures[int((time.time() - late_s) * FPS) % len(pictures)]

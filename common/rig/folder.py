@@ -124,10 +124,12 @@ def _rig_file(name: str, calibration: str, viewers: Sequence[ViewerTable], up_ax
 
 
 def _median_notes(viewers: Sequence[ViewerTable]) -> list[str]:
+    cameras = ", ".join(viewer.camera for viewer in viewers if viewer.background == MEDIAN)
+    if not cameras:
+        return []
     return [
-        f"{viewer.camera}: no background picture and no empty_frames: the median of its video is used"
-        for viewer in viewers
-        if viewer.background == MEDIAN
+        f"{cameras}: no background picture and no empty_frames: the median of the video is used; a person who stays in "
+        "one place for half of it becomes part of the room, with holes in the silhouettes"
     ]
 
 

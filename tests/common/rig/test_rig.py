@@ -273,7 +273,9 @@ def test_a_background_image_overrides_empty_frames(tmp_path):
 def test_the_background_is_the_median_without_image_and_empty_frames(tmp_path):
     rig = load_rig(write_folder(tmp_path / "take", [0, 90]))
     assert rig.viewers[0].background == MedianFrames()
-    assert "cam01: no background picture and no empty_frames" in rig.notes[0]
+    assert rig.notes[0].startswith(
+        "cam01, cam02: no background picture and no empty_frames: the median of the video is used; "
+    )
 
 
 def test_two_view_uses_the_most_orthogonal_pair_front_view_first_and_notes_it(tmp_path):

@@ -1,9 +1,10 @@
-"""What the user similar: other names of commands, and arguments of the wrong kind."""
+"""Answers to unknown commands, to arguments of the wrong kind, and to `--help` at any place."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import get_close_matches
+from itertools import takewhile
 from pathlib import Path
 
 import typer
@@ -47,12 +48,26 @@ class WrongArgument(UserError):
 
 
 class Commands(TyperGroup):
-    """The commands of zenocap; an unknown one is answered with similar ones."""
+    """The commands of zenocap; an unknown one is answered with similar ones, and `--help` anywhere is the help."""
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]  # of private types
+        return super().parse_args(ctx, helped(args))
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> object:  # type: ignore[override]  # of private types
         if args and args[0] not in self.commands and not args[0].startswith("-"):
             ctx.fail(unknown_command(args[0], list(self.commands)))
         return super().resolve_command(ctx, args)
+
+
+def helped(words: list[str]) -> list[str]:
+    """The words of a command line; those that ask for help, as in `plan --measure --help`, without their options.
+
+    An option would take `--help` as its value, and the name of a file.
+    """
+    options = list(takewhile(lambda word: word != "--", words))
+    if not {"-h", "--help"} & set(options):
+        return words
+    return [*takewhile(lambda word: not word.startswith("-"), words), "--help"]
 
 
 def unknown_command(word: str, commands: Sequence[str]) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.tools.cli.test_main import COMMANDS, zenocap
-from zenocap.tools.cli.suggestions import OTHER_WORDS, unknown_command
+from zenocap.tools.cli.suggestions import OTHER_WORDS, helped, unknown_command
 
 ALL = [*COMMANDS, "calibrate", "prior", "posture", "show", "render"]
 
@@ -78,3 +78,20 @@ def test_argument_of_the_wrong_type_suggests_the_right_command(
     assert err.startswith("error: ")
     for word in words:
         assert word in err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["plan", "--measure", "--help"], ["track", "folder", "-o", "--help"], ["export", "take.mcap", "--to", "-h", "x"]],
+)
+def test_help_is_never_the_value_of_an_option(words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = zenocap(*words)
+    assert status == 0
+    assert f"zenocap {words[0]}" in out
+    assert not list(tmp_path.iterdir())
+
+
+def test_words_after_two_dashes_are_no_options() -> None:
+    assert helped(["track", "--", "--help"]) == ["track", "--", "--help"]
+    assert helped(["calibrate", "board", "--square", "--help"]) == ["calibrate", "board", "--help"]

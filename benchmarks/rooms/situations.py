@@ -194,6 +194,14 @@ def _compressed(scene: Scene, time_s: float, image: Image) -> Image:
     return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), dtype=np.uint8)
 
 
+def _together(scene: Scene, time_s: float, image: Image) -> Image:
+    """Light that fades, white balance that jumps, noise of half of NOISE, and compression."""
+    faded = _white_balance(scene, time_s, _light(scene, time_s, image))
+    rng = np.random.default_rng([scene.seed, round(time_s * FPS)])
+    noisy = np.clip(faded + rng.normal(0.0, NOISE / 2.0, image.shape), 0, 255).astype(np.uint8)
+    return _compressed(scene, time_s, noisy)
+
+
 def _noisy(scene: Scene, time_s: float, image: Image) -> Image:
     rng = np.random.default_rng([scene.seed, round(time_s * FPS)])
     return np.clip(image + rng.normal(0.0, NOISE, image.shape), 0, 255).astype(np.uint8)
@@ -306,5 +314,6 @@ SITUATIONS: Sequence[Situation] = (
     Situation("second person touches", other=_beside),
     Situation("second person passes in front", other=_passing(-0.9)),
     Situation("glossy floor", gloss=GLOSS),
+    Situation("all of it", empty=False, room=_furniture, tone=_together, other=_passing(1.8), gloss=GLOSS),
     Situation("stands for a minute", still=True, stands_s=STAND_S, length_s=CHANGE_S + STAND_S + 8.0),
 )

@@ -34,7 +34,7 @@ WORDINGS: Mapping[AdviceCode, Wording] = {
     ),
     AdviceCode.HOLES: Wording(
         "holes",
-        "{value:.0f} % of the silhouette is missing in holes and cracks",
+        "{value:.0f} % of the silhouette or more is missing in holes and cracks",
         "wear another colour than the room, light the room evenly, or use less compression",
     ),
     AdviceCode.GLOSSY_FLOOR: Wording(

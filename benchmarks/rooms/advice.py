@@ -1,128 +1,180 @@
-"""Advice of a viewer about its camera: hits and false alarms, by situation and fault.
+"""Advice of a viewer about its camera: hits and false alarms of every kind of advice, by image size.
 
-    python -m benchmarks.rooms.advice [--seeds 12] [--first-seed 0] [--background first:60] [--only NAME,...]
+    python -m benchmarks.rooms.advice [--seeds 6] [--first-seed 200] [--sizes 160x120,320x240] [--only NAME,...]
 
-found: films in which the right advice was given for a tenth of the time or more.  false: films with another advice of that
-kind, and which.  time: processor time of the advice, ms per frame.
+A viewer reports once a second; seconds before SETTLED_S after the fault has begun are left out.  Whether a fault is present
+is known from the film (light, lens, floor), or from the true silhouette over the last seconds: contrast, cut off and small
+by the same measures on it, holes by the share of it that is missing: above LOST present, below WHOLE absent.
+fault: share of the seconds with that fault in which it is reported, and their number.  no such fault: share of the seconds
+without it, where it is reported all the same.  Seconds in which it may be reported (`Film.allowed`) are in neither.
+The second table of a size has films without a fault by their nature: seconds without any, with any advice, and which.
 """
 
 import argparse
 from collections import Counter, defaultdict
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from multiprocessing import Pool
 from pathlib import Path
-from time import process_time
-from unittest.mock import patch
 
 import cv2
 import numpy as np
 
-from benchmarks.rooms.faults import FILMS
-from benchmarks.rooms.situations import EMPTY_S, Scene
+from benchmarks.rooms.faults import FILMS, TRUTH_EVERY, Film
+from benchmarks.rooms.situations import Scene, Shot
 from benchmarks.table import table
-from zenocap.common.camera_advice import TakeAdvice
-from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault
+from zenocap.common.messages import AdviceCode, CameraAdvice
 from zenocap.common.rig.sources import parse_background
-from zenocap.services.viewer import segmentation
-from zenocap.services.viewer.advice import watch as watch_module
-from zenocap.services.viewer.advice.faults import Measured, faults_of, values_of
 from zenocap.services.viewer.advice.watch import Watch, watched
 from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.parameters import ADVICE_WINDOW_S
 from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.states import LearningBackground, viewer_setup
 
-OFTEN_CUT = 0.4  # of the images with a person, in which the true silhouette is cut off
+SETTLED_S = 4.0  # after a fault has begun, from which it has to be reported
+LOST, WHOLE = 0.10, 0.06  # of the true silhouette: missing in the silhouette
 LEAST_PERSON = 30  # px, of a true silhouette
-COLUMNS = ("situation", "found", "false", "which", "time")
-Row = tuple[list[CameraFault], bool, float, dict[str, tuple[float, float, float]]]
+A = AdviceCode
+BY_TRUTH = (A.CONTRAST, A.CUT_OFF, A.SMALL)  # measured on the true silhouette
+UNSTEADY = {A.LIGHT_DRIFT, A.WHITE_BALANCE}  # with these, nothing is stated about the person
+OF_PERSON = {*BY_TRUTH, A.HOLES, A.GLOSSY_FLOOR, A.MOTION_BLUR}
+Codes = frozenset[AdviceCode]
 
 
-def measured(job: tuple[int, str], size: tuple[int, int], background: str) -> Row:
-    """Faults over the film, whether the person is truly cut off, time per frame (ms), and the ranges of all measures."""
-    cv2.setNumThreads(1)
-    seed, name = job
-    scene = Scene(seed, size)
-    film = next(one for one in FILMS if one.name == name)
+@dataclass(frozen=True)
+class Second:
+    """One report.  given: the advice.  present: faults that are there.  unknown: faults that may be there or not."""
+
+    film: str
+    size: tuple[int, int]
+    given: Codes
+    present: Codes
+    unknown: Codes
+
+
+def seconds(film: Film, scene: Scene, shots: Sequence[Shot], background: str) -> Iterator[Second]:
+    """Reports of a viewer of a film, from the first one that counts."""
     setup = viewer_setup("cam01", film.camera(scene), parse_background(background, Path()), True)
     state, place = LearningBackground(), None
-    collected, cut = TakeAdvice(), []
-    values: defaultdict[str, list[float]] = defaultdict(list)
-    used = {"advice": 0.0}
-
-    def timed(watch: Watch, *rest: object) -> object:
-        start = process_time()
-        found = watched(watch, *rest)  # type: ignore[arg-type]  # passed on as they came
-        used["advice"] += process_time() - start
-        return found
-
-    def noted(found: Measured) -> list[CameraFault]:
-        for one in values_of(found):
-            values[f"{one.code.value} {one.part}".strip()].append(one.value)
-        return faults_of(found)
-
-    stack = ExitStack()
-    stack.enter_context(patch.object(watch_module, "faults_of", noted))
-    stack.enter_context(patch.object(segmentation, "watched", timed))  # a stop-watch around it
-    number = 0
-    for number, shot in enumerate(film.shots(scene)):
-        if np.count_nonzero(shot.truth) > LEAST_PERSON:
-            truth = shot.truth
-            cut.append(any(np.count_nonzero(edge) >= 3 for edge in (truth[0], truth[-1], truth[:, 0], truth[:, -1])))
+    truly, true_codes, lost = Watch(), frozenset[AdviceCode](), list[tuple[float, float]]()
+    for number, shot in enumerate(shots):
         if place is None:
             state, place = learn(setup, state, shot.image)
             continue
-        place, _, messages = segment(setup, place, Frame(number, round(shot.time_s * 1e9), shot.image))
+        place, mask, messages = segment(setup, place, Frame(number, round(shot.time_s * 1e9), shot.image))
+        if number % TRUTH_EVERY == 0:
+            some = np.count_nonzero(shot.truth) > LEAST_PERSON
+            assert place.background is not None
+            truly, faults = watched(truly, shot.image, shot.time_s, shot.truth if some else None, place.background)
+            if faults is not None:
+                true_codes = frozenset(one.code for one in faults)
+            if some:
+                found = 0 if mask is None else int(np.count_nonzero(shot.truth & mask))
+                lost.append((shot.time_s, 1.0 - found / int(np.count_nonzero(shot.truth))))
         for message in messages:
-            if isinstance(message, CameraAdvice) and shot.time_s > EMPTY_S:
-                collected.add(message)
-    stack.close()
-    found = [one.fault for one in collected.faults()]
-    return found, bool(np.mean(cut) > OFTEN_CUT), 1e3 * used["advice"] / number, _ranges(values)
+            if isinstance(message, CameraAdvice) and shot.time_s >= film.since_s + SETTLED_S:
+                given = frozenset(one.code for one in message.faults)
+                missing = [share for time_s, share in lost if shot.time_s - time_s <= ADVICE_WINDOW_S]
+                yield _second(film, scene, given, true_codes, float(np.median(missing)) if missing else 0.0)
 
 
-def _ranges(values: dict[str, list[float]]) -> dict[str, tuple[float, float, float]]:
-    return {name: (min(every), float(np.median(every)), max(every)) for name, every in values.items()}
+def _second(film: Film, scene: Scene, given: Codes, true_codes: Codes, missing: float) -> Second:
+    present = set(film.wanted) | {code for code in BY_TRUTH if code in true_codes}
+    unknown = set(film.allowed) - present
+    if missing > LOST:
+        present.add(A.HOLES)
+    elif missing > WHOLE:
+        unknown.add(A.HOLES)
+    if UNSTEADY & (present | unknown):
+        unknown |= OF_PERSON
+    return Second(film.name, scene.size, given, frozenset(present - unknown), frozenset(unknown))
+
+
+def measured(job: tuple[int, tuple[int, int]], films: Sequence[Film], background: str) -> list[Second]:
+    """All seconds of the films of a seed in one image size; films that differ in their tone are rendered once."""
+    cv2.setNumThreads(1)
+    seed, size = job
+    scene = Scene(seed, size)
+    groups = defaultdict[Film, list[Film]](list)
+    for film in films:
+        groups[film.without_tone()].append(film)
+    found = list[Second]()
+    for plain, toned in groups.items():
+        shots = list(plain.shots(scene))
+        for film in toned:
+            found += seconds(film, scene, [film.toned(scene, shot) for shot in shots], background)
+    return found
+
+
+def share(part: int, of: int) -> str:
+    """As `83 % of 120`."""
+    return f"{part / of:.0%} of {of}".replace("%", " %") if of else ""
+
+
+def kinds(found: Sequence[Second], size: tuple[int, int]) -> Iterator[tuple[str, str, str]]:
+    """Of each kind of advice in a size: reported where the fault is, and where it is not."""
+    every = [one for one in found if one.size == size]
+    for code in AdviceCode:
+        there = [one for one in every if code in one.present]
+        absent = [one for one in every if code not in one.present | one.unknown]
+        hits, alarms = (sum(code in one.given for one in some) for some in (there, absent))
+        rate = f"{100.0 * alarms / len(absent):.1f} % of {len(absent)}" if absent else ""
+        yield code.value, share(hits, len(there)), rate
+
+
+def calm(found: Sequence[Second], size: tuple[int, int], films: Sequence[Film]) -> Iterator[tuple[str, str, str]]:
+    """Of each film without a fault in a size: seconds without one that have any advice, and which."""
+    for film in films:
+        every = [one for one in found if one.size == size and one.film == film.name and not one.present]
+        wrong = [one.given - one.unknown for one in every]
+        which = Counter(code.value for codes in wrong for code in codes)
+        alarms = sum(bool(codes) for codes in wrong)
+        rate = f"{100.0 * alarms / len(every):.1f} % of {len(every)}" if every else ""
+        yield film.name, rate, ", ".join(f"{code} {count}" for code, count in which.most_common())
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=12)
-    parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--size", default="320x240")
+    parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--first-seed", type=int, default=200)
+    parser.add_argument("--sizes", default="160x120,320x240,640x480")
     parser.add_argument("--background", default="first:60")
-    parser.add_argument("--only", default="", help="situations whose name contains one of these")
+    parser.add_argument("--only", default="", help="films whose name contains one of these")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--values", action="store_true", help="also print every fault that was found")
+    parser.add_argument("--values", action="store_true", help="also print the advice of every film of every seed")
     options = parser.parse_args()
-    width, height = map(int, options.size.split("x"))
+    sizes = [(int(width), int(height)) for width, height in (text.split("x") for text in options.sizes.split(","))]
     films = [one for one in FILMS if any(part in one.name for part in options.only.split(","))]
-    seeds = range(options.first_seed, options.first_seed + options.seeds)
-    jobs = [(seed, film.name) for seed in seeds for film in films]
-    work = partial(measured, size=(width, height), background=options.background)
+    jobs = [(seed, size) for size in sizes for seed in range(options.first_seed, options.first_seed + options.seeds)]
+    found = list[Second]()
     with Pool(options.jobs) as pool:
-        rows = {}
-        for job, row in zip(jobs, pool.imap(work, jobs), strict=True):
-            rows[job] = row
+        work = partial(measured, films=films, background=options.background)
+        for (seed, size), every in zip(jobs, pool.imap(work, jobs), strict=True):
+            found += every
             if options.values:
-                print(*job, [(one.code.value, one.part, one.value) for one in row[0]], row[1], row[3], flush=True)
-    cells = []
-    for film in films:
-        hits, alarms, which, shares = 0, 0, Counter[str](), []
-        for seed in seeds:
-            faults, cut, share, _ = rows[seed, film.name]
-            codes = {fault.code for fault in faults}
-            wanted, allowed = film.wanted, film.wanted | film.allowed
-            if cut:
-                allowed |= {AdviceCode.CUT_OFF}
-            hits += bool(codes & wanted)
-            alarms += bool(codes - allowed)
-            which.update(code.value for code in codes - allowed)
-            shares.append(share)
-        found = f"{hits}/{len(seeds)}" if film.wanted else ""
-        text = ", ".join(f"{code} {count}" for code, count in which.most_common())
-        cells.append((film.name, found, f"{alarms}/{len(seeds)}", text, f"{np.median(shares):.2f}"))
-    print(table("", COLUMNS, cells))
+                _print_values(seed, size, every)
+    for size in sizes:
+        print(table(f"{size[0]}x{size[1]}", ("advice", "fault", "no such fault"), list(kinds(found, size))))
+        rows = list(calm(found, size, [film for film in films if not film.wanted]))
+        print(table("", ("film without a fault", "any advice", "which"), rows))
+
+
+def _print_values(seed: int, size: tuple[int, int], every: Sequence[Second]) -> None:
+    by_film = defaultdict[str, list[Second]](list)
+    for one in every:
+        by_film[one.film].append(one)
+    for name, some in by_film.items():
+        counts = [Counter(code.value for one in some for code in codes(one)) for codes in (_given, _present)]
+        print(seed, size, name, len(some), "given", dict(counts[0]), "present", dict(counts[1]), flush=True)
+
+
+def _given(one: Second) -> Codes:
+    return one.given
+
+
+def _present(one: Second) -> Codes:
+    return one.present
 
 
 if __name__ == "__main__":

@@ -1,21 +1,29 @@
 """Measures of the person in one image: contrast to the room, holes, mirror image, size and border."""
 
 from dataclasses import dataclass
+from math import ceil
 
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32, Image, Mask
+from zenocap.common.arrays import Bools, Floats, Floats32, Image, Mask
+from zenocap.common.vision.background import Background
 from zenocap.services.viewer.parameters import (
     ADVICE_PERSON_PX,
     ADVICE_PX,
     CLOSING,
     CONTACT_PX,
     CONTRAST_QUANTILE,
+    FLOOR_SHARE,
+    GLOSS_COLOUR,
     GLOSS_CONTRAST,
     GLOSS_FEET,
     GLOSS_LIKENESS,
+    GLOSS_PATTERN,
     GLOSS_REACH,
+    OTHER_COLOUR,
+    PARTLY_COVERED,
+    ROOM_SIGMAS,
 )
 
 GAIN_RANGE = (0.5, 2.0)  # of the light of an image over that of the room
@@ -25,7 +33,7 @@ SIDES, BELOW = 0.15, 0.3  # of the person's height, what is measured beside and 
 
 @dataclass(frozen=True)
 class PersonSample:
-    """contrast: (3,) levels of the upper, middle and lower third.  holes: %.  height: px.
+    """contrast: (3,) levels of the upper, middle and lower third.  holes: missing area, % of the silhouette.  height: px.
 
     mirrored: the silhouette contains a mirror image.  cut: by the border of the image.
     """
@@ -40,9 +48,14 @@ class PersonSample:
 
 @dataclass(frozen=True)
 class Reduced:
-    """Reduced surroundings of a person: difference from the room in its present light (h, w, 3), silhouette (h, w)."""
+    """Reduced surroundings of a person.
+
+    difference: from the room in its present light (h, w, 3), levels.  distance: the same in sigmas of the noise, (h, w).
+    mask: silhouette (h, w).
+    """
 
     difference: Floats32
+    distance: Floats32
     mask: Mask
 
 
@@ -54,7 +67,7 @@ def gains(image: Image, room: Floats32, mask: Mask) -> Floats32:
     return np.asarray(np.clip(now / np.maximum(empty, 1.0), *GAIN_RANGE), dtype=np.float32)
 
 
-def reduced(image: Image, room: Floats32, gain: Floats32, mask: Mask, top: int, bottom: int) -> Reduced:
+def reduced(image: Image, room: Background, gain: Floats32, mask: Mask, top: int, bottom: int) -> Reduced:
     """The person of rows `top` to `bottom` with what is around and below, about ADVICE_PERSON_PX tall."""
     height = bottom - top + 1
     step = max(1, round(height / ADVICE_PERSON_PX))
@@ -62,7 +75,9 @@ def reduced(image: Image, room: Floats32, gain: Floats32, mask: Mask, top: int, 
     margin, below = round(SIDES * height), round(BELOW * height)
     left, right = max(0, int(columns[0]) - margin), int(columns[-1]) + margin + 1
     place = np.s_[max(0, top - step) : bottom + below : step, left:right:step]
-    return Reduced(image[place] - gain * room[place], np.ascontiguousarray(mask[place]))
+    difference = np.asarray(image[place] - gain * room.mean[place], dtype=np.float32)
+    distance = np.sqrt((np.square(difference) * room.weight[place]).sum(axis=2))
+    return Reduced(difference, distance, np.ascontiguousarray(mask[place]))
 
 
 def person_sample(time_s: float, found: Reduced, mask: Mask, top: int, bottom: int) -> PersonSample:
@@ -73,21 +88,49 @@ def person_sample(time_s: float, found: Reduced, mask: Mask, top: int, bottom: i
     if len(rows) < THIRDS:
         return PersonSample(time_s, np.full(THIRDS, np.nan), 0.0, False, height, cut)
     first, last = int(rows[0]), int(rows[-1])
+    lost = missing(found, first, last)
+    holes = 100.0 * int(np.count_nonzero(lost)) / int(np.count_nonzero(found.mask))
+    return PersonSample(time_s, _contrast(found, lost | (found.mask != 0), first, last), holes,
+                        is_mirrored(found, first, last), height, cut)  # fmt: skip
+
+
+def missing(found: Reduced, first: int, last: int) -> Bools:
+    """Pixels (h, w) of the person that are missing in the silhouette of rows `first` to `last`: its holes and cracks.
+
+    Gaps of the silhouette are also real, between an arm and the trunk or between the legs: there the image shows the room.
+    A pixel is missing where it lies in a gap and differs from the room by more than the noise.  Left out are pixels that
+    the person next to them covers in part, and those near the floor, where a shadow differs too.
+    """
     width = max(3, round(CLOSING * (last - first + 1))) | 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
     region = cv2.copyMakeBorder(found.mask, width, width, width, width, cv2.BORDER_CONSTANT, value=0)
     closed = cv2.morphologyEx(region, cv2.MORPH_CLOSE, disc)[width:-width, width:-width]
-    area = int(np.count_nonzero(found.mask))
-    holes = 100.0 * (int(np.count_nonzero(closed)) - area) / area
-    return PersonSample(time_s, _contrast(found, np.asarray(closed, dtype=np.uint8), first, last), holes,
-                        is_mirrored(found, first, last), height, cut)  # fmt: skip
+    lost: Bools = (closed != 0) & (found.mask == 0) & (found.distance > ROOM_SIGMAS)
+    lost[round(first + (1.0 - FLOOR_SHARE) * (last - first + 1)) :] = False
+    return lost & ~_partly_covered(found)
 
 
-def _contrast(found: Reduced, region: Mask, first: int, last: int) -> Floats:
+def _partly_covered(found: Reduced) -> Bools:
+    """Pixels (h, w) beside the silhouette whose difference from the room is a small share of that of the silhouette."""
+    wide = np.pad(found.difference, ((1, 1), (1, 1), (0, 0)))
+    inside = np.pad(found.mask, 1) != 0
+    own = np.square(found.difference).sum(axis=2)
+    height, columns = found.mask.shape
+    partly: Bools = np.zeros(found.mask.shape, dtype=np.bool_)
+    for y, x in ((0, 1), (2, 1), (1, 0), (1, 2)):
+        place = np.s_[y : y + height, x : x + columns]
+        beside = wide[place]
+        along = (found.difference * beside).sum(axis=2)
+        share = along / np.maximum(np.square(beside).sum(axis=2), 1.0)
+        partly |= inside[place] & (share > 0.0) & (share < PARTLY_COVERED) & (own - share * along < OTHER_COLOUR * own)
+    return partly
+
+
+def _contrast(found: Reduced, region: Bools, first: int, last: int) -> Floats:
     levels = np.abs(found.difference).max(axis=2)
     values = np.full(THIRDS, np.nan)
     for third, rows in enumerate(np.array_split(np.arange(first, last + 1), THIRDS)):
-        inside = levels[rows[0] : rows[-1] + 1][region[rows[0] : rows[-1] + 1] != 0]
+        inside = levels[rows[0] : rows[-1] + 1][region[rows[0] : rows[-1] + 1]]
         if len(inside):
             values[third] = float(np.quantile(inside, CONTRAST_QUANTILE))
     return values
@@ -96,20 +139,35 @@ def _contrast(found: Reduced, region: Mask, first: int, last: int) -> Floats:
 def is_mirrored(found: Reduced, first: int, last: int) -> bool:
     """Whether the lower half of the silhouette of rows `first` to `last` is a faint mirror image of the upper half.
 
-    That is so where a glossy floor mirrors enough for the mirror image to belong to the silhouette.
+    That is so where a glossy floor mirrors enough for the mirror image to belong to the silhouette.  Legs resemble the
+    trunk above them in outline, and trousers may be fainter than a shirt: so colours and pattern are compared too.
     """
     columns = np.flatnonzero(found.mask.any(axis=0))
     place = np.s_[first : last + 1, int(columns[0]) : int(columns[-1]) + 1]
-    mask, levels = found.mask[place] != 0, np.abs(found.difference[place]).max(axis=2)
+    mask, difference = found.mask[place] != 0, found.difference[place]
     height = len(mask)
     reach = round(GLOSS_REACH * height)
     best, mirrored = GLOSS_LIKENESS, False
-    for feet in range(round(GLOSS_FEET[0] * height), min(round(GLOSS_FEET[1] * height), height - reach) + 1):
+    for feet in range(ceil(GLOSS_FEET[0] * height), min(round(GLOSS_FEET[1] * height), height - reach) + 1):
         above, below = mask[feet - reach : feet][::-1], mask[feet : feet + reach]
         common = above & below
         likeness = int(np.count_nonzero(common)) / max(1, int(np.count_nonzero(above | below)))
         if likeness > best:
-            bright = float(levels[feet - reach : feet][::-1][common].mean())
-            faint = float(levels[feet : feet + reach][common].mean())
-            best, mirrored = likeness, faint < GLOSS_CONTRAST * bright
+            best = likeness
+            mirrored = _is_faint_image(
+                difference[feet - reach : feet][::-1][common], difference[feet : feet + reach][common]
+            )
     return mirrored
+
+
+def _is_faint_image(bright: Floats32, faint: Floats32) -> bool:
+    """Whether differences from the room (n, 3) are fainter than others (n, 3), and like them in colour and pattern."""
+    if np.abs(faint).max(axis=1).mean() >= GLOSS_CONTRAST * np.abs(bright).max(axis=1).mean():
+        return False
+    if _cosine(bright, faint) < GLOSS_COLOUR:
+        return False
+    return _cosine(bright - bright.mean(axis=0), faint - faint.mean(axis=0)) >= GLOSS_PATTERN
+
+
+def _cosine(a: Floats32, b: Floats32) -> float:
+    return float((a * b).sum()) / max(1e-6, float(np.linalg.norm(a) * np.linalg.norm(b)))

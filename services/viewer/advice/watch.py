@@ -6,7 +6,7 @@ from typing import TypeVar
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32, Image, Mask
+from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.messages import CameraFault
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
@@ -76,7 +76,7 @@ def watched(
         return watch, None
     if time_s - watch.focus_s >= ADVICE_FOCUS_S:
         room = room_of(background)
-        watch = replace(watch, edge_px=None if room is None else room_edge_px(room), focus_s=time_s)
+        watch = replace(watch, edge_px=None if room is None else room_edge_px(room.mean), focus_s=time_s)
     found = Measured(
         watch.fast, watch.slow, [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S],
         [one for at_s, one in watch.blurs if time_s - at_s <= ADVICE_WINDOW_S], watch.exposure,
@@ -85,13 +85,13 @@ def watched(
     return replace(watch, reported_s=time_s), faults_of(found)
 
 
-def room_of(background: Background | Mixture | Adaptive) -> Floats32 | None:
-    """The empty room (height, width, 3) as the model has it; None for a model that does not give it cheaply."""
+def room_of(background: Background | Mixture | Adaptive) -> Background | None:
+    """Mean and noise of the empty room as the model has it; None for a model that does not give them cheaply."""
     match background:
-        case Background(mean=mean):
-            return mean
-        case Adaptive(background=Background(mean=mean)):
-            return mean
+        case Background():
+            return background
+        case Adaptive(background=model):
+            return model
         case _:
             return None
 
@@ -107,15 +107,15 @@ def _sampled(watch: Watch, small: Image, time_s: float) -> Watch:
     return replace(watch, slow=slow, exposure=exposure(small), sampled_s=time_s)
 
 
-def _with_person(watch: Watch, image: Image, room: Floats32, mask: Mask, time_s: float) -> Watch:
+def _with_person(watch: Watch, image: Image, room: Background, mask: Mask, time_s: float) -> Watch:
     rows = np.flatnonzero(mask.any(axis=1))
     if not len(rows):
         return watch
     top, bottom = int(rows[0]), int(rows[-1])
-    gain = gains(image, room, mask)
+    gain = gains(image, room.mean, mask)
     sample = person_sample(time_s, reduced(image, room, gain, mask, top, bottom), mask, top, bottom)
     kept = [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S]
-    outline = outline_of(image, room, float(gain[GREEN]), mask, top, bottom)
+    outline = outline_of(image, room.mean, float(gain[GREEN]), mask, top, bottom)
     return replace(watch, samples=(*kept, sample), outline=outline)
 
 

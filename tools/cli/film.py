@@ -68,7 +68,7 @@ def film(
         from zenocap.common.runtime.foreign_text import MAX_LINE, printable
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.tools.cli.track import parsed_size
-        from zenocap.tools.film.away import copy_commands, write_away
+        from zenocap.tools.film.away import copy_commands, detect_commands, write_away
         from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
@@ -134,8 +134,17 @@ def film(
     with one_line_errors():
         write_away(output, away)
     if away:
-        then = f"zenocap track {output}" if calibrated else f"zenocap calibrate board {output} --square MM"
-        _print(f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then {then}")
+        if calibrated:
+            copy = f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then zenocap track {output}"
+        else:
+            _print(
+                f"next: detect the board of {', '.join(away)} where the videos are, and copy the corners into {output}, "
+                f"then zenocap calibrate board {output} --square MM"
+            )
+            for command in detect_commands(output, away):
+                _print(f"  {command}")
+            copy = "or copy the videos:"
+        _print(copy)
         for command in copy_commands(output, away):
             _print(f"  {command}")
     elif calibrated:

@@ -12,6 +12,7 @@ from zenocap.tools.film.camera import Filmed
 from zenocap.tools.sync.synchronize import write_sync
 
 CALIBRATION, CLIP, SYNC = "calibration.toml", "clip.toml", "sync.toml"
+CORNERS, CORNERS_SUFFIX = "corners", ".corners"  # folder and files of the corners of a board, detected in these videos
 
 
 def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated: bool = True) -> None:
@@ -22,7 +23,8 @@ def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated:
     written = (CALIBRATION, CLIP, SYNC) if calibrated else (CLIP, SYNC)
     videos = [path for path in (folder / "videos").glob("*") if path.suffix.lower() in VIDEO_SUFFIXES]
     own = {viewer.camera.name for viewer in viewers}
-    existing = [*videos, *(path for name in written if (path := folder / name).exists())]
+    corners = sorted((folder / CORNERS).glob(f"*{CORNERS_SUFFIX}"))  # of the film that is replaced
+    existing = [*videos, *(path for name in written if (path := folder / name).exists()), *corners]
     if existing and not force:
         raise UserError(f"{existing[0]} exists: allowed: another folder, or --force to replace it")
     if others := [path for path in videos if path.stem not in own]:

@@ -19,7 +19,7 @@ SIZE, VIDEO_SIZE = (960, 540), (640, 360)
 def board_pictures(folder: Path, count: int = 16, board: Board = FILM_BOARD, seed: int = 0) -> tuple[Camera, ...]:
     """Write pictures 00.png, 01.png ... of two cameras; in the last the board lies on the floor.  Returns the cameras."""
     cameras = room(2, seed, SIZE)
-    image_at = _images(cameras, board, seed, key_s=1.0)
+    image_at = board_images(cameras, board, seed, key_s=1.0)
     for camera in cameras:
         (folder / camera.name).mkdir(parents=True)
         for number in range(count):
@@ -33,7 +33,7 @@ def board_videos(
 ) -> tuple[Camera, ...]:
     """Write videos/cam01.mp4 and cam02.mp4; in the last two seconds the board lies on the floor.  Returns the cameras."""
     cameras = room(2, seed, VIDEO_SIZE)
-    image_at = _images(cameras, board, seed, key_s=0.7)
+    image_at = board_images(cameras, board, seed, key_s=0.7)
     count = round(seconds * fps)
     for camera in cameras:
         times = [None if number / fps >= seconds - 2.0 else number / fps for number in range(count)]
@@ -44,7 +44,7 @@ def board_videos(
     return cameras
 
 
-def _images(
+def board_images(
     cameras: tuple[Camera, ...], board: Board, seed: int, key_s: float
 ) -> Callable[[Camera, float | None, int], Image]:
     """Function of camera, time (s; None: the board lies on the floor) and number of the image: its grey image."""

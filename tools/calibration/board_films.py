@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.folder import IMAGE_SUFFIXES, SYNC_FILE, read_offsets
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX, IMAGE_SUFFIXES, SYNC_FILE, read_offsets
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_detection import best_variant, board_variant
@@ -14,7 +14,6 @@ from zenocap.tools.calibration.corners_file import check_board, read_corners
 from zenocap.tools.calibration.detection import Detection, camera_views, not_found
 from zenocap.tools.calibration.film_search import OnProgress, Searched, probes, searched, with_suffix
 from zenocap.tools.film.away import require_copied
-from zenocap.tools.film.layout import CORNERS, CORNERS_SUFFIX
 
 LAYOUT = "a folder with videos, or with videos/, or with a folder of images for each camera; or the videos themselves"
 FILE_LAYOUT = f"{LAYOUT}; {CORNERS_SUFFIX} files of `zenocap calibrate detect` in place of videos"

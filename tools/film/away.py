@@ -6,9 +6,9 @@ from shlex import quote
 
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.common.toml_file import read_toml
-from zenocap.tools.film.layout import CORNERS, CORNERS_SUFFIX
 
 AWAY = "away.toml"
 Places = Mapping[str, tuple[str, str]]  # machine and folder there, by camera
@@ -38,10 +38,13 @@ def copy_commands(folder: Path, places: Places) -> list[str]:
     ]
 
 
-def detect_commands(folder: Path, places: Places) -> list[str]:
-    """Commands that detect a board on the machines of these videos, and copy the corners into the folder."""
+def detect_commands(folder: Path, places: Places, options: str = "--square MM") -> list[str]:
+    """Commands that detect a board on the machines of these videos, and copy the corners into the folder.
+
+    options: that describe the board.
+    """
     detect = [
-        f"ssh -- {quote(host)} {quote(f'zenocap calibrate detect {quote(there)} --square MM')}"
+        f"ssh -- {quote(host)} {quote(f'zenocap calibrate detect {quote(there)} {options}')}"
         for host, there in dict.fromkeys(places.values())
     ]
     copy = [

@@ -6,13 +6,13 @@ from pathlib import Path
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, FirstFrames
 from zenocap.tools.film.camera import Filmed
 from zenocap.tools.sync.synchronize import write_sync
 
 CALIBRATION, CLIP, SYNC = "calibration.toml", "clip.toml", "sync.toml"
-CORNERS, CORNERS_SUFFIX = "corners", ".corners"  # folder and files of the corners of a board, detected in these videos
 
 
 def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated: bool = True) -> None:

@@ -46,6 +46,7 @@ def detect(
     ] = None,
     force: ForceOption = False,
     as_json: JsonOption = False,
+    background: Annotated[bool, typer.Option("--background", hidden=True, help="With low priority.")] = False,
 ) -> None:
     """Detect a printed board in the films of this machine, and write the corners for a calibration on another machine.
 
@@ -55,11 +56,17 @@ def detect(
 
     Example, on the camera's machine: `zenocap calibrate detect films/monday-20261123T221734Z --square 35`
     """
+    from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
     from zenocap.tools.calibration.board_films import searchable_films
     from zenocap.tools.calibration.corners_file import write_corners
     from zenocap.tools.calibration.detection import detected
-    from zenocap.tools.film.layout import CORNERS, CORNERS_SUFFIX
 
+    if background:
+        import logging
+
+        from zenocap.common.runtime.priority import lower_priority
+
+        lower_priority(logging.getLogger(__name__))
     written: list[dict[str, object]] = []
     with one_line_errors():
         described = described_board(kind, columns, rows, square, marker, dictionary, spacing)

@@ -448,21 +448,34 @@ class PaceQuery(Message, frozen=True, tag="pace_query"):
     sent: Annotated[dict[Text, Count], Meta(max_length=256)] = {}  # by key since the last question; back: those listened to
 
 
+class FilmBoard(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A printed board, by the options of `zenocap calibrate detect`; None where an option is left out."""
+
+    kind: Literal["charuco", "chessboard", "aprilgrid"]
+    columns: Annotated[int, Meta(ge=2, le=40)]
+    rows: Annotated[int, Meta(ge=2, le=40)]
+    square_mm: Annotated[float, Meta(ge=2, le=1000)]
+    marker_mm: Annotated[float, Meta(ge=0, le=1000)] | None = None
+    dictionary: Name | None = None
+    spacing: Annotated[float, Meta(ge=0, le=1)] | None = None
+
+
 class FilmQuery(Message, frozen=True, tag="film_query"):
     """A query of the one who films, to the program that has a camera; answered by a `FilmReply`.
 
     state: asks only.  open: begin to take images, for the film of that name.  start: record those captured from `begin_ns`
     on, for `duration_ns` (0: until stopped).  stop: end, also a film that has not begun.  files: sizes and checksums of
-    an ended film.  read: a part of one of its files.  Times are by the clock of the one who is asked.
+    an ended film, or of its corners.  read: a part of one of its files.  detect: search `board` in an ended film, for its
+    corners.  Times are by the clock of the one who is asked.
     """
 
-    what: Literal["state", "open", "start", "stop", "files", "read"]
+    what: Literal["state", "open", "start", "stop", "files", "read", "detect"]
     sender: Name  # chosen at random for each film: only who opened a film may start, stop and read it
     film: FolderName | None = None  # None: for "state" only
     camera: FolderName | None = None  # name of the camera in the rig, for "open": the name of its files
     begin_ns: Nanoseconds = 0
     duration_ns: Nanoseconds = 0
-    file: Literal["video", "times"] = "video"
+    file: Literal["video", "times", "corners"] = "video"
     offset: Count = 0  # bytes, for "read"
     size: tuple[Annotated[int, Meta(ge=16, le=16384)], Annotated[int, Meta(ge=16, le=16384)]] = (
         1280,
@@ -470,6 +483,7 @@ class FilmQuery(Message, frozen=True, tag="film_query"):
     )  # for a camera host
     fps: Annotated[float, Meta(ge=0.1, le=1000)] = 30.0  # for a camera host
     settings: Annotated[dict[Name, Text], Meta(max_length=8)] = {}  # of a camera without rig file, for a camera host
+    board: FilmBoard | None = None  # for "detect"
 
 
 class FilmFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -497,8 +511,10 @@ class FilmReply(Message, frozen=True, tag="film_reply"):
     last_ns: Nanoseconds = 0
     written_bytes: Count = 0
     free_bytes: Count = 0  # of the disk
-    files: Annotated[dict[Literal["video", "times"], FilmFile], Meta(max_length=2)] = {}
+    files: Annotated[dict[Literal["video", "times", "corners"], FilmFile], Meta(max_length=2)] = {}
     data: Annotated[bytes, Meta(max_length=FILM_PART_BYTES)] = b""  # reply to "read"
+    board: Literal["none", "searching", "found", "failed"] = "none"  # of "detect"
+    board_failure: Text = ""  # why it was not found
 
 
 class HostCamera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

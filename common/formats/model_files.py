@@ -1,4 +1,4 @@
-"""Files of learnt models: data only, with a checksum; equal models give equal bytes.
+"""Files of learnt models and of detected corners: data only, with a checksum; equal content gives equal bytes.
 
 A header (magic, version, CRC-32 and length of the rest), then one MessagePack map; an array is its shape and its
 little-endian float64 values, or float32 where they have no more digits.
@@ -29,12 +29,16 @@ class Array(Struct, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class ModelFormat:
-    """Header of one kind of file.  magic: its first bytes.  noun: of the model, for errors.  command: that writes it."""
+    """Header of one kind of file.  magic: its first bytes.  noun: of the model, for errors.  command: that writes it.
+
+    again: what to do with a file of another version.
+    """
 
     magic: bytes
     version: int
     noun: str
     command: str
+    again: str = "train it again"
 
     @property
     def header(self) -> struct.Struct:
@@ -54,7 +58,7 @@ class ModelFormat:
         _, version, checksum, length = self.header.unpack_from(data)
         body = data[self.header.size :]
         if version != self.version:
-            allowed = f"{self.version}; train it again with this version of zenocap"
+            allowed = f"{self.version}; {self.again} with this version of zenocap"
             raise UserError(f"{path}: version = {version}: allowed: {allowed}")
         if len(body) != length:
             how = "cut" if len(body) < length else f"bytes after the {self.noun}"

@@ -4,6 +4,7 @@ videos/NAME.mp4        one per camera that takes part
 background/NAME.png    a picture of the empty scene; else
 clip.toml              empty_frames = the first frames of each video that are empty; up_axis; fps
 stretched/NAME.mp4     the T-pose, where the main video does not show it
+corners/NAME.corners   corners of a board in the camera's video, as `zenocap calibrate detect` writes them
 sync.toml              [offset_s] NAME = time in seconds at which the camera's video begins, as `zenocap sync` writes it
 """
 
@@ -18,6 +19,7 @@ from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.common.toml_file import read_toml
 
 SYNC_FILE = "sync.toml"
+CORNERS, CORNERS_SUFFIX = "corners", ".corners"
 MEDIAN = "median"  # background
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 

@@ -30,6 +30,7 @@ from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
+from zenocap.services.viewer.film.board_search import Command
 from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.film.feeds import Tap
 from zenocap.services.viewer.film.parameters import FILMS
@@ -124,11 +125,12 @@ def run_viewer(
     films: Path | None = None,
     *,
     allow_fetch: bool = False,
+    detect: Command | None = None,
 ) -> int:
     """Run until `stopped` or the end of a file; returns the exit status.
 
     epoch_ns: see `Playback`; None: agreed with the other viewers.  films: folder of films that `zenocap film` starts; None:
-    FILMS beside the rig file.  allow_fetch: films may be copied without certificates too.
+    FILMS beside the rig file.  allow_fetch: films may be copied without certificates too.  detect: see `FilmEndpoint`.
 
     Raises UserError, BusError, SourceError and ValueError before the first frame.
     """
@@ -145,14 +147,14 @@ def run_viewer(
                 keeper = BackgroundKeeper(kept_path(rig, viewer), owner_of(rig, viewer), kept is not None, time.monotonic)
             segmenting = silhouette_service(viewer, people, kept)
             try:
-                return _run(segmenting, rig, viewer, options, stopped, epoch_ns, films, permission, keeper)
+                return _run(segmenting, rig, viewer, options, stopped, epoch_ns, films, permission, detect, keeper)
             finally:
                 if keeper is not None:
                     keeper.close()
         service = viewer_service(viewer, rig.additions, people)
         with compiling(logger, "viewer-service", "tracking"):
             load_compiled(service.setup)
-        return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission)
+        return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission, detect)
     finally:
         if people is not None:
             people.close()
@@ -167,6 +169,7 @@ def _run(
     epoch_ns: int | None,
     films: Path,
     permission: Permission,
+    detect: Command | None,
     on_state: Callable[[S], None] | None = None,
 ) -> int:
     clock = RealClock()
@@ -185,7 +188,7 @@ def _run(
         frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
         endpoint = None
         if rate is not None:
-            endpoint = FilmEndpoint(tap, viewer.camera.name, films, permission, clock)
+            endpoint = FilmEndpoint(tap, viewer.camera.name, films, permission, clock, detect=detect)
             bus.serve_films(viewer.id, endpoint.answer, endpoint.check)
         try:
             return run(

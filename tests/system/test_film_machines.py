@@ -1,5 +1,6 @@
 """One film of cameras on several machines, which are processes here: begin, copy, failures, permission, clocks."""
 
+import shutil
 import socket
 import threading
 import time
@@ -8,11 +9,14 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import cv2
 import msgpack
 import msgspec
 import numpy as np
 import pytest
 
+from tests.support.board_films import FILM_BOARD, VIDEO_SIZE, board_images
+from tests.support.board_views import room
 from tests.support.mjpeg_server import BITS, MjpegServer, time_in
 from tests.support.processes import output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
@@ -130,6 +134,41 @@ def test_pictures_stay_where_they_are_without_permission(rig: Path) -> None:
             assert f"scp lab1:{there} walk/videos/" in refused
         assert not list((rig.parent / "walk").rglob("*.mkv*"))
         assert [len(machines.films(k)) for k in range(2)] == [1, 1]
+
+
+def test_a_board_is_searched_where_the_films_are_and_the_calibration_is_that_of_the_videos(tmp_path: Path) -> None:
+    """Without permission to copy pictures."""
+    cameras, fps = room(2, 0, VIDEO_SIZE), 10
+    image_at, begin_s = board_images(cameras, FILM_BOARD, 0, key_s=0.7), time.monotonic()
+    write_calibration(tmp_path / "calibration.toml", {camera.name: camera for camera in cameras})
+    text = 'name = "board-test"\ncalibration = "calibration.toml"\n'
+    with ExitStack() as stack:
+        for number, camera in enumerate(cameras):
+            shown = [cv2.cvtColor(image_at(camera, k / fps, k), cv2.COLOR_GRAY2BGR) for k in range(3 * fps)]
+
+            def picture(shown: list[np.ndarray] = shown) -> np.ndarray:
+                return shown[int(fps * (time.monotonic() - begin_s)) % len(shown)]
+
+            server = stack.enter_context(MjpegServer(VIDEO_SIZE, fps, picture=picture))
+            text += f'[[viewer]]\nid = "{number}"\ncamera = "{camera.name}"\nsource = "{server.url}"\nfps = {fps}\n'
+        (tmp_path / "rig.toml").write_text(text)
+        machines = Machines(tmp_path / "rig.toml", stack)
+        film = zenocap(tmp_path, "film", "rig.toml", "-o", "walk", "--seconds", "4", "--square", "200", *machines.network)
+        status, text = output(film)
+        assert status == 0, text
+        assert "searching the board where the films are: cam01 on lab0, cam02 on lab1" in text
+        assert text.count("its corners copied") == 2
+        assert "next: zenocap calibrate board walk --square=200.0" in text
+        assert not list((tmp_path / "walk").rglob("*.mkv*"))
+        (tmp_path / "copied" / "videos").mkdir(parents=True)
+        shutil.copy(tmp_path / "walk" / "sync.toml", tmp_path / "copied")
+        for k in range(2):
+            shutil.copy(machines.films(k)[0], tmp_path / "copied" / "videos")
+    for name in ("walk", "copied"):
+        options = ("--square", "200", "--lenses", "calibration.toml", "-o", f"{name}.toml")
+        status, text = output(zenocap(tmp_path, "calibrate", "board", name, *options))
+        assert status in (0, 3), text
+    assert (tmp_path / "walk.toml").read_bytes() == (tmp_path / "copied.toml").read_bytes()
 
 
 def test_a_machine_that_fails_is_named_and_the_other_goes_on(rig: Path) -> None:

@@ -222,7 +222,7 @@ def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint
         assert ready.state == "ready"
         for name in ("reader", "viewer-1", "viewer-2", "integrator", "animator", "recorder", "replay"):
             session = stack.enter_context(open_session(options(secured_rig, endpoint, name)))
-            for what in ("state", "start", "stop", "files", "read"):
+            for what in ("state", "start", "stop", "files", "read", "detect"):
                 assert asked(session, what) is None, (name, what)
         started_film = asked(operator, "start", begin_ns=clock.now_ns())
         assert started_film is not None

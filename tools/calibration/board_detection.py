@@ -43,12 +43,7 @@ class BoardDetector:
             found = self._grid.corners(image)
         else:
             found = self._chessboard(image) if self._detector is None else self._charuco(image)
-        if found is None or len(found[0]) < MIN_CORNERS:
-            return None
-        extents = np.linalg.svd(found[1] - found[1].mean(axis=0), compute_uv=False)
-        if extents[1] < SPREAD * extents[0] or not self._in_order(found):
-            return None
-        return found
+        return found if found is not None and is_view(self.board, found) else None
 
     def _charuco(self, image: Image) -> Corners | None:
         assert self._detector is not None
@@ -77,29 +72,48 @@ class BoardDetector:
             grid = grid[::-1, ::-1]
         return np.arange(across * down), grid.reshape(-1, 2)
 
-    def _in_order(self, found: Corners) -> bool:
-        """Whether neighbours lie as on a plane seen from the front: no mirrored and no wrongly numbered board.
 
-        Only neighbours are compared: over the whole image a lens may bend the board by many pixels.
-        """
-        grid = np.full((*self.board.grid, 2), np.nan)
-        grid.reshape(-1, 2)[found[0]] = found[1]
-        square = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]  # clockwise in the image
-        turned = np.concatenate([_area(*(square[k] for k in range(4) if k != left)).ravel() for left in range(4)])
-        step = 2 if self.board.kind == "aprilgrid" else 1  # from tag to tag: corners that are equally far apart
-        ends = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
-        bent = np.concatenate([_bend(*(grid[:, one] for one in ends)), _bend(*(grid[one] for one in ends))])
-        turned, bent = turned[np.isfinite(turned)], bent[np.isfinite(bent)]
-        straight = len(bent) == 0 or bool((bent < MAX_BEND).mean() > IN_ORDER)
-        return straight and len(turned) > 0 and bool((turned > 0).mean() > IN_ORDER)
+def is_view(board: Board, found: Corners) -> bool:
+    """Whether corners are enough, not on one line, and in order."""
+    if len(found[0]) < MIN_CORNERS:
+        return False
+    extents = np.linalg.svd(found[1] - found[1].mean(axis=0), compute_uv=False)
+    return bool(extents[1] >= SPREAD * extents[0]) and in_order(board, found)
+
+
+def in_order(board: Board, found: Corners) -> bool:
+    """Whether neighbours lie as on a plane seen from the front: no mirrored and no wrongly numbered board.
+
+    Only neighbours are compared: over the whole image a lens may bend the board by many pixels.
+    """
+    grid = np.full((*board.grid, 2), np.nan)
+    grid.reshape(-1, 2)[found[0]] = found[1]
+    square = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]  # clockwise in the image
+    turned = np.concatenate([_area(*(square[k] for k in range(4) if k != left)).ravel() for left in range(4)])
+    step = 2 if board.kind == "aprilgrid" else 1  # from tag to tag: corners that are equally far apart
+    ends = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
+    bent = np.concatenate([_bend(*(grid[:, one] for one in ends)), _bend(*(grid[one] for one in ends))])
+    turned, bent = turned[np.isfinite(turned)], bent[np.isfinite(bent)]
+    straight = len(bent) == 0 or bool((bent < MAX_BEND).mean() > IN_ORDER)
+    return straight and len(turned) > 0 and bool((turned > 0).mean() > IN_ORDER)
 
 
 def board_variant(board: Board, images: Sequence[Image]) -> tuple[Board, int]:
     """The variant of the board with the most corners in the images, and their number."""
+    return best_variant(board, variant_counts(board, images))
+
+
+def variant_counts(board: Board, images: Sequence[Image]) -> list[int]:
+    """Numbers of corners in the images by variant of the board."""
     counts = []
     for variant in board.variants():
         detector = BoardDetector(variant)
         counts.append(sum(len(found[0]) for image in images if (found := detector.corners(image)) is not None))
+    return counts
+
+
+def best_variant(board: Board, counts: Sequence[int]) -> tuple[Board, int]:
+    """The variant with the most corners, and their number; see `variant_counts`."""
     best = int(np.argmax(counts))
     return board.variants()[best], counts[best]
 

@@ -9,6 +9,10 @@ PROBED_FRAMES: Final = 12  # of a camera, evenly spread, that tell the variant o
 DARK_LEVEL: Final = 25.0  # mean grey of images without a board, below which darkness is named; chosen by hand
 MAX_LOOKS: Final = 1500  # frames of a camera in which the board is searched; 25 ms each at 1280 x 720
 BURST_S: Final = 0.4  # of a longer video, stretches of this length are searched, evenly spread: motion needs neighbours
+# Limits of a corner file.
+MAX_FRAMES: Final = 3_000_000  # of a film: a day at 30 frames/s
+MAX_VIEWS: Final = 100_000  # of a film, also pictures; MAX_LOOKS and a stretch are searched where the length is known
+EDGE_PX: Final = 8.0  # by which a corner may be outside the image: the largest window of refinement
 # Passes of the search for tags of an AprilGrid: magnification, and least contrast in levels, which separates tags from the
 # squares that touch them.  Of 540 tags in 15 simulated images, OpenCV's 7 levels found 178, these 271 and 427.
 TAG_PASSES: Final = ((1, 22), (2, 15))

@@ -7,6 +7,17 @@ from typing import Annotated
 
 import typer
 
+from zenocap.tools.cli.calibrate.board_options import (
+    ColumnsOption,
+    DictionaryOption,
+    KindOption,
+    MarkerOption,
+    OptionalSquareOption,
+    RowsOption,
+    SpacingOption,
+    board_words,
+    film_board,
+)
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, rig_at
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
@@ -40,6 +51,13 @@ def film(
             "--fetch", help="Copy the videos of other machines here; without it they stay there, and the output says where."
         ),
     ] = False,
+    square: OptionalSquareOption = None,
+    columns: ColumnsOption = None,
+    rows: RowsOption = None,
+    kind: KindOption = "charuco",
+    marker: MarkerOption = None,
+    dictionary: DictionaryOption = None,
+    spacing: SpacingOption = None,
     *,
     zenoh: ZenohArguments,
 ) -> None:
@@ -58,17 +76,20 @@ def film(
     Example: `zenocap film studio.toml -o monday --seconds 60`, then `zenocap track monday -o monday.mcap`
 
     To film the board before there is a calibration: `zenocap film left=/dev/video0 right=/dev/video2 -o films`, then
-    `zenocap calibrate board films --square 35`
+    `zenocap calibrate board films --square 35`. With --square here too, films stay on the machines of their cameras: the
+    board is searched there, and only its corners are copied.
     """
     with one_line_errors():
         from contextlib import ExitStack
 
         from zenocap.common.bus.access import OPERATOR
+        from zenocap.common.errors import UserError
+        from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
         from zenocap.common.rig.sources import Announced
         from zenocap.common.runtime.foreign_text import MAX_LINE, printable
         from zenocap.common.runtime.signals import stop_signals
         from zenocap.tools.cli.track import parsed_size
-        from zenocap.tools.film.away import copy_commands, write_away
+        from zenocap.tools.film.away import copy_commands, detect_commands, write_away
         from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
@@ -77,6 +98,9 @@ def film(
         from zenocap.tools.film.rig_film import cameras_of
         from zenocap.tools.film.sources import named_sources
 
+        board = film_board(kind, columns, rows, square, marker, dictionary, spacing)
+        if board is not None and fetch:
+            raise UserError("--square and --fetch: allowed: one of both, corners or videos")
         calibrated = len(rig) == 1 and ("=" not in rig[0] or Path(rig[0]).exists())
         with ExitStack() as network:
             remote: RemoteFilm = NOBODY
@@ -106,7 +130,7 @@ def film(
                 _note(f"error: nothing was filmed{f': {reason}' if reason else ''}")
                 raise typer.Exit(FAILED)
             write_layout(output, viewers, filmed, calibrated=calibrated, begins_empty=not remote.of_running_rig)
-            places, failures = collected(remote, output, fetch=fetch, report=_print)
+            places, failures = collected(remote, output, fetch=fetch, report=_print, board=board)
     good = not reason and not failures
     for one in filmed:
         losses = [f"{one.lost} frames lost by the writer"] * bool(one.lost) + [f"lost and opened again: {one.away}"] * bool(
@@ -133,15 +157,28 @@ def film(
     }
     with one_line_errors():
         write_away(output, away)
-    if away:
-        then = f"zenocap track {output}" if calibrated else f"zenocap calibrate board {output} --square MM"
-        _print(f"next: copy videos/ and times/ of {', '.join(away)} into {output}, then {then}")
-        for command in copy_commands(output, away):
+    found = {name for name in away if board is not None and (output / CORNERS / f"{name}{CORNERS_SUFFIX}").exists()}
+    missing = {name: place for name, place in away.items() if name not in found}
+    described = "--square MM" if board is None else " ".join(board_words(board))
+    if missing:
+        names = ", ".join(missing)
+        if calibrated and board is None:
+            copy = f"next: copy videos/ and times/ of {names} into {output}, then zenocap track {output}"
+        else:
+            _print(
+                f"next: detect the board of {names} where the videos are, and copy the corners into {output}, then "
+                f"zenocap calibrate board {output} {described}"
+            )
+            for command in detect_commands(output, missing, described):
+                _print(f"  {command}")
+            copy = "or copy the videos:"
+        _print(copy)
+        for command in copy_commands(output, missing):
             _print(f"  {command}")
-    elif calibrated:
+    elif calibrated and board is None:
         typer.echo(f"next: zenocap track {output} -o {output.resolve().name}.mcap")
     else:
-        typer.echo(f"next: zenocap calibrate board {output} --square MM")
+        typer.echo(f"next: zenocap calibrate board {output} {described}")
     raise typer.Exit(DONE if good else LOSS)
 
 

@@ -51,9 +51,9 @@ def setup(
     same command goes on where it was left, because each step leaves a file in the folder: cameras.toml, calibration.toml,
     rig.toml, recordings.
 
-    Cameras of other machines: run `zenocap viewer --discover` there, with --allow-fetch to calibrate them from here. They
-    are listed, and their source is discover:MACHINE/CAMERA. Zenoh options of the first step are kept for the later ones
-    and written into the rig file.
+    Cameras of other machines: run `zenocap viewer --discover` there, with --allow-fetch to calibrate them with a
+    person who walks. They are listed, and their source is discover:MACHINE/CAMERA. Zenoh options of the first step are kept
+    for the later ones and written into the rig file.
 
     Exit status 3 with --status: there are steps left.
 

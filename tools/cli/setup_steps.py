@@ -110,13 +110,13 @@ def _with_board(folder: Path, known: Cameras, new: Path) -> int:
     if not known.away:
         return _command("calibrate", "board", "--live", *_named_sources(known), *words, *_shape(known))
     typer.echo(
-        "The cameras of other machines are filmed there, and the films copied here, which `zenocap viewer --discover\n"
-        "--allow-fetch` there allows. Move the board slowly through the room, tilt it, show it to two or more cameras at\n"
-        "once, lay it on the floor at last; Ctrl-C ends the film."
+        "The cameras of other machines are filmed there, and the board is searched there: only its corners are copied.\n"
+        "Move the board slowly through the room, tilt it, show it to two or more cameras at once, lay it on the floor at\n"
+        "last; Ctrl-C ends the film."
     )
     typer.prompt("Enter begins", default="", show_default=False)
     film = folder / "board"
-    code = _film(film, known)
+    code = _film(film, known, "--square", f"{square:g}")
     return _command("calibrate", "board", str(film), *words) if code in (DONE, LOSS) else code
 
 
@@ -127,7 +127,7 @@ def _with_walker(folder: Path, known: Cameras, new: Path) -> int:
     typer.echo("Leave the scene empty for 3 s, then walk about in curves for half a minute; the film takes 40 s.")
     typer.prompt("Enter begins", default="", show_default=False)
     film = folder / "walk"
-    code = _film(film, known, "--seconds", "40")
+    code = _film(film, known, "--seconds", "40", *["--fetch"] * bool(known.away))
     if code not in (DONE, LOSS):
         return code
     (film / "clip.toml").write_text(f"empty_frames = {round(2.0 * known.fps)}\n", encoding="utf-8")
@@ -136,8 +136,8 @@ def _with_walker(folder: Path, known: Cameras, new: Path) -> int:
 
 
 def _film(folder: Path, known: Cameras, *words: str) -> int:
-    """Status of a film of all cameras, whose videos are brought here."""
-    away = ["--fetch", *known.network.words()] if known.away else []
+    """Status of a film of all cameras."""
+    away = known.network.words() if known.away else []
     return _command("film", *_named_sources(known), "-o", str(folder), "--force", *words, *away, *_shape(known))
 
 

@@ -71,6 +71,7 @@ def viewer(
     """
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
+    from zenocap.tools.cli.calibrate.board_options import detect_command
 
     if discover and (rig is not None or id is not None):
         raise typer.BadParameter("--discover: allowed without RIG and --id")
@@ -88,7 +89,10 @@ def viewer(
             command = partial(_assigned_command, zenoh, folder, allow_fetch)
             options = zenoh.options()
             raise typer.Exit(
-                run_host(machine, camera or (), folder, options, stopped, allow_fetch=allow_fetch, command=command)
+                run_host(
+                    machine, camera or (), folder, options, stopped, allow_fetch=allow_fetch, command=command,
+                    detect=detect_command,
+                )
             )  # fmt: skip
         from zenocap.services.viewer.shell import run_viewer
 
@@ -96,12 +100,17 @@ def viewer(
             from zenocap.services.viewer.hosted.saved import saved_rig
 
             one, id = saved_rig(assigned, films or Path())
-            raise typer.Exit(run_viewer(one, id, zenoh.options(), stopped, None, films, allow_fetch=allow_fetch))
+            options, epoch_ns = zenoh.options(), None
+            raise typer.Exit(
+                run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch, detect=detect_command)
+            )
         assert rig is not None
         assert id is not None
         one = _with_own_camera(rig_at(rig, files=False), id, camera or ())
         options = zenoh.options(one, f"viewer-{id}")
-        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch))
+        raise typer.Exit(
+            run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch, detect=detect_command)
+        )
 
 
 def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:

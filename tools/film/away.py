@@ -6,6 +6,7 @@ from shlex import quote
 
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.common.toml_file import read_toml
 
@@ -37,8 +38,27 @@ def copy_commands(folder: Path, places: Places) -> list[str]:
     ]
 
 
-def require_copied(folder: Path) -> None:
-    """Raises UserError with the commands while videos of a film are still on other machines."""
+def detect_commands(folder: Path, places: Places, options: str = "--square MM") -> list[str]:
+    """Commands that detect a board on the machines of these videos, and copy the corners into the folder.
+
+    options: that describe the board.
+    """
+    detect = [
+        f"ssh -- {quote(host)} {quote(f'zenocap calibrate detect {quote(there)} {options}')}"
+        for host, there in dict.fromkeys(places.values())
+    ]
+    copy = [
+        f"scp {quote(f'{host}:{there}/{CORNERS}/{name}{CORNERS_SUFFIX}')} {quote(str(folder / CORNERS))}/"
+        for name, (host, there) in places.items()
+    ]
+    return [_make(folder, CORNERS), *detect, *copy]
+
+
+def require_copied(folder: Path, *, corners: bool = False) -> None:
+    """Raises UserError with the commands while videos of a film are still on other machines.
+
+    corners: whether the corners of a board, detected in a video, do in its place.
+    """
     path = folder / AWAY
     if not path.is_file():
         return
@@ -51,12 +71,18 @@ def require_copied(folder: Path) -> None:
             case _:
                 raise UserError(f"{path}: away.{name} = {value!r}: allowed: [machine, folder]")
     present = {one.stem for one in (folder / "videos").glob("*") if one.suffix.lower() in VIDEO_SUFFIXES}
+    if corners:
+        present |= {one.stem for place in (folder / CORNERS, folder) for one in place.glob(f"*{CORNERS_SUFFIX}")}
     missing = {name: place for name, place in places.items() if name not in present}
     if missing:
         places_text = ", ".join(f"{name} on {host}" for name, (host, _) in missing.items())
-        commands = "\n  ".join(["mkdir -p " + " ".join(quote(str(folder / part)) for part in ("videos", "times")),
-                                *copy_commands(folder, missing)])  # fmt: skip
-        raise UserError(
-            f"{folder}: videos still on the machines of their cameras: {places_text}: allowed: all videos in the folder; "
-            f"film with --fetch, or copy them:\n  {commands}"
-        )
+        copy = "\n  ".join([_make(folder, "videos", "times"), *copy_commands(folder, missing)])
+        allowed = f"all videos in the folder; film with --fetch, or copy them:\n  {copy}"
+        if corners:
+            detect = "\n  ".join(detect_commands(folder, missing))
+            allowed = f"{allowed}\nor the corners of the board, detected there, in place of videos:\n  {detect}"
+        raise UserError(f"{folder}: videos still on the machines of their cameras: {places_text}: allowed: {allowed}")
+
+
+def _make(folder: Path, *parts: str) -> str:
+    return "mkdir -p " + " ".join(quote(str(folder / part)) for part in parts)

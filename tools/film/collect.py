@@ -1,22 +1,29 @@
-"""Bring the videos of other programs into the folder of the film: moved on this machine, copied over the network else."""
+"""Bring the videos of other programs, or corners in them, into the film's folder: moved, or copied over the network."""
 
 import hashlib
 import os
 import shutil
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 from zenocap.common.errors import UserError
-from zenocap.common.messages import FilmFile, FilmReply
+from zenocap.common.formats.model_files import MAX_BYTES
+from zenocap.common.messages import FilmBoard, FilmFile, FilmReply
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.runtime.foreign_text import printable
-from zenocap.tools.film.parameters import CHECKSUM_S, FETCH_TRIES, POLL_S, QUERY_S
+from zenocap.tools.film.parameters import CHECKSUM_S, DETECT_S, FETCH_TRIES, POLL_S, QUERY_S
 from zenocap.tools.film.remote import RemoteCamera, Unanswered
 from zenocap.tools.film.remote_film import RemoteFilm
 
-FILES = {"video": "videos/{name}.mkv", "times": "times/{name}.csv"}
+Kind = Literal["video", "times", "corners"]
+
+FILES: dict[Kind, str] = {"video": "videos/{name}.mkv", "times": "times/{name}.csv"}
+CORNER_FILES: dict[Kind, str] = {"corners": f"{CORNERS}/{{name}}{CORNERS_SUFFIX}"}
 
 
 def check_fetch(remote: RemoteFilm) -> None:
@@ -30,14 +37,15 @@ def check_fetch(remote: RemoteFilm) -> None:
 
 
 def collected(
-    remote: RemoteFilm, folder: Path, *, fetch: bool, report: Callable[[str], None]
+    remote: RemoteFilm, folder: Path, *, fetch: bool, report: Callable[[str], None], board: FilmBoard | None = None
 ) -> tuple[dict[str, tuple[str, ...]], list[str]]:
     """Bring the videos of other programs into `folder`: those on this machine, and with `fetch` all.
 
-    Returns notes by camera, and failures.
+    board: whose corners are brought in place of the videos that stay; None: none.  Returns notes by camera, and failures.
     """
     notes: dict[str, tuple[str, ...]] = {}
     failures: list[str] = []
+    away: list[RemoteCamera] = []
     for camera in remote.cameras:
         notes[camera.name] = ()
         if not camera.reply.frames:
@@ -53,10 +61,27 @@ def collected(
                 )
             else:
                 notes[camera.name] = (f"on {place}",)
+                away.append(camera)
         except (UserError, OSError) as error:
             notes[camera.name] = (f"on {place}",)
             failures.append(f"{camera.name}: not copied: {error}")
+    if board is not None and away:
+        report(f"searching the board where the films are: {', '.join(f'{one.name} on {one.host}' for one in away)}")
+        with ThreadPoolExecutor(len(away)) as pool:
+            for camera, (note, failure) in zip(
+                away, pool.map(partial(_corners, folder=folder, board=board), away), strict=True
+            ):
+                notes[camera.name] += (note,) * bool(note)
+                failures += [f"{camera.name}: no corners: {failure}"] * bool(failure)
     return notes, failures
+
+
+def _corners(camera: RemoteCamera, folder: Path, board: FilmBoard) -> tuple[str, str]:
+    """Note and failure of the corners of one camera."""
+    try:
+        return f"its corners copied, {copy_corners(camera, folder, board) / 1e6:.1f} MB", ""
+    except (UserError, OSError) as error:
+        return "", f"{error}"
 
 
 def is_here(camera: RemoteCamera) -> bool:
@@ -85,27 +110,60 @@ def move(camera: RemoteCamera, folder: Path) -> None:
 def copy(camera: RemoteCamera, folder: Path, report: Callable[[str], None]) -> tuple[int, float]:
     """Copy the files into `folder`, each whole or not at all; returns bytes and seconds.  Raises UserError."""
     begin_s, total = time.monotonic(), 0
-    sizes = _checksums(camera)
+    sizes = _checksums(camera, tuple(FILES))
     for kind, file in sizes.items():
         total += _copy(camera, kind, file, folder / FILES[kind].format(name=camera.name), report)
     return total, time.monotonic() - begin_s
 
 
-def _checksums(camera: RemoteCamera) -> dict[str, FilmFile]:
-    """Sizes and checksums, once they are all known."""
+def copy_corners(camera: RemoteCamera, folder: Path, board: FilmBoard) -> int:
+    """Have a board searched in the film of a camera, and copy the checked corners into `folder`; returns bytes.
+
+    Raises UserError, OSError.
+    """
+    from zenocap.tools.calibration.board import checked_board
+    from zenocap.tools.calibration.corners_file import check_board, read_corners
+
+    _asked(camera, "detect", board=board)
+    end_s = time.monotonic() + DETECT_S
+    while (reply := _asked(camera, "state")).board == "searching":
+        if time.monotonic() > end_s:
+            raise UserError(f"{camera.name} on {camera.host}: the board is not searched within {DETECT_S:.0f} s")
+        time.sleep(POLL_S)
+    if reply.board != "found":
+        raise UserError(f"{camera.name} on {camera.host}: {printable(reply.board_failure) or 'no board is searched'}")
+    file = _checksums(camera, ("corners",))["corners"]
+    if file.bytes > MAX_BYTES:
+        raise UserError(f"{camera.name} on {camera.host}: {file.bytes} bytes of corners: allowed: at most {MAX_BYTES}")
+    path = folder / CORNER_FILES["corners"].format(name=camera.name)
+    _copy(camera, "corners", file, path, lambda _: None)
+    try:
+        found = read_corners(path)
+        if found.camera != camera.name:
+            raise UserError(f"{path}: camera = {found.camera!r}: allowed: {camera.name}")
+        described = (board.square_mm, board.marker_mm, board.dictionary, board.spacing)
+        check_board(path, found.board, checked_board(board.kind, board.columns, board.rows, *described))
+    except UserError:
+        path.unlink()
+        raise
+    return file.bytes
+
+
+def _checksums(camera: RemoteCamera, kinds: Sequence[Kind]) -> dict[Kind, FilmFile]:
+    """Sizes and checksums of these files, once they are all known."""
     end_s = time.monotonic() + CHECKSUM_S
     while True:
-        files = _asked(camera, "files").files
-        if set(files) != set(FILES):
+        files = _asked(camera, "files", file=kinds[0]).files
+        if set(files) != set(kinds):
             raise UserError(f"{camera.name} on {camera.host}: its files are gone")
         if all(file.sha256 for file in files.values()):
-            return {str(kind): file for kind, file in files.items()}
+            return dict(files)
         if time.monotonic() > end_s:
             raise UserError(f"{camera.name} on {camera.host}: no checksum within {CHECKSUM_S:.0f} s")
         time.sleep(POLL_S / 5)
 
 
-def _copy(camera: RemoteCamera, kind: str, file: FilmFile, path: Path, report: Callable[[str], None]) -> int:
+def _copy(camera: RemoteCamera, kind: Kind, file: FilmFile, path: Path, report: Callable[[str], None]) -> int:
     """Copy one file; returns its size."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if shutil.disk_usage(path.parent).free < file.bytes:
@@ -131,7 +189,7 @@ def _copy(camera: RemoteCamera, kind: str, file: FilmFile, path: Path, report: C
     return done
 
 
-def _asked(camera: RemoteCamera, what: Literal["files", "read"], **fields: object) -> FilmReply:
+def _asked(camera: RemoteCamera, what: Literal["state", "files", "read", "detect"], **fields: object) -> FilmReply:
     """The reply to a query, which is repeated while there is none."""
     for last in (*[False] * (FETCH_TRIES - 1), True):
         try:

@@ -6,6 +6,7 @@ from pathlib import Path
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import VIDEO_SUFFIXES, FirstFrames
 from zenocap.tools.film.camera import Filmed
@@ -22,7 +23,8 @@ def prepare(folder: Path, viewers: Sequence[Viewer], force: bool, *, calibrated:
     written = (CALIBRATION, CLIP, SYNC) if calibrated else (CLIP, SYNC)
     videos = [path for path in (folder / "videos").glob("*") if path.suffix.lower() in VIDEO_SUFFIXES]
     own = {viewer.camera.name for viewer in viewers}
-    existing = [*videos, *(path for name in written if (path := folder / name).exists())]
+    corners = sorted((folder / CORNERS).glob(f"*{CORNERS_SUFFIX}"))  # of the film that is replaced
+    existing = [*videos, *(path for name in written if (path := folder / name).exists()), *corners]
     if existing and not force:
         raise UserError(f"{existing[0]} exists: allowed: another folder, or --force to replace it")
     if others := [path for path in videos if path.stem not in own]:

@@ -11,6 +11,7 @@ TRIPS = 8  # round trips before a film, to know the clock; chosen by hand
 LOST_S = 10.0  # without an answer, after which a camera is given up; as long as the lease of a film
 LEAD_S = 1.0  # from the command to start to the first frame of all cameras; chosen by hand
 CHECKSUM_S = 600.0  # for the checksum of a long film; chosen by hand
+DETECT_S = 3600.0  # for the search of a board where a film is; 1,500 images take a minute or two; chosen by hand
 FETCH_TRIES = 20  # queries for one part of a file, about a minute with their waits; chosen by hand
 LATE_PERIODS = 2.0  # of a camera, from the start of the film to its first image, before it is warned of; chosen by hand
 ROUTER_S = 3.0  # for the router of a rig to answer; without it only cameras of this machine are filmed; chosen by hand

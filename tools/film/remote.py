@@ -19,7 +19,7 @@ from zenocap.tools.film.camera import Filmed
 from zenocap.tools.film.parameters import LOST_S, POLL_S, QUERY_S, STOP_S, TRIPS
 from zenocap.tools.film.places import Place, camera_settings
 
-What = Literal["state", "open", "start", "stop", "files", "read"]
+What = Literal["state", "open", "start", "stop", "files", "read", "detect"]
 
 
 class Unanswered(UserError):

@@ -13,9 +13,11 @@ from typing import Literal
 
 from zenocap.common.errors import UserError
 from zenocap.common.messages import FilmQuery, FilmReply
+from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.video.parameters import RESERVE_BYTES
+from zenocap.services.viewer.film.board_search import BoardSearch, Command
 from zenocap.services.viewer.film.feeds import Feed
 from zenocap.services.viewer.film.files import FilmFiles
 from zenocap.services.viewer.film.parameters import EARLIEST_S, LATEST_S, LEASE_S, OPEN_S
@@ -41,7 +43,7 @@ class _Refused(Exception):
 
 
 class FilmEndpoint:
-    """Films of one camera, into `folder`/NAME/videos and `folder`/NAME/times, and nowhere else."""
+    """Films of one camera, into `folder`/NAME/videos, `folder`/NAME/times and `folder`/NAME/corners, and nowhere else."""
 
     def __init__(
         self,
@@ -53,11 +55,15 @@ class FilmEndpoint:
         host: str = "",
         free_bytes: Callable[[Path], int] = free_bytes_of,
         used_by: Callable[[], str] = lambda: "",
+        detect: Command | None = None,
     ) -> None:
         """camera: name that the files must have; None: that of the query.  host: default: that of this machine.
 
-        used_by: who has the camera, so that it cannot be filmed here; empty for nobody.
+        used_by: who has the camera, so that it cannot be filmed here; empty for nobody.  detect: command that searches a
+        board in a film; None: none is searched.
         """
+        self._detect_command = detect
+        self._search: BoardSearch | None = None
         self._used_by = used_by
         self._feed, self._camera, self._folder, self._permission = feed, camera, folder, permission
         self._clock, self._host, self._free_bytes = clock, host or socket.gethostname(), free_bytes
@@ -99,9 +105,12 @@ class FilmEndpoint:
             self._check()
 
     def _check(self) -> None:
+        now_ns = self._clock.elapsed_ns()
+        searching = self._search is not None and self._search.state == "searching"
+        if searching and self._search is not None and now_ns - self._asked_ns > LEASE_S * 1e9:
+            self._search.stop(f"who filmed is gone: no query for {LEASE_S:.0f} s")
         if not self.is_recording or self._recorder is None:
             return
-        now_ns = self._clock.elapsed_ns()
         if self._feed.failure or self._recorder.failure:
             self._end(self._recorder.failure or self._feed.failure)
         elif self._recorder.complete or (
@@ -122,6 +131,8 @@ class FilmEndpoint:
                 self._end("the program that has the camera was ended")
             if self._files is not None:
                 self._files.close()
+            if self._search is not None:
+                self._search.stop("the program that has the camera was ended")
 
     def _obey(self, query: FilmQuery) -> bytes:
         if not self._permission.film:
@@ -143,6 +154,8 @@ class FilmEndpoint:
                     self._end("")
             case "files" | "read":
                 return self._read(query)
+            case "detect":
+                self._detect(query)
         return b""
 
     def _open(self, query: FilmQuery) -> None:
@@ -152,6 +165,8 @@ class FilmEndpoint:
             raise _Refused(f"the camera is used by {user}: allowed: to film that rig")
         if query.camera is None or self._camera not in (None, query.camera):
             raise _Refused(f"camera = {query.camera!r}: allowed: {self._camera or 'the name of the files'}")
+        if self._search is not None and self._search.state == "searching" and self._query is not None:
+            raise _Refused(f"a board is being searched in film {self._query.film}: allowed when that has ended")
         place = self._folder / str(query.film)
         video, times = place / "videos" / f"{query.camera}.mkv", place / "times" / f"{query.camera}.csv"
         if video.exists() or times.exists():
@@ -164,6 +179,7 @@ class FilmEndpoint:
             raise _Refused(f"{place}: {free / 1e6:.0f} MB free: allowed: at least {RESERVE_BYTES / 1e6:.0f} MB")
         if self._files is not None:
             self._files.close()
+        self._search = None
         size, fps = self._feed.size_and_rate(query)
         self._recorder = Recorder(video, times, size, fps, self._free_bytes)
         self._files = FilmFiles({"video": video, "times": times})
@@ -195,19 +211,45 @@ class FilmEndpoint:
             f": {printable(self._failure)}" if self._failure else "",
         )  # fmt: skip
 
+    def _detect(self, query: FilmQuery) -> None:
+        """Begin to search a board in the film; the same board is searched once, and again after a failure."""
+        if self._detect_command is None:
+            raise _Refused("no board is searched here: allowed: `zenocap calibrate detect` on this machine")
+        if self._state != "ended" or self._query is None:
+            raise _Refused("the film has not ended")
+        if query.board is None:
+            raise _Refused("board: a description is missing")
+        if self._search is not None:
+            if self._search.board == query.board and self._search.state != "failed":
+                return
+            self._search.stop("another search was begun")
+        place, name = self._folder / str(query.film), self._query.camera
+        corners = place / CORNERS
+        if corners.is_symlink():
+            raise _Refused(f"{corners}: a link: allowed: a folder")
+        command = self._detect_command(query.board, place / "videos" / f"{name}.mkv", corners)
+        logger.warning("film %s: a board is searched in it", query.film)
+        self._search = BoardSearch(query.board, command, corners / f"{name}{CORNERS_SUFFIX}")
+
     def _read(self, query: FilmQuery) -> bytes:
-        if not self._permission.read:
+        corners = query.file == "corners"  # they are no pictures
+        if not (corners or self._permission.read):
             raise _Refused(f"pictures do not leave this machine: allowed with {self._permission.read_advice}")
         if self._state != "ended" or self._files is None:
             raise _Refused("the film has not ended")
+        if corners and (self._search is None or self._search.state != "found"):
+            raise _Refused("there are no corners of a board")
+        files = self._search.files if corners and self._search is not None else self._files
         if query.what == "files":
-            self._files.compute()
+            files.compute()
             return b""
-        return self._files.part(query.file, query.offset)
+        return files.part(query.file, query.offset)
 
     def _reply(self, query: FilmQuery, refused: str, data: bytes) -> FilmReply:
         recorder, own = self._recorder, self._query is not None and query.sender == self._query.sender
-        told = self._files.known() if own and self._files is not None and query.what == "files" and not refused else {}
+        search = self._search if own else None
+        files = self._files if query.file != "corners" else None if search is None else search.files
+        told = files.known() if own and files is not None and query.what == "files" and not refused else {}
         try:
             free = self._free_bytes(self._folder if self._folder.exists() else Path())
         except OSError:
@@ -232,4 +274,6 @@ class FilmEndpoint:
             free_bytes=free,
             files=told,
             data=data,
+            board="none" if search is None else search.state,
+            board_failure="" if search is None else printable(search.failure, 900),
         )

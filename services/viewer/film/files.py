@@ -1,4 +1,4 @@
-"""The files of an ended film: their sizes and checksums, and parts of them."""
+"""The files of an ended film, or its corners: their sizes and checksums, and parts of them."""
 
 import hashlib
 import threading
@@ -8,11 +8,14 @@ from typing import Literal
 
 from zenocap.common.messages import FILM_PART_BYTES, FilmFile
 
-Kind = Literal["video", "times"]
+Kind = Literal["video", "times", "corners"]
 
 
 class FilmFiles:
-    """paths: of the video and its times.  Checksums are computed on a thread: a long film takes a while."""
+    """paths: of the video and its times, or of the corners of a board.
+
+    Checksums are computed on a thread: a long film takes a while.
+    """
 
     def __init__(self, paths: Mapping[Kind, Path]) -> None:
         self._paths = dict(paths)

@@ -24,6 +24,7 @@ from zenocap.common.runtime.clock import Clock, RealClock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.topics import HOST_ASSIGN, HOST_FILM
 from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
+from zenocap.services.viewer.film.board_search import Command
 from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.film.feeds import CameraFeed
 from zenocap.services.viewer.film.host_cameras import OfferedCamera, named_camera, offered_cameras
@@ -64,11 +65,13 @@ class CameraHostServer:
         clock: Clock,
         found: Callable[[], Sequence[FoundCamera]] = found_cameras,
         viewers: Viewers | None = None,
+        detect: Command | None = None,
     ) -> None:
         """named: cameras besides those of this machine.  folder: of the films.  found: raises UserError without cameras.
 
-        viewers: of rigs, which are run with the cameras when they are assigned; None for none.
+        viewers: of rigs, which are run with the cameras when they are assigned; None for none.  detect: see `FilmEndpoint`.
         """
+        self._detect = detect
         self._session, self._machine, self._folder, self._viewers = session, machine, folder, viewers
         self.instance = secrets.token_hex(8)
         self._permission, self._clock, self._found = permission, clock, found
@@ -95,8 +98,9 @@ class CameraHostServer:
         servers: list[QueryServer[FilmQuery] | QueryServer[AssignQuery]] = []
         used_by = partial(self.used_by, id)
         film = FilmEndpoint(
-            CameraFeed(source), None, self._folder, self._permission, self._clock, self._machine, used_by=used_by
-        )
+            CameraFeed(source), None, self._folder, self._permission, self._clock, self._machine, used_by=used_by,
+            detect=self._detect,
+        )  # fmt: skip
         if self._viewers is not None:
             assigned = AssignedCamera(
                 source,
@@ -152,11 +156,12 @@ def run_host(
     *,
     allow_fetch: bool = False,
     command: Callable[[Path], Sequence[str]] | None = None,
+    detect: Command | None = None,
 ) -> int:
     """Announce and film the cameras of this machine until `stopped`, and run viewers with them; returns the exit status.
 
     machine: its name on the network; default: its host name.  named: NAME=SOURCE of further cameras.  command: of the
-    viewer of an assignment's file; None: no viewers are run.  Raises UserError.
+    viewer of an assignment's file; None: no viewers are run.  detect: see `FilmEndpoint`.  Raises UserError.
     """
     name = machine or plain_name(socket.gethostname()).lstrip(".") or "machine"
     if plain_name(name) != name or name.startswith("."):
@@ -167,7 +172,8 @@ def run_host(
     session = FilmSession.open(options, stopped)
     server = None
     try:
-        server = CameraHostServer(session, name, cameras, folder, permission, RealClock(), viewers=viewers)
+        clock = RealClock()
+        server = CameraHostServer(session, name, cameras, folder, permission, clock, viewers=viewers, detect=detect)
         ids = ", ".join(one.id for one in server.announcement().cameras) or "no camera yet"
         logger.warning("%s announces %s; films go to %s", name, ids, folder.resolve())
         looked_s, told = time.monotonic(), ""

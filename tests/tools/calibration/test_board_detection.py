@@ -9,7 +9,7 @@ from tests.support.board_pictures import before, picture_of, plain_camera, true_
 from tests.support.board_views import with_fisheye
 from zenocap.simulation.board_film import seen_corners
 from zenocap.tools.calibration.board import checked_board
-from zenocap.tools.calibration.board_detection import BoardDetector, board_variant, why_not_found
+from zenocap.tools.calibration.board_detection import BoardDetector, board_variant, in_order, why_not_found
 
 CAMERA = plain_camera()
 CHARUCO = checked_board("charuco", 5, 7, 35.0)
@@ -83,21 +83,21 @@ def test_near_boards_are_accepted_however_the_lens_bends_them():
             seen &= np.hypot(*local[:, :2].T) < 0.95 * local[:, 2]  # beyond, the polynomial of the lens turns back
             if seen.sum() >= 6:
                 seen_views += 1
-                accepted += BoardDetector(CHARUCO)._in_order((np.flatnonzero(seen), pixels[seen]))
+                accepted += in_order(CHARUCO, (np.flatnonzero(seen), pixels[seen]))
     assert seen_views > 100
     assert accepted >= 0.98 * seen_views
 
 
 def test_mirrored_and_wrongly_numbered_corners_are_not_accepted():
-    detector, true = BoardDetector(CHARUCO), true_pixels(CHARUCO, CAMERA, before(CHARUCO, 0.5, (0.2, 0.3, 0.5)))
+    true = true_pixels(CHARUCO, CAMERA, before(CHARUCO, 0.5, (0.2, 0.3, 0.5)))
     ids, rng = np.arange(24), np.random.default_rng(0)
-    assert detector._in_order((ids, true))
-    assert not detector._in_order((ids, true * [-1, 1] + [640, 0]))
-    assert not detector._in_order((ids, true.reshape(6, 4, 2)[:, ::-1].reshape(-1, 2)))
+    assert in_order(CHARUCO, (ids, true))
+    assert not in_order(CHARUCO, (ids, true * [-1, 1] + [640, 0]))
+    assert not in_order(CHARUCO, (ids, true.reshape(6, 4, 2)[:, ::-1].reshape(-1, 2)))
     for _ in range(20):
-        assert not detector._in_order((ids, rng.permutation(true)))
+        assert not in_order(CHARUCO, (ids, rng.permutation(true)))
     other = checked_board("charuco", 7, 5, 35.0)
-    assert not BoardDetector(other)._in_order((ids, true))
+    assert not in_order(other, (ids, true))
 
 
 ONE = TURNS[1:2]  # the search for other dictionaries takes most of a second for each image

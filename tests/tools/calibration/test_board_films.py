@@ -140,8 +140,8 @@ def test_the_camera_that_sees_most_tells_the_variant_of_the_board(tmp_path):
 
 
 def test_a_long_video_is_searched_in_stretches(folder, monkeypatch):
-    monkeypatch.setattr("zenocap.tools.calibration.board_films.MAX_LOOKS", 4)
-    monkeypatch.setattr("zenocap.tools.calibration.board_films.BURST_S", 0.2)
+    monkeypatch.setattr("zenocap.tools.calibration.film_search.MAX_LOOKS", 4)
+    monkeypatch.setattr("zenocap.tools.calibration.film_search.BURST_S", 0.2)
     _, seen = board_views(BOARD, board_films([folder])[0])
     assert seen[0].looks == 4
     assert [round(FPS * view.time_s) for view in seen[0].views] == [0, 1, 4, 5]  # neighbours, for velocities

@@ -185,6 +185,13 @@ def test_an_earlier_film_is_kept_without_force(tmp_path):
         prepare(folder, two, force=False)
     prepare(folder, two, force=True)
     assert not (folder / "sync.toml").exists()
+    corners = folder / "corners" / "cam09.corners"  # of a board in the film that is replaced
+    corners.parent.mkdir()
+    corners.touch()
+    with pytest.raises(UserError, match=r"cam09.corners exists: allowed: another folder, or --force"):
+        prepare(folder, two, force=False)
+    prepare(folder, two, force=True)
+    assert not corners.exists()
     (folder / "videos").mkdir()
     (folder / "videos" / "other.mp4").touch()
     with pytest.raises(UserError, match=r"other.mp4: of a camera that is not filmed"):

@@ -5,10 +5,20 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from zenocap.tools.cli.calibrate.board_options import (
+    ColumnsOption,
+    DictionaryOption,
+    KindOption,
+    MarkerOption,
+    RowsOption,
+    SpacingOption,
+    SquareOption,
+    described_board,
+)
 from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
 from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption, page_table, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
@@ -22,8 +32,6 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.live.camera import LiveCamera
     from zenocap.tools.live.page import Mode
 
-Kind = Literal["charuco", "chessboard", "aprilgrid"]
-
 
 def board(
     *,
@@ -31,37 +39,19 @@ def board(
         list[str] | None,
         typer.Argument(
             metavar="FOLDER | VIDEO... | CAMERA...",
-            help="Folder with a video, or a folder of images, for each camera; or the videos.  With --live: a rig file, or "
-            "NAME=SOURCE as for `zenocap film`; default: all cameras of this machine.",
+            help="Folder with a video, or a folder of images, for each camera; or the videos; or, in place of a video, its "
+            ".corners file of `zenocap calibrate detect`.  With --live: a rig file, or NAME=SOURCE as for `zenocap film`; "
+            "default: all cameras of this machine.",
             show_default=False,
         ),
     ] = None,
-    square: Annotated[
-        float,
-        typer.Option(
-            metavar="MM",
-            help="Side of a square, or of a tag of an AprilGrid, mm, measured on the print.",
-            show_default=False,
-        ),
-    ],
-    columns: Annotated[
-        int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6")
-    ] = None,
-    rows: Annotated[
-        int | None,
-        typer.Option(help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6"),
-    ] = None,
-    kind: Annotated[Kind, typer.Option(help="Kind of the board.")] = "charuco",
-    marker: Annotated[
-        float | None, typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out.")
-    ] = None,
-    dictionary: Annotated[
-        str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")
-    ] = None,
-    spacing: Annotated[
-        float | None,
-        typer.Option(help="White between two tags of an AprilGrid, by the side of a tag.", show_default="0.3, as Kalibr"),
-    ] = None,
+    square: SquareOption,
+    columns: ColumnsOption = None,
+    rows: RowsOption = None,
+    kind: KindOption = "charuco",
+    marker: MarkerOption = None,
+    dictionary: DictionaryOption = None,
+    spacing: SpacingOption = None,
     floor: Annotated[
         list[float] | None,
         typer.Option(
@@ -92,6 +82,9 @@ def board(
     Show the board to two or more cameras at once, move it slowly through the room, tilt it, bring it near each camera, and
     at last lay it on the floor: --floor says when.  Exit status 3 when the result is poor, with what to film next.
 
+    Where videos stay on the machines of their cameras, `zenocap calibrate detect` there writes corners, which are used in
+    place of the videos.
+
     With --live, a page at http://127.0.0.1:8090 shows the cameras with the corners of the board, which parts of each image
     were covered, which cameras saw the board together, and what to show next; its button calibrates.
 
@@ -100,15 +93,12 @@ def board(
     """
     from zenocap.common.camera.lens_files import read_lenses
     from zenocap.common.errors import UserError
-    from zenocap.tools.calibration.board import checked_board, usual_squares
     from zenocap.tools.calibration.board_calibration import calibrated_rig
     from zenocap.tools.calibration.board_films import board_films, board_views
     from zenocap.tools.calibration.board_report import report, report_data, verdict
 
     with one_line_errors():
-        usual = usual_squares(kind)
-        squares = usual[0] if columns is None else columns, usual[1] if rows is None else rows
-        described = checked_board(kind, *squares, square, marker, dictionary, spacing)
+        described = described_board(kind, columns, rows, square, marker, dictionary, spacing)
         check_new(output, force)
         known = None if lenses is None else read_lenses(lenses)
         if live:

@@ -5,6 +5,7 @@ import typer
 from zenocap.tools.cli.calibrate.board import board
 from zenocap.tools.cli.calibrate.check import check
 from zenocap.tools.cli.calibrate.convert import convert
+from zenocap.tools.cli.calibrate.detect import detect
 from zenocap.tools.cli.calibrate.drift import drift
 from zenocap.tools.cli.calibrate.lines import lines
 from zenocap.tools.cli.calibrate.print_board import print_board
@@ -13,6 +14,7 @@ from zenocap.tools.cli.calibrate.walk import walk
 
 calibrate = typer.Typer(help="Calibrate cameras; check and convert calibration files.", no_args_is_help=True)
 calibrate.command()(board)
+calibrate.command()(detect)
 calibrate.command()(walk)
 calibrate.command()(lines)
 calibrate.command()(scene)

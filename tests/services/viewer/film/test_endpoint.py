@@ -1,5 +1,7 @@
 """What a camera's program obeys when it is told to film, and what it refuses."""
 
+import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,14 +10,16 @@ import numpy as np
 import pytest
 
 from zenocap.common import codec
-from zenocap.common.messages import FilmQuery, FilmReply
+from zenocap.common.messages import FilmBoard, FilmQuery, FilmReply
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.reader import VideoReader
+from zenocap.services.viewer.film.board_search import Command
 from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
 from zenocap.services.viewer.film.parameters import LEASE_S, OPEN_S
 
 SIZE, S = (64, 48), 1_000_000_000
 ALL = Permission(film=True, read=True)
+BOARD = FilmBoard(kind="charuco", columns=5, rows=7, square_mm=35.0)
 
 
 @dataclass
@@ -41,10 +45,12 @@ class Camera:
 class Place:
     """An endpoint with its camera and clock."""
 
-    def __init__(self, folder: Path, permission: Permission = ALL, free: int = 10**12) -> None:
+    def __init__(
+        self, folder: Path, permission: Permission = ALL, free: int = 10**12, detect: Command | None = None
+    ) -> None:
         self.camera, self.clock, self.folder = Camera(), ManualClock(1000 * S), folder / "films"
         self.endpoint = FilmEndpoint(
-            self.camera, "cam01", self.folder, permission, self.clock, "lab1", free_bytes=lambda _: free
+            self.camera, "cam01", self.folder, permission, self.clock, "lab1", free_bytes=lambda _: free, detect=detect
         )
 
     def ask(self, what: str, sender: str = "me", film: str | None = "walk", **fields: object):
@@ -197,3 +203,101 @@ def test_the_program_ends_its_film_in_order(tmp_path):
     reply = place.ask("state")
     assert (reply.state, reply.frames) == ("ended", 1)
     assert reply.failure == "the program that has the camera was ended"
+
+
+def script(text: str) -> Command:
+    """A process that has the video and the folder of the corners as its arguments, in place of the search of a board."""
+    return lambda board, video, folder: [
+        sys.executable,
+        "-c",
+        f"import pathlib, sys, time\n{text}",
+        str(video),
+        str(folder),
+    ]
+
+
+WRITES = script(
+    "folder = pathlib.Path(sys.argv[2])\nfolder.mkdir()\n"
+    "(folder / 'cam01.corners').write_bytes(b'corners of ' + pathlib.Path(sys.argv[1]).name.encode())"
+)
+
+
+def searched(place: Place) -> FilmReply:
+    """The reply after a search of a board in a film."""
+    place.filmed()
+    place.image(1001.5)
+    place.ask("stop")
+    assert place.ask("detect", board=BOARD).refused == ""
+    end_s = time.monotonic() + 60.0
+    while (reply := place.ask("state")).board == "searching":
+        assert time.monotonic() < end_s
+        time.sleep(0.02)
+    return reply
+
+
+@pytest.mark.system
+def test_corners_may_be_read_where_pictures_may_not_and_by_nobody_else(tmp_path):
+    place = Place(tmp_path, Permission(film=True), detect=WRITES)
+    reply = searched(place)
+    assert (reply.board, reply.board_failure) == ("found", "")
+    end_s = time.monotonic() + 60.0
+    while not (files := place.ask("files", file="corners").files)["corners"].sha256:
+        assert time.monotonic() < end_s
+    assert (set(files), files["corners"].bytes) == ({"corners"}, 20)
+    assert place.ask("read", file="corners").data == b"corners of cam01.mkv"
+    for file in ("video", "times"):
+        assert "pictures do not leave this machine" in place.ask("read", file=file).refused
+    for what in ("detect", "files", "read"):
+        reply = place.ask(what, "stranger", file="corners", board=BOARD)
+        assert "opened by another program" in reply.refused
+        assert (reply.data, reply.files, reply.board) == (b"", {}, "none")
+    assert {path.relative_to(tmp_path / "films" / "walk").parts[0] for path in (tmp_path / "films").rglob("*.*")} == {
+        "videos", "times", "corners",
+    }  # fmt: skip
+
+
+@pytest.mark.system
+def test_a_search_is_refused_or_ended_with_the_reason(tmp_path):
+    place = Place(tmp_path / "none")
+    place.filmed()
+    place.image(1001.5)
+    place.ask("stop")
+    assert "no board is searched here: allowed: `zenocap calibrate detect`" in place.ask("detect", board=BOARD).refused
+    place = Place(tmp_path / "failing", detect=script("sys.exit('error: no markers are seen')"))
+    place.filmed()
+    assert "the film has not ended" in place.ask("detect", board=BOARD).refused
+    place.image(1001.5)
+    place.ask("stop")
+    assert "board: a description is missing" in place.ask("detect").refused
+    assert "there are no corners of a board" in place.ask("read", file="corners").refused
+    (tmp_path / "failing" / "films" / "walk" / "corners").symlink_to(tmp_path)
+    assert "a link: allowed: a folder" in place.ask("detect", board=BOARD).refused
+    reply = searched(Place(tmp_path / "other", detect=script("sys.exit('error: no markers are seen')")))
+    assert (reply.board, reply.board_failure) == ("failed", "no markers are seen")
+    assert searched(Place(tmp_path / "silent", detect=script("sys.exit(5)"))).board_failure == "exit status 5"
+    assert searched(Place(tmp_path / "nothing", detect=script(""))).board == "failed"
+
+
+@pytest.mark.system
+def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path):
+    for name, words in (
+        ("gone", "who filmed is gone: no query for 10 s"),
+        ("ended", "the program that has the camera was"),
+    ):
+        place = Place(tmp_path / name, detect=script("time.sleep(600)"))
+        place.filmed()
+        place.image(1001.5)
+        place.ask("stop")
+        place.ask("detect", board=BOARD)
+        place.ask("detect", board=BOARD)  # asked again, it goes on
+        assert "a board is being searched in film walk" in place.ask("open", "other", "run").refused
+        assert place.ask("state").board == "searching"
+        if name == "gone":
+            place.clock.set(round((1002.5 + LEASE_S) * S))
+            place.endpoint.check()
+        else:
+            place.endpoint.close()
+        reply = place.ask("state")
+        assert reply.board == "failed"
+        assert words in reply.board_failure
+        assert place.ask("open", "other", "run").refused == ""

@@ -1,0 +1,97 @@
+"""Command calibrate detect."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenocap.tools.cli.calibrate.board_options import (
+    ColumnsOption,
+    DictionaryOption,
+    KindOption,
+    MarkerOption,
+    RowsOption,
+    SpacingOption,
+    SquareOption,
+    described_board,
+)
+from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
+from zenocap.tools.cli.options import JsonOption, one_line_errors
+from zenocap.tools.cli.progress import progress
+
+
+def detect(
+    *,
+    films: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FOLDER | VIDEO...",
+            help="Folder with a video, or a folder of images, for each camera; or the videos.",
+            show_default=False,
+        ),
+    ],
+    square: SquareOption,
+    columns: ColumnsOption = None,
+    rows: RowsOption = None,
+    kind: KindOption = "charuco",
+    marker: MarkerOption = None,
+    dictionary: DictionaryOption = None,
+    spacing: SpacingOption = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FOLDER", help="Folder to write.", show_default="corners in FOLDER, or here"
+        ),
+    ] = None,
+    force: ForceOption = False,
+    as_json: JsonOption = False,
+    background: Annotated[bool, typer.Option("--background", hidden=True, help="With low priority.")] = False,
+) -> None:
+    """Detect a printed board in the films of this machine, and write the corners for a calibration on another machine.
+
+    A file NAME.corners for each camera has the camera's name, the size of the images, and the times, numbers and image
+    points of the corners: no picture. `zenocap calibrate board` takes it in place of the video, with the same result, from
+    corners/ in the folder of the film; the board must be described by the same options there.
+
+    Example, on the camera's machine: `zenocap calibrate detect films/monday-20261123T221734Z --square 35`
+    """
+    from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
+    from zenocap.tools.calibration.board_films import searchable_films
+    from zenocap.tools.calibration.corners_file import write_corners
+    from zenocap.tools.calibration.detection import detected
+
+    if background:
+        import logging
+
+        from zenocap.common.runtime.priority import lower_priority
+
+        lower_priority(logging.getLogger(__name__))
+    written: list[dict[str, object]] = []
+    with one_line_errors():
+        described = described_board(kind, columns, rows, square, marker, dictionary, spacing)
+        found = searchable_films(films)
+        folder = output or (films[0] / CORNERS if len(films) == 1 and films[0].is_dir() else Path(CORNERS))
+        paths = [folder / f"{film.name}{CORNERS_SUFFIX}" for film in found]
+        for path in paths:
+            check_new(path, force)
+        for film, path in zip(found, paths, strict=True):
+            with progress("searching the board") as shown:
+                one = detected(
+                    described, film.path, film.name, lambda done, total, name: shown.update(done, total or None, name)
+                )
+            with writing(path):
+                write_corners(path, one)
+            most = one.most
+            if not as_json:
+                share = f"in {most.coverage:.0%} of the image"
+                typer.echo(f"{film.name}: {len(most.views)} of {one.looks} images show the board, {share}")
+                typer.echo(f"  written: {path}, {path.stat().st_size / 1e6:.1f} MB")
+            data = {"name": film.name, "images": one.looks, "views": len(most.views), "coverage": most.coverage}
+            written.append(data | {"written": str(path)})
+    if as_json:
+        typer.echo(json.dumps({"board": str(described), "cameras": written}, indent=2))
+    else:
+        typer.echo(
+            f"next: copy into {CORNERS}/ of the film's folder where the calibration is made; there, zenocap calibrate board"
+        )

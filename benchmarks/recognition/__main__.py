@@ -1,11 +1,12 @@
 """Accuracy of posture recognition: tables and confusion plots of every part in one folder.
 
     python -m benchmarks.recognition [--seeds 3] [--only PART,...] [--size WxH] [--minutes 10]
-        [--motions DIR] [--out DIR] [--jobs 2]
+        [--poses METHOD,...] [--motions DIR] [--out DIR] [--jobs 2]
 
 Takes are rendered and tracked once for the current code and kept in the folder: those of 12 people need 6 minutes of one
 core for two-view, 17 for hybrid.  `hybrid-two-view`: the tracker with the two cameras of two-view.  --size: of the images,
-for two-view, hybrid-two-view and hybrid; default: 160x120, and 240x180 for hybrid.
+for two-view, hybrid-two-view and hybrid; default: 160x120, and 240x180 for hybrid.  --poses: for the parts that compare
+sources of poses (stream, few, ablation).
 """
 
 import argparse
@@ -14,8 +15,9 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.clips import SHARED
+from benchmarks.recognition.ablation import ablation
 from benchmarks.recognition.accuracy import accuracy_of
-from benchmarks.recognition.bench import Bench
+from benchmarks.recognition.bench import POSES, Bench
 from benchmarks.recognition.costs import costs
 from benchmarks.recognition.few import few
 from benchmarks.recognition.one_person import one_person
@@ -35,6 +37,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "stream": streaming,
     "few": few,
     "one-person": one_person,
+    "ablation": ablation,
     "costs": costs,
     "settings": settings,
 }
@@ -51,6 +54,9 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="processes that film (default 2)")
     parser.add_argument("--size", metavar="WxH", help="of the images; default by method")
     parser.add_argument("--minutes", type=float, default=10.0, help="duration of the streams (default 10)")
+    parser.add_argument(
+        "--poses", default=",".join(POSES), metavar="METHOD,...", help=f"sources of poses (default {','.join(POSES)})"
+    )
     options = parser.parse_args()
     if not 0.5 <= options.minutes <= 600.0:
         parser.error(f"--minutes {options.minutes:g}: allowed: 0.5 to 600")
@@ -61,7 +67,10 @@ def main() -> None:
     unknown = sorted(set(wanted) - set(PARTS))
     if unknown:
         parser.error(f"--only {', '.join(unknown)}: allowed: {', '.join(PARTS)}")
-    bench = Bench(options.motions, options.out, options.seeds, options.people, options.jobs, size, options.minutes)
+    poses = tuple(method for method in POSES if method in options.poses.split(","))
+    if unknown := sorted(set(options.poses.split(",")) - set(POSES)):
+        parser.error(f"--poses {', '.join(unknown)}: allowed: {', '.join(POSES)}")
+    bench = Bench(options.motions, options.out, options.seeds, options.people, options.jobs, size, options.minutes, poses)
     options.out.mkdir(parents=True, exist_ok=True)
     sized: list[str] = []
     for name in wanted:

@@ -24,6 +24,7 @@ CODE: dict[Method, tuple[str, ...]] = {
     "hybrid-two-view": (*GENERATOR_CODE, *TRACKING_CODE, "services/tracker"),
     "hybrid": (*GENERATOR_CODE, *TRACKING_CODE, "services/tracker"),
 }
+POSES: tuple[Method, ...] = ("truth", "two-view", "hybrid")  # compared by several parts
 SETTINGS_SEED = 9  # persons 108 to 119: settings are chosen on them; they are in no test
 STREAM_SEED = 10  # persons from 120 on: for the streams
 
@@ -33,7 +34,8 @@ class Bench:
     """motions: folder of the shared motion capture.  out: folder of the report and of stored takes.
 
     seeds: of people, from 0.  count: people per seed.  jobs: number of processes that generate takes.  size: of the images
-    (width, height) px; None for the default of each method.  minutes: of all streams together.
+    (width, height) px; None for the default of each method.  minutes: of all streams together.  poses: sources of poses of
+    the parts that compare several.
     """
 
     motions: Path
@@ -43,6 +45,7 @@ class Bench:
     jobs: int
     size: tuple[int, int] | None = None
     minutes: float = 10.0
+    poses: tuple[Method, ...] = POSES
 
     def posture_takes(self, people_seed: int) -> list[PostureTake]:
         return posture_takes(people(people_seed, self.count))

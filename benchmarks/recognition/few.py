@@ -7,9 +7,7 @@ from benchmarks.sections import Row, Section, Table
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.training.cross_validation import classifier_of
 from zenocap.services.recognizer.training.examples import CLASSIFIERS, Example, TrainingSettings, prepare
-from zenocap.tools.dataset.generate import Method
 
-METHODS: tuple[Method, ...] = ("truth", "two-view", "hybrid")
 PEOPLE_SEED, DRAWS = 0, 5
 NUMBERS = (1, 2, 3, 5, 10)
 
@@ -17,7 +15,7 @@ NUMBERS = (1, 2, 3, 5, 10)
 def few(bench: Bench) -> Section:
     """Section of all methods."""
     rows: list[Row] = []
-    for method in METHODS:
+    for method in bench.poses:
         examples = bench.examples(method, PEOPLE_SEED, DEFAULT)
         for classifier in CLASSIFIERS:
             settings = TrainingSettings(classifier=classifier)

@@ -53,15 +53,24 @@ def rows(motions: Path) -> Iterator[Row]:
         yield Row(0, motions / f"{name}.bvh", start, end, kind, name, "0")
 
 
+def missing_motions(motions: Path) -> list[str]:
+    """Names of the files of the manifest that do not exist."""
+    return sorted({row.source.name for row in rows(motions) if not row.source.is_file()})
+
+
+def real_examples(bench: Bench) -> list[Example]:
+    """Examples of the manifest, which is written into the folder of the report."""
+    manifest = bench.out / "real.csv"
+    write_manifest(manifest, rows(bench.motions))
+    return examples_of(manifest, read_manifest(manifest), DEFAULT)
+
+
 def real(bench: Bench) -> Section:
-    missing = sorted({row.source.name for row in rows(bench.motions) if not row.source.is_file()})
-    if missing:
+    if missing := missing_motions(bench.motions):
         return Section(
             "real", "Real motion", (f"Skipped: {', '.join(missing)} missing (expected beside the checkout).",), ()
         )
-    manifest = bench.out / "real.csv"
-    write_manifest(manifest, rows(bench.motions))
-    examples = examples_of(manifest, read_manifest(manifest), DEFAULT)
+    examples = real_examples(bench)
     outcomes = [cross_validate(examples, TrainingSettings(), protocol) for protocol in PROTOCOLS]
     draw_confusion(bench.out / "confusion-real.png", outcomes)
     labels = outcomes[0].labels

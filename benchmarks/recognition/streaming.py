@@ -18,7 +18,6 @@ from zenocap.tools.dataset.batch import people
 from zenocap.tools.dataset.generate import Method, dataset_rig, generate_take
 
 MODEL = "fifteen"
-METHODS: tuple[Method, ...] = ("truth", "two-view", "hybrid")
 SESSION_MINUTES, MOST_PEOPLE = 2.5, 12  # longer streams have longer sessions: persons beyond are in other sets
 
 
@@ -36,7 +35,7 @@ def streaming(bench: Bench) -> Section:
     setup = stream_setup(model)
     rows: list[Row] = []
     wrong_answers: list[Row] = []
-    for method in METHODS:
+    for method in bench.poses:
         session_results = [recognize_session(setup, *one) for one in sessions(bench, method)]
         total = sum_of([one.score for one in session_results])
         rows.append((method, *cells(total)))

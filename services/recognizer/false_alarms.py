@@ -64,10 +64,15 @@ def short_background(alarms: FalseAlarms | None, per_hour: float | None) -> str 
 
 
 def least_share(shares: Floats, hours: float, per_hour: float, step: float) -> float:
-    """Least share of votes with which at most `per_hour` false postures remain in the background; 0 where all may.
+    """Least share of votes with which the background shows a rate of at most `per_hour`, see `upper_rate`.
 
+    With `per_hour` times `hours` false postures left in the background, more than half of the models would have a larger
+    rate with other people.  A background too short to show the rate is left without any, except those with all votes, up to
+    that number.  0 where all may remain; above 1 where more have all votes.
     shares: see FalseAlarms.  step: least difference of two shares.
     """
-    allowed = int(np.floor(per_hour * hours + 1e-9))
     falling = np.sort(shares)[::-1]
+    limits = gammaincinv(np.arange(len(falling) + 1) + 1, CONFIDENCE) / hours
+    unanimous = int((falling > 1.0 - 0.5 * step).sum())
+    allowed = max(0, int((limits <= per_hour).sum()) - 1, unanimous if unanimous <= per_hour * hours + 1e-9 else 0)
     return 0.0 if len(falling) <= allowed else float(falling[allowed]) + 0.5 * step

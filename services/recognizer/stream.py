@@ -118,6 +118,11 @@ def push(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats)
     return *_pop(stream), use
 
 
+def finish(setup: StreamSetup, stream: Stream) -> tuple[Recognition, ...]:
+    """Results that wait, and those of the windows that have ended, as a gap after the latest vector gives them."""
+    return _end(setup, stream).queue
+
+
 def _resample(setup: StreamSetup, stream: Stream, captured_ns: int, features: Floats) -> Stream:
     """Add the rows after the vector before, up to and including this vector's time."""
     before_ns, before = stream.last_ns, stream.last

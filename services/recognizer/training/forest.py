@@ -184,4 +184,4 @@ def _half(windows: Floats, half: int) -> Floats:
 def _shares(forest: Forest, values: Floats) -> Floats:
     """(k, n) shares of votes for the postures by values (k, VALUES)."""
     shares = [votes_of(forest, one)[:-1] / len(forest.nodes) for one in values]
-    return np.array(shares).reshape(len(values), -1)
+    return np.array(shares).reshape(len(values), len(forest.thresholds))

@@ -11,7 +11,7 @@ from zenocap.services.recognizer.false_alarms import FalseAlarms, least_share
 from zenocap.services.recognizer.forest import Forest, votes_of
 from zenocap.services.recognizer.model import NO_DISTANCE_LIMIT, NO_THRESHOLD, PostureModel
 from zenocap.services.recognizer.segment_description import VALUES, describe
-from zenocap.services.recognizer.stream import StreamSetup, initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import StreamSetup, finish, initial_stream, push, stream_setup
 from zenocap.services.recognizer.training.background import proposed_windows, regular_windows
 from zenocap.services.recognizer.training.forest import ForestData, forest_of
 
@@ -27,16 +27,18 @@ def open_setup(model: PostureModel) -> StreamSetup:
 
 
 def windows_of(model: PostureModel, sequences: Sequence[Floats]) -> list[Floats]:
-    """All windows (t, d) of the segmentation, on which a forest decides in a stream.
+    """All windows (t, d) of the segmentation, on which a forest decides in a stream with a gap after each sequence.
 
     model: with thresholds and without a forest.  sequences: (T_i, d) rows at the model's rate, all finite.
     """
     setup, found = open_setup(model), []
     for rows in sequences:
-        stream = initial_stream(setup)
+        stream, answers = initial_stream(setup), []
         for k, row in enumerate(rows):
             stream, answer, _ = push(setup, stream, round(k * setup.period_ns), row)
-            if answer is not None and answer.label is not None:
+            answers += [] if answer is None else [answer]
+        for answer in (*answers, *finish(setup, stream)):
+            if answer.label is not None:
                 first, last = (round(at / setup.period_ns) for at in (answer.start_ns, answer.end_ns))
                 found.append(rows[first : last + 1])
     return found
@@ -78,7 +80,7 @@ def false_alarms_of(
 
 
 def with_rate(forest: Forest, alarms: FalseAlarms, per_hour: float) -> Forest:
-    """The forest with thresholds raised to a share of the votes with which at most `per_hour` false postures remain.
+    """The forest with thresholds raised to the share of the votes that `per_hour` false postures need, see `least_share`.
 
     Raises UserError where false postures have the votes of all trees.
     """

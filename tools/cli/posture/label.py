@@ -81,8 +81,8 @@ def label(
         float | None,
         typer.Option(
             metavar="N",
-            help="Train raises the thresholds until the background has at most N false postures per hour; default: that of "
-            "the model's last training, else no limit.",
+            help="Train raises the thresholds until the background shows at most N false postures per hour; default: that "
+            "of the model's last training, else no limit.",
             show_default=False,
             rich_help_panel=HOW,
         ),

@@ -59,7 +59,7 @@ FalsePerHourOption = Annotated[
     float | None,
     typer.Option(
         metavar="N",
-        help="Raise the thresholds until the background has at most N false postures per hour; default: as learnt from "
+        help="Raise the thresholds until the background shows at most N false postures per hour; default: as learnt from "
         "held-out people and background.",
         rich_help_panel=HOW,
     ),

@@ -16,8 +16,9 @@ from zenocap.services.recognizer.segment_description import VALUES
 from zenocap.services.recognizer.training import forest as forest_training
 from zenocap.services.recognizer.training.cross_validation import cross_validate
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example, prepare
-from zenocap.services.recognizer.training.forest import descriptions_of, train_forest
+from zenocap.services.recognizer.training.forest import ForestData, descriptions_of, train_forest, trials_of
 from zenocap.services.recognizer.training.parameters import CUTS
+from zenocap.services.recognizer.training.thresholds import held_out_groups
 from zenocap.services.recognizer.training.train import train
 
 PATH = Path("some.postures")
@@ -103,6 +104,15 @@ def test_background_is_rejected_although_its_movement_resembles_a_posture() -> N
     assert not any(one.accepted for one in votes)
     known = [classify(model, movement(label, person, 0)).accepted for label in LABELS for person in range(50, 60)]
     assert np.mean(known) > 0.85
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_windows_of_background_are_all_tried(count: int) -> None:
+    ready = prepare(examples(), FAST_FOREST)
+    labels = np.array([LABELS.index(example.label) for example in ready.examples])
+    values = descriptions_of(ready, RATE, 0)
+    data = ForestData(values, labels, len(LABELS), values[:count, 1], np.zeros((0, VALUES)))
+    assert len(trials_of(data, held_out_groups(ready, 2), 5, 0).background) == count
 
 
 def test_background_is_no_posture_of_cross_validation() -> None:

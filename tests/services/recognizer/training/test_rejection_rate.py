@@ -11,8 +11,10 @@ from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import packed, parse_model
+from zenocap.services.recognizer.motion_rows import WIDTH
+from zenocap.services.recognizer.stream import initial_stream, push, stream_setup
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example
-from zenocap.services.recognizer.training.rejection_rate import halves_of, windows_of
+from zenocap.services.recognizer.training.rejection_rate import halves_of, open_setup, windows_of
 from zenocap.services.recognizer.training.train import train
 
 PATH = Path("some.postures")
@@ -34,8 +36,6 @@ def background(people: range, count: int = 12) -> list[Example]:
 
 def falses(model: PostureModel, people: range) -> int:
     """Windows that the model answers in everyday movement of people."""
-    from zenocap.services.recognizer.stream import initial_stream, push, stream_setup
-
     setup, found = stream_setup(model), 0
     for person in people:
         stream = initial_stream(setup)
@@ -73,6 +73,21 @@ def test_windows_are_all_those_that_a_stream_decides_on() -> None:
     strict = windows_of(replace(model, farthest=1e-6), [rows])  # which a stream would answer without a posture
     assert len(every) >= 3
     assert len(strict) == len(every)
+
+
+def test_windows_before_a_gap_are_counted_as_in_a_stream() -> None:
+    model = replace(train(examples(range(1, 7)), FAST_FOREST), forest=None)
+    sequences = [movement("wave", person, 7) for person in range(20, 26)]  # each ends with the movement
+    setup, found, from_ns = open_setup(model), 0, 0
+    stream = initial_stream(setup)
+    for rows in (*sequences, np.full((5, WIDTH), np.nan)):
+        for row in rows:
+            stream, answer, _ = push(setup, stream, from_ns, row)
+            found += answer is not None and answer.label is not None
+            from_ns += round(setup.period_ns)
+        from_ns += round(1e9)
+    assert found >= len(sequences) - 1
+    assert len(windows_of(model, sequences)) == found
 
 
 def test_halves_cut_the_sequence_in_the_middle() -> None:

@@ -91,13 +91,18 @@ def _second(film: Film, scene: Scene, given: Codes, true_codes: Codes, missing: 
     return Second(film.name, scene.size, given, frozenset(present - unknown), frozenset(unknown))
 
 
-def measured(job: tuple[int, tuple[int, int]], films: Sequence[Film], background: str) -> list[Second]:
+def films_with(names: str) -> list[Film]:
+    """Films whose name contains one of the names, which are separated by commas."""
+    return [one for one in FILMS if any(part in one.name for part in names.split(","))]
+
+
+def measured(job: tuple[int, tuple[int, int]], only: str, background: str) -> list[Second]:
     """All seconds of the films of a seed in one image size; films that differ in their tone are rendered once."""
     cv2.setNumThreads(1)
     seed, size = job
     scene = Scene(seed, size)
     groups = defaultdict[Film, list[Film]](list)
-    for film in films:
+    for film in films_with(only):
         groups[film.without_tone()].append(film)
     found = list[Second]()
     for plain, toned in groups.items():
@@ -145,11 +150,11 @@ def main() -> None:
     parser.add_argument("--values", action="store_true", help="also print the advice of every film of every seed")
     options = parser.parse_args()
     sizes = [(int(width), int(height)) for width, height in (text.split("x") for text in options.sizes.split(","))]
-    films = [one for one in FILMS if any(part in one.name for part in options.only.split(","))]
+    films = films_with(options.only)
     jobs = [(seed, size) for size in sizes for seed in range(options.first_seed, options.first_seed + options.seeds)]
     found = list[Second]()
     with Pool(options.jobs) as pool:
-        work = partial(measured, films=films, background=options.background)
+        work = partial(measured, only=options.only, background=options.background)
         for (seed, size), every in zip(jobs, pool.imap(work, jobs), strict=True):
             found += every
             if options.values:

@@ -161,6 +161,7 @@ def _toned(name: str, tone: Tone) -> Situation:
     return Situation(name, tone=tone)
 
 
+SEVERAL = "all of it"  # situation of several faults at once, of which none can be told alone
 RIGHT: Mapping[str, tuple[Codes, Codes, float]] = {
     "light fades by 40 %": (LIGHT, frozenset({A.DARK}), EMPTY_S),
     "lamp switched off": (LIGHT, frozenset(), CHANGE_S),
@@ -170,7 +171,7 @@ RIGHT: Mapping[str, tuple[Codes, Codes, float]] = {
     "glossy floor": (frozenset(), frozenset({A.GLOSSY_FLOOR, A.CONTRAST, A.CUT_OFF}), EMPTY_S),
 }
 FILMS = (
-    *(Film(one, *RIGHT.get(one.name, (frozenset(), frozenset(), EMPTY_S))) for one in SITUATIONS),
+    *(Film(one, *RIGHT.get(one.name, (frozenset(), frozenset(), EMPTY_S))) for one in SITUATIONS if one.name != SEVERAL),
     Film(Situation("the demo"), demo=True),
     Film(_toned("colours drift slowly", _slow_colours), COLOUR, LIGHT),
     Film(_toned("lamps flicker", _flicker), frozenset({A.FLICKER}), LIGHT),

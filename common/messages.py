@@ -511,7 +511,7 @@ class FilmReply(Message, frozen=True, tag="film_reply"):
     last_ns: Nanoseconds = 0
     written_bytes: Count = 0
     free_bytes: Count = 0  # of the disk
-    files: Annotated[dict[Literal["video", "times", "corners"], FilmFile], Meta(max_length=2)] = {}
+    files: Annotated[dict[Literal["video", "times", "corners"], FilmFile], Meta(max_length=3)] = {}
     data: Annotated[bytes, Meta(max_length=FILM_PART_BYTES)] = b""  # reply to "read"
     board: Literal["none", "searching", "found", "failed"] = "none"  # of "detect"
     board_failure: Text = ""  # why it was not found

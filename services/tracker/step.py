@@ -75,8 +75,7 @@ def step(setup: Setup, state: State, event: Event) -> Result:
         case Envelope(message=TrackerDetail(share=share)):
             return replace(state, detail=share), []
         case Envelope(message=CameraDelays(applied_ms=applied)) if setup.follow_delays:
-            delays_ns = {viewer: round(1e6 * ms) for viewer, ms in applied.items()}
-            return replace(state, delays_ns=delays_ns, pairs=replace(state.pairs, hold=setup.hold(delays_ns))), []
+            return _set_delays(setup, state, {viewer: round(1e6 * ms) for viewer, ms in applied.items()}), []
         case Envelope(message=CameraInfo(viewer=viewer) as camera) if viewer in setup.cameras:
             return _compare_calibration(state, camera, setup.cameras[viewer]), []
         case Envelope(message=TrackerBdp() | TrackerPose() as previous) if awaiting_person(state):
@@ -145,6 +144,15 @@ def _resume(setup: Setup, state: State, previous: TrackerBdp | TrackerPose) -> R
     except ValueError:  # of another anatomy: the rig has been changed
         return state, []
     return state, []
+
+
+def _set_delays(setup: Setup, state: State, delays_ns: dict[str, int]) -> State:
+    """Correct the capture times by these delays from now on."""
+    pairs = replace(state.pairs, hold=setup.hold(delays_ns))
+    track = state.track
+    if delays_ns != state.delays_ns:
+        track = tracking.with_other_times(track)
+    return replace(state, delays_ns=delays_ns, pairs=pairs, track=track)
 
 
 def _synchronize(state: State, silhouette: Silhouette) -> State:

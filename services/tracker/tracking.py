@@ -38,9 +38,9 @@ from zenocap.services.tracker.parameters import (
     RELOCALIZE_AFTER,
 )
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Options, Outcome, Person, Setup, Tracking, TrackState
-from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untrusted
+from zenocap.services.tracker.view_check.view_consistency import check_views, initial_consistency, untested_lags, untrusted
 
-__all__ = ["Mask", "Options", "Outcome", "Setup", "TrackState", "describe", "initial_state", "track"]
+__all__ = ["Mask", "Options", "Outcome", "Setup", "TrackState", "describe", "initial_state", "track", "with_other_times"]
 
 
 def initial_state(setup: Setup) -> TrackState:
@@ -86,6 +86,11 @@ def rooted_pose(setup: Setup, body: Bdp, pose: Pose) -> RootedPose:
     """A pose in the coordinates of the filter."""
     rotation = np.ascontiguousarray(part_frames(setup.anatomy, body, pose)[0, :, :3])
     return RootedPose(pose.position.copy(), rotation, coordinates_of(setup.anatomy).of_pose(pose))
+
+
+def with_other_times(state: TrackState) -> TrackState:
+    """The state after the times of the views have been corrected: what was found out of step may no longer be."""
+    return replace(state, consistency=untested_lags(state.consistency))
 
 
 def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str, Mask]) -> tuple[TrackState, Outcome]:

@@ -39,9 +39,10 @@ def tracker_setup(count: int = 3) -> Setup:
 
 @dataclass(frozen=True)
 class StandInTrack:
-    """seen: capture time of every frame set, with the views that have a person."""
+    """seen: capture time of every frame set, with the views that have a person.  corrected: number of corrected times."""
 
     seen: tuple[tuple[int, tuple[str, ...]], ...] = ()
+    corrected: int = 0
 
 
 def initial_state(setup: Setup) -> StandInTrack:
@@ -62,6 +63,10 @@ def track(setup: Setup, state: StandInTrack, captured_ns: int, masks: Mapping[st
     return replace(state, seen=(*state.seen, (captured_ns, views))), outcome
 
 
+def with_other_times(state: StandInTrack) -> StandInTrack:
+    return replace(state, corrected=state.corrected + 1)
+
+
 def describe(state: StandInTrack) -> str:
     return "tracking" if state.seen and state.seen[-1][1] else "waiting for a person"
 
@@ -78,6 +83,7 @@ def stand_in() -> Iterator[None]:
         patch(f"{core}.track", track),
         patch(f"{core}.initial_state", initial_state),
         patch(f"{core}.remeasure", initial_state),
+        patch(f"{core}.with_other_times", with_other_times),
         patch(f"{core}.describe", describe),
         patch(f"{core}.phase_of", phase_of),
     ):

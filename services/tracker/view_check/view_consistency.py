@@ -122,6 +122,12 @@ def check_views(
     return state, state.findings
 
 
+def untested_lags(state: ViewConsistency) -> ViewConsistency:
+    """Statistics after which lags are tested anew, from frames that follow."""
+    lagged, tested = np.full_like(state.lagged, np.nan), np.zeros_like(state.tested)
+    return replace(state, recent=(), lagged=lagged, tested=tested)
+
+
 def untrusted(findings: Sequence[Finding]) -> frozenset[int]:
     """Views to leave out of tracking."""
     return frozenset(f.view for f in findings if f.kind in ("calibration", "out-of-step", "frozen"))

@@ -76,6 +76,19 @@ def test_delays_of_the_cameras_are_subtracted_from_the_capture_times() -> None:
             assert frames[late] == frames[VIEWERS[0]] + 2
 
 
+def test_the_tracker_is_told_when_the_times_of_a_view_are_corrected_anew() -> None:
+    following = replace(SETUP, follow_delays=True)
+    state, counts = tracker.initial_state(following), []
+    for late_ms in (20.0, 20.0, 40.0):
+        delays = m.CameraDelays(
+            frame=0, captured_ns=1, found_ms={}, errors_ms={}, uncertain=[], applied_ms={VIEWERS[-1]: late_ms}
+        )
+        state, _ = tracker.step(following, state, envelope(delays))
+        assert isinstance(state.track, StandInTrack)
+        counts.append(state.track.corrected)
+    assert counts == [1, 1, 2]
+
+
 def losses(state: State) -> dict[str, int]:
     """The counts without those of frame sets that arrived."""
     return {name: count for name, count in tracker.counts(state).items() if not name.endswith("e_instants")}

@@ -18,6 +18,7 @@ from zenocap.services.tracker.view_check.view_consistency import (
     ViewConsistency,
     check_views,
     initial_consistency,
+    untested_lags,
     untrusted,
 )
 
@@ -91,6 +92,25 @@ def test_view_out_of_step_is_reported_with_its_lag(views: int, late: int) -> Non
     assert (finding.kind, finding.view, finding.figure) == ("out-of-step", BAD, late)
     assert f"view cam03 is out of step, {abs(late)} frames {'late' if late > 0 else 'early'}" in finding.text
     assert untrusted(results[-1]) == {BAD}
+
+
+@pytest.mark.slow
+def test_view_that_was_out_of_step_is_used_at_once_when_its_lag_is_tested_anew() -> None:
+    cameras, masks = film(7)
+    outlines = [
+        extract_outlines([mask[k - 3 if view == BAD and k < 150 else k] for view, mask in enumerate(masks)], cameras, 200)
+        for k in range(3, FRAMES)
+    ]
+    state = initial_consistency([camera.name for camera in cameras])
+    for one in outlines[:147]:
+        state, findings = check_views(state, *one)
+    assert untrusted(findings) == {BAD}
+    corrected, late = untested_lags(state), state
+    for one in outlines[147:]:
+        corrected, findings = check_views(corrected, *one)
+        late, as_before = check_views(late, *one)
+    assert untrusted(findings) == frozenset()
+    assert untrusted(as_before) == {BAD}
 
 
 @pytest.mark.slow

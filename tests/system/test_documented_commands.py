@@ -120,7 +120,7 @@ def walker_film(folder: Path) -> None:
 
 def zenocap(arguments: list[str], folder: Path, seconds: float | None = None) -> tuple[int, str]:
     """Status and output of a command.  seconds: terminate it after this time; None: wait for its end."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200", "XDG_DATA_HOME": str(folder / "data-home")}
     command = [sys.executable, "-P", "-m", "zenocap", *arguments]
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(command, cwd=folder, env=environment, text=True, **pipes) as process:

@@ -92,6 +92,8 @@ def visit(browser: "playwright.Browser", tmp_path: Path) -> Iterator[Visit]:
         one = Visit(browser, animator)
         animator.send_frame_set(0.0)
         one.sees(1)
+        both = "document.querySelectorAll('.view:not(.empty)').length == 2"  # they wait for their period, then for a tick
+        one.until(lambda: (animator.tick(), bool(one.evaluate(both)))[1], "both silhouettes")
         yield one
         one.page.close()
         assert one.problems == []

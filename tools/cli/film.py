@@ -7,17 +7,7 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.board_options import (
-    ColumnsOption,
-    DictionaryOption,
-    KindOption,
-    MarkerOption,
-    OptionalSquareOption,
-    RowsOption,
-    SpacingOption,
-    board_words,
-    film_board,
-)
+from zenocap.tools.cli.calibrate.board_options import BoardArguments, OptionalSquareOption, board_words
 from zenocap.tools.cli.options import DONE, FAILED, LOSS, one_line_errors, rig_at
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
@@ -52,13 +42,8 @@ def film(
         ),
     ] = False,
     square: OptionalSquareOption = None,
-    columns: ColumnsOption = None,
-    rows: RowsOption = None,
-    kind: KindOption = "charuco",
-    marker: MarkerOption = None,
-    dictionary: DictionaryOption = None,
-    spacing: SpacingOption = None,
     *,
+    board_options: BoardArguments,
     zenoh: ZenohArguments,
 ) -> None:
     """Record the videos of all cameras and streams of a rig, of all its machines, into a folder for `zenocap track`.
@@ -98,7 +83,7 @@ def film(
         from zenocap.tools.film.rig_film import cameras_of
         from zenocap.tools.film.sources import named_sources
 
-        board = film_board(kind, columns, rows, square, marker, dictionary, spacing)
+        board = board_options.film_board(square)
         if board is not None and fetch:
             raise UserError("--square and --fetch: allowed: one of both, corners or videos")
         calibrated = len(rig) == 1 and ("=" not in rig[0] or Path(rig[0]).exists())

@@ -9,16 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.board_options import (
-    ColumnsOption,
-    DictionaryOption,
-    KindOption,
-    MarkerOption,
-    RowsOption,
-    SpacingOption,
-    SquareOption,
-    described_board,
-)
+from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import POOR, ForceOption, check_new, writing
 from zenocap.tools.cli.live_page import FpsOption, HostOption, PortOption, SizeOption, TokenOption, page_table, run_page
 from zenocap.tools.cli.options import DONE, FAILED, JsonOption, one_line_errors
@@ -46,12 +37,7 @@ def board(
         ),
     ] = None,
     square: SquareOption,
-    columns: ColumnsOption = None,
-    rows: RowsOption = None,
-    kind: KindOption = "charuco",
-    marker: MarkerOption = None,
-    dictionary: DictionaryOption = None,
-    spacing: SpacingOption = None,
+    board_options: BoardArguments,
     floor: Annotated[
         list[float] | None,
         typer.Option(
@@ -98,7 +84,7 @@ def board(
     from zenocap.tools.calibration.board_report import report, report_data, verdict
 
     with one_line_errors():
-        described = described_board(kind, columns, rows, square, marker, dictionary, spacing)
+        described = board_options.board(square)
         check_new(output, force)
         known = None if lenses is None else read_lenses(lenses)
         if live:

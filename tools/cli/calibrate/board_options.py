@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -14,6 +15,7 @@ if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at o
     from zenocap.tools.calibration.board import Board
 
 Kind = Literal["charuco", "chessboard", "aprilgrid"]
+PANEL = "Board"  # of the help
 
 SquareOption = Annotated[
     float,
@@ -30,61 +32,68 @@ OptionalSquareOption = Annotated[
         show_default=False,
     ),
 ]
-ColumnsOption = Annotated[int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6")]
+ColumnsOption = Annotated[
+    int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6", rich_help_panel=PANEL)
+]
 RowsOption = Annotated[
     int | None,
-    typer.Option(help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6"),
+    typer.Option(
+        help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6", rich_help_panel=PANEL
+    ),
 ]
-KindOption = Annotated[Kind, typer.Option(help="Kind of the board.")]
+KindOption = Annotated[
+    Kind, typer.Option(help="Kind of the board; a ChArUco board may be partly hidden.", rich_help_panel=PANEL)
+]
 MarkerOption = Annotated[
-    float | None, typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out.")
+    float | None,
+    typer.Option(metavar="MM", help="Side of a marker, mm; 0.75 of the square when left out.", rich_help_panel=PANEL),
 ]
-DictionaryOption = Annotated[str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")]
+DictionaryOption = Annotated[
+    str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50", rich_help_panel=PANEL)
+]
 SpacingOption = Annotated[
     float | None,
-    typer.Option(help="White between two tags of an AprilGrid, by the side of a tag.", show_default="0.3, as Kalibr"),
+    typer.Option(
+        help="White between two tags of an AprilGrid, by the side of a tag.",
+        show_default="0.3, as Kalibr",
+        rich_help_panel=PANEL,
+    ),
 ]
 
 
-def described_board(
-    kind: Kind,
-    columns: int | None,
-    rows: int | None,
-    square: float,
-    marker: float | None,
-    dictionary: str | None,
-    spacing: float | None,
-) -> Board:
-    """The board of these options.  Raises UserError."""
-    from zenocap.tools.calibration.board import checked_board, usual_squares
+@dataclass(frozen=True)
+class BoardArguments:
+    """The options that describe a board, all but the side of its squares."""
 
-    usual = usual_squares(kind)
-    squares = usual[0] if columns is None else columns, usual[1] if rows is None else rows
-    return checked_board(kind, *squares, square, marker, dictionary, spacing)
+    columns: ColumnsOption = None
+    rows: RowsOption = None
+    kind: KindOption = "charuco"
+    marker: MarkerOption = None
+    dictionary: DictionaryOption = None
+    spacing: SpacingOption = None
 
+    def board(self, square_mm: float) -> Board:
+        """The board with squares, or tags, of this side.  Raises UserError."""
+        from zenocap.tools.calibration.board import checked_board, usual_squares
 
-def film_board(
-    kind: Kind,
-    columns: int | None,
-    rows: int | None,
-    square: float | None,
-    marker: float | None,
-    dictionary: str | None,
-    spacing: float | None,
-) -> FilmBoard | None:
-    """The same for a film query; None without a square.  Raises UserError."""
-    from zenocap.common.errors import UserError
-    from zenocap.common.messages import FilmBoard
+        usual = usual_squares(self.kind)
+        squares = usual[0] if self.columns is None else self.columns, usual[1] if self.rows is None else self.rows
+        return checked_board(self.kind, *squares, square_mm, self.marker, self.dictionary, self.spacing)
 
-    if square is None:
-        if kind != "charuco" or any(one is not None for one in (columns, rows, marker, dictionary, spacing)):
-            raise UserError("options of a board: allowed: with --square")
-        return None
-    board = described_board(kind, columns, rows, square, marker, dictionary, spacing)
-    return FilmBoard(
-        kind=kind, columns=board.columns, rows=board.rows, square_mm=square, marker_mm=marker, dictionary=dictionary,
-        spacing=spacing,
-    )  # fmt: skip
+    def film_board(self, square_mm: float | None) -> FilmBoard | None:
+        """The same for a film query; None without a side.  Raises UserError."""
+        from zenocap.common.errors import UserError
+        from zenocap.common.messages import FilmBoard
+
+        if square_mm is None:
+            if self != BoardArguments():
+                raise UserError("options of a board: allowed: with --square")
+            return None
+        board = self.board(square_mm)
+        return FilmBoard(
+            kind=self.kind, columns=board.columns, rows=board.rows, square_mm=square_mm, marker_mm=self.marker,
+            dictionary=self.dictionary, spacing=self.spacing,
+        )  # fmt: skip
 
 
 def board_words(board: FilmBoard) -> list[str]:

@@ -11,10 +11,11 @@ from zenocap.tools.cli.calibrate.lines import lines
 from zenocap.tools.cli.calibrate.print_board import print_board
 from zenocap.tools.cli.calibrate.scene import scene
 from zenocap.tools.cli.calibrate.walk import walk
+from zenocap.tools.cli.expansion import expanded
 
 calibrate = typer.Typer(help="Calibrate cameras; check and convert calibration files.", no_args_is_help=True)
-calibrate.command()(board)
-calibrate.command()(detect)
+calibrate.command()(expanded(board))
+calibrate.command()(expanded(detect))
 calibrate.command()(walk)
 calibrate.command()(lines)
 calibrate.command()(scene)

@@ -6,16 +6,7 @@ from typing import Annotated
 
 import typer
 
-from zenocap.tools.cli.calibrate.board_options import (
-    ColumnsOption,
-    DictionaryOption,
-    KindOption,
-    MarkerOption,
-    RowsOption,
-    SpacingOption,
-    SquareOption,
-    described_board,
-)
+from zenocap.tools.cli.calibrate.board_options import BoardArguments, SquareOption
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 from zenocap.tools.cli.progress import progress
@@ -32,12 +23,7 @@ def detect(
         ),
     ],
     square: SquareOption,
-    columns: ColumnsOption = None,
-    rows: RowsOption = None,
-    kind: KindOption = "charuco",
-    marker: MarkerOption = None,
-    dictionary: DictionaryOption = None,
-    spacing: SpacingOption = None,
+    board_options: BoardArguments,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -69,7 +55,7 @@ def detect(
         lower_priority(logging.getLogger(__name__))
     written: list[dict[str, object]] = []
     with one_line_errors():
-        described = described_board(kind, columns, rows, square, marker, dictionary, spacing)
+        described = board_options.board(square)
         found = searchable_films(films)
         folder = output or (films[0] / CORNERS if len(films) == 1 and films[0].is_dir() else Path(CORNERS))
         paths = [folder / f"{film.name}{CORNERS_SUFFIX}" for film in found]

@@ -5,35 +5,25 @@ from typing import Annotated, Literal
 
 import typer
 
+from zenocap.tools.cli.calibrate.board_options import ColumnsOption, DictionaryOption, KindOption, RowsOption, SpacingOption
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
 
-Kind = Literal["charuco", "chessboard", "aprilgrid"]
 Paper = Literal["a5", "a4", "a3", "a2", "a1", "a0", "letter", "legal", "tabloid"]
 
 
 def print_board(
     output: Annotated[Path, typer.Option("-o", "--output", help="PDF file.")] = Path("board.pdf"),
     paper: Annotated[Paper, typer.Option(help="Paper.")] = "a4",
-    kind: Annotated[Kind, typer.Option(help="Kind of the board; a ChArUco board may be partly hidden.")] = "charuco",
-    columns: Annotated[
-        int | None, typer.Option(help="Squares, or tags, in a row.", show_default="5, of other kinds 6")
-    ] = None,
-    rows: Annotated[
-        int | None,
-        typer.Option(help="Squares, or tags, in a column.", show_default="7, of a chessboard 9, of an AprilGrid 6"),
-    ] = None,
+    kind: KindOption = "charuco",
+    columns: ColumnsOption = None,
+    rows: RowsOption = None,
     square: Annotated[
         float | None,
         typer.Option(metavar="MM", help="Side of a square, or tag.", show_default="the largest multiple of 5 that fits"),
     ] = None,
-    dictionary: Annotated[
-        str | None, typer.Option(help="Markers, such as 4x4_50 or 5x5_1000.", show_default="4x4_50")
-    ] = None,
-    spacing: Annotated[
-        float | None,
-        typer.Option(help="White between two tags of an AprilGrid, by the side of a tag.", show_default="0.3, as Kalibr"),
-    ] = None,
+    dictionary: DictionaryOption = None,
+    spacing: SpacingOption = None,
     force: ForceOption = False,
 ) -> None:
     """Write a board for `zenocap calibrate board` as a PDF, true to scale: print it at 100 %, not "fit to page"."""

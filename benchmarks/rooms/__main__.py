@@ -72,10 +72,10 @@ def measured(job: tuple[int, str], size: tuple[int, int], methods: tuple[str, ..
     situation = next(one for one in SITUATIONS if one.name == name)
     film = list(shots(scene, situation))
     seen_s = (EMPTY_S if situation.empty else 0.0) + SETTLED_S
-    return [_errors(film, scene, method, seen_s) for method in methods]
+    return [frame_errors(film, scene, method, seen_s) for method in methods]
 
 
-def _errors(film: list[Shot], scene: Scene, method: str, seen_s: float) -> Row:
+def frame_errors(film: list[Shot], scene: Scene, method: str, seen_s: float) -> Row:
     background, _, people = method.partition("+")
     segmenter = LatePeople(load_network(), threaded=False) if people else None
     setup = viewer_setup("cam01", scene.camera, parse_background(background, Path()), True, people=segmenter)

@@ -6,7 +6,7 @@
 Takes are rendered and tracked once for the current code and kept in the folder: those of 12 people need 6 minutes of one
 core for two-view, 17 for hybrid.  `hybrid-two-view`: the tracker with the two cameras of two-view.  --size: of the images,
 for two-view, hybrid-two-view and hybrid; default: 160x120, and 240x180 for hybrid.  --poses: for the parts that compare
-sources of poses (stream, few, ablation).
+sources of poses (stream, false-rate, few, ablation).
 """
 
 import argparse
@@ -19,6 +19,7 @@ from benchmarks.recognition.ablation import ablation
 from benchmarks.recognition.accuracy import accuracy_of
 from benchmarks.recognition.bench import POSES, Bench
 from benchmarks.recognition.costs import costs
+from benchmarks.recognition.false_rate import false_rate
 from benchmarks.recognition.few import few
 from benchmarks.recognition.one_person import one_person
 from benchmarks.recognition.paper import as_in_the_paper
@@ -35,6 +36,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "paper": as_in_the_paper,
     "real": real,
     "stream": streaming,
+    "false-rate": false_rate,
     "few": few,
     "one-person": one_person,
     "ablation": ablation,

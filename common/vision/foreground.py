@@ -93,9 +93,7 @@ def foreground(
         _drop_faint(
             levels, np.asarray(around, dtype=np.uint8), np.float32(halo * options.weak * LEVELS_PER_SIGMA / 255), labels
         )
-    _detect_shadows(
-        frame, background.mean, background.weight, gain, options.texture, labels, np.zeros(labels.shape, dtype=np.int32)
-    )
+    _detect_shadows(frame, background.mean, background.weight, gain, options.texture, labels)
     return labels
 
 
@@ -181,7 +179,6 @@ def _detect_shadows(
     gain: Floats32,
     sure: float,
     labels: Labels,
-    number: Ints32,
 ) -> None:
     """Classify UNSURE pixels in place: SHADOW where the texture of the background is visible, WEAK where it is covered.
 
@@ -189,12 +186,16 @@ def _detect_shadows(
     of frame / model and b that of the model, both relative.  Where an object covers the background q follows -b; in a
     shadow it does not.  `cover` is the regression of q on -b in the window: 1 for an object, 0 for a shadow.  The error of
     the model makes it 1 as well, so the texture must exceed that error for WEAK.
-    number: (height, width) zeros, for the numbers of the UNSURE pixels from 1.
     """
     height, width = labels.shape
-    places = _places(labels, UNSURE)
+    places = _unsure_places(labels)
+    if len(places) == 1:
+        return
+    top, left = places[1, 0] - TEXTURE_REACH, places[1:, 1].min() - TEXTURE_REACH
+    bottom, right = places[-1, 0] + TEXTURE_REACH, places[1:, 1].max() + TEXTURE_REACH
+    number = np.zeros((bottom - top + 1, right - left + 1), dtype=np.int32)  # of the UNSURE pixels, from 1
     for k in range(1, len(places)):
-        number[places[k, 0], places[k, 1]] = k
+        number[places[k, 0] - top, places[k, 1] - left] = k
     sums = np.zeros((len(places), 4), dtype=np.float32)  # q q, -q b, b b, terms; row 0 is for all other pixels
     for k in range(1, len(places)):
         y, x = places[k, 0], places[k, 1]
@@ -216,9 +217,9 @@ def _detect_shadows(
     for k in range(1, len(places)):
         y, x = places[k, 0], places[k, 1]
         qq, qb, bb, n = np.float32(0), np.float32(0), np.float32(1e-9), np.float32(0)
-        for v in range(max(0, y - TEXTURE_REACH), min(height, y + TEXTURE_REACH + 1)):
-            for u in range(max(0, x - TEXTURE_REACH), min(width, x + TEXTURE_REACH + 1)):
-                j = number[v, u]
+        for v in range(y - TEXTURE_REACH, y + TEXTURE_REACH + 1):
+            for u in range(x - TEXTURE_REACH, x + TEXTURE_REACH + 1):
+                j = number[v - top, u - left]
                 qq += sums[j, 0]
                 qb += sums[j, 1]
                 bb += sums[j, 2]
@@ -234,19 +235,22 @@ def _detect_shadows(
 
 
 @kernel
-def _places(labels: Labels, label: int) -> Ints32:
-    """(n + 1, 2) row and column of the n pixels of a label, row by row, after an unused first row."""
-    count = 1
-    for row in labels:
-        for value in row:
-            count += value == label
-    places = np.zeros((count, 2), dtype=np.int32)
-    k = 1
-    for y in range(labels.shape[0]):
-        for x in range(labels.shape[1]):
-            if labels[y, x] == label:
-                places[k, 0], places[k, 1] = y, x
-                k += 1
+def _unsure_places(labels: Labels) -> Ints32:
+    """(n + 1, 2) row and column of the n UNSURE pixels, row by row, after an unused first row."""
+    width = labels.shape[1]
+    values = labels.reshape(-1)
+    words = values[: len(values) // 8 * 8].view(np.uint64)  # most of them are BACKGROUND, 0, as a whole
+    found = np.empty(np.count_nonzero(values == UNSURE), dtype=np.int64)
+    count = 0
+    for k in range(len(words) + 1):
+        if k == len(words) or words[k] != 0:
+            for i in range(8 * k, min(8 * k + 8, len(values))):
+                if values[i] == UNSURE:
+                    found[count] = i
+                    count += 1
+    places = np.zeros((count + 1, 2), dtype=np.int32)
+    for k in range(count):
+        places[k + 1, 0], places[k + 1, 1] = found[k] // width, found[k] % width
     return places
 
 

@@ -143,17 +143,22 @@ def clean(
     paint(regions, keep, 1, mask)
     person[:] = 0
     person[place] = mask
-    return describe(person, options.smallest)
+    return describe(person, options.smallest, (left, top, right, bottom))
 
 
-def describe(mask: Mask, smallest: float = 0.0) -> Silhouette | None:
-    """Extents and area of a mask (height, width) of 0 and 1; None below the area `smallest`, a share of the image."""
+def describe(mask: Mask, smallest: float = 0.0, box: tuple[int, int, int, int] | None = None) -> Silhouette | None:
+    """Extents and area of a mask (height, width) of 0 and 1; None below the area `smallest`, a share of the image.
+
+    box: left, top, right, bottom (exclusive) px; the mask is known to be 0 outside of it.
+    """
     height, width = mask.shape
-    columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
-    area = int(np.count_nonzero(mask))
+    left, top, right, bottom = box or (0, 0, width, height)
+    inside = mask[top:bottom, left:right]
+    columns, rows = np.flatnonzero(inside.any(axis=0)), np.flatnonzero(inside.any(axis=1))
+    area = int(np.count_nonzero(inside))
     if area == 0 or area < smallest * mask.size:
         return None
-    extents = Extents(int(columns[0]), int(columns[-1]), int(rows[0]), int(rows[-1]))
+    extents = Extents(left + int(columns[0]), left + int(columns[-1]), top + int(rows[0]), top + int(rows[-1]))
     border = extents.leftmost == 0 or extents.highest == 0
     border |= extents.rightmost == width - 1 or extents.lowest == height - 1
     return Silhouette(mask, extents, area, border)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Labels, Mask
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.common.vision.foreground import BACKGROUND
 
 STRIDE = 8  # frames in which every row is visited once; chosen by hand
@@ -30,21 +30,37 @@ def visit(
 ) -> None:
     """Visit every STRIDE-th row from `first`, in place."""
     height, width = labels.shape
-    value = np.empty(3, dtype=np.float32)
+    gains, value = np.empty(3 * width, dtype=np.float32), np.empty(3 * width, dtype=np.float32)
+    near = np.empty(3 * width, dtype=np.uint8)
+    candidate_rate, mean_rate = np.empty(3 * width, dtype=np.float32), np.empty(3 * width, dtype=np.float32)
+    for x in range(width):
+        gains[3 * x], gains[3 * x + 1], gains[3 * x + 2] = gain[0], gain[1], gain[2]
     for y in range(first, height, STRIDE):
+        _compare(frame[y].reshape(-1), gains, candidate[y].reshape(-1), same, value, near)
         for x in range(width):
-            near = True
-            for c in range(3):
-                value[c] = np.float32(frame[y, x, c]) / gain[c]
-                near = near and abs(value[c] - candidate[y, x, c]) <= same + np.float32(SAME_SHARE) * value[c]
-            if not near:
+            is_near = near[3 * x] & near[3 * x + 1] & near[3 * x + 2] != 0
+            if not is_near:
                 since[y, x] = now_s
-            rate = np.float32(CANDIDATE_RATE) if near else np.float32(1)
-            for c in range(3):
-                candidate[y, x, c] += rate * (value[c] - candidate[y, x, c])
-            if labels[y, x] == BACKGROUND and held[y, x] == 0:
-                for c in range(3):
-                    mean[y, x, c] += np.float32(MEAN_RATE) * (value[c] - mean[y, x, c])
+            learns = labels[y, x] == BACKGROUND and held[y, x] == 0
+            candidate_rate[3 * x : 3 * x + 3] = np.float32(CANDIDATE_RATE if is_near else 1)
+            mean_rate[3 * x : 3 * x + 3] = np.float32(MEAN_RATE if learns else 0)
+        _approach(candidate[y].reshape(-1), value, candidate_rate)
+        _approach(mean[y].reshape(-1), value, mean_rate)
+
+
+@leaf_kernel
+def _compare(row: Image, gains: Floats32, candidate: Floats32, same: np.float32, value: Floats32, near: Image) -> None:
+    """Of each channel of a row (n,): the value in the light of the model, and 1 where the candidate is near it, else 0."""
+    for k in range(len(row)):
+        value[k] = np.float32(row[k]) / gains[k]
+        near[k] = abs(value[k] - candidate[k]) <= same + np.float32(SAME_SHARE) * value[k]
+
+
+@leaf_kernel
+def _approach(known: Floats32, value: Floats32, rate: Floats32) -> None:
+    """Move each known value (n,) by a share of its difference from the value seen, in place."""
+    for k in range(len(known)):
+        known[k] += rate[k] * (value[k] - known[k])
 
 
 @kernel

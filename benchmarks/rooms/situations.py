@@ -28,6 +28,8 @@ SWAY_M = 0.006  # of quiet standing, amplitude (m); posturography: 5 to 10 mm
 NOISE = 6.0  # grey levels, added to those of the camera
 JPEG_QUALITY = 35
 STAND_S = 60.0  # for which the person stands, in the long film
+FRO_S, FRO_PERIOD_S, FRO_SPAN_S = 7.0, 3.0, 0.15  # from when on; period; of the walk, to both sides
+CLUTTER = 60  # things in a cluttered room
 GLOSS, REFLECTED = 0.3, 0.5  # of a glossy floor: share of the light; of the person's height in the picture
 SECOND_PERSON = 900  # seed of the first of the other people
 
@@ -74,7 +76,7 @@ class Situation:
     """What is different.  empty: the film begins with the empty room.
 
     room: the empty room at a time (s), of grey levels; None: as it is.  tone: applied to the finished image.
-    still: the person stands from CHANGE_S on.  dressed: the person in other clothes.
+    still: the person stands from CHANGE_S on.  fro: steps to and fro from FRO_S on.  dressed: the person in other clothes.
     other: pose of a second person at a time, None when there is none.  gloss: reflectance of the floor.
     stands_s: for how long the person stands, until the end unless given.  length_s: of the film.
     """
@@ -84,6 +86,7 @@ class Situation:
     room: Draw | None = None
     tone: Tone | None = None
     still: bool = False
+    fro: bool = False
     stands_s: float = LENGTH_S
     length_s: float = LENGTH_S
     gloss: float = 0.0
@@ -112,6 +115,8 @@ def shots(scene: Scene, situation: Situation, truth_every: int = 1, length_s: fl
         time_s = k / FPS
         stood_s = min(max(time_s - CHANGE_S, 0.0), situation.stands_s) if situation.still else 0.0
         moving_s = time_s - stood_s
+        if situation.fro and time_s > FRO_S:
+            moving_s = FRO_S + FRO_SPAN_S * float(np.sin(2.0 * np.pi * (time_s - FRO_S) / FRO_PERIOD_S))
         pose = None if time_s < first_s else motion.pose_at((moving_s - first_s) % motion.duration_s)
         if pose is not None and 0.0 < stood_s < situation.stands_s:
             pose = _swaying(pose, time_s - CHANGE_S)
@@ -295,6 +300,27 @@ def _moved(scene: Scene, place: Floats, time_s: float) -> PersonPose:
     return replace(pose, pelvis=pelvis, feet=feet)
 
 
+def _cluttered(scene: Scene, time_s: float) -> Floats32:
+    """The room with CLUTTER things of any colour before the walls, as shelves and boxes."""
+    room = scene.room.copy()
+    height, width = room.shape[:2]
+    rng = np.random.default_rng([scene.seed, CLUTTER])
+    for _ in range(CLUTTER):
+        size = rng.uniform(0.03, 0.15, size=2) * height
+        corner = rng.uniform((-0.05 * width, 0.05 * height), (width, 0.65 * height))
+        far = corner + size
+        colour = rng.uniform(20.0, 230.0, size=3).tolist()
+        (x0, y0), (x1, y1) = np.rint(corner).astype(int).tolist(), np.rint(far).astype(int).tolist()
+        cv2.rectangle(room, (x0, y0), (x1, y1), colour, -1, cv2.LINE_AA)
+    return room
+
+
+def _plain(scene: Scene) -> Person:
+    """The person in plain clothes."""
+    worn = replace(scene.walker.person.clothing, stripes=0.0)
+    return replace(scene.walker.person, clothing=worn)
+
+
 SITUATIONS: Sequence[Situation] = (
     Situation("empty room first"),
     Situation("a person from the first frame", empty=False),
@@ -309,6 +335,8 @@ SITUATIONS: Sequence[Situation] = (
     Situation("furniture is moved", room=_furniture),
     Situation("a door opens", room=_door),
     Situation("stands still", still=True),
+    Situation("moves in place", fro=True),
+    Situation("moves in place, clutter and noise", fro=True, room=_cluttered, dressed=_plain, tone=_noisy),
     Situation("second person passes behind", other=_passing(1.8)),
     Situation("second person at the back", other=_at_the_back),
     Situation("second person touches", other=_beside),

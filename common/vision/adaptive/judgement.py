@@ -24,6 +24,7 @@ BESIDE_BANDS = 1.5  # bands outside the expected body, from where a region is no
 OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
 PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
 EDGE_RATIO = 1.5  # of the edges along an outline, model to frame, of an uncovered region; chosen by hand
+FREE_SHARE = 0.3  # of an uncovered region's outline, at which the room begins; chosen on six simulated people
 SHORTEST = 10  # px, of an outline; chosen by hand
 SMALLEST_REGION = 0.0008  # share of the image, of a region that is judged; chosen by hand
 
@@ -43,8 +44,11 @@ def judged(
         moving = cv2.dilate(((differs != 0) & (still == 0)).astype(np.uint8), np.ones((3, 3), np.uint8))
         for r in np.flatnonzero(regions.areas >= smallest):
             place, own, outline = _outline(regions, int(r), number)
+            free = outline & (moving[place] == 0)
+            if np.count_nonzero(free) < FREE_SHARE * np.count_nonzero(outline):
+                continue  # a part of a person who moves in place
             edges = _edges(frame[place]), _edges(model.background.mean[place])
-            if _edge_ratio(edges, outline & (moving[place] == 0)) > EDGE_RATIO:
+            if _edge_ratio(edges, free) > EDGE_RATIO:
                 learnt[place][own] = LEARN
                 differs[place][own] = 0
     # 2: the person, and the rest.

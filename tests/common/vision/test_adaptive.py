@@ -108,6 +108,17 @@ def test_furniture_that_was_moved_is_taken_up_and_the_person_is_not() -> None:
     assert np.abs(camera.model.background.mean - after)[75:95, 15:35].max() < 10
 
 
+def test_a_person_who_moves_in_place_before_a_thing_of_the_colour_of_the_shirt_is_not_learnt() -> None:
+    scene = room(HEIGHT, WIDTH)
+    scene[36:42, 62:70] = (40, 60, 190)
+    camera = Camera(scene)
+    camera.overlaps(scene, walk(3.0))
+    moving = (person(60 + round(5 * np.sin(k / 7))) for k in range(20 * FPS))
+    assert min(camera.overlaps(scene, moving)[3 * FPS :]) > 0.85
+    learnt = np.abs(camera.model.background.mean - scene)[30:90, 60:74].max(axis=2) > 20
+    assert np.count_nonzero(learnt) < 40  # of 840 px
+
+
 def test_a_person_who_stands_and_sways_for_a_minute_stays() -> None:
     scene = room(HEIGHT, WIDTH)
     camera = Camera(scene)

@@ -18,7 +18,8 @@ from time import perf_counter
 import cv2
 import numpy as np
 
-from benchmarks.rooms.situations import EMPTY_S, SITUATIONS, Scene, Shot, shots
+from benchmarks.rooms.film import EMPTY_S, Scene, Shot, shots
+from benchmarks.rooms.situations import SITUATIONS
 from benchmarks.table import table
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.rig.sources import parse_background

@@ -24,7 +24,8 @@ import cv2
 import numpy as np
 
 from benchmarks.rooms.__main__ import SETTLED_S, frame_errors
-from benchmarks.rooms.situations import EMPTY_S, SITUATIONS, Scene, shots
+from benchmarks.rooms.film import EMPTY_S, Scene, shots
+from benchmarks.rooms.situations import SITUATIONS
 from benchmarks.table import table
 from zenocap.common.arrays import Floats32, Image, Mask
 from zenocap.common.vision.adaptive import follow, judgement, model

@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 
 from benchmarks.rooms.faults import FILMS, TRUTH_EVERY, Film
-from benchmarks.rooms.situations import Scene, Shot
+from benchmarks.rooms.film import Scene, Shot
 from benchmarks.table import table
 from zenocap.common.messages import AdviceCode, CameraAdvice
 from zenocap.common.rig.sources import parse_background

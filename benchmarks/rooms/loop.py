@@ -22,7 +22,8 @@ import numpy as np
 from msgspec import structs
 
 from benchmarks.rooms.__main__ import SETTLED_S, SMALLEST, UNUSABLE, edge_px, overlap
-from benchmarks.rooms.situations import EMPTY_S, FPS, SITUATIONS, Scene, Shot, shots
+from benchmarks.rooms.film import EMPTY_S, FPS, Scene, Shot, shots
+from benchmarks.rooms.situations import SITUATIONS
 from benchmarks.table import table
 from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS

@@ -16,7 +16,8 @@ import numpy as np
 
 from benchmarks.clips import SHARED
 from benchmarks.rooms.__main__ import UNUSABLE, overlap
-from benchmarks.rooms.situations import EMPTY_S, FPS, LENGTH_S, SITUATIONS, Scene, Tone
+from benchmarks.rooms.film import EMPTY_S, FPS, LENGTH_S, Scene, Tone
+from benchmarks.rooms.situations import SITUATIONS
 from benchmarks.table import table
 from zenocap.common.arrays import Image, Mask
 from zenocap.common.camera.pinhole import Camera

@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 
 from benchmarks.rooms.__main__ import overlap
+from benchmarks.rooms.film import CHANGE_S, EMPTY_S, FPS
 from benchmarks.rooms.real_light import film, masks
-from benchmarks.rooms.situations import CHANGE_S, EMPTY_S, FPS, SITUATIONS
+from benchmarks.rooms.situations import SITUATIONS
 from tests.support.simulated_cameras import look
 
 SIZE = (96, 72)

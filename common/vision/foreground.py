@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Ints32, Labels
-from zenocap.common.jit import finite_kernel, finite_leaf_kernel, kernel, leaf_kernel
+from zenocap.common.jit import NO_BITS, finite_kernel, finite_leaf_kernel, kernel, leaf_kernel
 from zenocap.common.vision.background import Background, gains
 
 BACKGROUND: Final = 0
@@ -124,7 +124,7 @@ def _differ(
         _outside(frame[y].reshape(-1), low[y].reshape(-1), high[y].reshape(-1), outside)
         count = 0
         for k in range(0, len(words), 3):
-            if words[k] | words[k + 1] | words[k + 2] != 0:
+            if words[k] | words[k + 1] | words[k + 2] != NO_BITS:
                 for x in range(8 * k // 3, 8 * k // 3 + 8):
                     places[count] = x
                     count += outside[3 * x] | outside[3 * x + 1] | outside[3 * x + 2]
@@ -240,10 +240,13 @@ def _unsure_places(labels: Labels) -> Ints32:
     width = labels.shape[1]
     values = labels.reshape(-1)
     words = values[: len(values) // 8 * 8].view(np.uint64)  # most of them are BACKGROUND, 0, as a whole
-    found = np.empty(np.count_nonzero(values == UNSURE), dtype=np.int64)
+    others = 0
+    for k in range(len(words)):
+        others += words[k] != NO_BITS
+    found = np.empty(8 * (others + 1), dtype=np.int32)
     count = 0
     for k in range(len(words) + 1):
-        if k == len(words) or words[k] != 0:
+        if k == len(words) or words[k] != NO_BITS:
             for i in range(8 * k, min(8 * k + 8, len(values))):
                 if values[i] == UNSURE:
                     found[count] = i

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenocap.common.arrays import Bools, Ints32, Labels
-from zenocap.common.jit import kernel, leaf_kernel
+from zenocap.common.jit import NO_BITS, kernel, leaf_kernel
 
 
 class Regions(NamedTuple):
@@ -57,7 +57,7 @@ def _runs(labels: Labels, lowest: int, highest: int) -> Ints32:
         ends[width] = (row[width - 1] >= low) & (row[width - 1] <= high)
         inside = False
         for word in range(len(words)):
-            if words[word] == 0:
+            if words[word] == NO_BITS:
                 continue
             for x in range(8 * word, 8 * word + 8):
                 if ends[x] == 0:

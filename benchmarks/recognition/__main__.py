@@ -24,6 +24,7 @@ from benchmarks.recognition.few import few
 from benchmarks.recognition.one_person import one_person
 from benchmarks.recognition.paper import as_in_the_paper
 from benchmarks.recognition.real import real
+from benchmarks.recognition.real_stream import real_stream
 from benchmarks.recognition.settings import settings
 from benchmarks.recognition.streaming import streaming
 from benchmarks.sections import Section, markdown, report, write
@@ -36,6 +37,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "paper": as_in_the_paper,
     "real": real,
     "stream": streaming,
+    "real-stream": real_stream,
     "false-rate": false_rate,
     "few": few,
     "one-person": one_person,
@@ -43,7 +45,7 @@ PARTS: dict[str, Callable[[Bench], Section]] = {
     "costs": costs,
     "settings": settings,
 }
-SHORT = ("truth", "two-view", "hybrid-two-view", "hybrid", "paper", "real", "stream", "costs")
+SHORT = ("truth", "two-view", "hybrid-two-view", "hybrid", "paper", "real", "stream", "real-stream", "costs")
 
 
 def main() -> None:

@@ -23,9 +23,8 @@ EXPLAINED_SHARE = 0.5  # of the expected body that differs, from which it explai
 BESIDE_BANDS = 1.5  # bands outside the expected body, from where a region is not explained by it; chosen by hand
 OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
 PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
-EDGE_RATIO = 1.5  # of the edges along an outline, model to frame, of an uncovered region; chosen by hand
-FREE_SHARE = 0.3  # of an uncovered region's outline, at which the room begins; chosen on six simulated people
-SHORTEST = 10  # px, of an outline; chosen by hand
+EDGE_RATIO = 1.5  # of the edges at a pixel of an outline, model to frame, from which the frame has none; chosen by hand
+UNCOVERED_SHARE = 0.3  # of the outline of an uncovered region, that has an edge in the model only; chosen on seven people
 SMALLEST_REGION = 0.0008  # share of the image, of a region that is judged; chosen by hand
 
 
@@ -44,11 +43,8 @@ def judged(
         moving = cv2.dilate(((differs != 0) & (still == 0)).astype(np.uint8), np.ones((3, 3), np.uint8))
         for r in np.flatnonzero(regions.areas >= smallest):
             place, own, outline = _outline(regions, int(r), number)
-            free = outline & (moving[place] == 0)
-            if np.count_nonzero(free) < FREE_SHARE * np.count_nonzero(outline):
-                continue  # a part of a person who moves in place
             edges = _edges(frame[place]), _edges(model.background.mean[place])
-            if _edge_ratio(edges, free) > EDGE_RATIO:
+            if _is_uncovered(edges, outline & (moving[place] == 0), int(np.count_nonzero(outline))):
                 learnt[place][own] = LEARN
                 differs[place][own] = 0
     # 2: the person, and the rest.
@@ -130,12 +126,15 @@ def _outline(regions: Regions, region: int, number: Ints32) -> tuple[tuple[slice
     return place, own, cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) != 0
 
 
-def _edge_ratio(edges: tuple[Floats32, Floats32], outline: Bools) -> float:
-    """Mean edge of the model over that of the frame along an outline; 0 for an outline of fewer than SHORTEST pixels."""
+def _is_uncovered(edges: tuple[Floats32, Floats32], free: Bools, length: int) -> bool:
+    """Whether enough of an outline has an edge in the model and none in the frame; edges: of frame and model, (h, w).
+
+    free: pixels (h, w) of the outline beside which nothing moves.  length: of the whole outline, px, of which the share is
+    counted: a part of a person who moves in place is mostly beside the rest, and only some of it at edges of the room.
+    """
     here, known = edges
-    if np.count_nonzero(outline) < SHORTEST:
-        return 0.0
-    return float(known[outline].mean()) / max(float(here[outline].mean()), 1e-3)
+    vanished = int(np.count_nonzero(free & (known > EDGE_RATIO * here)))
+    return vanished >= UNCOVERED_SHARE * length
 
 
 @kernel

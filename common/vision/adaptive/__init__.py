@@ -5,9 +5,9 @@ the colour that it shows, with the time since when.  Every `STRIDE` frames the r
 
 - *alive*: a share of its pixels has changed within ALIVE_S.  The alive region at the place of the last silhouette, or else
   the largest, is the person, and nothing of it is learnt;
-- *uncovered*: the model has an edge along its outline and the frame has none.  Something has moved away, also a person who
-  was there from the start: what is seen now is the room.  A part of a person who moves in place is told from it by its
-  outline, of which little is beside the room;
+- *uncovered*: the model has an edge along a share of its outline where the frame has none.  Something has moved away, also
+  a person who was there from the start: what is seen now is the room.  Of the outline of a part of a person who moves in
+  place only little lies at edges of the room;
 - *put down*: anything else that does not change, such as a chair that was moved.
 
 What was uncovered, put down, or moved beside the person is learnt where it has not changed for STILL_S: the candidate

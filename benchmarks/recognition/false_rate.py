@@ -14,13 +14,13 @@ from scipy.special import gammaincinv
 from benchmarks.recognition.bench import Bench
 from benchmarks.recognition.everyday import everyday_examples
 from benchmarks.recognition.scenario import Score, sum_of
-from benchmarks.recognition.streaming import recognize_session, sessions
+from benchmarks.recognition.streaming import answers_of, recognize_session, sessions
 from benchmarks.sections import Row, Section, Table
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.false_alarms import CONFIDENCE
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.model import PostureModel
-from zenocap.services.recognizer.stream import finish, initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import stream_setup
 from zenocap.services.recognizer.training.examples import Example, TrainingSettings
 from zenocap.services.recognizer.training.rejection_rate import with_rate
 from zenocap.services.recognizer.training.train import train
@@ -90,12 +90,8 @@ def models(examples: list[Example], background: list[Example]) -> Iterator[tuple
 
 def false_postures(model: PostureModel, movement: Example) -> int:
     """Number of postures that a stream finds in a movement that has none."""
-    setup = stream_setup(model)
-    stream, answers = initial_stream(setup), []
-    for k, row in enumerate(movement.features):
-        stream, answer, _ = push(setup, stream, round(k * 1e9 / movement.rate), row)
-        answers += [] if answer is None else [answer]
-    return sum(answer.label is not None for answer in (*answers, *finish(setup, stream)))
+    answers = answers_of(stream_setup(model), movement.features, movement.rate)
+    return sum(answer.label is not None for answer in answers)
 
 
 def hours_of(movements: list[Example]) -> float:

@@ -21,12 +21,12 @@ from benchmarks.recognition.real import (
     real_examples,
 )
 from benchmarks.recognition.scenario import Event, Score, score_of, sum_of
-from benchmarks.recognition.streaming import cells
+from benchmarks.recognition.streaming import answers_of, cells
 from benchmarks.sections import Section, Table
 from zenocap.common.arrays import Floats
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.motion_rows import HEADING, WAY
-from zenocap.services.recognizer.stream import finish, initial_stream, push, stream_setup
+from zenocap.services.recognizer.stream import stream_setup
 from zenocap.services.recognizer.training.example_files import read_features
 from zenocap.services.recognizer.training.examples import BACKGROUND, Example, TrainingSettings
 from zenocap.services.recognizer.training.train import train
@@ -66,13 +66,7 @@ def real_stream(bench: Bench) -> Section:
         for order in range(ORDERS):
             shuffled = np.random.default_rng((order, half)).permutation(len(movements))
             rows, events = joined([movements[k] for k in shuffled])
-            stream, answers = initial_stream(setup), list[Event]()
-            for k, row in enumerate(rows):
-                stream, answer, _ = push(setup, stream, round(k * 1e9 / RATE), row)
-                if answer is not None:
-                    answers.append(Event(answer.label, answer.start_ns / 1e9, answer.end_ns / 1e9, k / RATE))
-            ends = finish(setup, stream)
-            answers += [Event(one.label, one.start_ns / 1e9, one.end_ns / 1e9, len(rows) / RATE) for one in ends]
+            answers = answers_of(setup, rows, RATE)
             scores[order].append(score_of(events, answers, len(rows) / RATE / 60.0))
             for kind in dict.fromkeys(event.label for event in events if event.label is not None):
                 own, given = ([one for one in some if one.label == kind] for some in (events, answers))

@@ -24,7 +24,7 @@ BESIDE_BANDS = 1.5  # bands outside the expected body, from where a region is no
 OTHER_GAP = 0.15  # heights of the person, from there something else moves; chosen by hand
 PREVIOUS_SHARE = 0.2  # of the largest overlap with the last silhouette, of a region of the person; chosen by hand
 EDGE_RATIO = 1.5  # of the edges at a pixel of an outline, model to frame, from which the frame has none; chosen by hand
-UNCOVERED_SHARE = 0.3  # of the outline of an uncovered region, that has an edge in the model only; chosen on seven people
+UNCOVERED_SHARE = 0.3  # of the outline of an uncovered region, that has an edge in the model only; chosen on five people
 SMALLEST_REGION = 0.0008  # share of the image, of a region that is judged; chosen by hand
 
 

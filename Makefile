@@ -9,20 +9,24 @@ DEV := $(VENV)/.dev
 unexport PYTHONDONTWRITEBYTECODE
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 PYTEST := $(BIN)/python -m pytest
-PARALLEL := -n auto --dist loadgroup
+PARALLEL := -n auto --dist loadfile
+# A test belongs to the last tier of its marks: unit (no mark), slow, core, nightly.
+UNIT := not slow and not core and not nightly
+FAST := not core and not nightly
+CORE := core and not nightly
 
 EVALUATIONS := budgets bodies postures clips matchings scorer stages hull latency contended logging damage kills replay_timing hybrid jitter recognition animator load
 
 # With no target: the list of targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-unit test-system test-all check format compile docs benchmark evaluate priors postures sbom lock clean
+.PHONY: help demo test test-unit test-core test-nightly check format compile docs benchmark evaluate priors postures sbom lock clean
 
 help:
 	@echo "make demo        set up $(VENV) and run the demo; open http://127.0.0.1:8080"
 	@echo "make test        lint, types, unit tests and slow tests"
 	@echo "make test-unit   unit tests only (about a minute)"
-	@echo "make test-system tests of processes, networks, containers and the page in a browser"
-	@echo "make test-all    'make test', then 'make test-system'"
+	@echo "make test-core   each service as a process, the page in a browser, containers, the wheel"
+	@echo "make test-nightly everything there is"
 	@echo "make check       lint, format and types"
 	@echo "make format      format the code and apply the linter's fixes"
 	@echo "make docs        build the documentation into build/site"
@@ -36,16 +40,17 @@ demo: $(RUNTIME)
 
 test: $(DEV)
 	@$(MAKE) --no-print-directory -j2 check compile
-	$(PYTEST) -m "not system" $(PARALLEL) $(ARGS)
+	$(PYTEST) -m "$(FAST)" $(PARALLEL) $(ARGS)
 
 test-unit: $(DEV)
-	$(PYTEST) -m "not system and not slow" $(PARALLEL) $(ARGS)
+	$(PYTEST) -m "$(UNIT)" $(PARALLEL) $(ARGS)
 
-test-system: $(DEV)
-	$(PYTEST) -m system $(ARGS)
+test-core: $(DEV)
+	$(PYTEST) -m "$(CORE)" $(PARALLEL) $(ARGS)
 
-test-all: test
-	@$(MAKE) --no-print-directory test-system
+test-nightly: $(DEV)
+	@$(MAKE) --no-print-directory -j2 check compile
+	$(PYTEST) $(PARALLEL) --durations=25 $(ARGS)
 
 check: $(DEV)
 	$(BIN)/ruff check .

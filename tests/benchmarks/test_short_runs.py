@@ -38,7 +38,7 @@ def test_every_documented_evaluation_exists() -> None:
     assert named - {"micro"} <= runnable()
 
 
-@pytest.mark.system
+@pytest.mark.nightly
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", sorted(set(ARGUMENTS) - TESTED_ELSEWHERE))
 def test_an_evaluation_runs(name: str) -> None:

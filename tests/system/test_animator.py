@@ -17,7 +17,7 @@ from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.core
 Updates = dict[str, dict[str, object]]  # the last of each type
 
 

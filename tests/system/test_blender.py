@@ -43,7 +43,7 @@ def interpreter() -> str | None:
 
 
 pytestmark = [
-    pytest.mark.system,
+    pytest.mark.nightly,
     pytest.mark.skipif(interpreter() is None, reason="Blender's package bpy is not installed, see the top of this file"),
 ]
 

@@ -11,7 +11,7 @@ from benchmarks.chaos.run import Run
 from benchmarks.chaos.schedule import schedule
 
 pytestmark = [
-    pytest.mark.system,
+    pytest.mark.nightly,
     pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds processes in /proc"),
 ]
 SEED, SECONDS = 1, 60.0

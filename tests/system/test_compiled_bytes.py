@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.places import CLIPS
 
-pytestmark = [pytest.mark.system, pytest.mark.clips, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.nightly, pytest.mark.clips, pytest.mark.timeout(600)]
 
 
 def test_take_is_equal_with_empty_and_with_full_compilation_cache(tmp_path: Path) -> None:

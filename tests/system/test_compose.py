@@ -23,7 +23,7 @@ from websockets.exceptions import WebSocketException
 from tests.support.places import ROOT
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
+pytestmark = [pytest.mark.core, pytest.mark.timeout(1800)]
 FILE = ROOT / "deploy" / "compose.yaml"
 BASE = "python:3.11-slim-bookworm"
 USER = 10001

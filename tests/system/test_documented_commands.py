@@ -35,7 +35,7 @@ from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.scene import SCENE_EXAMPLE
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(600)]
 DONE, FAILED, WRONG_USAGE, LOSS, UNUSABLE = 0, 1, 2, 3, 4
 SIZE, FPS, EMPTY, FRAMES = (320, 240), 15, 15, 150
 RUN_S, END_S = 4.0, 60.0

@@ -15,7 +15,7 @@ from tests.system.test_page_chromium import CHROMIUM, FLAGS, SIZE, playwright
 from tests.system.test_show_chromium import until
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+pytestmark = [pytest.mark.nightly, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
 STARTING_S = 120.0  # of a rig beside Chromium without a graphics card
 
 

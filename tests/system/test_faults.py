@@ -9,7 +9,7 @@ from benchmarks.faults.report import as_json, as_markdown, as_text, rows
 from benchmarks.faults.run import run
 from benchmarks.faults.scenarios import FAULTS
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 RECOVERED_S = 10.0  # on a busy machine (s); measured on a quiet one: about 1
 PROCESS_S = 60.0  # start of a process (s)
 

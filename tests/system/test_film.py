@@ -23,7 +23,7 @@ from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
 SIZE, FPS, EMPTY_S, FILM_S, SHOWN_S = (320, 240), 15.0, 4.0, 12.0, 16.0
 
 

@@ -16,7 +16,7 @@ from zenocap.common.formats.pose_track import Bound
 from zenocap.services.animator.render.film import RenderOptions, render
 
 pytestmark = [
-    pytest.mark.system,
+    pytest.mark.nightly,
     pytest.mark.timeout(120),
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
 ]

@@ -35,7 +35,7 @@ from zenocap.tools.film.film import film
 from zenocap.tools.film.rig_film import cameras_of
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
 SIZE, FPS, FILM_S = (320, 240), 30.0, 4.0
 NAMES = ("cam01", "cam02")
 

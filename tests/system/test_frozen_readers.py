@@ -13,7 +13,7 @@ from tests.support.places import ROOT
 from tests.system.test_zenoh_bus import free_endpoint
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 
 KEY = "zenocap/frozen/viewer/1/silhouette"
 FROZEN = 6

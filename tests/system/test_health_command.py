@@ -15,7 +15,7 @@ from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.tools.cli.main import app
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 RIG = "healthtest"
 
 

@@ -26,7 +26,7 @@ from zenocap.common.topics import HEALTH, TOPICS, UNIVERSAL_BAP, topic_of
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = [
-    pytest.mark.system,
+    pytest.mark.nightly,
     pytest.mark.timeout(900),
     pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the memory of processes in /proc"),
 ]

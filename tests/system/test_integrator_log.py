@@ -26,7 +26,7 @@ from zenocap.common.topics import ASSIGNMENT, HEALTH, SIGHTING
 from zenocap.services.recognizer.model_file import find_model
 from zenocap.tools.recordings.recover import recover
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 PATIENCE_S = 30.0
 MODEL_KB = find_model("fifteen").stat().st_size // 1000  # a take begins with the posture model
 

@@ -25,7 +25,7 @@ from zenocap.common.topics import CAMERA_DELAYS
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 FPS, LATE_FRAMES, SECONDS = 15, 2, 110
 VIEWS = 4
 VIEWERS = tuple(str(number) for number in range(1, VIEWS + 1))

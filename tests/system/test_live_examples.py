@@ -14,7 +14,7 @@ from tests.support.places import ROOT
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(280)]
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import pytest
 from tests.support.processes import ENVIRONMENT, ZENOCAP, output_of, recorded_demo, started, wait_until
 from tests.system.test_tracker import last_line, shows, three_cameras
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 LEAST_S = 8.0  # of the take, with the person tracked
 
 

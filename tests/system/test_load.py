@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from zenocap.tools.cli.main import app
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 
 
 def zenocap(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -21,7 +21,7 @@ from tests.tools.metrics.test_families import dashboard_queries
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(400)]
 OUTPUTS = """
 [animator.page]
 port = 0

@@ -17,7 +17,7 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 
 COUNT = 45  # fits into the buffer of a socket that is not read
 OUTPUTS = """

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.places import ROOT
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.core, pytest.mark.timeout(900)]
 PARTS = ("common", "services", "simulation", "tools", "zenocap", "pyproject.toml", "README.md", "LICENSE", "MANIFEST.in")
 DATA = ("*.prior", "*.postures", "*.toml", "*.html", "*.js", "*.css", "*.svg")
 SECONDS = 30  # of the demo: enough for a first pose while other tests compile

@@ -22,7 +22,7 @@ from zenocap.services.animator.page.page_messages import Feed
 from zenocap.services.animator.playback import Playback, PlayFile, StopPlayer
 from zenocap.services.animator.topics import TOPICS
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 COUNT = 30
 PATIENCE_S = 60.0
 

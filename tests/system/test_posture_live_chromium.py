@@ -16,7 +16,7 @@ from zenocap.tools.posture_page.live_trial import LiveTrial, live_trial
 from zenocap.tools.posture_page.manifest_file import ManifestFile
 from zenocap.tools.posture_page.session import Publish
 
-pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+pytestmark = [pytest.mark.nightly, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
 
 
 def test_the_postures_of_a_running_rig_are_shown_on_the_page(tmp_path: Path) -> None:

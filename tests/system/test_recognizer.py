@@ -25,7 +25,7 @@ from zenocap.services.recognizer.model_file import write_model
 from zenocap.tools.launcher.peer_mesh import free_ports
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.core
 START = 1_700_000_000 * SECOND
 PACE_S = 0.004  # between poses (s): messages of a burst may be dropped
 

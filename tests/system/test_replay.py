@@ -24,7 +24,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, PARTIAL_BDP, TOPICS, UNIVERSAL_BAP
 from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.core
 
 
 def viewer_messages(take: Path) -> list[bytes]:

@@ -24,7 +24,7 @@ from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
 from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(200)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(200)]
 HOSTS = ("localhost", "127.0.0.1")
 SOON_S = 5.0  # within which a revoked certificate is to be excluded
 WAIT_S = 20.0

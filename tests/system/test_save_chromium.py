@@ -14,7 +14,7 @@ from tests.system.test_show_chromium import until
 from zenocap.common.rig.animator import PageTable
 from zenocap.services.animator.show import TakePage
 
-pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+pytestmark = [pytest.mark.nightly, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
 RATE, POSES = 20.0, 160
 SAVING_S = 150.0  # for a command beside Chromium without a graphics card
 

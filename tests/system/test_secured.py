@@ -42,7 +42,7 @@ from zenocap.services.viewer.film.feeds import Tap
 from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.core
 HOSTS = ("localhost", "127.0.0.1")
 SHORT_S = 2.0
 

@@ -14,7 +14,7 @@ from tests.support.pose_tracks import moving
 from tests.support.processes import PATIENCE_S, ZENOCAP, output_of, started, wait_until
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 
 
 async def updates_until_pose(port: int) -> dict[str, dict[str, object]]:

@@ -17,7 +17,7 @@ from zenocap.common.rig.animator import PageTable
 from zenocap.services.animator.comparison_reader import compare
 from zenocap.services.animator.show import TakePage
 
-pytestmark = [pytest.mark.system, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+pytestmark = [pytest.mark.nightly, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
 MOVED_M = np.array([0.3, 0.0, -0.4])  # by 0.5 m
 RATE, POSES = 20.0, 160
 

@@ -10,7 +10,7 @@ from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.recognizer.model_file import find_model
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 MODEL_BYTES = find_model("fifteen").stat().st_size  # a take begins with the posture model
 
 

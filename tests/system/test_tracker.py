@@ -14,7 +14,7 @@ from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.topics import TRACKER_POSE
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.core
 RIG = demo_rig_file("two-view").with_name("ring.toml")
 
 

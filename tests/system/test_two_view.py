@@ -33,7 +33,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import UNIVERSAL_BAP
 from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.core
 
 
 def test_the_demo_runs_and_writes_a_take(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from zenocap.common.recording.reader import Take
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import ALIVE, ASSIGNMENT, CLAIM, HEALTH, PARTIAL_BDP, SIGHTING, UNIVERSAL_BAP
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.core
 
 REPOSITORY = ROOT
 Start = Callable[..., subprocess.Popen[str]]

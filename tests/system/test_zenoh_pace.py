@@ -17,7 +17,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import FLOW_CONTROL, SIGHTING
 from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
-pytestmark = pytest.mark.system
+pytestmark = pytest.mark.nightly
 RIG, MAIN = "pace", ("integrator", "main")
 KEY = SIGHTING.at(RIG, viewer="1")
 

@@ -69,7 +69,7 @@ def test_an_unknown_protocol_raises_an_error() -> None:
         open_session(ZenohOptions("peer", listen=("carrier/pigeon:1",), multicast_scouting=False))
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_an_address_in_use_raises_an_error() -> None:
     with socket.socket() as occupied:
         occupied.bind(("127.0.0.1", 0))
@@ -79,14 +79,14 @@ def test_an_address_in_use_raises_an_error() -> None:
             open_session(ZenohOptions("peer", listen=(endpoint,), multicast_scouting=False))
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_a_client_without_a_router_waits_until_stopped() -> None:
     stop_requested = iter([False, False, True])
     with pytest.raises(BusError, match=r"stopped while waiting for a Zenoh router at tcp/127\.0\.0\.1:1"):
         open_session(ZenohOptions("client", ("tcp/127.0.0.1:1",), multicast_scouting=False), lambda: next(stop_requested))
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_a_router_runs_until_stopped() -> None:
     stop_requested = iter([False] * 20 + [True] * 100)
     assert (

@@ -93,7 +93,7 @@ def test_a_reply_captured_in_the_future_is_not_used() -> None:
     assert agreed([("b", false)], m.UniversalBap, NOW_NS) is None
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_a_false_body_of_one_session_does_not_outvote_the_subscribers() -> None:
     """An intruder on an open network replies several times, and with a later time than the true body."""
     endpoint, clock = free_endpoint(), RealClock()
@@ -126,7 +126,7 @@ def test_a_false_body_of_one_session_does_not_outvote_the_subscribers() -> None:
             assert recovered.message == BODY
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_a_restarted_service_receives_its_last_messages_from_a_subscriber() -> None:
     endpoint = free_endpoint()
     clock = RealClock()

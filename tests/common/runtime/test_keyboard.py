@@ -124,7 +124,7 @@ def session() -> Iterator[Session]:
         one.close()
 
 
-@pytest.mark.system
+@pytest.mark.core
 @pytest.mark.parametrize("end", ["key", "error", "SIGTERM", "Ctrl-C"])
 def test_terminal_settings_are_restored_at_every_kind_of_exit(session: Session, end: str) -> None:
     assert termios.tcgetattr(session.slave) != session.before
@@ -145,7 +145,7 @@ def test_terminal_settings_are_restored_at_every_kind_of_exit(session: Session, 
     assert termios.tcgetattr(session.slave) == session.before
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_keys_are_read_again_after_stop_and_continue(session: Session) -> None:
     os.kill(session.process.pid, signal.SIGSTOP)
     termios.tcsetattr(session.slave, termios.TCSANOW, session.before)  # as a shell does

@@ -152,7 +152,7 @@ def test_no_process_is_restarted_while_stopping() -> None:
     assert len(harness.started) == 1
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_a_child_ends_with_its_parent() -> None:
     """A parent that is killed closes the pipe that is its child's standard input."""
     child = (
@@ -176,7 +176,7 @@ def test_a_child_ends_with_its_parent() -> None:
     assert not _is_running(pid)
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_error_output_of_a_child_is_logged() -> None:
     children = ChildProcesses(
         [("a", [sys.executable, "-c", "import sys; sys.exit('no such camera')"])], time.monotonic, spawn

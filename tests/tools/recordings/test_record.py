@@ -90,7 +90,7 @@ def keys(take: Path) -> list[str]:
     return topics_found
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_recording_contains_latched_messages_from_before_its_start(routed: ZenohOptions, tmp_path: Path) -> None:
     with ZenohBus.open(routed, "studio", RealClock()) as bus:
         bus.publish(PARTIAL_BDP, bdp("1"))
@@ -117,7 +117,7 @@ def test_recording_contains_latched_messages_from_before_its_start(routed: Zenoh
     assert take.metadata["recorder"] == {"id": "here", "expression": "zenocap/studio/**"}
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_key_expression_records_only_matching_keys_of_several_rigs(routed: ZenohOptions, tmp_path: Path) -> None:
     with (
         ZenohBus.open(routed, "studio", RealClock()) as studio,
@@ -139,7 +139,7 @@ def test_key_expression_records_only_matching_keys_of_several_rigs(routed: Zenoh
     ]
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_recorders_need_unique_ids_and_record_only_the_requested_topics(routed: ZenohOptions, tmp_path: Path) -> None:
     with (
         ZenohBus.open(routed, "studio", RealClock()) as bus,
@@ -157,7 +157,7 @@ def test_recorders_need_unique_ids_and_record_only_the_requested_topics(routed: 
     assert "zenocap/studio/viewer/1/sighting" in keys(tmp_path / "b.mcap")
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_recording_without_any_message_fails(
     routed: ZenohOptions, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -167,14 +167,14 @@ def test_recording_without_any_message_fails(
     assert "no message received under zenocap/*/integrator/bap" in caplog.text
 
 
-@pytest.mark.system
+@pytest.mark.core
 @pytest.mark.parametrize("expression", ["zenocap/studio", "robot/**", "zenocap//bap", "zenocap/*/viewer/*/recipes"])
 def test_expression_without_a_key_of_any_topic_is_rejected(routed: ZenohOptions, expression: str) -> None:
     with ZenohBus.open(routed, "studio", RealClock()) as bus, pytest.raises(BusError, match=r"no key"):
         bus.listener(expression)
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_the_command_finishes_the_file_on_ctrl_c(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     arguments = ["studio", "-o", "takes/", "-l", endpoint, "--no-multicast-scouting", "--id", "x", "--part-minutes", "5"]

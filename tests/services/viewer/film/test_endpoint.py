@@ -235,7 +235,7 @@ def searched(place: Place) -> FilmReply:
     return reply
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_corners_may_be_read_where_pictures_may_not_and_by_nobody_else(tmp_path):
     place = Place(tmp_path, Permission(film=True), detect=WRITES)
     reply = searched(place)
@@ -256,7 +256,7 @@ def test_corners_may_be_read_where_pictures_may_not_and_by_nobody_else(tmp_path)
     }  # fmt: skip
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_a_search_is_refused_or_ended_with_the_reason(tmp_path):
     place = Place(tmp_path / "none")
     place.filmed()
@@ -278,7 +278,7 @@ def test_a_search_is_refused_or_ended_with_the_reason(tmp_path):
     assert searched(Place(tmp_path / "nothing", detect=script(""))).board == "failed"
 
 
-@pytest.mark.system
+@pytest.mark.core
 def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path):
     for name, words in (
         ("gone", "who filmed is gone: no query for 10 s"),

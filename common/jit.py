@@ -1,29 +1,38 @@
-"""Compiled kernels: numba's decorators with one set of options, and a cache that is never older than its sources.
+"""Compiled kernels: numba's decorators with one set of options, and their machine code in the cache of the user.
 
-numba drops a cached kernel when its own file changes, but not when a kernel or a constant imported from another file does:
-the old machine code would be used without a word.  Importing this module compares all files that kernels depend on
-with those of the last time and deletes the cached kernels that depend on a changed one.
+numba's own cache is beside the sources and knows only the file of a function: after a change of a callee or a constant it
+would return the old machine code without a word, and each checkout compiles everything again.  Here an entry is named after the
+contents of its file and of all files that it imports, the versions, the processor and the types of the arguments.
 """
 
 import hashlib
-import json
-import os
-import re
-from collections.abc import Callable, Iterable, Mapping
+import inspect
+import pickle
+import sys
+import warnings
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
+import numba
 import numpy as np
 from numba import njit
+from numba.core.caching import Cache
+from numba.core.compiler import CompileResult
+from numba.core.errors import NumbaWarning
+from numba.core.serialize import dumps
+
+from zenocap.common.cache import KERNELS, cache_folder, mark_used, read_entry, write_entry
+from zenocap.common.source_digests import kernel_digests
 
 F = TypeVar("F", bound=Callable[..., object])
 
-PACKAGE = "zenocap"
 # For comparisons of eight pixels as a word: with a plain 0, which is signed, a loop over words takes three times as long.
 NO_BITS = np.uint64(0)
 FINITE = {"nnan", "ninf", "nsz"}  # LLVM's fast-math flags that leave results alone
-USES_KERNELS = re.compile(rf"^from {PACKAGE}\.common\.jit import", re.MULTILINE)
-IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE}[\w.]*)(?:\s+import\s+(?:\(([^)]*)\)|([^\n]*)))?", re.MULTILINE)
+PACKAGE = Path(__file__).parents[1]  # as imported: inside the package, through its links
+VERSIONS = f"{numba.__version__} {np.__version__} {sys.version_info[:2]}"
 
 
 def kernel(function: F) -> F:
@@ -31,7 +40,7 @@ def kernel(function: F) -> F:
 
     It runs without Python's global lock, so that other threads continue meanwhile.
     """
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True)(function))
+    return _compiled(function, nogil=True)
 
 
 def finite_kernel(function: F) -> F:
@@ -40,7 +49,7 @@ def finite_kernel(function: F) -> F:
     Of LLVM's fast-math flags only those that leave results alone are set.  Reordered sums and fused operations would
     make the last digits depend on whether a kernel's callees were compiled in the same process or loaded from the cache.
     """
-    return cast(F, njit(cache=True, error_model="numpy", nogil=True, fastmath=FINITE)(function))
+    return _compiled(function, nogil=True, fastmath=FINITE)
 
 
 def leaf_kernel(function: F) -> F:
@@ -49,122 +58,92 @@ def leaf_kernel(function: F) -> F:
     References to its arguments are not counted: that takes two atomic operations for each array of each call, more than the
     arithmetic of a short function, and threads that share the arrays wait for one another.
     """
-    return _without_references(function)
+    return _compiled(function, nogil=True, _nrt=False)
 
 
 def finite_leaf_kernel(function: F) -> F:
     """The same as `finite_kernel` for functions that create and return no array."""
-    return _without_references(function, fastmath=FINITE)
-
-
-def _without_references(function: F, **options: object) -> F:
-    compiler = cast(Callable[..., Callable[[F], F]], njit)  # its annotations lack the option _nrt
-    return compiler(cache=True, error_model="numpy", nogil=True, _nrt=False, **options)(function)
+    return _compiled(function, nogil=True, _nrt=False, fastmath=FINITE)
 
 
 def inlined_kernel(function: F) -> F:
     """The same, inlined into its callers."""
-    return cast(F, njit(cache=True, error_model="numpy", inline="always")(function))
+    return _compiled(function, inline="always")
 
 
-def discard_outdated(package: Path, caches: Path | None) -> list[Path]:
-    """Delete the cached kernels of `package` that were compiled from other sources than today's; return their sources.
+def _compiled(function: F, **options: object) -> F:
+    compiler = cast(Callable[..., Callable[[F], F]], njit)  # its annotations lack the option _nrt
+    dispatcher = compiler(error_model="numpy", **options)(function)
+    if hasattr(dispatcher, "_cache"):  # not with NUMBA_DISABLE_JIT
+        dispatcher._cache = KernelCache(function)
+    return dispatcher
 
-    package: folder of the package `zenocap`.  caches: the folder that NUMBA_CACHE_DIR names; None: kernels are cached
-    beside their sources.  Where the record of the last time cannot be written, nothing is done: such an installation
-    changes as a whole, with new times of all files, which numba sees.
+
+class KernelCache(Cache):  # numba's classes are untyped
+    """numba's cache of a function with an entry a signature in the user's cache.
+
+    numba's own index names numbered files; it can name the file of another signature when two processes write it at once.
     """
-    folder = package / "__pycache__" if caches is None else caches
-    record = folder / f"kernels-{hashlib.sha256(str(package).encode()).hexdigest()[:12]}.json"
-    before = _read(record)
-    if before and _unchanged(package, before["stamps"]):
-        return []
-    digests, stamps = _sources(package)
-    outdated = [package / name for name, digest in digests.items() if before.get("digests", {}).get(name) != digest]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for source in outdated:
-            for path in _cached(source, caches):
-                path.unlink(missing_ok=True)
-        temporary = record.with_suffix(f".{os.getpid()}")
-        temporary.write_text(json.dumps({"digests": digests, "stamps": stamps}))
-        temporary.replace(record)
-    except OSError:
-        return []
-    return outdated
+
+    def __init__(self, function: Callable[..., object]) -> None:
+        self._py_func = function
+        self.folder = _folder(Path(inspect.getfile(function)))
+        self.prefix = f"{function.__qualname__}-{function.__code__.co_firstlineno}"
+        self.enable()  # type: ignore[no-untyped-call]
+
+    @property
+    def cache_path(self) -> str:
+        return str(self.folder)
+
+    @property
+    def root(self) -> Path:
+        """Folder of the entries of all source files."""
+        return self.folder.parents[1]
+
+    def entries(self) -> list[Path]:
+        return sorted(self.folder.glob(f"{self.prefix}-*"))
+
+    def flush(self) -> None:
+        for entry in self.entries():
+            entry.unlink(missing_ok=True)
+
+    def _load_overload(self, signature: object, context: Any) -> object:
+        if not self._enabled:
+            return None
+        key = self._index_key(signature, context.codegen())  # type: ignore[no-untyped-call]
+        content = read_entry(self._entry(key))
+        if content is None:
+            return None
+        try:
+            prefix, stored, result = pickle.loads(content)
+        except Exception:  # whatever it is, such as a class that has moved: the function is compiled again
+            return None
+        if (prefix, stored) != (self.prefix, key):  # equal bytecode with other constants has an equal key
+            return None
+        return CompileResult._rebuild(context, *result)  # type: ignore[no-untyped-call]
+
+    def _save_overload(self, signature: object, result: Any) -> None:
+        if not self._enabled:
+            return
+        if result.library.has_dynamic_globals or not all(loop.can_cache for loop in result.lifted):
+            warnings.warn(f"{self.prefix} of {inspect.getfile(self._py_func)} cannot be cached", NumbaWarning, stacklevel=2)
+            return
+        key = self._index_key(signature, result.codegen)  # type: ignore[no-untyped-call]
+        write_entry(self._entry(key), dumps((self.prefix, key, result._reduce())))  # type: ignore[no-untyped-call]
+
+    def _entry(self, key: object) -> Path:
+        return self.folder / f"{self.prefix}-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}"
 
 
-def _cached(source: Path, caches: Path | None) -> Iterable[Path]:
-    """Files of numba's cache that belong to a source."""
-    folders = [source.parent / "__pycache__"] if caches is None else caches.glob(f"{source.parent.name}_*")
-    for folder in folders:
-        yield from folder.glob(f"{source.stem}.*.nb[ic]")
-
-
-def _read(record: Path) -> dict[str, dict[str, str]]:
-    try:
-        found = json.loads(record.read_text())
-    except (OSError, ValueError):
-        return {}
-    good = isinstance(found, dict) and all(isinstance(found.get(key), dict) for key in ("digests", "stamps"))
-    return found if good else {}
-
-
-def _stamp(path: Path) -> str:
-    try:
-        status = path.stat()
-    except OSError:
-        return "missing"
-    return f"{status.st_mtime_ns} {status.st_size}"
-
-
-def _unchanged(package: Path, stamps: Mapping[str, str]) -> bool:
-    return bool(stamps) and all(_stamp(package / name) == stamp for name, stamp in stamps.items())
-
-
-def _sources(package: Path) -> tuple[dict[str, str], dict[str, str]]:
-    """By path: of each file with kernels, a digest of it and of all that it imports; of all these, a stamp."""
-    texts: dict[str, str] = {}
-    for folder, _, names in os.walk(package, followlinks=True):
-        for name in names:
-            if name.endswith(".py"):
-                path = Path(folder) / name
-                texts[str(path.relative_to(package))] = path.read_text(encoding="utf-8")
-    imports = {name: _imports(text, texts) for name, text in texts.items()}
-    digests, used = {}, set()
-    for name, text in texts.items():
-        if USES_KERNELS.search(text):
-            closure = _closure(name, imports)
-            used |= closure
-            content = "\0".join(f"{one}\0{texts[one]}" for one in sorted(closure))
-            digests[name] = hashlib.sha256(content.encode()).hexdigest()
-    return digests, {name: _stamp(package / name) for name in sorted(used)}
-
-
-def _imports(text: str, known: Mapping[str, str]) -> set[str]:
-    """Files of the package that a file imports."""
-    found = set()
-    for module, *names in IMPORT.findall(text):
-        candidates = [module, *(f"{module}.{name}" for name in re.findall(r"\w+", " ".join(names)))]
-        for candidate in candidates:
-            path = "/".join(candidate.split(".")[1:])
-            found |= {name for name in (f"{path}.py", f"{path}/__init__.py".lstrip("/")) if name in known}
-    return found
-
-
-def _closure(name: str, imports: Mapping[str, set[str]]) -> set[str]:
-    seen: set[str] = set()
-    waiting = [name]
-    while waiting:
-        if (one := waiting.pop()) not in seen:
-            seen.add(one)
-            waiting += imports[one]
-    return seen
-
-
-def _cache_folder() -> Path | None:
-    own = os.environ.get("NUMBA_CACHE_DIR")  # numba's own setting
-    return Path(own) if own else None
-
-
-discard_outdated(Path(__file__).parents[1], _cache_folder())  # __file__ as imported: inside the package, through its links
+@cache
+def _folder(source: Path) -> Path:
+    """Folder of the entries of a source file."""
+    inside = source.is_relative_to(PACKAGE)
+    name = str(source.relative_to(PACKAGE)) if inside else source.name
+    digests = kernel_digests(PACKAGE)
+    # A file elsewhere, of a test say, may use any kernel.
+    content = digests[name] if inside else "\0".join([source.read_text(encoding="utf-8"), *digests.values()])
+    digest = hashlib.sha256(f"{VERSIONS}\0{content}".encode()).hexdigest()[:16]
+    folder = cache_folder() / KERNELS / name.removesuffix(".py").replace("/", ".") / digest
+    mark_used(folder)
+    return folder

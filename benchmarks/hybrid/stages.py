@@ -93,7 +93,7 @@ def _measured(bench: Bench, clip: str, number: str, threads: int, cache: Path | 
     places = [str(bench.places.clips), str(bench.places.out)]
     command = [sys.executable, "-m", "benchmarks.hybrid.stage_times", *places, clip, ",".join(VIEWS[number]) or "all"]
     start_options = [] if cache is None else ["--start-only"]
-    environment = os.environ | ({} if cache is None else {"NUMBA_CACHE_DIR": str(cache)})
+    environment = os.environ | ({} if cache is None else {"ZENOCAP_CACHE": str(cache)})
     done = subprocess.run([*command, str(threads), *start_options], capture_output=True, text=True, env=environment)
     if done.returncode != 0:
         raise RuntimeError(f"stage_times {clip} {number}: {done.stderr.strip()}")

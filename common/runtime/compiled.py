@@ -1,12 +1,12 @@
-"""Detect which parts of `zenocap warmup` have their machine code in numba's cache.
+"""Detect which parts of `zenocap warmup` have their machine code in the cache.
 
-A process that has run a part writes a record: the source files with compiled functions, their times and sizes, and the
-index files of the cache.  A part is compiled when its record matches the present files.  Does not import numba, which
-takes half a second.
+A process that has run a part writes a record: the entries of the cache that it has used.  It is named after the part, the
+sources of all compiled functions and what machine code depends on besides.  Does not import numba: half a second.
 """
 
+import hashlib
+import json
 import logging
-import os
 import platform
 import sys
 from collections.abc import Iterator
@@ -14,53 +14,28 @@ from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
-import msgspec
-
-from zenocap.common.atomic_write import write_atomically
+import zenocap
+from zenocap.common.cache import KERNELS, cache_folder, read_entry, write_entry
 from zenocap.common.runtime.service_info import processor
-
-
-class Record(msgspec.Struct, frozen=True, kw_only=True):
-    """environment: what machine code depends on besides its source.  sources: modification time (ns) and size by path.
-
-    indexes: the index files of numba's cache.
-    """
-
-    environment: tuple[str, ...]
-    sources: dict[str, tuple[int, int]]
-    indexes: tuple[str, ...]
+from zenocap.common.source_digests import kernel_digests
 
 
 def is_compiled(part: str) -> bool:
     """Whether the machine code of a part is in the cache, for the present sources."""
-    try:
-        record = msgspec.json.decode(_record_file(part).read_bytes(), type=Record)
-        unchanged = all(_stamp(Path(path)) == stamp for path, stamp in record.sources.items())
-    except (OSError, msgspec.MsgspecError):
-        return False
-    return record.environment == _environment() and unchanged and all(Path(path).is_file() for path in record.indexes)
+    content = read_entry(_record(part))
+    return content is not None and all((cache_folder() / KERNELS / name).is_file() for name in json.loads(content))
 
 
 def record_compiled(part: str) -> None:
     """Record that this process has run a part.  Does nothing when the cache cannot be written."""
-    sources: dict[str, tuple[int, int]] = {}
-    indexes: set[str] = set()
+    entries: set[str] = set()
     for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None)
-        if not name.startswith("zenocap.") or file is None:
-            continue
-        for value in list(vars(module).values()):
-            index = _index_of(value)
-            if index is not None and getattr(value, "__module__", None) == name:
-                sources[file] = _stamp(Path(file))
-                indexes.add(index)
-    record = Record(environment=_environment(), sources=sources, indexes=tuple(sorted(indexes)))
-    try:
-        path = _record_file(part)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, msgspec.json.encode(record))
-    except OSError:
-        return
+        if name.startswith("zenocap."):
+            for value in list(vars(module).values()):
+                cached = getattr(value, "_cache", None)
+                if cached is not None and hasattr(cached, "entries") and getattr(value, "__module__", None) == name:
+                    entries |= {str(path.relative_to(cached.root)) for path in cached.entries()}
+    write_entry(_record(part), json.dumps(sorted(entries)).encode())
 
 
 @contextmanager
@@ -74,30 +49,11 @@ def compiling(logger: logging.Logger, name: str, part: str) -> Iterator[None]:
     record_compiled(name)
 
 
-def _index_of(value: object) -> str | None:
-    """Index file of a compiled function's cache; None for other objects and for functions not called yet."""
-    cache = getattr(getattr(value, "_cache", None), "_cache_file", None)
-    index = getattr(cache, "_index_path", None)
-    return index if isinstance(index, str) and Path(index).is_file() else None
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    status = path.stat()
-    return status.st_mtime_ns, status.st_size
-
-
 def _environment() -> tuple[str, ...]:
     return platform.python_version(), version("numba"), processor()
 
 
-def _record_file(part: str) -> Path:
-    """In the folder of this module's byte code, as numba does, or in the user's cache when that cannot be written."""
-    own = os.environ.get("NUMBA_CACHE_DIR")  # numba's own setting
-    beside = Path(__file__).parent / "__pycache__"
-    if own:
-        folder = Path(own)
-    elif os.access(beside if beside.is_dir() else beside.parent, os.W_OK):
-        folder = beside
-    else:
-        folder = Path.home() / ".cache" / "zenocap"
-    return folder / f"compiled-{part}.json"
+def _record(part: str) -> Path:
+    package = Path(zenocap.__file__).parent
+    content = json.dumps([part, _environment(), kernel_digests(package)], sort_keys=True)
+    return cache_folder() / "compiled" / f"{part}-{hashlib.sha256(content.encode()).hexdigest()[:16]}.json"

@@ -1,14 +1,19 @@
-"""Cached kernels are never older than the sources they were compiled from."""
+"""Cached kernels are never older than the sources they were compiled from, and serve every checkout of the same sources."""
 
 import os
+import pickle
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.support.places import ROOT
-from zenocap.common.jit import discard_outdated
+from zenocap.common.cache import write_entry
+from zenocap.common.jit import _folder, kernel
+from zenocap.common.source_digests import kernel_digests
 
 CALLEE = """
 from zenocap.common.jit import kernel
@@ -26,6 +31,11 @@ from zenocap.callee import scaled
 def twice(x: float) -> float:
     return 2.0 * scaled(x)
 """
+RUN = """
+from zenocap.caller import twice
+value = twice(1.0)
+print(value, sum(twice.stats.cache_hits.values()))
+"""
 
 
 @pytest.fixture
@@ -35,7 +45,8 @@ def package(tmp_path: Path) -> Path:
     (folder / "common").mkdir(parents=True)
     for name in ("__init__.py", "common/__init__.py"):
         (folder / name).write_text("")
-    (folder / "common" / "jit.py").write_text((ROOT / "common" / "jit.py").read_text())
+    for name in ("jit.py", "cache.py", "source_digests.py"):
+        shutil.copy(ROOT / "common" / name, folder / "common" / name)
     (folder / "constants.py").write_text("FACTOR = 3.0\n")
     (folder / "callee.py").write_text(CALLEE)
     (folder / "caller.py").write_text(CALLER)
@@ -43,45 +54,100 @@ def package(tmp_path: Path) -> Path:
     return folder
 
 
-def result(package: Path, caches: Path | None) -> float:
-    """`twice(1.0)` in a separate process."""
-    code = "from zenocap.caller import twice; print(twice(1.0))"
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("ZENOCAP_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def result(package: Path) -> tuple[float, int]:
+    """`twice(1.0)` in a separate process, and whether its machine code came from the cache."""
     environment = {**os.environ, "PYTHONPATH": str(package.parent)}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    if caches is not None:
-        environment["NUMBA_CACHE_DIR"] = str(caches)
-    done = subprocess.run([sys.executable, "-P", "-c", code], env=environment, capture_output=True, text=True, check=True)
-    return float(done.stdout)
+    done = subprocess.run([sys.executable, "-P", "-c", RUN], env=environment, capture_output=True, text=True, check=True)
+    value, hits = done.stdout.split()
+    return float(value), int(hits)
 
 
-@pytest.mark.parametrize("own_folder", [False, True])
-def test_a_changed_callee_or_constant_is_used_at_once(package: Path, tmp_path: Path, own_folder: bool) -> None:
-    caches = tmp_path / "caches" if own_folder else None
-    assert result(package, caches) == 6.0
+@pytest.mark.slow
+def test_what_is_used_follows_the_sources_and_serves_other_checkouts(package: Path, cache: Path, tmp_path: Path) -> None:
+    other = tmp_path / "elsewhere" / "zenocap"
+    shutil.copytree(package, other)
+    assert result(package) == (6.0, 0)
+    assert result(other) == (6.0, 1)
     (package / "constants.py").write_text("FACTOR = 5.00\n")
-    assert result(package, caches) == 10.0
+    assert result(package) == (10.0, 0)
     (package / "callee.py").write_text(CALLEE.replace("FACTOR * x", "FACTOR * x + 1.0"))
-    assert result(package, caches) == 12.0
-    kept = (caches or package).rglob("caller.twice*.nbi")
-    assert len(list(kept)) == 1
+    assert result(package) == (12.0, 0)
+    assert result(other) == (6.0, 1)
 
 
-def test_only_files_that_depend_on_a_change_are_compiled_again(package: Path) -> None:
-    assert {path.name for path in discard_outdated(package, None)} == {"callee.py", "caller.py", "other.py"}
-    assert discard_outdated(package, None) == []
+def double(x: float) -> float:
+    return 2.0 * x
+
+
+def half(x: float) -> float:
+    return 0.5 * x
+
+
+def from_cache(function: Callable[[float], float]) -> bool:
+    """Whether a new kernel of a function takes its machine code from the cache."""
+    compiled = kernel(function)
+    assert compiled(3.0) == function(3.0)
+    return sum(compiled.stats.cache_hits.values()) == 1
+
+
+@pytest.fixture
+def entry(cache: Path) -> Iterator[Path]:
+    """The entry of `double`."""
+    _folder.cache_clear()
+    assert not from_cache(double)
+    assert from_cache(double)
+    (path,) = (cache / "kernels").rglob("double-*")
+    yield path
+    _folder.cache_clear()
+
+
+@pytest.mark.parametrize("damage", [lambda _: b"", lambda _: b"damaged", lambda data: data[:-7] + b"1234567"])
+def test_a_damaged_entry_is_compiled_again(entry: Path, damage: Callable[[bytes], bytes]) -> None:
+    entry.write_bytes(damage(entry.read_bytes()))
+    assert not from_cache(double)
+    assert from_cache(double)
+
+
+@pytest.mark.parametrize("content", [b"no pickle", pickle.dumps(("double", "key", "data")), b"cmissing_module\nname\n."])
+def test_a_whole_entry_with_other_content_is_compiled_again(entry: Path, content: bytes) -> None:
+    write_entry(entry, content)
+    assert not from_cache(double)
+    assert from_cache(double)
+
+
+def test_an_entry_of_another_function_is_compiled_again(entry: Path) -> None:
+    assert not from_cache(half)
+    (foreign,) = entry.parent.glob("half-*")
+    entry.write_bytes(foreign.read_bytes())
+    assert not from_cache(double)
+
+
+def test_without_a_cache_everything_is_compiled(entry: Path, cache: Path) -> None:
+    shutil.rmtree(cache)
+    cache.write_text("in the way")
+    assert not from_cache(double)
+    assert not from_cache(double)
+
+
+def test_only_files_that_depend_on_a_change_have_another_digest(package: Path, cache: Path) -> None:
+    before = kernel_digests(package)
+    assert set(before) == {"callee.py", "caller.py", "other.py"}
+    assert kernel_digests(package) == before
     (package / "callee.py").write_text(CALLEE + "\n")
-    assert {path.name for path in discard_outdated(package, None)} == {"callee.py", "caller.py"}
+    after = kernel_digests(package)
+    assert {name for name in after if after[name] != before[name]} == {"callee.py", "caller.py"}
     (package / "caller.py").touch()  # the same content
-    assert discard_outdated(package, None) == []
+    assert kernel_digests(package) == after
 
 
-def test_a_damaged_record_counts_as_missing(package: Path) -> None:
-    discard_outdated(package, None)
-    (record,) = (package / "__pycache__").glob("kernels-*.json")
+def test_a_damaged_record_counts_as_missing(package: Path, cache: Path) -> None:
+    before = kernel_digests(package)
+    (record,) = (cache / "sources").iterdir()
     record.write_text("{")
-    assert len(discard_outdated(package, None)) == 3
-
-
-def test_an_unwritable_cache_folder_raises_no_error(package: Path) -> None:
-    (package / "__pycache__").write_text("in the way")
-    assert discard_outdated(package, None) == []
+    assert kernel_digests(package) == before

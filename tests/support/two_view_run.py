@@ -6,8 +6,8 @@ from functools import cache, partial
 
 import numpy as np
 
-from tests.support.films import stored
 from tests.support.simulated_cameras import paper_cameras
+from tests.support.stored import stored
 from zenocap.common import messages as m
 from zenocap.common.arrays import Bytes
 from zenocap.common.body.anatomy import TEN_PARTS

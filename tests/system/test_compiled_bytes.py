@@ -17,7 +17,7 @@ def test_take_is_equal_with_empty_and_with_full_compilation_cache(tmp_path: Path
     clip = CLIPS / "walk7"
     if not clip.is_dir():
         pytest.skip("the shared clips are not beside the checkout")
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    environment = {**os.environ, "ZENOCAP_CACHE": str(tmp_path / "cache")}
     takes = [tmp_path / name for name in ("empty.mcap", "full.mcap")]
     for take in takes:
         arguments = ["track", str(clip), "--method", "hybrid", "--fps", "6", "-o", str(take)]

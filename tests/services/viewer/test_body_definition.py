@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.support.films import stored
 from tests.support.simulated_cameras import paper_cameras
+from tests.support.stored import stored
 from tests.support.two_view_scene import rows
 from zenocap.common.arrays import Mask
 from zenocap.common.body.anatomy import TEN_PARTS

@@ -1,0 +1,80 @@
+"""Films, scenes and takes of the tests: made once, kept in the user's cache for later tests, workers and clones.
+
+An entry is named after its key and the sources that make it, so a change of these makes it again.
+"""
+
+import hashlib
+import pickle
+import platform
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+import zenocap
+from tests.support.places import ROOT
+from zenocap.common.cache import cache_folder, mark_used, read_entry, write_entry
+from zenocap.common.runtime.service_info import processor
+from zenocap.common.source_digests import Sources
+
+T = TypeVar("T")
+
+
+def stored(make: Callable[[], T], *key: object, sources: Sequence[str] = ("zenocap.simulation",)) -> T:
+    """Return make(), from the cache if an earlier call with equal key and equal sources has made it.
+
+    key: everything that `make` depends on, with a stable `repr`.  sources: modules or packages that it runs, as in
+    "zenocap.tools.recordings.track" or "tests.support.walkers"; all that these import counts as well.
+    """
+    folder = cache_folder() / "tests" / _digest(tuple(sources))
+    mark_used(folder)
+    path = folder / hashlib.sha256(repr(key).encode()).hexdigest()[:24]
+    content = read_entry(path)
+    if content is not None:
+        value: T = pickle.loads(content)
+        return value
+    value = make()
+    write_entry(path, pickle.dumps(value))
+    return value
+
+
+def stored_files(folder: Path, make: Callable[[Path], object], *key: object, sources: Sequence[str]) -> Path:
+    """Fill an empty folder with the files that make(folder) writes, from the cache as `stored`; return the folder."""
+
+    def made() -> dict[str, bytes]:
+        make(folder)
+        return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+    for name, content in stored(made, "files", *key, sources=sources).items():
+        path = folder / name
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    return folder
+
+
+@cache
+def _sources() -> Sources:
+    return Sources({"zenocap": Path(zenocap.__file__).parent, "tests": ROOT / "tests"})
+
+
+@cache
+def _surroundings() -> str:
+    """Digest of what every result depends on beside its sources: data of the package, versions, processor."""
+    data = sorted(path for path in (ROOT / "zenocap" / "data").rglob("*") if path.is_file() and path.suffix != ".pyc")
+    versions = f"{platform.python_version()} {np.__version__} {processor()}"
+    return hashlib.sha256(b"\0".join([versions.encode(), *(path.read_bytes() for path in data)])).hexdigest()
+
+
+@cache
+def _digest(modules: tuple[str, ...]) -> str:
+    names = []
+    for module in modules:
+        path = module.replace(".", "/")
+        found = [name for name in _sources().texts if name == f"{path}.py" or name.startswith(f"{path}/")]
+        if not found:
+            raise ValueError(f"sources = {module!r}: no module of zenocap or of the tests")
+        names += found
+    return hashlib.sha256(f"{_surroundings()} {_sources().digest(names)}".encode()).hexdigest()[:24]

@@ -9,7 +9,7 @@ DEV := $(VENV)/.dev
 unexport PYTHONDONTWRITEBYTECODE
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 PYTEST := $(BIN)/python -m pytest
-PARALLEL := -n auto --dist loadfile
+PARALLEL := -n auto --dist loadgroup --no-loadscope-reorder
 # A test belongs to the last tier of its marks: unit (no mark), slow, core, nightly.
 UNIT := not slow and not core and not nightly
 FAST := not core and not nightly

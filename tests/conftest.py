@@ -6,6 +6,8 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
+pytest_plugins = ["tests.support.tiers"]
+
 # The same examples in each run, so that a failure is reproducible.
 settings.register_profile("zenocap", derandomize=True, deadline=None)
 settings.load_profile("zenocap")

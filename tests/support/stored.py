@@ -6,6 +6,7 @@ An entry is named after its key and the sources that make it, so a change of the
 import hashlib
 import pickle
 import platform
+import time
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -20,6 +21,7 @@ from zenocap.common.runtime.service_info import processor
 from zenocap.common.source_digests import Sources
 
 T = TypeVar("T")
+made_s = 0.0  # processor time of this process spent in making what is kept
 
 
 def stored(make: Callable[[], T], *key: object, sources: Sequence[str] = ("zenocap.simulation",)) -> T:
@@ -35,7 +37,10 @@ def stored(make: Callable[[], T], *key: object, sources: Sequence[str] = ("zenoc
     if content is not None:
         value: T = pickle.loads(content)
         return value
+    global made_s
+    start_s = time.process_time()
     value = make()
+    made_s += time.process_time() - start_s
     write_entry(path, pickle.dumps(value))
     return value
 

@@ -1,0 +1,129 @@
+"""Tiers of tests, as a pytest plugin: which tests run together, and the limit of tests without a mark.
+
+A test belongs to the last tier of its marks: unit (no mark), slow, core, nightly.
+"""
+
+import json
+import resource
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from numba.core import event
+
+TIERS = ("unit", "slow", "core", "nightly")
+UNIT_LIMIT_S = 2.0
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("tiers")
+    group.addoption(
+        "--unit-limit", type=float, default=UNIT_LIMIT_S, metavar="SECONDS",
+        help="processor time of a test without a mark, above which it fails; 0: no limit (default: %(default)s)",
+    )  # fmt: skip
+    group.addoption("--times", type=Path, metavar="FILE", help="write the time of each test as JSON")
+
+
+def tier_of(item: pytest.Item) -> str:
+    return next((tier for tier in reversed(TIERS) if item.get_closest_marker(tier)), TIERS[0])
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist, which names groups in node ids
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests of one file run in one worker, so that their fixtures are made once; slow files begin first."""
+    heavy: dict[str, int] = {}
+    for item in items:
+        mark = item.get_closest_marker("xdist_group")
+        if mark is None:
+            item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
+        heavy[_group(item)] = heavy.get(_group(item), 0) + 10 ** TIERS.index(tier_of(item))
+    items.sort(key=lambda item: -heavy[_group(item)])  # stable
+
+
+def _group(item: pytest.Item) -> str:
+    mark = item.get_closest_marker("xdist_group")
+    assert mark is not None
+    return str(mark.args[0] if mark.args else mark.kwargs["name"])
+
+
+class Compiling(event.Listener):
+    """Processor time spent in compiling kernels (s)."""
+
+    def __init__(self) -> None:
+        self.total_s = self._start_s = 0.0
+        self._depth = 0
+
+    def on_start(self, event: object) -> None:
+        if self._depth == 0:
+            self._start_s = time.process_time()
+        self._depth += 1
+
+    def on_end(self, event: object) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self.total_s += time.process_time() - self._start_s
+
+
+COMPILING = Compiling()
+event.register("numba:compile", COMPILING)
+
+
+def _used_s() -> float:
+    """Processor time of this process and of its ended children, without what is made once and kept in the cache (s).
+
+    Unlike time on the clock it does not depend on what else the machine does.
+    """
+    stored = sys.modules.get("tests.support.stored")
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    made_s = 0.0 if stored is None else stored.made_s
+    return time.process_time() + children.ru_utime + children.ru_stime - COMPILING.total_s - made_s
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    item.stash[STARTED] = _used_s()
+    return (yield)
+
+
+STARTED = pytest.StashKey[float]()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[pytest.TestReport]:
+    report = yield
+    if report.when != "call":
+        return report
+    used_s, tier = _used_s() - item.stash[STARTED], tier_of(item)
+    report.user_properties.append(("time", {"tier": tier, "processor_s": round(used_s, 3)}))
+    limit_s = item.config.getoption("--unit-limit")
+    if tier == "unit" and 0 < limit_s < used_s and report.passed:
+        report.outcome = "failed"
+        report.longrepr = (
+            f"{item.nodeid}: {used_s:.1f} s of processor time; allowed without a mark: {limit_s:g} s. "
+            f"Make it quicker, or mark it with its tier: {', '.join(TIERS[1:])}."
+        )
+    return report
+
+
+class Times:
+    """Collects the reports of all workers and writes them at the end."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.rows: dict[str, dict[str, object]] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        row = self.rows.setdefault(report.nodeid.split("@")[0], {"clock_s": 0.0})
+        row["clock_s"] = round(float(str(row["clock_s"])) + report.duration, 3)
+        row.update(*(value for name, value in report.user_properties if name == "time"))
+
+    def pytest_sessionfinish(self) -> None:
+        self.path.write_text(json.dumps(self.rows, indent=0) + "\n")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    path = config.getoption("--times")
+    if path is not None and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Times(path.absolute()))

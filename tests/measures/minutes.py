@@ -1,0 +1,146 @@
+"""Minutes of the targets of make: python -m tests.measures.minutes [--cases NAME,...] [--rounds N] [--load] [--publish]
+
+Every round clones the last commit into another folder and runs the cases there, one after another.  Results are added to
+minutes.json beside this file; --publish writes the table of CONTRIBUTING.md from it.
+"""
+
+import argparse
+import json
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+
+from tests.support.places import ROOT, SHARED
+from zenocap.common.runtime.service_info import processor
+
+RESULTS = Path(__file__).with_name("minutes.json")
+PAGE = ROOT / "CONTRIBUTING.md"
+BEGIN, END = "<!-- minutes -->\n", "<!-- end of minutes -->\n"
+# Name: command, and text of the table.  Cold cases run in a clone of their own, without any cache.
+COLD = {
+    "test-cold": (("make", "test"), "`make test`, the first time on a machine"),
+    "ci-cold": (("bash", ".ci/run"), "`.ci/run`, the first time on a machine"),
+}
+WARM = {
+    "test-unit": (("make", "test-unit"), "`make test-unit`"),
+    "test": (("make", "test"), "`make test`"),
+    "test-core": (("make", "test-core"), "`make test-core`"),
+    "test-nightly": (("make", "test-nightly"), "`make test-nightly`"),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", default=",".join([*COLD, *WARM]), help="comma-separated (default: all)")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--load", action="store_true", help="beside a process for each core that never waits")
+    parser.add_argument("--publish", action="store_true", help="write the table of CONTRIBUTING.md")
+    chosen = parser.parse_args(arguments)
+    cases = [name for name in chosen.cases.split(",") if name]
+    if unknown := sorted({*cases} - {*COLD, *WARM}):
+        parser.error(f"--cases {unknown[0]}: allowed: {', '.join([*COLD, *WARM])}")
+    status = 0
+    for _ in range(chosen.rounds if cases else 0):
+        for row in measured(cases, load=chosen.load):
+            print(json.dumps(row), flush=True)
+            rows = [*json.loads(RESULTS.read_text()), row] if RESULTS.exists() else [row]
+            RESULTS.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+            status = status or int(str(row["status"]))
+    if chosen.publish:
+        PAGE.write_text(with_table(PAGE.read_text(), json.loads(RESULTS.read_text())))
+    return status
+
+
+def measured(cases: Sequence[str], *, load: bool) -> Iterator[Mapping[str, object]]:
+    """Run cases in clones of the last commit."""
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, check=True, capture_output=True, text=True)
+    for name in [name for name in cases if name in COLD]:
+        with clone() as folder:
+            yield {"commit": commit.stdout.strip(), **timed(name, COLD[name][0], folder, load=load)}
+    warm = [name for name in cases if name in WARM]
+    if warm:
+        with clone() as folder:
+            run(("make", "test"), folder)  # fills the caches
+            for name in warm:
+                yield {"commit": commit.stdout.strip(), **timed(name, WARM[name][0], folder, load=load)}
+
+
+@contextmanager
+def clone() -> Iterator[Path]:
+    """The last commit in another folder, with the test data beside it if it is here, and caches of its own."""
+    with tempfile.TemporaryDirectory(prefix="zenocap-minutes-") as folder:
+        subprocess.run(["git", "clone", "-q", str(ROOT), f"{folder}/main"], check=True)
+        if SHARED.is_dir():
+            (Path(folder) / "shared").symlink_to(SHARED)
+        yield Path(folder) / "main"
+
+
+def run(command: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    caches = {"ZENOCAP_CACHE": "zenocap", "UV_CACHE_DIR": "uv", "PIP_CACHE_DIR": "pip"}
+    environment = {
+        name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV", "MAKEFLAGS")
+    }
+    environment |= {name: str(folder.parent / "caches" / value) for name, value in caches.items()}
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def timed(name: str, command: Sequence[str], folder: Path, *, load: bool) -> Mapping[str, object]:
+    busy = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range((os.cpu_count() or 1) if load else 0)
+    ]
+    try:
+        start_s = time.monotonic()
+        done = run(command, folder)
+        seconds = time.monotonic() - start_s
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+    log = ROOT / "build" / "minutes" / f"{name}-{'load' if load else 'alone'}-{datetime.now(UTC):%H%M%S}.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    log.write_text(done.stdout)
+    tests = re.findall(r"^(\d+ (?:passed|failed).*?)(?: in [\d.]+s.*)?$", done.stdout, re.MULTILINE)
+    return {
+        "case": name, "load": load, "seconds": round(seconds, 1), "status": done.returncode, "tests": "; ".join(tests),
+        "date": f"{datetime.now(UTC):%Y-%m-%d}", "cores": os.cpu_count(), "processor": processor(),
+    }  # fmt: skip
+
+
+def with_table(page: str, rows: Sequence[Mapping[str, object]]) -> str:
+    """The page with the medians of the last commit that each case was measured on."""
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    if not after:
+        raise ValueError(f"{PAGE.name}: the lines {BEGIN.strip()} and {END.strip()} are missing")
+    lines = ["| command | minutes | beside a busy process a core | runs | commit |\n", "|---|--:|--:|--:|---|\n"]
+    for name, (_, text) in {**COLD, **WARM}.items():
+        own = [row for row in rows if row["case"] == name and row["status"] == 0]
+        if own:
+            last = [row for row in own if row["commit"] == own[-1]["commit"]]
+            alone, loaded = ([float(str(row["seconds"])) for row in last if row["load"] is load] for load in (False, True))
+            lines.append(f"| {text} | {_minutes(alone)} | {_minutes(loaded)} | {len(last)} | {last[0]['commit']} |\n")
+    return before + BEGIN + "".join(lines) + END + after
+
+
+def _minutes(seconds: Sequence[float]) -> str:
+    return f"{statistics.median(seconds) / 60:.1f}" if seconds else ""
+
+
+if __name__ == "__main__":
+    sys.exit(main())

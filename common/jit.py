@@ -1,8 +1,8 @@
 """Compiled kernels: numba's decorators with one set of options, and their machine code in the cache of the user.
 
 numba's own cache is beside the sources and knows only the file of a function: after a change of a callee or a constant it
-would return the old machine code without a word, and each checkout compiles everything again.  Here an entry is named after the
-contents of its file and of all files that it imports, the versions, the processor and the types of the arguments.
+would return the old machine code without a word, and each checkout compiles everything again.  Here an entry is named
+after the contents of its file and of all files that it imports, the versions, the processor and the types of the arguments.
 """
 
 import hashlib

@@ -13,7 +13,7 @@ INSTALL = index=$${PIP_INDEX_URL:-$$($(PIP) config get global.index-url 2>/dev/n
 	$(BIN)/uv pip install --quiet --python $(BIN)/python $${index:+--default-index "$$index"} $(1) 2>/dev/null || \
 	$(PIP) install --no-compile $(1)
 PYTEST := $(BIN)/python -m pytest
-PARALLEL := -n auto --dist loadgroup --no-loadscope-reorder
+PARALLEL := -n auto --dist loadfile
 # A test belongs to the last tier of its marks: unit (no mark), slow, core, nightly.
 UNIT := not slow and not core and not nightly
 FAST := not core and not nightly

@@ -1,9 +1,13 @@
 """Tiers: which one a test belongs to, files that stay together, and the limit of tests without a mark."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
+
+from tests.support.places import ROOT
+from tests.support.tiers import group_of
 
 pytest_plugins = ["pytester"]
 SPEND = """
@@ -21,7 +25,7 @@ def spend(seconds):
 def run(pytester: pytest.Pytester):
     def _run(source: str, *options: str) -> pytest.RunResult:
         pytester.makepyfile(test_one=SPEND + source)
-        pytester.makeini("[pytest]\nmarkers =\n    slow\n    core\n    nightly\n    xdist_group(name)\n")
+        pytester.makeini("[pytest]\nmarkers =\n    slow\n    core\n    nightly\n")
         return pytester.runpytest_inprocess("-p", "tests.support.tiers", "-p", "no:cacheprovider", *options)
 
     return _run
@@ -55,19 +59,33 @@ def test_times_and_tiers_are_written(run, tmp_path: Path) -> None:
     assert rows["test_one.py::test_slow_core"]["processor_s"] >= 0.1
 
 
-def test_files_with_slow_tests_begin_first_and_files_stay_together(pytester: pytest.Pytester) -> None:
-    pytester.makeini("[pytest]\nmarkers =\n    slow\n    xdist_group(name)\n")
-    pytester.makepyfile(
-        test_a="def test_1(): pass\ndef test_2(): pass\n",
-        test_b="import pytest\ndef test_1(): pass\n@pytest.mark.slow\ndef test_2(): pass\n",
-        test_c="import pytest\n@pytest.mark.xdist_group('other')\ndef test_1(): pass\n",
-    )
-    found = pytester.runpytest_inprocess("-p", "tests.support.tiers", "-p", "no:cacheprovider", "--collect-only", "-q")
-    names = [line for line in found.outlines if "::" in line]
-    assert names == [
-        "test_b.py::test_1",
-        "test_b.py::test_2",
-        "test_a.py::test_1",
-        "test_a.py::test_2",
-        "test_c.py::test_1",
-    ]
+def test_groups_with_slow_tests_begin_first_and_stay_together(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    pytester.makeini("[pytest]\nmarkers =\n    slow\n")
+    for name, marked in (("tests/test_a", ""), ("tests/test_b", "@pytest.mark.slow\n"), ("tests/system/one/test_c", "")):
+        path = pytester.path / f"{name}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        body = "def test_{0}(worker_id): open('{1}/{0}-' + worker_id, 'w')\n".replace("{1}", str(pytester.path))
+        path.write_text("import pytest\n" + "".join(marked + body.format(f"{path.stem}_{k}") for k in range(3)))
+    shutil.copy(pytester.path / "tests/system/one/test_c.py", pytester.path / "tests/system/one/test_d.py")
+    options = ["-p", "tests.support.tiers", "-p", "no:cacheprovider", "--import-mode=importlib"]
+    listed = pytester.runpytest_inprocess(*options, "--collect-only", "-q").outlines
+    assert listed[0].startswith("tests/test_b.py")
+    pytester.runpytest_subprocess(*options, "-n", "3", "--dist", "loadfile").assert_outcomes(passed=12)
+    for group in ("test_a", "test_b", "test_c"):
+        assert len({path.name.rpartition("-")[2] for path in pytester.path.glob(f"{group}_*-gw*")}) == 1
+
+
+@pytest.mark.parametrize(
+    ("nodeid", "group"),
+    [
+        ("tests/common/body/test_a.py::test_b[x::y/z]", "tests/common/body/test_a.py"),
+        ("tests/system/test_a.py::test_b", "tests/system/test_a.py"),
+        ("tests/system/browser/test_a.py::test_b", "tests/system/browser"),
+        ("test_a.py::test_b", "test_a.py"),
+    ],
+)
+def test_a_group_is_a_file_or_a_folder_of_system_tests(nodeid: str, group: str) -> None:
+    assert group_of(nodeid) == group

@@ -8,10 +8,11 @@ import resource
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 from numba.core import event
+from xdist.scheduler import LoadScopeScheduling
 
 TIERS = ("unit", "slow", "core", "nightly")
 UNIT_LIMIT_S = 2.0
@@ -30,22 +31,37 @@ def tier_of(item: pytest.Item) -> str:
     return next((tier for tier in reversed(TIERS) if item.get_closest_marker(tier)), TIERS[0])
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist, which names groups in node ids
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests of one file run in one worker, so that their fixtures are made once; slow files begin first."""
+    """Let groups with slow tests begin first, so that no worker is left with one at the end."""
     heavy: dict[str, int] = {}
     for item in items:
-        mark = item.get_closest_marker("xdist_group")
-        if mark is None:
-            item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
-        heavy[_group(item)] = heavy.get(_group(item), 0) + 10 ** TIERS.index(tier_of(item))
-    items.sort(key=lambda item: -heavy[_group(item)])  # stable
+        group = group_of(item.nodeid)
+        heavy[group] = heavy.get(group, 0) + 10 ** TIERS.index(tier_of(item))
+    items.sort(key=lambda item: -heavy[group_of(item.nodeid)])  # stable
 
 
-def _group(item: pytest.Item) -> str:
-    mark = item.get_closest_marker("xdist_group")
-    assert mark is not None
-    return str(mark.args[0] if mark.args else mark.kwargs["name"])
+def group_of(nodeid: str) -> str:
+    """What runs in one worker, so that its fixtures are made once: a file, or a folder inside of tests/system.
+
+    Marks xdist_group have no effect with pytest 9, whose node ids xdist cannot change.
+    """
+    file = PurePosixPath(nodeid.split("::")[0])
+    return str(file.parent if file.is_relative_to("tests/system") and len(file.parts) > 3 else file)
+
+
+class Scheduling(LoadScopeScheduling):
+    """xdist's distribution by groups, in the order of the collection."""
+
+    def __init__(self, config: pytest.Config, log: object) -> None:
+        config.option.loadscopereorder = False
+        super().__init__(config, log)
+
+    def _split_scope(self, nodeid: str) -> str:
+        return group_of(nodeid)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Scheduling | None:
+    return Scheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 class Compiling(event.Listener):

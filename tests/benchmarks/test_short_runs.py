@@ -1,11 +1,11 @@
 """Every evaluation runs in its shortest form, and every documented or listed one has such a form."""
 
 import re
-import shutil
 
 import pytest
 
 from benchmarks.short_runs import ARGUMENTS, run
+from tests.support.browser import CHROMIUM
 from tests.support.places import ROOT
 
 PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md")
@@ -42,7 +42,7 @@ def test_every_documented_evaluation_exists() -> None:
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", sorted(set(ARGUMENTS) - TESTED_ELSEWHERE))
 def test_an_evaluation_runs(name: str) -> None:
-    if name in NEEDS_CHROMIUM and shutil.which("chromium") is None:
+    if name in NEEDS_CHROMIUM and CHROMIUM is None:
         pytest.skip("no Chromium on this machine")
     done = run(name, seconds=580)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -1,6 +1,5 @@
 """An animator without a network: its page and bridge, and a rig of two cameras with a moving simulated person."""
 
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -179,17 +178,6 @@ class StandIn:
                 self.receive(silhouette(viewer.id, self.frame, now_ns, mask), sighting(viewer.id, self.frame, now_ns))
         self.receive(assignment(self.frame, now_ns, pose), bap(self.frame, now_ns, pose))
         return pose
-
-    def play(self, seconds: float, viewers: Sequence[str] = ("1", "2"), fps: float = 15.0, motion: str = "walking") -> None:
-        """Pass on frame sets in real time."""
-        started_s, second = time.monotonic(), -1
-        for k in range(round(seconds * fps)):
-            time.sleep(max(0.0, started_s + k / fps - time.monotonic()))
-            self.send_frame_set(self.frame / fps, viewers, motion)
-            if int(k / fps) != second:
-                second = int(k / fps)
-                self.send_health()
-            self.tick()
 
     def close(self) -> None:
         self.bridge.close()

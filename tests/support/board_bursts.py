@@ -12,14 +12,16 @@ FPS = 15.0
 
 
 class SimulatedSearch:
-    """Stands for `searched`: call number k gives the views of second k, up to `end`; afterwards none."""
+    """Stands for `searched`: call number k gives the views of second k, up to `end`; none until `end` is later."""
 
     def __init__(self, seen: Sequence[CameraViews], end: int | None = None) -> None:
         self.seen, self.end, self.second = seen, end, 0
 
     def __call__(self, *_: object) -> Burst:
-        second, self.second = self.second, self.second + 1
-        return Burst({}, {}, {}) if self.end is not None and second >= self.end else burst_of(self.seen, second)
+        if self.end is not None and self.second >= self.end:
+            return Burst({}, {}, {})
+        self.second += 1
+        return burst_of(self.seen, self.second - 1)
 
 
 def burst_of(seen: Sequence[CameraViews], second: int) -> Burst:

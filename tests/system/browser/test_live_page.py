@@ -1,68 +1,25 @@
-"""The live page of the cameras in a real browser: pictures, advice, enlarging, the board, light and dark, small and large.
+"""The live page of the cameras in a real browser: pictures, advice, enlarging, the board, light and dark, window sizes."""
 
-Skipped where there is no Chromium, or no playwright to drive it.
-"""
-
-import shutil
 import time
-from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 
 from tests.support.board_bursts import SimulatedSearch, simulated
 from tests.support.board_views import BOARD
+from tests.support.browser import visited
 from tests.support.live_cameras import camera_of, paced, picture
 from tests.tools.live.test_live_page import served
 from zenocap.tools.live import board_mode
 from zenocap.tools.live.board_mode import BoardMode
 from zenocap.tools.live.camera import LiveCamera
-from zenocap.tools.live.page import LivePage
 
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [pytest.mark.nightly, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
-FLAGS = ["--headless=new", "--no-sandbox"]
-PATIENCE_S = 40.0
+pytestmark = pytest.mark.core
 SIZE = (640, 360)
 
 
-class Visit:
-    """An open page.  problems: errors on its console.  foreign: URLs of other servers that it requested."""
-
-    def __init__(
-        self, browser: "playwright.Browser", served_page: LivePage, width: int = 1100, scheme: str = "dark"
-    ) -> None:
-        self.page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
-        self.problems: list[str] = []
-        self.foreign: list[str] = []
-        own = served_page.address.removeprefix("http://").partition("/")[0]
-        self.page.on("request", lambda one: None if own in one.url or "data:" in one.url else self.foreign.append(one.url))
-        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
-        self.page.on("console", lambda line: self.problems.append(line.text) if line.type == "error" else None)
-        self.page.goto(served_page.address)
-
-    def until(self, condition: Callable[[], bool], text: str) -> None:
-        end_s = time.monotonic() + PATIENCE_S
-        while not condition():
-            assert time.monotonic() < end_s, f"not within {PATIENCE_S:g} s: {text}; {self.problems}"
-            self.page.wait_for_timeout(30)
-
-    def pictures(self, name: str) -> int:
-        return int(self.page.evaluate(f"zenocap.cards.get('{name}')?.pictures ?? 0"))
-
-    def close(self) -> None:
-        self.page.close()
-        assert self.problems == []
-        assert self.foreign == []
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator["playwright.Browser"]:
-    with playwright.sync_playwright() as driver:
-        one = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield one
-        one.close()
+def pictures(visit, name: str) -> int:
+    return int(visit.evaluate(f"zenocap.cards.get('{name}')?.pictures ?? 0"))
 
 
 def two_cameras(right_level: float = 120.0) -> list[LiveCamera]:
@@ -73,10 +30,10 @@ def two_cameras(right_level: float = 120.0) -> list[LiveCamera]:
     ]
 
 
+@pytest.mark.nightly
 def test_pictures_are_shown_as_the_cameras_give_them(browser) -> None:
-    with served(two_cameras()) as page:
-        visit = Visit(browser, page)
-        visit.until(lambda: min(visit.pictures("left"), visit.pictures("right")) > 3, "pictures of both")
+    with served(two_cameras()) as page, visited(browser, page.address) as visit:
+        visit.until(lambda: min(pictures(visit, "left"), pictures(visit, "right")) > 3, "pictures of both")
         levels = visit.page.evaluate(
             "(() => { const image = zenocap.cards.get('left').image, canvas = new OffscreenCanvas(640, 360); "
             "const pen = canvas.getContext('2d'); pen.drawImage(image, 0, 0, 640, 360); "
@@ -85,23 +42,20 @@ def test_pictures_are_shown_as_the_cameras_give_them(browser) -> None:
         )
         truth = [picture(size=SIZE)[y - 3 : y + 4, x - 3 : x + 4, ::-1].mean(axis=(0, 1)) for x, y in ((4, 4), (300, 200))]
         assert np.abs(np.array(levels) - truth).max() < 25
-        visit.close()
 
 
 def test_a_dark_camera_has_its_advice_and_the_other_none(browser) -> None:
-    with served(two_cameras(right_level=12.0)) as page:
-        visit = Visit(browser, page)
+    with served(two_cameras(right_level=12.0)) as page, visited(browser, page.address) as visit:
         text = lambda name: visit.page.inner_text(f"[data-camera={name}]")  # noqa: E731
         visit.until(lambda: "Too dark: add light" in text("right"), "the advice")
         assert "Too dark" not in text("left")
         assert visit.page.get_attribute("[data-camera=left]", "data-condition") == "ok"
-        visit.close()
 
 
+@pytest.mark.nightly
 def test_a_camera_enlarges_by_click_and_by_keys(browser) -> None:
-    with served(two_cameras()) as page:
-        visit = Visit(browser, page)
-        visit.until(lambda: visit.pictures("right") > 1, "pictures")
+    with served(two_cameras()) as page, visited(browser, page.address) as visit:
+        visit.until(lambda: pictures(visit, "right") > 1, "pictures")
         width = lambda name: visit.page.evaluate(f"zenocap.cards.get('{name}').picture.clientWidth")  # noqa: E731
         before = width("right")
         visit.page.click("[data-camera=right] .picture")
@@ -114,13 +68,12 @@ def test_a_camera_enlarges_by_click_and_by_keys(browser) -> None:
         visit.page.focus("[data-camera=left] .picture")
         visit.page.keyboard.press("Enter")
         assert width("left") > 1.5 * before
-        visit.close()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (390, "dark"), (1100, "light"), (1920, "dark")])
 def test_nothing_is_wider_than_the_window_and_text_has_contrast(browser, width, scheme) -> None:
-    with served(two_cameras(right_level=12.0)) as page:
-        visit = Visit(browser, page, width, scheme)
+    with served(two_cameras(right_level=12.0)) as page, visited(browser, page.address, width, scheme=scheme) as visit:
         visit.until(lambda: "Too dark" in visit.page.inner_text("[data-camera=right]"), "the advice")
         assert visit.page.evaluate("document.documentElement.scrollWidth") <= width
         ink, back = (
@@ -129,36 +82,35 @@ def test_nothing_is_wider_than_the_window_and_text_has_contrast(browser, width, 
         )
         assert np.abs(ink - back).min() > 150
         assert (back.mean() > 128) == (scheme == "light")
-        visit.close()
 
 
+@pytest.mark.nightly
 def test_the_board_is_guided_to_a_calibration_with_the_keyboard(browser, monkeypatch) -> None:
     monkeypatch.setattr(board_mode, "BURST_PERIOD_S", 0.2)
     monkeypatch.setattr(LiveCamera, "period_s", 1 / 15.0, raising=False)
     image = picture(size=(1280, 720))
     cameras = [camera_of(lambda: paced(lambda k: image, 5.0), name) for name in ("cam01", "cam02")]
-    search = SimulatedSearch(simulated(2, 18.0), end=18)
+    search = SimulatedSearch(simulated(2, 18.0), end=5)
     for camera in cameras:  # the images have their size before the search begins
         camera.start()
     while any(camera.newest is None for camera in cameras):
         time.sleep(0.02)
     mode = BoardMode(cameras, BOARD, 0, lambda found: "calibration.toml", search=search)
     monkeypatch.setattr(LiveCamera, "start", lambda self: None)
-    with served(cameras, mode=mode) as page:
-        visit = Visit(browser, page)
+    with served(cameras, mode=mode) as page, visited(browser, page.address) as visit:
         said = lambda: visit.page.inner_text("#sentence")  # noqa: E731
         visit.until(lambda: "both see it" in said(), "the request to connect the cameras")
         assert visit.page.is_disabled("#calibrate")
         assert "cam0" in visit.page.inner_text("#missing")
+        search.end = 18
         visit.until(lambda: visit.page.is_enabled("#calibrate"), "the button")
         visit.until(lambda: search.second >= 18, "all views")
         visit.until(lambda: visit.page.locator(".covered").count() > 10, "the coverage map")
-        assert visit.page.locator("#graph .edge.enough").count() == 1
+        visit.until(lambda: visit.page.locator("#graph .edge.enough").count() == 1, "the connection")
         visit.page.keyboard.press("Enter")
         visit.until(lambda: visit.page.is_visible("#result"), "the result")
         assert "Calibration: poor" in visit.page.inner_text("#result")  # the board was not on the floor
         assert "floor" in visit.page.inner_text("#reasons")
         visit.page.click("#finish")
         visit.until(lambda: mode.finished, "the end")
-        visit.close()
     mode.close()

@@ -1,11 +1,8 @@
-"""The page of postures in a real browser: three examples each of three postures are labelled, trained and tried.
+"""The page of postures in a real browser: three examples each of three postures are labelled, trained and tried."""
 
-Skipped where there is no Chromium, or no playwright to drive it.
-"""
-
-import shutil
+import subprocess
+import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,22 +10,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.browser import Visit, visited
 from tests.support.posture_takes import NAMES, REPETITIONS, posture_spans, posture_take
 from tests.tools.posture_page.test_session import reader_of
+from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.recognizer.model_file import read_model
+from zenocap.services.recognizer.model_file import find_model, read_model
 from zenocap.services.recognizer.training.manifest import read_manifest
-from zenocap.tools.posture_page.live_trial import LiveTrial
+from zenocap.tools.dataset.generate import dataset_rig
+from zenocap.tools.launcher.peer_mesh import free_ports
+from zenocap.tools.posture_page.live_trial import LiveTrial, live_trial
 from zenocap.tools.posture_page.manifest_file import ManifestFile
 from zenocap.tools.posture_page.motion_view import open_motion
 from zenocap.tools.posture_page.page import PosturePage
 from zenocap.tools.posture_page.session import Publish, Session
 
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [pytest.mark.nightly, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
-FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-PATIENCE_S = 90.0
+pytestmark = pytest.mark.nightly
 
 
 @contextmanager
@@ -52,38 +49,11 @@ def served(take: Path, manifest: Path, live: Callable[[Publish], LiveTrial] | No
         page.close()
 
 
-class Visit:
-    """An open page.  problems: errors on its console.  foreign: URLs of other servers that it requested."""
-
-    def __init__(self, browser, served_page: PosturePage, width: int = 1100, scheme: str = "dark") -> None:
-        self.page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
-        self.problems: list[str] = []
-        self.foreign: list[str] = []
-        own = served_page.address.removeprefix("http://").partition("/")[0]
-        self.page.on("request", lambda one: None if own in one.url or "data:" in one.url else self.foreign.append(one.url))
-        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
-        self.page.on("console", lambda line: self.problems.append(line.text) if line.type == "error" else None)
-        self.page.goto(served_page.address)
-        self.until(lambda: self.page.locator("#proposals .segment, #labels .segment").count() > 0, "proposals")
-
-    def until(self, condition: Callable[[], bool], text: str) -> None:
-        end_s = time.monotonic() + PATIENCE_S
-        while not condition():
-            assert time.monotonic() < end_s, f"not within {PATIENCE_S:g} s: {text}; {self.problems}"
-            self.page.wait_for_timeout(50)
-
-    def close(self) -> None:
-        self.page.close()
-        assert self.problems == []
-        assert self.foreign == []
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator["playwright.Browser"]:
-    with playwright.sync_playwright() as driver:
-        one = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+@contextmanager
+def opened(browser, page: PosturePage, width: int = 1100, scheme: str = "dark") -> Iterator[Visit]:
+    with visited(browser, page.address, width, 900, scheme) as one:
+        one.until(lambda: one.page.locator("#proposals .segment, #labels .segment").count() > 0, "proposals")
         yield one
-        one.close()
 
 
 @pytest.fixture(scope="module")
@@ -93,8 +63,7 @@ def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_three_examples_are_labelled_with_the_keyboard_trained_and_tried(browser, take, tmp_path) -> None:
     manifest = tmp_path / "examples.csv"
-    with served(take, manifest) as page:
-        visit = Visit(browser, page)
+    with served(take, manifest) as page, opened(browser, page) as visit:
         one, labels = visit.page, visit.page.locator("#labels .segment")
         visit.until(lambda: one.evaluate("zenocap.scene.capsules.length") >= 10, "the actor")
         one.keyboard.press("n")  # the first proposal: the arms are lowered from the T-pose
@@ -142,13 +111,11 @@ def test_three_examples_are_labelled_with_the_keyboard_trained_and_tried(browser
         assert f"{right} of 9 labels are recognized" in one.inner_text("#trial-lines")
         one.click("#try")
         visit.until(lambda: one.locator("#found .segment.right").count() == right, "the same result again")
-        visit.close()
 
 
 def test_what_is_refused_is_one_line_and_changes_nothing(browser, take, tmp_path) -> None:
     manifest = tmp_path / "examples.csv"
-    with served(take, manifest) as page:
-        visit = Visit(browser, page)
+    with served(take, manifest) as page, opened(browser, page) as visit:
         one = visit.page
         one.click("#train")
         visit.until(lambda: "no posture is labelled" in one.inner_text("#notice"), "the reason")
@@ -163,19 +130,16 @@ def test_what_is_refused_is_one_line_and_changes_nothing(browser, take, tmp_path
         visit.until(lambda: one.locator("#labels .segment").count() == 1, "the label")
         one.click("#train")
         visit.until(lambda: "only 'wave' is labelled" in one.inner_text("#notice"), "the single posture")
-        second = Visit(browser, page)
-        visit.until(lambda: one.is_visible("#tabs"), "the second tab is named")
-        second.page.locator("#labels .segment").click()
-        second.page.keyboard.press("Delete")
-        visit.until(lambda: one.locator("#labels .segment").count() == 0, "the deletion in the other tab")
-        second.close()
-        visit.close()
+        with opened(browser, page) as second:
+            visit.until(lambda: one.is_visible("#tabs"), "the second tab is named")
+            second.page.locator("#labels .segment").click()
+            second.page.keyboard.press("Delete")
+            visit.until(lambda: one.locator("#labels .segment").count() == 0, "the deletion in the other tab")
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (390, "dark"), (1100, "light"), (1920, "dark")])
 def test_nothing_is_wider_than_the_window_and_everything_has_a_name(browser, take, tmp_path, width, scheme) -> None:
-    with served(take, tmp_path / "examples.csv") as page:
-        visit = Visit(browser, page, width, scheme)
+    with served(take, tmp_path / "examples.csv") as page, opened(browser, page, width, scheme) as visit:
         one = visit.page
         assert one.evaluate("document.documentElement.scrollWidth") <= width
         ink, back = (
@@ -189,4 +153,36 @@ def test_nothing_is_wider_than_the_window_and_everything_has_a_name(browser, tak
             "!(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length)).map((one) => one.outerHTML)"
         )
         assert nameless == []
-        visit.close()
+
+
+def test_the_postures_of_a_running_rig_are_shown_on_the_page(browser, take, tmp_path) -> None:
+    manifest = tmp_path / "examples.csv"
+    ManifestFile(manifest).model.write_bytes(find_model("fifteen").read_bytes())  # as if it was trained earlier
+    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
+    options = ZenohOptions("peer", listen=(endpoint,), multicast_scouting=False)
+
+    def live(publish: Publish) -> LiveTrial:
+        return live_trial(dataset_rig("truth"), options, lambda update: publish("live", update))
+
+    with served(take, manifest, live) as page, opened(browser, page) as visit:
+        one = visit.page
+        button = one.locator("#try-live")
+        assert button.text_content() == "Try live on rig demo"
+        button.click()
+        visit.until(lambda: "no poses come from rig demo" in one.text_content("#live-text"), "no poses")
+        command = [
+            sys.executable, "-P", "-m", "zenocap", "replay", str(take), "--rate", "4", "--mode", "peer",
+            "--connect", endpoint, "--no-multicast-scouting",
+        ]  # fmt: skip
+        replay = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            visit.until(lambda: one.text_content("#live-text") == "recognizing", "poses")
+            visit.until(lambda: all(name in one.text_content("#live-counts") for name in NAMES), "every posture")
+            assert one.locator("#live-now b").text_content() in NAMES
+            assert "% confident" in one.text_content("#live-now span")
+        finally:
+            replay.terminate()
+            replay.wait(20)
+        button.click()
+        visit.until(lambda: button.text_content() == "Try live on rig demo", "the end")
+        assert one.text_content("#live-text") == ""

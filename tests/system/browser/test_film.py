@@ -10,19 +10,16 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.support.browser import visited
 from tests.support.places import ROOT
-from tests.system.test_page_chromium import CHROMIUM, FLAGS, playwright
 from zenocap.common.formats.pose_track import Bound
 from zenocap.services.animator.render.film import RenderOptions, render
 
-pytestmark = [
-    pytest.mark.nightly,
-    pytest.mark.timeout(120),
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
-]
+pytestmark = pytest.mark.nightly
 TAKE = ROOT / "tests" / "golden" / "arms.mcap"
 SIZE = (320, 240)
 FILMS = {"h264.mp4": None, "vp9.mp4": "vp9", "vp9.webm": None}
+NO_ICON = '<link rel="icon" href="data:,">'
 PLAY = """async () => {
     const video = document.querySelector("video");
     video.muted = true;
@@ -50,9 +47,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, codec in FILMS.items():
         options = RenderOptions(Bound(60), Bound(75), size=SIZE, codec=codec)  # type: ignore[arg-type]
         render(TAKE, place / name, options)
-        (place / f"{name}.html").write_text(f'<video src="{name}"></video>')
+        (place / f"{name}.html").write_text(f'{NO_ICON}<video src="{name}"></video>')
     render(TAKE, place / "a.webp", RenderOptions(Bound(60), Bound(65), size=SIZE))
-    (place / "a.webp.html").write_text('<img src="a.webp">')
+    (place / "a.webp.html").write_text(f'{NO_ICON}<img src="a.webp">')
     render(TAKE, place / "expected.png", RenderOptions(Bound(64), Bound(75), size=SIZE, captions=False))
     return place
 
@@ -66,20 +63,10 @@ def address(folder: Path) -> Iterator[str]:
     server.server_close()
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator["playwright.Browser"]:
-    with playwright.sync_playwright() as driver:
-        one = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield one
-        one.close()
-
-
 @pytest.mark.parametrize("name", FILMS)
-def test_chromium_plays_a_film(name: str, browser: "playwright.Browser", address: str, folder: Path) -> None:
-    page = browser.new_page()
-    page.goto(f"{address}/{name}.html")
-    seen = page.evaluate(PLAY)
-    page.close()
+def test_chromium_plays_a_film(name: str, browser: object, address: str, folder: Path) -> None:
+    with visited(browser, f"{address}/{name}.html") as visit:
+        seen = visit.evaluate(PLAY)
     assert seen["ready"] >= 2  # it has the picture at the present position
     assert (seen["width"], seen["height"]) == SIZE
     assert seen["seconds"] == pytest.approx(16 / 15, abs=0.1)
@@ -92,10 +79,9 @@ def test_chromium_plays_a_film(name: str, browser: "playwright.Browser", address
     assert picture.std() > 20
 
 
-def test_chromium_shows_an_animated_picture(browser: "playwright.Browser", address: str) -> None:
-    page = browser.new_page()
-    page.goto(f"{address}/a.webp.html")
-    found = page.evaluate("async () => { const image = document.querySelector('img'); await image.decode();"
-                          " return [image.naturalWidth, image.naturalHeight]; }")  # fmt: skip
-    page.close()
+def test_chromium_shows_an_animated_picture(browser: object, address: str) -> None:
+    size = """async () => { const image = document.querySelector('img'); await image.decode();
+        return [image.naturalWidth, image.naturalHeight]; }"""
+    with visited(browser, f"{address}/a.webp.html") as visit:
+        found = visit.evaluate(size)
     assert tuple(found) == SIZE

@@ -1,0 +1,90 @@
+"""Pages in Chromium: its start, a visit that ends without an error on the console, and waiting for a state of the page."""
+
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+PATIENCE_S = 240.0  # time limit for reaching a state: only a hang reaches it
+
+
+@contextmanager
+def chromium() -> Iterator["Browser"]:
+    """A running Chromium; skips the test where there is none, or no playwright to drive it."""
+    driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine")
+    with driver.sync_playwright() as api, api.chromium.launch(executable_path=CHROMIUM, args=FLAGS) as one:
+        yield one
+
+
+class Visit:
+    """A page at an address.  requests: every URL that it requested.  problems: errors on its console."""
+
+    def __init__(self, page: "Page", address: str) -> None:
+        self.page, self._home = page, f"//{urlsplit(address).netloc}/"
+        self.requests: list[str] = []
+        self.problems: list[str] = []
+        page.on("request", lambda request: self.requests.append(request.url))
+        page.on("websocket", lambda socket: self.requests.append(socket.url))
+        page.on("pageerror", lambda error: self.problems.append(str(error)))
+        page.on("console", lambda line: self.problems.append(line.text) if line.type == "error" else None)
+        page.goto(address)
+
+    @property
+    def foreign(self) -> list[str]:
+        """Requested URLs of other servers."""
+        return [url for url in self.requests if self._home not in url and not url.startswith("data:")]
+
+    def text(self, selector: str) -> str:
+        return self.page.inner_text(selector)
+
+    def evaluate(self, script: str) -> object:
+        return self.page.evaluate(script)
+
+    def until(self, condition: Callable[[], object], text: str) -> None:
+        """Poll a condition from here: the page's policy forbids to evaluate it there."""
+        end_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            if time.monotonic() > end_s:
+                pytest.fail(f"not within {PATIENCE_S:g} s: {text}; {self.problems}; {self.text('body')[:500]}")
+            self.page.wait_for_timeout(30)
+
+    def stop_clock(self) -> None:
+        """Let the page's time pass by `page.clock.run_for` only."""
+        self.page.clock.install()
+        self.page.clock.pause_at(time.time() + 3600)
+
+
+@contextmanager
+def visited(
+    browser: "Browser",
+    address: str,
+    width: int = 1280,
+    height: int = 800,
+    scheme: str = "dark",
+    expected: str | None = None,
+) -> Iterator[Visit]:
+    """Yield a visit in a browser context of its own; at the end, no error was on its console and no URL was foreign.
+
+    expected: pattern of errors that the test provokes.
+    """
+    context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+    try:
+        one = Visit(context.new_page(), address)
+        yield one
+    finally:
+        context.close()
+    problems = [text for text in one.problems if expected is None or not re.search(expected, text)]
+    assert not problems, problems
+    assert not one.foreign, one.foreign

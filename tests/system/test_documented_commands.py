@@ -6,7 +6,6 @@ must start, accept their options and end in order; their messages are tested els
 
 import os
 import re
-import shlex
 import shutil
 import signal
 import subprocess
@@ -17,11 +16,11 @@ from pathlib import Path
 import pytest
 
 from tests.support.board_films import board_pictures
+from tests.support.documentation import command_of, distinct_commands, words_of
 from tests.support.opensim_models import write_model
 from tests.support.places import ROOT
 from tests.support.simulated_cameras import paper_cameras
 from tests.support.walkers import walker
-from tests.test_readme import BLOCKS, INLINE
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.ros_camera_info import ros_info_text
@@ -73,22 +72,7 @@ STAND_INS = {
 COPIES = ("monday.mcap", "monday-2.mcap", "ann.mcap", "take.mcap", "recordings/demo-20260101T120000Z.mcap")
 
 
-def name_of(line: str) -> str:
-    """The command of a line: `track`, `posture act`."""
-    words = [*shlex.split(line, comments=True)[1:], "", ""]
-    grouped = words[0] in ("calibrate", "models", "posture", "prior")
-    return " ".join(words[:2]) if grouped else words[0]
-
-
-def commands() -> list[str]:
-    """Documented lines with arguments, one for each set of options of a command, in the order of the pages."""
-    lines = [line for block in BLOCKS for line in block.splitlines() if line.startswith("zenocap")]
-    lines += [line for line in INLINE if len(line.split()) > len(name_of(line).split()) + 1]
-    unique = {(name_of(line), *re.findall(r" (--?[a-z][\w-]*)", line)): line for line in reversed(lines)}
-    return list(reversed(unique.values()))
-
-
-COMMANDS = commands()
+COMMANDS = distinct_commands()
 
 
 def film(folder: Path) -> None:
@@ -174,11 +158,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def arguments_of(line: str) -> list[str]:
     """Arguments of a documented line with this machine's addresses and free ports."""
     (port,) = free_ports(1)
-    words = shlex.split(line, comments=True)[1:]
+    words = words_of(line)
     for old, new in STAND_INS.items():
         words = [new if word == old else word.replace(old, new) if "." in old else word for word in words]
     words = [re.sub(r"0\.0\.0\.0:\d+", f"127.0.0.1:{port}", word) for word in words]
-    if name_of(line) in ("animator", "show"):
+    if command_of(line)[1] in ("animator", "show"):
         words += ["--port", "0"]
     return words
 
@@ -189,7 +173,7 @@ def test_the_documentation_names_many_commands() -> None:
 
 @pytest.mark.parametrize("line", COMMANDS)
 def test_a_documented_command_runs(line: str, folder: Path) -> None:
-    name = name_of(line)
+    name = command_of(line)[1]
     live = (name in LIVE and "--once" not in line) or "--live" in line
     live |= name == "posture label" and "--terminal" not in line and "--list" not in line
     status, output = zenocap(arguments_of(line), folder, RUN_S if live else None)

@@ -1,14 +1,15 @@
 """The guided set-up, answered from standard input: left, taken up again, and gone through to a first take."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.support.person_films import walker_film
 from tests.support.places import ROOT
-from tests.system.test_documented_commands import walker_film
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
@@ -27,7 +28,7 @@ def setup(folder: Path, answers: str, *options: str) -> tuple[int, str]:
 
 
 def test_a_set_up_is_left_and_taken_up_again(tmp_path: Path) -> None:
-    walker_film(tmp_path / "films")
+    shutil.copytree(walker_film(), tmp_path, dirs_exist_ok=True)
     videos = [f"{name}=films/videos/{name}.mp4" for name in ("cam01", "cam02")]
     status, text = setup(tmp_path, "", *videos[:1])
     assert status == 1

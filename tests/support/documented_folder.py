@@ -16,7 +16,7 @@ from tests.support.person_films import film, walker_film
 from tests.support.places import GOLDEN, ROOT
 from tests.support.processes import ENVIRONMENT, ZENOCAP, wait_until
 from tests.support.simulated_cameras import paper_cameras
-from tests.support.stored import stored_folder
+from tests.support.stored import stored_files
 from zenocap import open_take
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.lens import Lens
@@ -38,9 +38,8 @@ def documented_folder(place: Path, *, films: bool) -> None:
     films: whether commands on videos can run; else there is only the golden take of the demo, with its exports.
     """
     if films:
-        shutil.copytree(stored_folder(_make_films, sources=[__name__, *TRACKING]), place, dirs_exist_ok=True)
-        shutil.copytree(walker_film() / "films", place / "tuesday")
-        shutil.copy(walker_film() / "known.toml", place)
+        stored_files(place, _make_films, "documented", sources=[__name__, *TRACKING])
+        walker_film(place / "tuesday")
     else:
         shutil.copy(GOLDEN / "live.mcap", place / "walk.mcap")
         (place / "walk").mkdir()

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from tests.support.simulated_cameras import paper_cameras
-from tests.support.stored import stored_folder
+from tests.support.stored import stored_files
 from tests.support.walkers import walker
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.simulation.body.person import person
@@ -29,27 +29,28 @@ def film(folder: Path, size: tuple[int, int] = SIZE, frames: int = 150) -> None:
     (folder / "clip.toml").write_text(f"empty_frames = {EMPTY - 1}\n")
 
 
-def small_film() -> Path:
-    """Such a folder of 2 s, of small images."""
-    return stored_folder(_film_small, sources=[__name__])
+def small_film(folder: Path) -> Path:
+    """Such videos of 3 s, small."""
+    return stored_files(folder, _film_small, "small film", sources=[__name__])
 
 
 def _film_small(place: Path) -> None:
     film(place, (160, 120), 45)
 
 
-def walker_film() -> Path:
-    """Folder with `films`, videos of a simulated person who walks about, and `known.toml`, the lenses of the cameras."""
-    return stored_folder(_film_walker, sources=[__name__])
+def walker_film(folder: Path) -> Path:
+    """Videos of a simulated person who walks about.  Returns `known.toml` beside the folder, the lenses of the cameras."""
+    stored_files(folder, _film_walker, "walker film", sources=[__name__])
+    return (folder / "known.toml").rename(folder.parent / "known.toml")
 
 
 def _film_walker(place: Path) -> None:
     one = walker(0, 2)
-    (place / "films" / "videos").mkdir(parents=True)
+    (place / "videos").mkdir(parents=True)
     for name, camera in one.cameras.items():
         renderer, end_s = SimulatedCamera(camera, one.person, 0), one.motion.duration_s
         poses = [None] * EMPTY + [one.motion.pose_at(k / FPS) for k in range(int(end_s * FPS))]
         images = [renderer.render(pose, k) for k, pose in enumerate(poses)]
-        write_video(place / "films" / "videos" / f"{name}.mp4", images, fps=FPS)
+        write_video(place / "videos" / f"{name}.mp4", images, fps=FPS)
     write_calibration(place / "known.toml", dict(one.cameras))
-    (place / "films" / "clip.toml").write_text(f"empty_frames = {EMPTY - 1}\n")
+    (place / "clip.toml").write_text(f"empty_frames = {EMPTY - 1}\n")

@@ -1,7 +1,6 @@
 """The guided set-up, answered from standard input: left, taken up again, and gone through to a first take."""
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -28,7 +27,7 @@ def setup(folder: Path, answers: str, *options: str) -> tuple[int, str]:
 
 
 def test_a_set_up_is_left_and_taken_up_again(tmp_path: Path) -> None:
-    shutil.copytree(walker_film(), tmp_path, dirs_exist_ok=True)
+    walker_film(tmp_path / "films")
     videos = [f"{name}=films/videos/{name}.mp4" for name in ("cam01", "cam02")]
     status, text = setup(tmp_path, "", *videos[:1])
     assert status == 1

@@ -1,32 +1,39 @@
 """The numbered examples run, are short, and are shown in the documentation."""
 
+import runpy
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.support.places import CLIPS, ROOT
+import zenocap
+from tests.support.places import CLIPS, GOLDEN, ROOT
 
 EXAMPLES = sorted((ROOT / "examples").glob("[0-9]*.py"))
 PAGE = ROOT / "docs" / "examples.md"
+Run = Callable[..., str]
 
 
-def run(name: str, *arguments: str | Path) -> str:
-    (path,) = (ROOT / "examples").glob(f"{name}_*.py")
-    result = subprocess.run([sys.executable, path, *map(str, arguments)], capture_output=True, text=True, timeout=280)
-    assert result.returncode == 0, result.stderr
-    return result.stdout
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Function of an example's number and its arguments: runs it in this process, and returns what it prints."""
+
+    def run_example(number: str, *arguments: str | Path) -> str:
+        (path,) = (ROOT / "examples").glob(f"{number}_*.py")
+        monkeypatch.setattr(sys, "argv", [str(path), *map(str, arguments)])
+        runpy.run_path(str(path), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run_example
 
 
-@pytest.fixture(scope="module")
-def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Take written by the first example."""
-    path = tmp_path_factory.mktemp("examples") / "demo.mcap"
-    words = run("01", path)
-    assert "567 poses at 15.0 frames/s" in words
-    assert "highest right hand: " in words
-    return path
+@pytest.fixture
+def take(tmp_path: Path) -> Path:
+    """Copy of the golden take of the demo, in which the simulated person walks."""
+    return Path(shutil.copy(GOLDEN / "live.mcap", tmp_path))
 
 
 def test_there_are_eleven_examples() -> None:
@@ -40,51 +47,59 @@ def test_example_is_short_and_shown_in_the_documentation(path: Path) -> None:
     assert f"```python\n{text.rstrip()}\n```" in PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.nightly
+def test_the_simulated_person_is_tracked(tmp_path: Path) -> None:
+    (path,) = (ROOT / "examples").glob("01_*.py")
+    words = subprocess.run(
+        [sys.executable, path, tmp_path / "demo.mcap"], capture_output=True, text=True, check=True
+    ).stdout
+    assert "567 poses at 15.0 frames/s" in words
+    assert "highest right hand: " in words
+
+
 @pytest.mark.slow
-def test_joint_angles_are_plotted(take: Path, tmp_path: Path) -> None:
+def test_joint_angles_are_plotted(run: Run, take: Path, tmp_path: Path) -> None:
     run("03", take, tmp_path / "knees.png")
     assert (tmp_path / "knees.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.slow
-def test_a_take_is_read_in_chunks(take: Path) -> None:
+def test_a_take_is_read_in_chunks(run: Run, take: Path) -> None:
     assert "path length of the navel over the ground: " in run("04", take)
 
 
-@pytest.mark.slow
-def test_a_take_is_exported(take: Path) -> None:
+def test_a_take_is_exported(run: Run, take: Path) -> None:
     run("05", take)
     for suffix in (".bvh", ".trc", ".csv"):
         assert take.with_suffix(suffix).stat().st_size > 10_000
 
 
-@pytest.mark.slow
-def test_a_rig_file_is_written_and_tracked(tmp_path: Path) -> None:
+@pytest.mark.parametrize("tracked", [False, pytest.param(True, marks=pytest.mark.nightly)])
+def test_a_rig_file_is_written_and_tracked(
+    tracked: bool, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not tracked:
+        monkeypatch.setattr(zenocap, "track", lambda rig, path: zenocap.open_take(shutil.copy(GOLDEN / "arms.mcap", path)))
     words = run("08", tmp_path / "arms")
     assert "rig arms: method hybrid, viewers 1, 2" in words
     assert (tmp_path / "arms" / "arms.mcap").is_file()
 
 
-@pytest.mark.slow
-def test_walking_speed_is_plausible(take: Path) -> None:
+def test_walking_speed_is_plausible(run: Run, take: Path) -> None:
     words = run("09", take)
     highest = float(words.split("highest ")[1].split(" ")[0])
     assert 0.3 < highest < 3.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.clips
-def test_a_folder_of_videos_is_tracked(tmp_path: Path) -> None:
+def test_a_folder_of_videos_is_tracked(run: Run, tmp_path: Path) -> None:
     if not CLIPS.is_dir():
         pytest.skip("the shared clips are not beside the checkout")
     assert "poses, " in run("02", CLIPS / "walk2", tmp_path / "walk.mcap")
 
 
-@pytest.mark.slow
-def test_missing_folder_is_one_error_line(tmp_path: Path) -> None:
-    (path,) = (ROOT / "examples").glob("02_*.py")
-    arguments = [sys.executable, path, tmp_path / "none", tmp_path / "x.mcap"]
-    result = subprocess.run(arguments, capture_output=True, text=True)
-    assert result.returncode == 1
-    assert result.stderr.startswith("error: ")
-    assert len(result.stderr.splitlines()) == 1
+def test_missing_folder_is_one_error_line(run: Run, tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as ended:
+        run("02", tmp_path / "none", tmp_path / "x.mcap")
+    assert str(ended.value).startswith("error: ")  # printed, with exit status 1
+    assert len(str(ended.value).splitlines()) == 1

@@ -59,7 +59,7 @@ def sources() -> dict[Path, str]:
 def in_sources() -> dict[str, set[int]]:
     """Equations of each paper in docstrings and comments that name that paper and no other."""
     found: dict[str, set[int]] = {paper: set() for paper in EQUATIONS}
-    for source in sources().values():
+    for source in filter(TAG.search, sources().values()):
         for text in texts(source):
             if len(papers := set(TAG.findall(text))) == 1:
                 found[papers.pop()] |= equations(text)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import zenocap
+from tests.support.person_films import small_film
 from tests.support.places import CLIPS, GOLDEN
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.rig.rig import demo_rig_file
@@ -105,18 +106,23 @@ def test_a_list_of_videos_needs_a_calibration(tmp_path: Path) -> None:
         zenocap.track(zenocap.demo_rig("two-view"), tmp_path / "a.mcap", preset="paper")
 
 
-@pytest.mark.slow
-@pytest.mark.clips
-def test_a_list_of_videos_gives_the_poses_of_their_folder(tmp_path: Path) -> None:
-    clip = CLIPS / "walk2"
+@pytest.mark.parametrize(
+    ("clip", "empty_frames"),
+    [
+        pytest.param(None, 14, id="simulated", marks=pytest.mark.slow),
+        pytest.param(CLIPS / "walk2", 30, id="walk2", marks=[pytest.mark.nightly, pytest.mark.clips]),
+    ],
+)
+def test_a_list_of_videos_gives_the_poses_of_their_folder(clip: Path | None, empty_frames: int, tmp_path: Path) -> None:
+    clip = clip or small_film(tmp_path / "small")
     if not clip.is_dir():
         pytest.skip("the shared clips are not beside the checkout")
     seen: list[int] = []
     folder = zenocap.track(clip, tmp_path / "folder.mcap", progress=seen.append)
     assert seen == list(range(1, seen[-1] + 1))
-    assert folder.frame_count > 50
+    assert folder.frame_count > 20
     videos = sorted((clip / "videos").iterdir())
     listed = zenocap.track(
-        videos, tmp_path / "list.mcap", calibration=clip / "calibration.toml", up_axis="y", empty_frames=30
+        videos, tmp_path / "list.mcap", calibration=clip / "calibration.toml", up_axis="y", empty_frames=empty_frames
     )
     np.testing.assert_array_equal(listed.poses().joint_centres, folder.poses().joint_centres)

@@ -15,17 +15,16 @@ LEAST = 5  # letters of a text in the source, so that it tells anything
 
 
 @cache
-def texts() -> tuple[re.Pattern[str], ...]:
-    """The texts in the source, with anything in the place of each value."""
+def texts() -> frozenset[tuple[str | None, ...]]:
+    """The texts in the source: their parts, None in the place of each value."""
     found = set()
     for folder in ("common", "services", "tools"):
         for path in (ROOT / folder).rglob("*.py"):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                parts = node.values if isinstance(node, ast.JoinedStr) else [node]
-                literal = [str(one.value) if isinstance(one, ast.Constant) else None for one in parts]
-                if isinstance(node, ast.JoinedStr | ast.Constant) and _letters("".join(filter(None, literal))) >= LEAST:
-                    found.add("".join("(.{0,60}?)" if one is None else re.escape(one.strip("\n")) for one in literal))
-    return tuple(re.compile(one) for one in found)
+                if isinstance(node, ast.JoinedStr | ast.Constant):
+                    parts = node.values if isinstance(node, ast.JoinedStr) else [node]
+                    found.add(tuple(str(one.value).strip("\n") if isinstance(one, ast.Constant) else None for one in parts))
+    return frozenset(text for text in found if _letters("".join(filter(None, text))) >= LEAST)
 
 
 def _letters(text: str) -> int:
@@ -36,8 +35,10 @@ def spoken_share(line: str) -> float:
     """Share of the letters of a line that stand in texts of the source."""
     spoken = [False] * len(line)
     for text in texts():
-        for match in text.finditer(line):
-            values = {k for group in range(1, (match.re.groups or 0) + 1) for k in range(*match.span(group))}
+        if not all(part in line for part in text if part):
+            continue
+        for match in re.finditer("".join("(.{0,60}?)" if part is None else re.escape(part) for part in text), line):
+            values = {k for group in range(1, match.re.groups + 1) for k in range(*match.span(group))}
             for k in range(*match.span()):
                 spoken[k] = spoken[k] or k not in values
     letters = [k for k, letter in enumerate(line) if letter.isalpha()]

@@ -1,6 +1,10 @@
 """Every evaluation runs in its shortest form, and every documented or listed one has such a form."""
 
+import argparse
 import re
+import runpy
+import sys
+from collections.abc import Callable, Sequence
 
 import pytest
 
@@ -13,6 +17,14 @@ PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "CONTRIBUTING
 NEEDS_MORE = {"long_show", "page_pictures", "opensim_markers", "second_family"}
 TESTED_ELSEWHERE = {"chaos", "faults"}  # tests/system/test_chaos.py, test_faults.py
 NEEDS_CHROMIUM = {"page_speed"}
+# They start no processes: imports and kernels are loaded once for all.
+IN_PROCESS = {
+    "board_calibration", "board_guide", "drift", "flashes", "hull", "joint_pictures", "look", "matchings",
+    "rolling_shutter", "scorer", "stages",
+}  # fmt: skip
+Start = Callable[..., None]
+# runpy: the package benchmarks was imported before.
+pytestmark = pytest.mark.filterwarnings("ignore:.*found in sys.modules:RuntimeWarning")
 
 
 def runnable() -> set[str]:
@@ -38,9 +50,61 @@ def test_every_documented_evaluation_exists() -> None:
     assert named - {"micro"} <= runnable()
 
 
+class Parsed(Exception):
+    """Raised where an evaluation has parsed its arguments."""
+
+
+@pytest.fixture
+def start(monkeypatch: pytest.MonkeyPatch) -> Start:
+    """Function that runs an evaluation with arguments in this process."""
+
+    def run_evaluation(name: str, *arguments: str) -> None:
+        monkeypatch.setattr(sys, "argv", [name, *arguments])
+        runpy.run_module(f"benchmarks.{name}", run_name="__main__")
+
+    return run_evaluation
+
+
+@pytest.fixture
+def parse(start: Start, monkeypatch: pytest.MonkeyPatch) -> Start:
+    """Function that starts an evaluation up to its parsed arguments.  Raises Parsed, or SystemExit."""
+    parse_args = argparse.ArgumentParser.parse_args
+
+    def parsed(parser: argparse.ArgumentParser, *arguments: Sequence[str] | None) -> None:
+        parse_args(parser, *arguments)
+        raise Parsed
+
+    monkeypatch.setattr(argparse.ArgumentParser, "parse_args", parsed)
+    return start
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(ARGUMENTS))
+def test_the_short_form_of_an_evaluation_parses(name: str, parse: Start) -> None:
+    with pytest.raises(Parsed):
+        parse(name, *ARGUMENTS[name])
+
+
+def test_a_wrong_option_of_an_evaluation_does_not_parse(parse: Start) -> None:
+    with pytest.raises(SystemExit) as ended:
+        parse("hull", "--peple", "1")
+    assert ended.value.code == 2
+
+
 @pytest.mark.nightly
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("name", sorted(set(ARGUMENTS) - TESTED_ELSEWHERE))
+@pytest.mark.parametrize("name", sorted(IN_PROCESS))
+def test_an_evaluation_runs_in_this_process(name: str, start: Start, capsys: pytest.CaptureFixture[str]) -> None:
+    try:
+        start(name, *ARGUMENTS[name])
+    except SystemExit as end:
+        assert not end.code  # noqa: PT017 - an evaluation may end without it
+    assert capsys.readouterr().out.strip()
+
+
+@pytest.mark.nightly
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("name", sorted(set(ARGUMENTS) - TESTED_ELSEWHERE - IN_PROCESS))
 def test_an_evaluation_runs(name: str) -> None:
     if name in NEEDS_CHROMIUM and CHROMIUM is None:
         pytest.skip("no Chromium on this machine")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.person_films import walker_film
 from tests.support.places import ROOT
-from tests.system.test_documented_commands import walker_film
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]

@@ -16,7 +16,7 @@ from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import UNIVERSAL_BAP
 from zenocap.tools.verify.recompute import verify
 
-PATIENCE_S = 90.0  # time limit for reaching a state (s)
+PATIENCE_S = 150.0  # time limit for reaching a state, which only a hang exceeds (s)
 TRACKED_S = 8.0  # of a recorded demo, from the first pose of both viewers
 ZENOCAP = (sys.executable, "-P", "-m", "zenocap")
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -24,18 +24,21 @@ ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 
 @contextmanager
 def started(
-    arguments: Sequence[object], folder: Path, environment: Mapping[str, str] = MappingProxyType({})
+    arguments: Sequence[object],
+    folder: Path,
+    environment: Mapping[str, str] = MappingProxyType({}),
+    zenocap: Sequence[str] = ZENOCAP,
 ) -> Iterator[subprocess.Popen[str]]:
     """A `zenocap` process with its output in *.out and *.err; killed at the end if it still runs.
 
-    environment: variables besides those of this process.
+    environment: variables besides those of this process.  zenocap: the program.
     """
     name = "-".join(str(argument) for argument in arguments[:1]) + str(time.monotonic_ns())
     with (folder / f"{name}.out").open("w") as out, (folder / f"{name}.err").open("w") as err:
         # A shell starts what runs in its background with SIGINT ignored, and a process inherits that, but no handler.
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         process = subprocess.Popen(
-            [*ZENOCAP, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | environment, stdout=out, stderr=err, text=True
+            [*zenocap, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | environment, stdout=out, stderr=err, text=True
         )
         signal.signal(signal.SIGINT, before)
         try:
@@ -44,6 +47,12 @@ def started(
             if process.poll() is None:
                 process.kill()
                 process.wait()
+
+
+def ended(process: subprocess.Popen[str], by: signal.Signals = signal.SIGTERM) -> int:
+    """Exit status of a process after a signal."""
+    process.send_signal(by)
+    return process.wait(PATIENCE_S)
 
 
 def output_of(folder: Path) -> str:

@@ -11,13 +11,13 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from tests.support.places import ROOT
-from tests.support.processes import PATIENCE_S, ZENOCAP, output_of, recomputed_poses, started, wait_until
+from tests.support.processes import PATIENCE_S, ZENOCAP, ended, output_of, recomputed_poses, started, wait_until
 from zenocap.common import messages as m
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = pytest.mark.core
+pytestmark = pytest.mark.nightly
 Updates = dict[str, dict[str, object]]  # the last of each type
 
 
@@ -91,8 +91,7 @@ def test_a_page_shows_the_rig_requests_measuring_and_recording_and_plays_the_tak
 
     with started(["up", rig_file(tmp_path, port)], tmp_path) as process:
         asyncio.run(visit())
-        process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 0, output_of(tmp_path)
+        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
     text = output_of(tmp_path)
     assert f"http://127.0.0.1:{port}" in text
     assert "Traceback" not in text
@@ -144,8 +143,7 @@ def test_a_second_animator_is_refused_and_a_port_in_use_is_reported(tmp_path: Pa
         with started(["animator", rig, "--no-multicast-scouting"], tmp_path) as third:
             assert third.wait(PATIENCE_S) == 1
         assert f"animator.page: 127.0.0.1:{port} cannot be served" in output_of(tmp_path)
-        first.send_signal(signal.SIGTERM)
-        assert first.wait(30) == 0
+        assert ended(first) == 0
     assert "Traceback" not in output_of(tmp_path)
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from tests.support.mjpeg_server import MjpegServer
 from tests.support.places import ROOT
-from tests.support.processes import output_of, started, wait_until
+from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.video.reader import VideoReader
@@ -82,7 +82,7 @@ def zenocap(folder: Path, *arguments: str) -> subprocess.Popen[str]:
 
 
 def output(process: subprocess.Popen[str]) -> tuple[int, str]:
-    text, _ = process.communicate(timeout=200)
+    text, _ = process.communicate(timeout=PATIENCE_S)
     return process.returncode, text
 
 
@@ -165,8 +165,7 @@ def test_a_running_rig_is_filmed_and_goes_on(rig: Path, scene: Scene) -> None:
         assert status == 0, text
         assert "filming 2 cameras; cam01 on " in text
         assert up.poll() is None
-        up.send_signal(signal.SIGINT)
-        assert up.wait(60) in (0, 3)
+        assert ended(up, signal.SIGINT) in (0, 3)
     assert not (rig.parent / "running" / "clip.toml").exists()
     for name in ("cam01", "cam02"):
         with VideoReader(rig.parent / "running" / "videos" / f"{name}.mkv") as reader:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import children_of, output_of, started, wait_until
+from tests.support.processes import children_of, ended, output_of, started, wait_until
 from zenocap.common.messages import TrackerPose
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import demo_rig_file
@@ -38,6 +38,18 @@ def shows(folder: Path, pattern: str) -> bool:
     return re.search(pattern, last_line(folder)) is not None
 
 
+def frame_of(folder: Path) -> int:
+    """Frame number in the last line of the display."""
+    found = re.search(r"frame (\d+)", last_line(folder))
+    return int(found[1]) if found else 0
+
+
+def wait_for_frames(folder: Path, count: int) -> None:
+    """Wait until the display has gone on by some frames."""
+    first = frame_of(folder)
+    wait_until(lambda: frame_of(folder) > first + count, folder)
+
+
 def poses_in(take: Path) -> list[TrackerPose]:
     read = Take(take)
     found = [received.message for each in read.messages() if (received := envelope(each)) is not None]
@@ -57,8 +69,7 @@ def test_tracking_continues_without_a_killed_viewer_and_uses_it_again(tmp_path: 
         wait_until(lambda: "without viewer 3" in last_line(tmp_path), tmp_path)
         wait_until(lambda: shows(tmp_path, r"viewer 3: [\d.]+/s used"), tmp_path)
         children = children_of(process.pid)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0, output_of(tmp_path)
+        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
     assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
     text = output_of(tmp_path)
     assert "Traceback" not in text

@@ -13,7 +13,7 @@ from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.simulation.body.person import person
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.nightly
 SIZE, FPS, SHOWN = (160, 120), 30.0, 450
 
 

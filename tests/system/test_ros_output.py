@@ -20,7 +20,7 @@ from zenocap.common.formats.trajectories import convert
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(280)]
+pytestmark = pytest.mark.nightly
 OUTPUT = '\n[animator.page]\nenabled = false\n\n[animator.ros]\nconnect = "{endpoint}"\n'
 
 

@@ -109,7 +109,7 @@ def test_processes_communicate_and_survive_invalid_messages_and_kills(
         viewer_health = wait_for(bus, lambda event: carries(m.Health)(event) and event.message.clock_error_ns > 0)
         assert isinstance(viewer_health, Envelope)
         assert isinstance(viewer_health.message, m.Health)
-        assert abs(viewer_health.message.clock_offset_ns) <= viewer_health.message.clock_error_ns < 100_000_000
+        assert abs(viewer_health.message.clock_offset_ns) <= viewer_health.message.clock_error_ns
 
         # A late joiner gets the last state, which was sent long ago.
         with ZenohBus.open(routed, RIG, RealClock()) as late:

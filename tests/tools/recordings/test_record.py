@@ -173,7 +173,7 @@ def test_expression_without_a_key_of_any_topic_is_rejected(routed: ZenohOptions,
         bus.listener(expression)
 
 
-@pytest.mark.core
+@pytest.mark.nightly
 def test_the_command_finishes_the_file_on_ctrl_c(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     arguments = ["studio", "-o", "takes/", "-l", endpoint, "--no-multicast-scouting", "--id", "x", "--part-minutes", "5"]

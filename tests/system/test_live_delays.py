@@ -14,12 +14,21 @@ import numpy as np
 import pytest
 
 from tests.support.mjpeg_server import MjpegServer
-from tests.support.processes import children_of, ended, output_of, started, wait_until
+from tests.support.processes import (
+    children_of,
+    ended,
+    last_line,
+    messages_in,
+    output_of,
+    shows,
+    started,
+    wait_for_frames,
+    wait_until,
+)
 from tests.support.walkers import SIZE, Walker, walker
-from tests.system.test_tracker import last_line, poses_in, shows, wait_for_frames
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.messages import CameraDelays, Health, Silhouette
+from zenocap.common.messages import CameraDelays, Health, Silhouette, TrackerPose
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import CAMERA_DELAYS
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -92,7 +101,7 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
     healths = [message for message in messages if isinstance(message, Health) and message.service == "integrator"]
     assert "corrected by" in healths[-1].state
     corrected_ns = next(one.captured_ns for one in delays if one.applied_ms == delays[-1].applied_ms)
-    poses = [pose for pose in poses_in(after_restart) if tuple(pose.views) == VIEWERS]
+    poses = [pose for pose in messages_in(after_restart, TrackerPose) if tuple(pose.views) == VIEWERS]
     assert poses[0].captured_ns > corrected_ns
     assert len(poses) > 10  # all of them on a machine without other load
     for path, fewest in ((take, len(delays) - 2), (after_restart, 1)):  # the trace of the last second is lost with a kill
@@ -118,7 +127,7 @@ def test_streams_of_known_delay_are_tracked_together(tmp_path: Path) -> None:
         wait_for_frames(tmp_path, KEPT)
         assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
     (take,) = tmp_path.glob("late-*.mcap")
-    poses = poses_in(take)
+    poses = messages_in(take, TrackerPose)
     whole = [pose for pose in poses if tuple(pose.views) == VIEWERS]
     assert len(whole) > 10
     assert len(whole) > 0.8 * len(poses)

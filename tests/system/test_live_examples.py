@@ -4,7 +4,6 @@ import json
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,37 +11,16 @@ import pytest
 import zenocap
 from tests.support.places import ROOT
 from tests.support.processes import PATIENCE_S
+from tests.support.session_rigs import SessionRig
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(280)]
+pytestmark = pytest.mark.nightly
 
 
-@pytest.fixture(scope="module")
-def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+@pytest.fixture
+def endpoint(two_view_rig: SessionRig) -> str:
     """Where other programs connect to a running demo rig."""
-    address = f"tcp/127.0.0.1:{free_ports(1)[0]}"
-    folder = tmp_path_factory.mktemp("rig")
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "zenocap",
-        "up",
-        str(demo_rig_file("two-view")),
-        "--listen",
-        address,
-        "--no-log",
-        "--no-page",
-    ]
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        with zenocap.subscribe(zenocap.demo_rig("two-view"), connect=[address], timeout_s=240.0) as poses:
-            assert next(iter(poses), None) is not None, "the rig had no pose within 4 minutes"
-        yield address
-    finally:
-        process.terminate()
-        process.wait(PATIENCE_S)
+    return two_view_rig.endpoint
 
 
 def example(number: str, *arguments: str) -> subprocess.Popen[str]:

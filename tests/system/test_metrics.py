@@ -16,30 +16,15 @@ pytest.importorskip("prometheus_client", reason="prometheus-client is not instal
 from prometheus_client.parser import text_string_to_metric_families
 
 from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
+from tests.support.session_rigs import SessionRig
 from tests.tools.metrics.test_families import dashboard_queries
-from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(400)]
-OUTPUTS = """
-[animator.page]
-port = 0
-
-[animator.udp]
-port = {udp}
-"""
-SERVICES = 6  # two viewers, integrator, tracker, recognizer, animator
+pytestmark = pytest.mark.nightly
+SERVICES = 7  # three viewers, integrator, tracker, recognizer, animator
+VIEWERS = 3
 # Queries that have no result while nothing is lost, and unless a viewer is overloaded.
 MAY_BE_EMPTY = ("zenocap_losses_total", "zenocap_frame_share")
-
-
-def rig_file(folder: Path, udp: int) -> Path:
-    """The demo rig with the tracker, named studio, with a UDP output."""
-    demo = demo_rig_file("auto")
-    shutil.copy(demo.with_name("demo-calibration.toml"), folder)
-    path = folder / "studio.toml"
-    path.write_text(demo.read_text().replace('name = "demo"', 'name = "studio"') + OUTPUTS.format(udp=udp))
-    return path
 
 
 def fetched(url: str) -> str:
@@ -110,33 +95,29 @@ def answers(server: str) -> bool:
         return False
 
 
-def test_a_running_rig_is_scraped_and_every_query_of_the_dashboard_has_a_result(tmp_path: Path) -> None:
-    rig_port, port = free_ports(2)
+def test_a_running_rig_is_scraped_and_every_query_of_the_dashboard_has_a_result(
+    ring_rig: SessionRig, tmp_path: Path
+) -> None:
+    """It ends the rig."""
+    (port,) = free_ports(1)
     scraper = Scraper(port)
-    endpoint = f"tcp/127.0.0.1:{rig_port}"
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
-        listening.bind(("127.0.0.1", 0))
-        rig = rig_file(tmp_path, listening.getsockname()[1])
-        with (
-            started(["up", rig, "--listen", endpoint], tmp_path) as up,
-            started(["metrics", rig, "-m", "client", "-e", endpoint, "--port", port], tmp_path) as exporter,
-        ):
-            wait_until(lambda: scraper.total("zenocap_poses_total", state="tracked") > 60, tmp_path, 2 * PATIENCE_S)
-            wait_until(lambda: len(scraper.values("zenocap_viewer_skew_seconds")) == 2, tmp_path)
-            check_samples(scraper)
-            if shutil.which("prometheus"):
-                with prometheus(tmp_path, f"127.0.0.1:{port}") as server:
-                    wait_until(lambda: answers(server), tmp_path)
-                    wait_until(lambda: not queries_without_result(server), tmp_path)
-            if shutil.which("promtool"):
-                found = subprocess.run(
-                    ["promtool", "check", "metrics"], input=scraper.text, capture_output=True, text=True, check=False
-                )
-                assert (found.returncode, found.stderr) == (0, "")
-            assert ended(up) == 0, output_of(tmp_path)
-            wait_until(lambda: scraper.total("zenocap_up") == 0, tmp_path)
-            assert len(scraper.values("zenocap_up")) == SERVICES
-            assert ended(exporter) == 0, output_of(tmp_path)
+    with started(["metrics", ring_rig.file, "-m", "client", "-e", ring_rig.endpoint, "--port", port], tmp_path) as exporter:
+        wait_until(lambda: scraper.total("zenocap_poses_total", state="tracked") > 60, tmp_path)
+        wait_until(lambda: len(scraper.values("zenocap_viewer_skew_seconds")) == VIEWERS, tmp_path)
+        check_samples(scraper)
+        if shutil.which("prometheus"):
+            with prometheus(tmp_path, f"127.0.0.1:{port}") as server:
+                wait_until(lambda: answers(server), tmp_path)
+                wait_until(lambda: not queries_without_result(server), tmp_path)
+        if shutil.which("promtool"):
+            found = subprocess.run(
+                ["promtool", "check", "metrics"], input=scraper.text, capture_output=True, text=True, check=False
+            )
+            assert (found.returncode, found.stderr) == (0, "")
+        ring_rig.end()
+        wait_until(lambda: scraper.total("zenocap_up") == 0, tmp_path)
+        assert len(scraper.values("zenocap_up")) == SERVICES
+        assert ended(exporter) == 0, output_of(tmp_path)
     assert "Traceback" not in output_of(tmp_path)
 
 

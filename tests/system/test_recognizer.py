@@ -9,8 +9,9 @@ import pytest
 from pythonosc.osc_message import OscMessage
 
 from tests.support.command_receivers import program, udp_receiver
-from tests.support.processes import PATIENCE_S, ended, output_of, started
+from tests.support.processes import PATIENCE_S, ended, output_of, started, verified
 from tests.support.recognizer_cases import RATE, SECOND, SIMULATED_POSTURES, actor_model, angles_of_posture
+from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Alive, Envelope
@@ -22,7 +23,6 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import COMMAND, HEALTH, POSTURE, UNIVERSAL_BAP
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.tools.launcher.peer_mesh import free_ports
-from zenocap.tools.verify.recompute import verify
 
 pytestmark = pytest.mark.core
 START = 1_700_000_000 * SECOND
@@ -190,15 +190,9 @@ program = "{failing}"
     assert "Traceback" not in output_of(tmp_path)
 
 
-def test_a_rig_with_a_recognizer_starts_it_and_its_take_verifies(tmp_path: Path) -> None:
-    with started(["up", rig_file(tmp_path, "one"), "--recordings", tmp_path, "--seconds", "16"], tmp_path) as process:
-        assert process.wait(PATIENCE_S) == 0, output_of(tmp_path)
-    text = output_of(tmp_path)
-    assert re.search(r"recognizer: [\d.]+/s (waiting for|listening)", text)
-    assert "Traceback" not in text
-    (take,) = tmp_path.glob("one-*.mcap")
-    found = verify([take])
-    assert found.first is None, found.first
+def test_a_rig_with_a_recognizer_starts_it_and_its_take_verifies(two_view_rig: SessionRig, two_view_take: Path) -> None:
+    assert re.search(r"recognizer: [\d.]+/s (waiting for|listening)", output_of(two_view_rig.folder))
+    found = verified(two_view_take)
     assert found.different.total() == found.unlogged.total() == 0
     assert not [reason for reason in found.reasons if reason.service and reason.service[0] == "recognizer"]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.common.rig.test_security import demo_with
 from tests.support.processes import PATIENCE_S, ended, output_of, poses_in, started, wait_until
+from tests.support.session_rigs import HOSTS, secured_rig_file
 from zenocap.common import messages as m
 from zenocap.common.bus.access import ROUTER, Member
 from zenocap.common.bus.certificate import valid_until
@@ -25,7 +25,6 @@ from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly
-HOSTS = ("localhost", "127.0.0.1")
 SOON_S = 5.0  # within which a revoked certificate is to be excluded
 LASTING_S = 10.0  # of a certificate that is to expire, in which its member joins
 DAY = timedelta(days=1)
@@ -34,12 +33,7 @@ DAY = timedelta(days=1)
 @pytest.fixture
 def rig_file(tmp_path: Path) -> Path:
     """A secured rig with the authority in its folder, whose router is on a free port."""
-    (port,) = free_ports(1)
-    table = f'mode = "client"\nconnect = ["tls/127.0.0.1:{port}"]\nmulticast_scouting = false\n'
-    path = demo_with(tmp_path, f"\n[security]\n\n[zenoh]\n{table}")
-    rig = load_rig(path)
-    certify(path.parent / "certs", rig.name, dict.fromkeys(needed_members(rig), HOSTS), datetime.now(UTC), 60)
-    return path
+    return secured_rig_file(tmp_path)
 
 
 def copied(rig_file: Path, machine: str, *names: str) -> Path:

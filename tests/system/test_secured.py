@@ -14,8 +14,8 @@ import pytest
 import zenoh
 
 from tests.common.bus.test_zenoh_state_recovery import recovered
-from tests.common.rig.test_security import demo_with
 from tests.support.processes import PATIENCE_S, ended, output_of, poses_in, recomputed_poses, started, wait_until
+from tests.support.session_rigs import HOSTS, SessionRig, certificates, member, secured_rig_file
 from zenocap.common import messages as m
 from zenocap.common.bus.access import OPERATOR, REPLAY, ROUTER, Member
 from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envelope, RoundTrip
@@ -23,8 +23,8 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmServer, query_films
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.codec import encode
-from zenocap.common.rig.rig import Rig, load_rig
-from zenocap.common.rig.security import needed_members, security_in, security_of
+from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.security import security_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import (
     CAMERA,
@@ -44,40 +44,23 @@ from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.core
-HOSTS = ("localhost", "127.0.0.1")
 SHORT_S = 2.0
 
 
-def certificates(folder: Path, rig: Rig) -> None:
-    members = {member: HOSTS for member in (*needed_members(rig), Member(REPLAY), Member(OPERATOR))}
-    certify(folder, rig.name, members, datetime.now(UTC), 1)
-
-
 @pytest.fixture(scope="module")
-def secured_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A rig file with certificates beside it, and a router in its zenoh table."""
-    (port,) = free_ports(1)
-    table = f'mode = "client"\nconnect = ["tls/127.0.0.1:{port}"]\nmulticast_scouting = false\n'
-    path = demo_with(tmp_path_factory.mktemp("secured"), f"\n[security]\n\n[zenoh]\n{table}")
-    rig = load_rig(path)
-    certificates(path.parent / "certs", rig)
-    certificates(path.parent / "other-authority", rig)
+def rig_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A rig file with certificates beside it, and those of another authority."""
+    path = secured_rig_file(tmp_path_factory.mktemp("secured"))
+    certificates(path.parent / "other-authority", load_rig(path))
     return path
 
 
 @pytest.fixture(scope="module")
-def endpoint(secured_rig: Path) -> Iterator[str]:
-    rig = load_rig(secured_rig)
-    options = ZenohOptions(
-        "router", listen=rig.zenoh.connect, multicast_scouting=False, security=security_of([rig], ROUTER)
-    )
-    with open_session(options):
+def endpoint(rig_file: Path) -> Iterator[str]:
+    rig = load_rig(rig_file)
+    security = security_of([rig], ROUTER)
+    with open_session(ZenohOptions("router", listen=rig.zenoh.connect, multicast_scouting=False, security=security)):
         yield rig.zenoh.connect[0]
-
-
-def options(rig_file: Path, endpoint: str, name: str, folder: str = "certs") -> ZenohOptions:
-    security = security_in(rig_file.parent / folder, name)
-    return ZenohOptions("client", (endpoint,), multicast_scouting=False, security=security)
 
 
 def camera(viewer: str) -> m.CameraInfo:
@@ -121,11 +104,11 @@ def received_by(
     return found
 
 
-def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str) -> None:
+def test_members_publish_only_on_their_own_keys(rig_file: Path, endpoint: str) -> None:
     clock = RealClock()
 
     def joined(name: str) -> ZenohBus:
-        return stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+        return stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
 
     with ExitStack() as stack:
         integrator, one, two, reader = map(joined, ("integrator", "viewer-1", "viewer-2", "reader"))
@@ -172,12 +155,12 @@ def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str
         assert found == awaited  # no previews of other viewers for `two`
 
 
-def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_rig: Path, endpoint: str) -> None:
+def test_only_trusted_members_return_the_body_of_a_restarted_integrator(rig_file: Path, endpoint: str) -> None:
     """With the certificate of a viewer, neither a false body is returned nor the true one outvoted."""
     clock = RealClock()
 
     def joined(name: str) -> ZenohBus:
-        return stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+        return stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
 
     def body(frame: int) -> m.UniversalBdp:
         sizes = {"torso": (0.5, 0.2, 0.1)}
@@ -188,7 +171,7 @@ def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_
         key = STATE_RECOVERY.format(rig="demo", topic=UNIVERSAL_BDP.name)
         queries: list[str] = []
         for name in ("viewer-1", "viewer-2", "viewer-1"):
-            session = stack.enter_context(open_session(options(secured_rig, endpoint, name)))
+            session = stack.enter_context(open_session(member(rig_file, endpoint, name)))
 
             def reply(query: zenoh.Query) -> None:
                 with query:
@@ -204,14 +187,14 @@ def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_
         true = body(1)
         animator = joined("animator")
         animator.subscribe(UNIVERSAL_BDP)
-        with ZenohBus.open(options(secured_rig, endpoint, "integrator"), "demo", clock) as before:
+        with ZenohBus.open(member(rig_file, endpoint, "integrator"), "demo", clock) as before:
             before.publish(UNIVERSAL_BDP, true)
             assert isinstance(animator.receive(PATIENCE_S), Envelope)
         assert recovered(restarted, UNIVERSAL_BDP).message == true
         assert not queries
 
 
-def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint: str, tmp_path: Path) -> None:
+def test_only_the_operator_films_and_copies_pictures(rig_file: Path, endpoint: str, tmp_path: Path) -> None:
     """Of all certificates; nor does a viewer answer in place of another one."""
     clock, tap = RealClock(), Tap((64, 48), 10.0)
     film = FilmEndpoint(tap, "cam", tmp_path, Permission(film=True, read=True), clock, "lab")
@@ -224,9 +207,9 @@ def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint
         return reply
 
     with ExitStack() as stack:
-        one = stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, "viewer-1"), "demo", clock))
+        one = stack.enter_context(ZenohBus.open(member(rig_file, endpoint, "viewer-1"), "demo", clock))
         one.serve_films("1", film.answer, film.check)
-        false = stack.enter_context(open_session(options(secured_rig, endpoint, "viewer-2")))
+        false = stack.enter_context(open_session(member(rig_file, endpoint, "viewer-2")))
         answered: list[str] = []
 
         def answer(query: m.FilmQuery) -> m.FilmReply:
@@ -234,14 +217,14 @@ def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint
             return film.answer(query)
 
         stack.callback(FilmServer(false, key, answer).undeclare)
-        operator = stack.enter_context(open_session(options(secured_rig, endpoint, OPERATOR)))
+        operator = stack.enter_context(open_session(member(rig_file, endpoint, OPERATOR)))
         wait_until(lambda: asked(operator, "open", SHORT_S) is not None, tmp_path)
         tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())
         ready = asked(operator, "state")
         assert ready is not None
         assert ready.state == "ready"
         for name in ("reader", "viewer-1", "viewer-2", "integrator", "animator", "recorder", "replay"):
-            session = stack.enter_context(open_session(options(secured_rig, endpoint, name)))
+            session = stack.enter_context(open_session(member(rig_file, endpoint, name)))
             for what in ("state", "start", "stop", "files", "read", "detect"):
                 assert asked(session, what, SHORT_S) is None, (name, what)
         started_film = asked(operator, "start", begin_ns=clock.now_ns())
@@ -256,11 +239,11 @@ def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint
         assert not answered
 
 
-def test_replay_may_publish_in_place_of_any_service(secured_rig: Path, endpoint: str) -> None:
+def test_replay_may_publish_in_place_of_any_service(rig_file: Path, endpoint: str) -> None:
     clock = RealClock()
     with (
-        ZenohBus.open(options(secured_rig, endpoint, "reader"), "demo", clock) as reader,
-        ZenohBus.open(options(secured_rig, endpoint, REPLAY), "demo", clock) as replay,
+        ZenohBus.open(member(rig_file, endpoint, "reader"), "demo", clock) as reader,
+        ZenohBus.open(member(rig_file, endpoint, REPLAY), "demo", clock) as replay,
     ):
         reader.subscribe(SILHOUETTE)
         reader.subscribe(CAMERA)
@@ -277,15 +260,15 @@ def open_within(zenoh_options: ZenohOptions, seconds: float) -> None:
         pass
 
 
-def test_certificate_of_another_authority_is_rejected(secured_rig: Path, endpoint: str) -> None:
-    open_within(options(secured_rig, endpoint, "viewer-1"), PATIENCE_S)
+def test_certificate_of_another_authority_is_rejected(rig_file: Path, endpoint: str) -> None:
+    open_within(member(rig_file, endpoint, "viewer-1"), PATIENCE_S)
     with pytest.raises(BusError, match="stopped while waiting for a Zenoh router"):
-        open_within(options(secured_rig, endpoint, "viewer-1", "other-authority"), SHORT_S)
+        open_within(member(rig_file, endpoint, "viewer-1", "other-authority"), SHORT_S)
 
 
-def test_connection_without_a_certificate_is_rejected(secured_rig: Path, endpoint: str) -> None:
+def test_connection_without_a_certificate_is_rejected(rig_file: Path, endpoint: str) -> None:
     plain = zenoh.Config()
-    authority = str(secured_rig.parent / "certs" / "authority.pem")
+    authority = str(rig_file.parent / "certs" / "authority.pem")
     for key, value in (
         ("mode", "client"), ("scouting/multicast/enabled", False), ("transport/link/tls/root_ca_certificate", authority),
     ):  # fmt: skip
@@ -296,11 +279,11 @@ def test_connection_without_a_certificate_is_rejected(secured_rig: Path, endpoin
             zenoh.open(plain)
 
 
-def test_router_with_the_certificate_of_another_host_is_rejected(secured_rig: Path, endpoint: str, tmp_path: Path) -> None:
+def test_router_with_the_certificate_of_another_host_is_rejected(rig_file: Path, endpoint: str, tmp_path: Path) -> None:
     """A member with a valid certificate cannot act as the router: its certificate is for another host."""
-    rig = load_rig(secured_rig)
+    rig = load_rig(rig_file)
     certify(
-        secured_rig.parent / "certs",
+        rig_file.parent / "certs",
         rig.name,
         {Member("viewer", "1"): ("elsewhere.lab",)},
         datetime.now(UTC),
@@ -312,22 +295,22 @@ def test_router_with_the_certificate_of_another_host_is_rejected(secured_rig: Pa
     fake = ZenohOptions("router", listen=(place,), multicast_scouting=False, security=security_of([rig], "viewer-1"))
     try:
         with open_session(fake), pytest.raises(BusError, match="stopped while waiting"):
-            open_within(replace(options(secured_rig, endpoint, "viewer-2"), connect=(place,)), SHORT_S)
+            open_within(replace(member(rig_file, endpoint, "viewer-2"), connect=(place,)), SHORT_S)
     finally:
-        certify(secured_rig.parent / "certs", rig.name, {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 1, renew=True)
+        certify(rig_file.parent / "certs", rig.name, {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 1, renew=True)
 
 
-def test_only_the_recognizer_puts_the_keys_of_commands(secured_rig: Path, endpoint: str) -> None:
+def test_only_the_recognizer_puts_the_keys_of_commands(rig_file: Path, endpoint: str) -> None:
     clock = RealClock()
     received: list[tuple[str, bytes]] = []
     with ExitStack() as stack:
-        reader = stack.enter_context(open_session(options(secured_rig, endpoint, "reader")))
+        reader = stack.enter_context(open_session(member(rig_file, endpoint, "reader")))
         for key in ("demo/slides/next", "demo/slides/previous"):
             reader.declare_subscriber(
                 key, lambda sample: received.append((str(sample.key_expr), sample.payload.to_bytes()))
             )
         viewer, recognizer = (
-            stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+            stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
             for name in ("viewer-1", "recognizer")
         )
         end_s = time.monotonic() + PATIENCE_S
@@ -341,22 +324,8 @@ def test_only_the_recognizer_puts_the_keys_of_commands(secured_rig: Path, endpoi
     assert set(received) == {("demo/slides/next", b"1")}
 
 
-def test_the_whole_pipeline_through_a_secured_router(secured_rig: Path, tmp_path: Path) -> None:
-    (port,) = free_ports(1)
-    place = f"tls/127.0.0.1:{port}"
-    network = ["-e", place]
-    take = tmp_path / "take.mcap"
-    arguments: list[list[object]] = [
-        ["viewer", secured_rig, "--id", "1", *network],
-        ["viewer", secured_rig, "--id", "2", *network],
-        ["recognizer", secured_rig, *network],
-        ["animator", secured_rig, "--port", 0, *network],
-        ["integrator", secured_rig, "-o", take, *network],
-        ["router", secured_rig, "-l", place, "--no-multicast-scouting"],
-    ]
-    with ExitStack() as stack:
-        processes = [stack.enter_context(started(line, tmp_path)) for line in arguments]
-        bus = stack.enter_context(ZenohBus.open(options(secured_rig, place, "reader"), "demo", RealClock()))
+def test_the_whole_pipeline_through_a_secured_router(secured_rig: SessionRig) -> None:
+    with ZenohBus.open(member(secured_rig.file, secured_rig.endpoint, "reader"), "demo", RealClock()) as bus:
         for topic in (UNIVERSAL_BAP, HEALTH, POSTURE):
             bus.subscribe(topic)
         poses, offsets = 0, set()
@@ -370,16 +339,18 @@ def test_the_whole_pipeline_through_a_secured_router(secured_rig: Path, tmp_path
                     offsets.add((health.service, health.id))
             return poses >= 30 and len(offsets) == 4
 
-        wait_until(whole, tmp_path)
-        assert [ended(process) for process in processes] == [0] * 6, output_of(tmp_path)  # the router last
-    assert len(poses_in(take)) >= 30
-    assert recomputed_poses(take) >= 30
-    assert "Traceback" not in output_of(tmp_path)
+        wait_until(whole, secured_rig.folder)
+
+
+def test_the_take_of_a_secured_rig_verifies(secured_rig: SessionRig, secured_take: Path) -> None:
+    assert len(poses_in(secured_take)) >= 30
+    assert recomputed_poses(secured_take) >= 30
+    assert "Traceback" not in output_of(secured_rig.folder)
 
 
 @pytest.mark.nightly
-def test_a_secured_mesh_of_peers_on_one_machine(secured_rig: Path, tmp_path: Path) -> None:
-    with started(["up", secured_rig, "--mode", "peer", "--no-page", "--recordings", tmp_path], tmp_path) as launcher:
+def test_a_secured_mesh_of_peers_on_one_machine(rig_file: Path, tmp_path: Path) -> None:
+    with started(["up", rig_file, "--mode", "peer", "--no-page", "--recordings", tmp_path], tmp_path) as launcher:
         # 20 lines with a pose
         wait_until(lambda: output_of(tmp_path).count("°") > 100 or launcher.poll() is not None, tmp_path)
         assert ended(launcher, signal.SIGINT) == 0, output_of(tmp_path)

@@ -20,10 +20,10 @@ from tests.support.processes import (
     output_of,
     poses_in,
     recomputed_poses,
-    recorded_demo,
     started,
     wait_until,
 )
+from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -36,15 +36,14 @@ from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 pytestmark = pytest.mark.core
 
 
-def test_the_demo_runs_and_writes_a_take(tmp_path: Path) -> None:
-    take = recorded_demo(tmp_path)
-    poses = poses_in(take)
+def test_the_demo_runs_and_writes_a_take(two_view_rig: SessionRig, two_view_take: Path) -> None:
+    poses = poses_in(two_view_take)
     assert len(poses) > 20
     whole = [pose for pose in poses if set(pose.scores) == {"1", "2"} and not pose.stale]
     assert len(whole) > len(poses) / 2
-    assert recomputed_poses(take) == len(poses)
-    text = output_of(tmp_path)
-    assert str(take.relative_to(tmp_path)) in text
+    assert recomputed_poses(two_view_take) == len(poses)
+    text = output_of(two_view_rig.folder)
+    assert str(two_view_take) in text
     assert ", 0 lost" in text
     assert "first pose" in text
     assert "viewer 1: 1" in text  # frames per second

@@ -82,6 +82,11 @@ def shows(folder: Path, pattern: str) -> bool:
     return re.search(pattern, last_line(folder)) is not None
 
 
+def all_run(folder: Path) -> bool:
+    """Whether the display shows a pose and every service running: one that is interrupted while it starts has failed."""
+    return "°" in last_line(folder) and "not running" not in last_line(folder)
+
+
 def wait_for_frames(folder: Path, count: int) -> None:
     """Wait until the display has gone on by some frames with a pose."""
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tests.common.rig.test_security import demo_with
 from tests.support.processes import (
+    all_run,
     both_contribute,
     ended,
     last_line,
@@ -28,7 +29,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.rig import Rig, demo_rig_file, load_rig
 from zenocap.common.rig.security import needed_members, security_in
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import UNIVERSAL_BAP
+from zenocap.common.topics import HEALTH, UNIVERSAL_BAP
 from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
@@ -65,7 +66,7 @@ def two_view(folder: Path) -> Iterator[SessionRig]:
     port, page = free_ports(2)
     rig = SessionRig(demo_rig_file("two-view"), folder, f"tcp/127.0.0.1:{port}", page)
     with _up(rig):
-        wait_until(lambda: both_contribute(last_line(folder)), folder, START_S)
+        wait_until(lambda: both_contribute(last_line(folder)) and all_run(folder), folder, START_S)
         wait_for_frames(folder, TRACKED)
         yield rig
 
@@ -80,7 +81,7 @@ def ring(folder: Path) -> Iterator[SessionRig]:
         file.write_text(f"{file.read_text()}\n[animator.udp]\nport = {listening.getsockname()[1]}\n")
         rig = SessionRig(file, folder, f"tcp/127.0.0.1:{port}", page)
         with _up(rig):
-            wait_until(lambda: shows(folder, r"tracker: [\d.]+/s tracking "), folder, START_S)
+            wait_until(lambda: shows(folder, r"tracker: [\d.]+/s tracking ") and all_run(folder), folder, START_S)
             wait_for_frames(folder, TRACKED)
             yield rig
 
@@ -111,13 +112,17 @@ def secured(folder: Path) -> Iterator[SessionRig]:
         rig.processes += [stack.enter_context(started(line, folder)) for line in lines]
         with ZenohBus.open(member(file, rig.endpoint, "reader"), "demo", RealClock()) as bus:
             bus.subscribe(UNIVERSAL_BAP)
+            bus.subscribe(HEALTH)
             whole: list[m.UniversalBap] = []
+            running: set[tuple[str, str]] = set()
 
             def tracked() -> bool:
                 match bus.receive(0.2):
                     case Envelope(message=m.UniversalBap(stale=[]) as pose):
                         whole.append(pose)
-                return len(whole) >= 30
+                    case Envelope(message=m.Health(service=service, id=id)):
+                        running.add((service, id))
+                return len(whole) >= 30 and len(running) == len(lines) - 1  # all but the router
 
             wait_until(tracked, folder, START_S)
         yield rig

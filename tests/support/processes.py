@@ -1,41 +1,47 @@
 """`zenocap` processes of the system tests, their output and their takes."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import TypeVar
 
 from tests.support.places import ROOT
 from zenocap.common import messages as m
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import UNIVERSAL_BAP
-from zenocap.tools.verify.recompute import verify
+from zenocap.tools.verify.recompute import Verification, verify
 
-PATIENCE_S = 90.0  # time limit for reaching a state (s)
-TRACKED_S = 8.0  # of a recorded demo, from the first pose of both viewers
+PATIENCE_S = 150.0  # time limit for reaching a state, which only a hang exceeds (s)
+M = TypeVar("M", bound=m.Message)
 ZENOCAP = (sys.executable, "-P", "-m", "zenocap")
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 
 
 @contextmanager
 def started(
-    arguments: Sequence[object], folder: Path, environment: Mapping[str, str] = MappingProxyType({})
+    arguments: Sequence[object],
+    folder: Path,
+    environment: Mapping[str, str] = MappingProxyType({}),
+    zenocap: Sequence[str] = ZENOCAP,
 ) -> Iterator[subprocess.Popen[str]]:
     """A `zenocap` process with its output in *.out and *.err; killed at the end if it still runs.
 
-    environment: variables besides those of this process.
+    environment: variables besides those of this process.  zenocap: the program.
     """
     name = "-".join(str(argument) for argument in arguments[:1]) + str(time.monotonic_ns())
     with (folder / f"{name}.out").open("w") as out, (folder / f"{name}.err").open("w") as err:
         # A shell starts what runs in its background with SIGINT ignored, and a process inherits that, but no handler.
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         process = subprocess.Popen(
-            [*ZENOCAP, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | environment, stdout=out, stderr=err, text=True
+            [*zenocap, *map(str, arguments)], cwd=folder, env=ENVIRONMENT | environment, stdout=out, stderr=err, text=True
         )
         signal.signal(signal.SIGINT, before)
         try:
@@ -44,6 +50,12 @@ def started(
             if process.poll() is None:
                 process.kill()
                 process.wait()
+
+
+def ended(process: subprocess.Popen[str], by: signal.Signals = signal.SIGTERM) -> int:
+    """Exit status of a process after a signal."""
+    process.send_signal(by)
+    return process.wait(PATIENCE_S)
 
 
 def output_of(folder: Path) -> str:
@@ -60,10 +72,30 @@ def wait_until(reached: Callable[[], bool], folder: Path, patience_s: float = PA
 
 
 def last_line(folder: Path) -> str:
-    """The last complete line that the demo has printed."""
-    (path,) = folder.glob("demo*.out")
-    lines = [line for line in path.read_text().splitlines(keepends=True) if line.endswith("\n")]
+    """The last complete line of the display of `demo` or `up`."""
+    (path,) = [*folder.glob("demo*.out"), *folder.glob("up*.out")]
+    lines = [line for line in path.read_text().splitlines(keepends=True) if line.endswith("\n") and " s | " in line]
     return lines[-1] if lines else ""
+
+
+def shows(folder: Path, pattern: str) -> bool:
+    return re.search(pattern, last_line(folder)) is not None
+
+
+def all_run(folder: Path) -> bool:
+    """Whether the display shows a pose and every service running: one that is interrupted while it starts has failed."""
+    return "°" in last_line(folder) and "not running" not in last_line(folder)
+
+
+def wait_for_frames(folder: Path, count: int) -> None:
+    """Wait until the display has gone on by some frames with a pose."""
+
+    def frame() -> int:
+        found = re.search(r"frame (\d+)", last_line(folder))
+        return int(found[1]) if found else 0
+
+    first = frame()
+    wait_until(lambda: frame() > first + count, folder)
 
 
 def both_contribute(line: str) -> bool:
@@ -71,34 +103,30 @@ def both_contribute(line: str) -> bool:
     return line.count("tracking") == 3 and "frame" in line and "without" not in line
 
 
-def recorded_demo(folder: Path) -> Path:
-    """The take of a demo that ran in `folder` until both viewers had contributed to its poses for some seconds."""
-    with started(["demo", "--method", "two-view"], folder) as demo:
-        wait_until(lambda: both_contribute(last_line(folder)), folder)
-        time.sleep(TRACKED_S)
-        demo.send_signal(signal.SIGINT)
-        assert demo.wait(PATIENCE_S) == 0, output_of(folder)
-    (take,) = (folder / "recordings").glob("demo-*.mcap")
-    return take
-
-
 def poses_in(take: Path) -> list[m.UniversalBap]:
     """Universal BAPs of a complete take."""
+    return messages_in(take, m.UniversalBap)
+
+
+def messages_in(take: Path, kind: type[M]) -> list[M]:
+    """Messages of one type in a complete take."""
     read = Take(take)
-    found = [
-        received.message
-        for recorded in read.messages()
-        if (received := envelope(recorded)) is not None and isinstance(received.message, m.UniversalBap)
-    ]
+    messages = [received.message for recorded in read.messages() if (received := envelope(recorded)) is not None]
     assert read.cut is None
+    return [message for message in messages if isinstance(message, kind)]
+
+
+@cache
+def verified(take: Path) -> Verification:
+    """The verification of a live take that has ended; all that is recomputed must equal what was recorded."""
+    found = verify([take])
+    assert found.first is None, found.first
     return found
 
 
 def recomputed_poses(take: Path) -> int:
-    """Number of poses of a live take that verification recomputes; all must equal the recorded ones."""
-    found = verify([take])
-    assert found.first is None, found.first
-    return found.equal[UNIVERSAL_BAP.at("demo")]
+    """Number of poses of a live take that verification recomputes."""
+    return verified(take).equal[UNIVERSAL_BAP.at("demo")]
 
 
 def children_of(pid: int) -> dict[int, str]:

@@ -13,7 +13,7 @@ from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, NO_HASH, TF_MESSAGE
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-WAIT_S = 20.0
+WAIT_S = 150.0
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,13 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from tests.support.places import ROOT
-from tests.support.processes import PATIENCE_S, ZENOCAP, output_of, recomputed_poses, started, wait_until
+from tests.support.processes import PATIENCE_S, ZENOCAP, ended, output_of, recomputed_poses, started, wait_until
+from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = pytest.mark.core
 Updates = dict[str, dict[str, object]]  # the last of each type
 
 
@@ -66,6 +66,19 @@ def measuring_again(updates: Updates) -> bool:
     return "body" in updates or phase_of(updates, "integrator") != "tracking"
 
 
+@pytest.mark.core
+def test_a_page_shows_a_running_rig(two_view_rig: SessionRig) -> None:
+    async def visit() -> None:
+        updates: Updates = {}
+        async with await asyncio.wait_for(page(two_view_rig.page), PATIENCE_S) as connection:
+            await read_until(connection, updates, lambda p: {"pose", "view", "services"} <= p.keys(), "a pose and a view")
+            await read_until(connection, updates, lambda p: phase_of(p, "integrator") == "tracking", "tracking")
+            assert updates["services"]["recording"] is True
+
+    asyncio.run(visit())
+
+
+@pytest.mark.nightly
 def test_a_page_shows_the_rig_requests_measuring_and_recording_and_plays_the_take(tmp_path: Path) -> None:
     (port,) = free_ports(1)
 
@@ -91,8 +104,7 @@ def test_a_page_shows_the_rig_requests_measuring_and_recording_and_plays_the_tak
 
     with started(["up", rig_file(tmp_path, port)], tmp_path) as process:
         asyncio.run(visit())
-        process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 0, output_of(tmp_path)
+        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
     text = output_of(tmp_path)
     assert f"http://127.0.0.1:{port}" in text
     assert "Traceback" not in text
@@ -131,6 +143,7 @@ def requests_in(path: Path) -> list[str]:
     return [message.what for message in found if isinstance(message, m.Request)]
 
 
+@pytest.mark.nightly
 def test_a_second_animator_is_refused_and_a_port_in_use_is_reported(tmp_path: Path) -> None:
     port, other, net = free_ports(3)
     rig = rig_file(tmp_path, port)
@@ -144,11 +157,11 @@ def test_a_second_animator_is_refused_and_a_port_in_use_is_reported(tmp_path: Pa
         with started(["animator", rig, "--no-multicast-scouting"], tmp_path) as third:
             assert third.wait(PATIENCE_S) == 1
         assert f"animator.page: 127.0.0.1:{port} cannot be served" in output_of(tmp_path)
-        first.send_signal(signal.SIGTERM)
-        assert first.wait(30) == 0
+        assert ended(first) == 0
     assert "Traceback" not in output_of(tmp_path)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("options", "words"),
     [

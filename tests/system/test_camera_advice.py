@@ -18,7 +18,7 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
+pytestmark = pytest.mark.nightly
 SIZE, FPS = (160, 120), 20.0
 LIGHT = {"0": 0.15, "1": 1.0}  # by viewer, of the room as it is rendered
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from tests.support.processes import PATIENCE_S
 from tests.system.test_zenoh_bus import client, free_endpoint
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
@@ -27,18 +28,18 @@ def endpoint() -> Iterator[str]:
         yield endpoint
 
 
-def health_command(folder: Path, endpoint: str, *arguments: str) -> Result:
+def health_command(folder: Path, endpoint: str, *arguments: str, within_s: float = 2.0) -> Result:
     source = demo_rig_file("two-view")
     shutil.copy(source.with_name("demo-calibration.toml"), folder)
     zenoh = f'[zenoh]\nmode = "client"\nconnect = ["{endpoint}"]\nmulticast_scouting = false\n'
     text = source.read_text().replace('name = "demo"', f'name = "{RIG}"', 1)
     path = folder / "rig.toml"
     path.write_text(text + zenoh)
-    return CliRunner().invoke(app, ["health", str(path), *arguments, "--within", "2"])
+    return CliRunner().invoke(app, ["health", str(path), *arguments, "--within", f"{within_s:g}"])
 
 
 def test_router_that_accepts_a_connection_is_healthy(tmp_path: Path, endpoint: str) -> None:
-    assert health_command(tmp_path, endpoint, "router").exit_code == 0
+    assert health_command(tmp_path, endpoint, "router", within_s=PATIENCE_S).exit_code == 0
     result = health_command(tmp_path, free_endpoint(), "router")
     assert result.exit_code == 1
     assert "stopped while waiting for a Zenoh router" in result.output
@@ -59,7 +60,8 @@ def test_service_that_handles_messages_is_healthy(tmp_path: Path, endpoint: str)
         worker = threading.Thread(target=receive_messages)
         worker.start()
         try:
-            assert health_command(tmp_path, endpoint, "viewer", "--id", "1").exit_code == 0
+            answered = health_command(tmp_path, endpoint, "viewer", "--id", "1", within_s=PATIENCE_S)
+            assert answered.exit_code == 0, answered.output
             assert health_command(tmp_path, endpoint, "viewer", "--id", "2").exit_code == 1
             assert health_command(tmp_path, endpoint, "integrator").exit_code == 1
         finally:

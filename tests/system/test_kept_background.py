@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from tests.support.mjpeg_server import MjpegServer
-from tests.support.processes import output_of, started, wait_until
+from tests.support.processes import ended, output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.simulation.body.person import person
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.nightly
 SIZE, FPS, SHOWN = (160, 120), 30.0, 450
 
 
@@ -31,9 +31,8 @@ def test_the_second_run_takes_up_the_background_of_the_first(tmp_path: Path) -> 
         for expected in (False, True):
             before = server.sent
             with started(["viewer", "rig.toml", "--id", "0"], tmp_path) as viewer:
-                wait_until(lambda before=before: server.sent > before + SHOWN, 120)  # type: ignore[misc]
-                viewer.send_signal(signal.SIGINT)
-                assert viewer.wait(30) == 0, output_of(tmp_path)
+                wait_until(lambda before=before: server.sent > before + SHOWN, tmp_path)  # type: ignore[misc]
+                assert ended(viewer, signal.SIGINT) == 0, output_of(tmp_path)
             assert ("background of backgrounds/kept+0.npz taken up again" in output_of(tmp_path)) is expected
             assert kept.stat().st_mode & 0o777 == 0o600
     assert "not kept" not in output_of(tmp_path)

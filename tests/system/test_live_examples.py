@@ -4,44 +4,23 @@ import json
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import zenocap
 from tests.support.places import ROOT
+from tests.support.processes import PATIENCE_S
+from tests.support.session_rigs import SessionRig
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(280)]
+pytestmark = pytest.mark.nightly
 
 
-@pytest.fixture(scope="module")
-def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+@pytest.fixture
+def endpoint(two_view_rig: SessionRig) -> str:
     """Where other programs connect to a running demo rig."""
-    address = f"tcp/127.0.0.1:{free_ports(1)[0]}"
-    folder = tmp_path_factory.mktemp("rig")
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "zenocap",
-        "up",
-        str(demo_rig_file("two-view")),
-        "--listen",
-        address,
-        "--no-log",
-        "--no-page",
-    ]
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        with zenocap.subscribe(zenocap.demo_rig("two-view"), connect=[address], timeout_s=240.0) as poses:
-            assert next(iter(poses), None) is not None, "the rig had no pose within 4 minutes"
-        yield address
-    finally:
-        process.terminate()
-        process.wait(20)
+    return two_view_rig.endpoint
 
 
 def example(number: str, *arguments: str) -> subprocess.Popen[str]:
@@ -52,27 +31,27 @@ def example(number: str, *arguments: str) -> subprocess.Popen[str]:
 @pytest.mark.parametrize("number", ["06", "07"])
 def test_poses_are_printed(number: str, endpoint: str) -> None:
     process = example(number, str(demo_rig_file("two-view")), endpoint)
-    out, error = process.communicate(timeout=60)
+    out, error = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0, error
     assert sum(line.startswith("frame ") for line in out.splitlines()) >= 20
 
 
 def test_another_task_runs_beside_the_poses(endpoint: str) -> None:
-    out, _ = example("07", str(demo_rig_file("two-view")), endpoint).communicate(timeout=60)
+    out, _ = example("07", str(demo_rig_file("two-view")), endpoint).communicate(timeout=PATIENCE_S)
     assert out.splitlines()[-1] == "20 poses; another task ran"
 
 
 def test_datagrams_reach_another_program(endpoint: str) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
-        receiver.settimeout(60.0)
+        receiver.settimeout(PATIENCE_S)
         port = receiver.getsockname()[1]
         process = example("10", str(demo_rig_file("two-view")), f"127.0.0.1:{port}", endpoint)
         try:
             hands = json.loads(receiver.recv(4096))
         finally:
             process.terminate()
-            process.wait(20)
+            process.wait(PATIENCE_S)
     assert hands.keys() == {"frame", "right", "left"}
     assert 0.0 < hands["right"][1] < 2.5
 

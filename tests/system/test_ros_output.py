@@ -11,7 +11,7 @@ import pytest
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.places import ROOT
 from tests.support.pose_tracks import moving
-from tests.support.processes import output_of, started, wait_until
+from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
 from tests.support.ros_listener import RosListener
 from tests.system.test_replay import network
 from zenocap.common.formats.rmw_zenoh import MARKER_ARRAY, TF_MESSAGE
@@ -20,7 +20,7 @@ from zenocap.common.formats.trajectories import convert
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(280)]
+pytestmark = pytest.mark.nightly
 OUTPUT = '\n[animator.page]\nenabled = false\n\n[animator.ros]\nconnect = "{endpoint}"\n'
 
 
@@ -47,18 +47,17 @@ def test_a_replayed_take_reaches_a_node_of_ros_through_zenocaps_router(tmp_path:
         try:
             assert len(listener.tokens(0, 3)) == 3
             with started(["replay", take, "--delay", "3", *network(there)], tmp_path) as player:
-                player.wait(60)
+                player.wait(PATIENCE_S)
             assert player.returncode == 0, output_of(tmp_path)
             messages = [one.message for one in listener.received(TF_MESSAGE.name, 30)]
             figures = listener.received(MARKER_ARRAY.name, 30, lambda message: bool(message.markers[0].points))
             line = reader.stdout.readline()
-            animator.terminate()
-            assert animator.wait(20) == 0, output_of(tmp_path)
+            assert ended(animator) == 0, output_of(tmp_path)
             listener.received(MARKER_ARRAY.name, 1, lambda message: not message.markers[0].points)  # the figure is removed
             assert listener.tokens(0, 0) == set()
         finally:
             reader.terminate()
-            reader.wait(20)
+            reader.wait(PATIENCE_S)
             listener.close()
     assert "Traceback" not in output_of(tmp_path)
     assert line.startswith("head in map: [")

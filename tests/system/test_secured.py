@@ -3,7 +3,7 @@
 import json
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 import zenoh
 
-from tests.common.rig.test_security import demo_with
-from tests.support.processes import output_of, poses_in, recomputed_poses, started, wait_until
+from tests.common.bus.test_zenoh_state_recovery import recovered
+from tests.support.processes import PATIENCE_S, ended, output_of, poses_in, recomputed_poses, started, wait_until
+from tests.support.session_rigs import HOSTS, SessionRig, certificates, member, secured_rig_file
 from zenocap.common import messages as m
 from zenocap.common.bus.access import OPERATOR, REPLAY, ROUTER, Member
 from zenocap.common.bus.protocol import Alive, BusError, DuplicateService, Envelope, RoundTrip
@@ -22,8 +23,8 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmServer, query_films
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
 from zenocap.common.codec import encode
-from zenocap.common.rig.rig import Rig, load_rig
-from zenocap.common.rig.security import needed_members, security_in, security_of
+from zenocap.common.rig.rig import load_rig
+from zenocap.common.rig.security import security_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import (
     CAMERA,
@@ -43,40 +44,23 @@ from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.core
-HOSTS = ("localhost", "127.0.0.1")
 SHORT_S = 2.0
 
 
-def certificates(folder: Path, rig: Rig) -> None:
-    members = {member: HOSTS for member in (*needed_members(rig), Member(REPLAY), Member(OPERATOR))}
-    certify(folder, rig.name, members, datetime.now(UTC), 1)
-
-
 @pytest.fixture(scope="module")
-def secured_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A rig file with certificates beside it, and a router in its zenoh table."""
-    (port,) = free_ports(1)
-    table = f'mode = "client"\nconnect = ["tls/127.0.0.1:{port}"]\nmulticast_scouting = false\n'
-    path = demo_with(tmp_path_factory.mktemp("secured"), f"\n[security]\n\n[zenoh]\n{table}")
-    rig = load_rig(path)
-    certificates(path.parent / "certs", rig)
-    certificates(path.parent / "other-authority", rig)
+def rig_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A rig file with certificates beside it, and those of another authority."""
+    path = secured_rig_file(tmp_path_factory.mktemp("secured"))
+    certificates(path.parent / "other-authority", load_rig(path))
     return path
 
 
 @pytest.fixture(scope="module")
-def endpoint(secured_rig: Path) -> Iterator[str]:
-    rig = load_rig(secured_rig)
-    options = ZenohOptions(
-        "router", listen=rig.zenoh.connect, multicast_scouting=False, security=security_of([rig], ROUTER)
-    )
-    with open_session(options):
+def endpoint(rig_file: Path) -> Iterator[str]:
+    rig = load_rig(rig_file)
+    security = security_of([rig], ROUTER)
+    with open_session(ZenohOptions("router", listen=rig.zenoh.connect, multicast_scouting=False, security=security)):
         yield rig.zenoh.connect[0]
-
-
-def options(rig_file: Path, endpoint: str, name: str, folder: str = "certs") -> ZenohOptions:
-    security = security_in(rig_file.parent / folder, name)
-    return ZenohOptions("client", (endpoint,), multicast_scouting=False, security=security)
 
 
 def camera(viewer: str) -> m.CameraInfo:
@@ -90,12 +74,11 @@ def silhouette(viewer: str) -> m.Silhouette:
     return m.Silhouette(frame=0, captured_ns=1, viewer=viewer, size=(16, 16), region=(0, 0, 0, 0), data=b"")
 
 
-def received_keys(bus: ZenohBus, wait_s: float) -> set[str]:
-    """Keys of the received messages, and members that joined, within a short time."""
+def received_keys(bus: ZenohBus, wait_s: float = 0.0) -> set[str]:
+    """Keys of the received messages, and members that joined, until nothing is received for a time."""
     found: set[str] = set()
-    end_s = time.monotonic() + wait_s
-    while (left_s := end_s - time.monotonic()) > 0:
-        match bus.receive(left_s):
+    while (event := bus.receive(wait_s)) is not None:
+        match event:
             case Envelope(key=key):
                 found.add(key.removeprefix("zenocap/demo/"))
             case Alive(service=service, id=id, alive=True):
@@ -105,11 +88,27 @@ def received_keys(bus: ZenohBus, wait_s: float) -> set[str]:
     return found
 
 
-def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str) -> None:
+def received_by(
+    buses: Mapping[str, ZenohBus], awaited: Mapping[str, set[str]], publish: Callable[[], None]
+) -> dict[str, set[str]]:
+    """Keys received by each bus, by its name, while `publish` is repeated: until all awaited ones, and for SHORT_S more."""
+    found: dict[str, set[str]] = {name: set() for name in buses}
+    end_s, more_s = time.monotonic() + PATIENCE_S, 0.0
+    while not more_s or time.monotonic() < more_s:
+        assert time.monotonic() < end_s, found
+        publish()
+        for name, bus in buses.items():
+            found[name] |= received_keys(bus, 0.02)
+        if not more_s and all(keys <= found[name] for name, keys in awaited.items()):
+            more_s = time.monotonic() + SHORT_S
+    return found
+
+
+def test_members_publish_only_on_their_own_keys(rig_file: Path, endpoint: str) -> None:
     clock = RealClock()
 
     def joined(name: str) -> ZenohBus:
-        return stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+        return stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
 
     with ExitStack() as stack:
         integrator, one, two, reader = map(joined, ("integrator", "viewer-1", "viewer-2", "reader"))
@@ -127,34 +126,41 @@ def test_members_publish_only_on_their_own_keys(secured_rig: Path, endpoint: str
         one.publish(CAMERA, camera("2"))
         one.declare_alive("viewer", "2")
         reader.declare_alive("tracker", "main")
-        received_keys(reader, 0.5)
-        for bus in (one, reader):
-            bus.publish(SILHOUETTE, silhouette("2"))
-            bus.publish(HEALTH, m.Health(frame=0, captured_ns=1, service="integrator", id="main", state="", rate=0.0,
-                                         stages_ms={}, counts={}))  # fmt: skip
-        # Permitted keys.
         one.publish(CAMERA, camera("1"))
-        one.publish(SILHOUETTE, silhouette("1"))
-        one.query_clock()
-        reader.query_clock()
         late = joined("recorder")  # receives latched messages
         late.subscribe(CAMERA)
         late.watch_alive()
+        false_health = m.Health(frame=0, captured_ns=1, service="integrator", id="main", state="", rate=0.0,
+                                stages_ms={}, counts={})  # fmt: skip
+
+        def publish() -> None:
+            for bus in (one, reader):  # forbidden
+                bus.publish(SILHOUETTE, silhouette("2"))
+                bus.publish(HEALTH, false_health)
+            one.publish(SILHOUETTE, silhouette("1"))
+            one.query_clock()
+            reader.query_clock()
+
         own_keys = {"viewer/2/camera", "viewer/2/silhouette", "integrator/main/health", "alive/tracker/main"}
         alive_keys = {"alive/integrator/main", "alive/viewer/1"}
-        assert received_keys(integrator, SHORT_S) | alive_keys == {*alive_keys, "viewer/1/camera", "viewer/1/silhouette"}
-        assert received_keys(reader, 0.2) - own_keys - alive_keys == {"viewer/1/camera", "viewer/1/silhouette", "clock"}
-        assert received_keys(two, 0.2) == {*alive_keys, "viewer/1/camera"}  # no previews of other viewers
-        assert received_keys(late, 0.2) == {*alive_keys, "viewer/1/camera"}
-        assert received_keys(one, 0.2) == {"clock"}
+        seen = {"viewer/1/camera", "viewer/1/silhouette"}
+        awaited = {
+            "integrator": seen, "reader": {*seen, "clock"}, "two": {*alive_keys, "viewer/1/camera"},
+            "late": {*alive_keys, "viewer/1/camera"}, "one": {"clock"},
+        }  # fmt: skip
+        buses = {"integrator": integrator, "reader": reader, "two": two, "late": late, "one": one}
+        found = received_by(buses, awaited, publish)
+        found["integrator"] -= alive_keys
+        found["reader"] -= own_keys | alive_keys
+        assert found == awaited  # no previews of other viewers for `two`
 
 
-def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_rig: Path, endpoint: str) -> None:
+def test_only_trusted_members_return_the_body_of_a_restarted_integrator(rig_file: Path, endpoint: str) -> None:
     """With the certificate of a viewer, neither a false body is returned nor the true one outvoted."""
     clock = RealClock()
 
     def joined(name: str) -> ZenohBus:
-        return stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+        return stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
 
     def body(frame: int) -> m.UniversalBdp:
         sizes = {"torso": (0.5, 0.2, 0.1)}
@@ -165,7 +171,7 @@ def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_
         key = STATE_RECOVERY.format(rig="demo", topic=UNIVERSAL_BDP.name)
         queries: list[str] = []
         for name in ("viewer-1", "viewer-2", "viewer-1"):
-            session = stack.enter_context(open_session(options(secured_rig, endpoint, name)))
+            session = stack.enter_context(open_session(member(rig_file, endpoint, name)))
 
             def reply(query: zenoh.Query) -> None:
                 with query:
@@ -181,32 +187,29 @@ def test_only_trusted_members_return_the_body_of_a_restarted_integrator(secured_
         true = body(1)
         animator = joined("animator")
         animator.subscribe(UNIVERSAL_BDP)
-        with ZenohBus.open(options(secured_rig, endpoint, "integrator"), "demo", clock) as before:
+        with ZenohBus.open(member(rig_file, endpoint, "integrator"), "demo", clock) as before:
             before.publish(UNIVERSAL_BDP, true)
-            assert isinstance(animator.receive(10.0), Envelope)
-        restarted.request_recovery(UNIVERSAL_BDP)
-        recovered = restarted.receive(5.0)
-        assert isinstance(recovered, Envelope)
-        assert recovered.message == true
+            assert isinstance(animator.receive(PATIENCE_S), Envelope)
+        assert recovered(restarted, UNIVERSAL_BDP).message == true
         assert not queries
 
 
-def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint: str, tmp_path: Path) -> None:
+def test_only_the_operator_films_and_copies_pictures(rig_file: Path, endpoint: str, tmp_path: Path) -> None:
     """Of all certificates; nor does a viewer answer in place of another one."""
     clock, tap = RealClock(), Tap((64, 48), 10.0)
     film = FilmEndpoint(tap, "cam", tmp_path, Permission(film=True, read=True), clock, "lab")
     key = FILM.format(rig="demo", viewer="1")
 
-    def asked(session: zenoh.Session, what: str, **fields: int) -> m.FilmReply | None:
+    def asked(session: zenoh.Session, what: str, wait_s: float = PATIENCE_S, **fields: int) -> m.FilmReply | None:
         query = m.FilmQuery(frame=1, captured_ns=1, what=what, sender="me", film="walk", camera="cam", **fields)
-        reply = query_films(session, key, query, SHORT_S).get(key)
+        reply = query_films(session, key, query, wait_s).get(key)
         assert not isinstance(reply, str)
         return reply
 
     with ExitStack() as stack:
-        one = stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, "viewer-1"), "demo", clock))
+        one = stack.enter_context(ZenohBus.open(member(rig_file, endpoint, "viewer-1"), "demo", clock))
         one.serve_films("1", film.answer, film.check)
-        false = stack.enter_context(open_session(options(secured_rig, endpoint, "viewer-2")))
+        false = stack.enter_context(open_session(member(rig_file, endpoint, "viewer-2")))
         answered: list[str] = []
 
         def answer(query: m.FilmQuery) -> m.FilmReply:
@@ -214,16 +217,16 @@ def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint
             return film.answer(query)
 
         stack.callback(FilmServer(false, key, answer).undeclare)
-        operator = stack.enter_context(open_session(options(secured_rig, endpoint, OPERATOR)))
-        wait_until(lambda: asked(operator, "open") is not None, tmp_path)
+        operator = stack.enter_context(open_session(member(rig_file, endpoint, OPERATOR)))
+        wait_until(lambda: asked(operator, "open", SHORT_S) is not None, tmp_path)
         tap.offer(np.zeros((48, 64, 3), np.uint8), clock.now_ns())
         ready = asked(operator, "state")
         assert ready is not None
         assert ready.state == "ready"
         for name in ("reader", "viewer-1", "viewer-2", "integrator", "animator", "recorder", "replay"):
-            session = stack.enter_context(open_session(options(secured_rig, endpoint, name)))
+            session = stack.enter_context(open_session(member(rig_file, endpoint, name)))
             for what in ("state", "start", "stop", "files", "read", "detect"):
-                assert asked(session, what) is None, (name, what)
+                assert asked(session, what, SHORT_S) is None, (name, what)
         started_film = asked(operator, "start", begin_ns=clock.now_ns())
         assert started_film is not None
         assert started_film.refused == ""
@@ -236,20 +239,19 @@ def test_only_the_operator_films_and_copies_pictures(secured_rig: Path, endpoint
         assert not answered
 
 
-def test_replay_may_publish_in_place_of_any_service(secured_rig: Path, endpoint: str) -> None:
+def test_replay_may_publish_in_place_of_any_service(rig_file: Path, endpoint: str) -> None:
     clock = RealClock()
     with (
-        ZenohBus.open(options(secured_rig, endpoint, "reader"), "demo", clock) as reader,
-        ZenohBus.open(options(secured_rig, endpoint, REPLAY), "demo", clock) as replay,
+        ZenohBus.open(member(rig_file, endpoint, "reader"), "demo", clock) as reader,
+        ZenohBus.open(member(rig_file, endpoint, REPLAY), "demo", clock) as replay,
     ):
         reader.subscribe(SILHOUETTE)
         reader.subscribe(CAMERA)
         reader.watch_alive()
         replay.declare_alive("viewer", "2")
         replay.publish(CAMERA, camera("2"))
-        received_keys(replay, 0.3)
-        replay.publish(SILHOUETTE, silhouette("2"))
-        assert received_keys(reader, SHORT_S) == {"viewer/2/camera", "viewer/2/silhouette", "alive/viewer/2"}
+        awaited = {"reader": {"viewer/2/camera", "viewer/2/silhouette", "alive/viewer/2"}}
+        assert received_by({"reader": reader}, awaited, lambda: replay.publish(SILHOUETTE, silhouette("2"))) == awaited
 
 
 def open_within(zenoh_options: ZenohOptions, seconds: float) -> None:
@@ -258,15 +260,15 @@ def open_within(zenoh_options: ZenohOptions, seconds: float) -> None:
         pass
 
 
-def test_certificate_of_another_authority_is_rejected(secured_rig: Path, endpoint: str) -> None:
-    open_within(options(secured_rig, endpoint, "viewer-1"), 10.0)
+def test_certificate_of_another_authority_is_rejected(rig_file: Path, endpoint: str) -> None:
+    open_within(member(rig_file, endpoint, "viewer-1"), PATIENCE_S)
     with pytest.raises(BusError, match="stopped while waiting for a Zenoh router"):
-        open_within(options(secured_rig, endpoint, "viewer-1", "other-authority"), SHORT_S)
+        open_within(member(rig_file, endpoint, "viewer-1", "other-authority"), SHORT_S)
 
 
-def test_connection_without_a_certificate_is_rejected(secured_rig: Path, endpoint: str) -> None:
+def test_connection_without_a_certificate_is_rejected(rig_file: Path, endpoint: str) -> None:
     plain = zenoh.Config()
-    authority = str(secured_rig.parent / "certs" / "authority.pem")
+    authority = str(rig_file.parent / "certs" / "authority.pem")
     for key, value in (
         ("mode", "client"), ("scouting/multicast/enabled", False), ("transport/link/tls/root_ca_certificate", authority),
     ):  # fmt: skip
@@ -277,11 +279,11 @@ def test_connection_without_a_certificate_is_rejected(secured_rig: Path, endpoin
             zenoh.open(plain)
 
 
-def test_router_with_the_certificate_of_another_host_is_rejected(secured_rig: Path, endpoint: str, tmp_path: Path) -> None:
+def test_router_with_the_certificate_of_another_host_is_rejected(rig_file: Path, endpoint: str, tmp_path: Path) -> None:
     """A member with a valid certificate cannot act as the router: its certificate is for another host."""
-    rig = load_rig(secured_rig)
+    rig = load_rig(rig_file)
     certify(
-        secured_rig.parent / "certs",
+        rig_file.parent / "certs",
         rig.name,
         {Member("viewer", "1"): ("elsewhere.lab",)},
         datetime.now(UTC),
@@ -293,25 +295,25 @@ def test_router_with_the_certificate_of_another_host_is_rejected(secured_rig: Pa
     fake = ZenohOptions("router", listen=(place,), multicast_scouting=False, security=security_of([rig], "viewer-1"))
     try:
         with open_session(fake), pytest.raises(BusError, match="stopped while waiting"):
-            open_within(replace(options(secured_rig, endpoint, "viewer-2"), connect=(place,)), SHORT_S)
+            open_within(replace(member(rig_file, endpoint, "viewer-2"), connect=(place,)), SHORT_S)
     finally:
-        certify(secured_rig.parent / "certs", rig.name, {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 1, renew=True)
+        certify(rig_file.parent / "certs", rig.name, {Member("viewer", "1"): HOSTS}, datetime.now(UTC), 1, renew=True)
 
 
-def test_only_the_recognizer_puts_the_keys_of_commands(secured_rig: Path, endpoint: str) -> None:
+def test_only_the_recognizer_puts_the_keys_of_commands(rig_file: Path, endpoint: str) -> None:
     clock = RealClock()
     received: list[tuple[str, bytes]] = []
     with ExitStack() as stack:
-        reader = stack.enter_context(open_session(options(secured_rig, endpoint, "reader")))
+        reader = stack.enter_context(open_session(member(rig_file, endpoint, "reader")))
         for key in ("demo/slides/next", "demo/slides/previous"):
             reader.declare_subscriber(
                 key, lambda sample: received.append((str(sample.key_expr), sample.payload.to_bytes()))
             )
         viewer, recognizer = (
-            stack.enter_context(ZenohBus.open(options(secured_rig, endpoint, name), "demo", clock))
+            stack.enter_context(ZenohBus.open(member(rig_file, endpoint, name), "demo", clock))
             for name in ("viewer-1", "recognizer")
         )
-        end_s = time.monotonic() + 20.0
+        end_s = time.monotonic() + PATIENCE_S
         while not received:  # until the subscription has reached the router
             assert time.monotonic() < end_s
             viewer.put("demo/slides/next", b"forged")
@@ -322,22 +324,8 @@ def test_only_the_recognizer_puts_the_keys_of_commands(secured_rig: Path, endpoi
     assert set(received) == {("demo/slides/next", b"1")}
 
 
-def test_the_whole_pipeline_through_a_secured_router(secured_rig: Path, tmp_path: Path) -> None:
-    (port,) = free_ports(1)
-    place = f"tls/127.0.0.1:{port}"
-    network = ["-e", place]
-    take = tmp_path / "take.mcap"
-    arguments: list[list[object]] = [
-        ["viewer", secured_rig, "--id", "1", *network],
-        ["viewer", secured_rig, "--id", "2", *network],
-        ["recognizer", secured_rig, *network],
-        ["animator", secured_rig, "--port", 0, *network],
-        ["integrator", secured_rig, "-o", take, *network],
-        ["router", secured_rig, "-l", place, "--no-multicast-scouting"],
-    ]
-    with ExitStack() as stack:
-        processes = [stack.enter_context(started(line, tmp_path)) for line in arguments]
-        bus = stack.enter_context(ZenohBus.open(options(secured_rig, place, "reader"), "demo", RealClock()))
+def test_the_whole_pipeline_through_a_secured_router(secured_rig: SessionRig) -> None:
+    with ZenohBus.open(member(secured_rig.file, secured_rig.endpoint, "reader"), "demo", RealClock()) as bus:
         for topic in (UNIVERSAL_BAP, HEALTH, POSTURE):
             bus.subscribe(topic)
         poses, offsets = 0, set()
@@ -351,22 +339,20 @@ def test_the_whole_pipeline_through_a_secured_router(secured_rig: Path, tmp_path
                     offsets.add((health.service, health.id))
             return poses >= 30 and len(offsets) == 4
 
-        wait_until(whole, tmp_path)
-        for process in processes[:5]:
-            process.send_signal(signal.SIGTERM)
-        assert [process.wait(30) for process in processes[:5]] == [0] * 5, output_of(tmp_path)
-        processes[5].send_signal(signal.SIGTERM)
-        assert processes[5].wait(30) == 0
-    assert len(poses_in(take)) >= 30
-    assert recomputed_poses(take) >= 30
-    assert "Traceback" not in output_of(tmp_path)
+        wait_until(whole, secured_rig.folder)
 
 
-def test_a_secured_mesh_of_peers_on_one_machine(secured_rig: Path, tmp_path: Path) -> None:
-    with started(["up", secured_rig, "--mode", "peer", "--no-page", "--recordings", tmp_path], tmp_path) as launcher:
+def test_the_take_of_a_secured_rig_verifies(secured_rig: SessionRig, secured_take: Path) -> None:
+    assert len(poses_in(secured_take)) >= 30
+    assert recomputed_poses(secured_take) >= 30
+    assert "Traceback" not in output_of(secured_rig.folder)
+
+
+@pytest.mark.nightly
+def test_a_secured_mesh_of_peers_on_one_machine(rig_file: Path, tmp_path: Path) -> None:
+    with started(["up", rig_file, "--mode", "peer", "--no-page", "--recordings", tmp_path], tmp_path) as launcher:
         # 20 lines with a pose
         wait_until(lambda: output_of(tmp_path).count("°") > 100 or launcher.poll() is not None, tmp_path)
-        launcher.send_signal(signal.SIGINT)
-        assert launcher.wait(60) == 0, output_of(tmp_path)
+        assert ended(launcher, signal.SIGINT) == 0, output_of(tmp_path)
     (take,) = tmp_path.glob("demo-*.mcap")
     assert len([pose for pose in poses_in(take) if not pose.stale]) > 20

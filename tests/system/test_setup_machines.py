@@ -14,13 +14,13 @@ import pytest
 
 from tests.support.mjpeg_server import MjpegServer
 from tests.support.places import ROOT
-from tests.support.processes import output_of, started, wait_until
+from tests.support.processes import ended, output_of, started, wait_until
 from tests.support.simulated_cameras import paper_cameras
 from tests.system.test_film import FPS, SIZE, Scene
 from zenocap.common.camera.calibration_files import write_calibration
 from zenocap.tools.launcher.peer_mesh import free_ports
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
+pytestmark = pytest.mark.nightly  # a first take of a few seconds, in which a busy machine may have no pose
 NAMES = ("cam01", "cam02")
 
 
@@ -118,6 +118,5 @@ def test_a_machine_that_is_killed_and_started_again_goes_on_by_itself(machines: 
         machines.processes[1] = machines.start(1)
         wait_until(lambda: "viewer cam02 of rig studio: assigned" in output_of(machines.folders[1]), machines.folders[1])
         wait_until(lambda: output_of(place).count("viewer cam02 runs on lab1") == 2, place)
-        up.send_signal(signal.SIGINT)
-        assert up.wait(60) == 0, output_of(place)
+        assert ended(up, signal.SIGINT) == 0, output_of(place)
     assert not list((machines.folders[1] / "data").rglob("*.json"))

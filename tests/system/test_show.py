@@ -11,7 +11,7 @@ from websockets.asyncio.client import connect
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.pose_tracks import moving
-from tests.support.processes import PATIENCE_S, ZENOCAP, output_of, started, wait_until
+from tests.support.processes import PATIENCE_S, ZENOCAP, ended, output_of, started, wait_until
 from zenocap.tools.launcher.peer_mesh import free_ports
 
 pytestmark = pytest.mark.nightly
@@ -38,8 +38,7 @@ def test_a_take_is_played_in_a_loop_until_it_is_interrupted(tmp_path: Path) -> N
     with started(["show", take, "--port", port], tmp_path) as process:
         wait_until(lambda: f"my walk.mcap: open http://127.0.0.1:{port}/ in a browser" in output_of(tmp_path), tmp_path)
         updates = asyncio.run(asyncio.wait_for(updates_until_pose(port), PATIENCE_S))
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0, output_of(tmp_path)
+        assert ended(process, signal.SIGINT) == 0, output_of(tmp_path)
     assert (updates["hello"]["rig"], updates["hello"]["live"]) == ("my walk", False)
     assert updates["player"]["take"] == "my walk.mcap"
     assert updates["verdict"] == {"type": "verdict", "rating": "", "reasons": [], "parts": []}

@@ -17,7 +17,7 @@ from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.stamps import SourceRate
 from zenocap.tools.cameras.streams import tried_stream
 
-pytestmark = [pytest.mark.nightly, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.nightly  # ages and rates of images in real time, which load changes
 SIZE, FPS = (320, 240), 25.0
 CUT_S = 3.0
 

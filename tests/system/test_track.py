@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import PATIENCE_S, output_of, started, wait_until
+from tests.support.processes import ended, output_of, started, wait_until
 from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.recognizer.model_file import find_model
@@ -21,8 +21,7 @@ def test_an_interruption_leaves_a_readable_take_and_no_process(tmp_path: Path, j
     with started(arguments, tmp_path) as process:
         wait_until(lambda: take.is_file() and take.stat().st_size > 150_000 + MODEL_BYTES, tmp_path)
         assert process.poll() is None, output_of(tmp_path)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE_S) != 0
+        assert ended(process, signal.SIGINT) != 0
     assert not Path(f"/proc/{process.pid}").exists()
     assert "Traceback" not in output_of(tmp_path)
     assert sum(1 for _ in Take(take).messages()) > 100

@@ -6,8 +6,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -16,16 +15,17 @@ from tests.support.processes import (
     PATIENCE_S,
     both_contribute,
     children_of,
+    ended,
     last_line,
     output_of,
     poses_in,
     recomputed_poses,
-    recorded_demo,
     started,
     wait_until,
 )
+from tests.support.session_rigs import SessionRig
 from zenocap.common import messages as m
-from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.rig.rig import demo_rig_file
@@ -36,21 +36,21 @@ from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 pytestmark = pytest.mark.core
 
 
-def test_the_demo_runs_and_writes_a_take(tmp_path: Path) -> None:
-    take = recorded_demo(tmp_path)
-    poses = poses_in(take)
+def test_the_demo_runs_and_writes_a_take(two_view_rig: SessionRig, two_view_take: Path) -> None:
+    poses = poses_in(two_view_take)
     assert len(poses) > 20
     whole = [pose for pose in poses if set(pose.scores) == {"1", "2"} and not pose.stale]
     assert len(whole) > len(poses) / 2
-    assert recomputed_poses(take) == len(poses)
-    text = output_of(tmp_path)
-    assert str(take.relative_to(tmp_path)) in text
+    assert recomputed_poses(two_view_take) == len(poses)
+    text = output_of(two_view_rig.folder)
+    assert str(two_view_take) in text
     assert ", 0 lost" in text
     assert "first pose" in text
     assert "viewer 1: 1" in text  # frames per second
     assert "Traceback" not in text
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds children in /proc")
 def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> None:
     with started(["demo", "--method", "two-view"], tmp_path) as demo:
@@ -62,8 +62,7 @@ def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> N
         wait_until(lambda: "without viewer 2" in output_of(tmp_path), tmp_path)
         wait_until(lambda: both_contribute(last_line(tmp_path)), tmp_path)
         children = children_of(demo.pid)
-        demo.send_signal(signal.SIGINT)
-        assert demo.wait(30) == 0, output_of(tmp_path)
+        assert ended(demo, signal.SIGINT) == 0, output_of(tmp_path)
     assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
     (take,) = (tmp_path / "recordings").glob("demo-*.mcap")
     stale = [bool(pose.stale) for pose in poses_in(take)]
@@ -73,11 +72,13 @@ def test_a_killed_viewer_is_restarted_and_contributes_again(tmp_path: Path) -> N
     assert "died (SIGKILL); starting it again" in output_of(tmp_path)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "order", [("integrator", "1", "2"), ("1", "integrator", "2"), ("2", "1", "integrator")], ids="-".join
 )
 def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> None:
     """Each service starts when the one before runs."""
+    running: set[str] = set()
     places = dict(zip(("integrator", "1", "2", "here"), peer_mesh(free_ports(4)), strict=True))
     rig, take = demo_rig_file("two-view"), tmp_path / "take.mcap"
 
@@ -90,13 +91,18 @@ def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> 
 
     here = ZenohOptions("peer", places["here"].connect, (places["here"].listen,), multicast_scouting=False)
     processes: list[subprocess.Popen[str]] = []
-    with (
-        ZenohBus.open(here, "demo", RealClock()) as bus,
-        started(arguments(order[0]), tmp_path) as one,
-        _after(1.0, arguments(order[1]), tmp_path) as two,
-        _after(1.0, arguments(order[2]), tmp_path) as three,
-    ):
-        processes += [one, two, three]
+    with ZenohBus.open(here, "demo", RealClock()) as bus, ExitStack() as stack:
+        bus.watch_alive()
+
+        def runs(name: str) -> bool:
+            match bus.receive(0.1):
+                case Alive(service=service, id=id, alive=True):
+                    running.add(service if id == "main" else id)
+            return name in running
+
+        for name in order:
+            processes.append(stack.enter_context(started(arguments(name), tmp_path)))
+            wait_until(lambda name=name: runs(name), tmp_path)  # type: ignore[misc]
         bus.subscribe(UNIVERSAL_BAP)
         whole = 0
         end_s = time.monotonic() + PATIENCE_S
@@ -107,12 +113,13 @@ def test_services_start_in_any_order(order: tuple[str, ...], tmp_path: Path) -> 
                     whole += 1
         for process in processes:
             process.send_signal(signal.SIGTERM)
-        assert [process.wait(30) for process in processes] == [0, 0, 0], output_of(tmp_path)
+        assert [process.wait(PATIENCE_S) for process in processes] == [0, 0, 0], output_of(tmp_path)
     assert len(poses_in(take)) >= 20
     assert recomputed_poses(take) >= 20
     assert "Traceback" not in output_of(tmp_path)
 
 
+@pytest.mark.nightly
 def test_a_second_viewer_with_the_same_id_is_rejected(tmp_path: Path) -> None:
     place, other = peer_mesh(free_ports(2))
     arguments = ["viewer", demo_rig_file("two-view"), "--id", "1", "--epoch-ns", time.time_ns(), "--no-multicast-scouting"]
@@ -121,10 +128,10 @@ def test_a_second_viewer_with_the_same_id_is_rejected(tmp_path: Path) -> None:
         with started([*arguments, "-l", other.listen, "-e", place.listen], tmp_path) as two:
             assert two.wait(PATIENCE_S) == 1
         assert "viewer 1 of rig demo is already running" in output_of(tmp_path)
-        one.send_signal(signal.SIGTERM)
-        assert one.wait(30) == 0
+        assert ended(one) == 0
 
 
+@pytest.mark.nightly
 def test_an_unreadable_video_ends_the_rig_with_the_reason(tmp_path: Path) -> None:
     text = (
         demo_rig_file("two-view")
@@ -140,13 +147,6 @@ def test_an_unreadable_video_ends_the_rig_with_the_reason(tmp_path: Path) -> Non
     text = output_of(tmp_path)
     assert "cam.mp4: not a video that can be decoded" in text
     assert "Traceback" not in text
-
-
-@contextmanager
-def _after(seconds: float, arguments: Sequence[object], folder: Path) -> Iterator[subprocess.Popen[str]]:
-    time.sleep(seconds)
-    with started(arguments, folder) as process:
-        yield process
 
 
 def _listens(endpoint: str) -> bool:

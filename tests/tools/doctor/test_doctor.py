@@ -122,7 +122,7 @@ def test_files_of_a_service_are_checked(tmp_path: Path) -> None:
     assert look_at_file("postures", tmp_path / "none").problem == f"{tmp_path / 'none'}: No such file or directory"
 
 
-@pytest.mark.core
+@pytest.mark.nightly
 def test_services_with_another_rig_file_are_found_on_the_network(tmp_path: Path) -> None:
     (port,) = free_ports(1)
     place = f"tcp/127.0.0.1:{port}"

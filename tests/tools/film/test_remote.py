@@ -158,7 +158,7 @@ def board_film(network: Network, folder: Path) -> RemoteFilm:
     return one
 
 
-@pytest.mark.core
+@pytest.mark.nightly
 def test_corners_are_searched_there_and_copied_and_checked(network: Network, tmp_path: Path) -> None:
     """By the process that a viewer runs for it."""
     folder, reports = tmp_path / "out", []

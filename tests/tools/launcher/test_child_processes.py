@@ -10,6 +10,7 @@ from typing import IO
 
 import pytest
 
+from tests.support.processes import PATIENCE_S
 from zenocap.tools.launcher.child_processes import QUICK_FAILURES, SETTLED_S, ChildProcesses, spawn
 
 
@@ -162,7 +163,7 @@ def test_a_child_ends_with_its_parent() -> None:
     )
     parent = (
         "import sys, time; from zenocap.tools.launcher.child_processes import spawn\n"
-        f"print(spawn([sys.executable, '-c', {child!r}]).pid, flush=True); time.sleep(60)\n"
+        f"print(spawn([sys.executable, '-c', {child!r}]).pid, flush=True); time.sleep(600)\n"
     )
     process = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
@@ -170,7 +171,7 @@ def test_a_child_ends_with_its_parent() -> None:
     process.kill()
     process.wait()
     process.stdout.close()
-    end_s = time.monotonic() + 20
+    end_s = time.monotonic() + PATIENCE_S
     while _is_running(pid) and time.monotonic() < end_s:
         time.sleep(0.05)
     assert not _is_running(pid)
@@ -182,7 +183,7 @@ def test_error_output_of_a_child_is_logged() -> None:
         [("a", [sys.executable, "-c", "import sys; sys.exit('no such camera')"])], time.monotonic, spawn
     )
     children.start()
-    end_s = time.monotonic() + 20
+    end_s = time.monotonic() + PATIENCE_S
     lines: list[str] = []
     while not children.given_up and time.monotonic() < end_s:
         children.poll()

@@ -96,7 +96,7 @@ def test_a_full_disk_is_one_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         assert not model_path().exists()
 
 
-@pytest.mark.core
+@pytest.mark.nightly
 def test_the_real_model_finds_no_person_in_an_empty_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.undo()
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "real"))
@@ -111,7 +111,7 @@ def test_the_real_model_finds_no_person_in_an_empty_picture(monkeypatch: pytest.
     assert 0.0 <= found.min() <= found.max() < 0.5
 
 
-@pytest.mark.core
+@pytest.mark.nightly
 def test_without_a_route_nothing_is_fetched_and_each_command_gives_one_error(tmp_path: Path, data_folder: Path) -> None:
     isolated = ["unshare", "--net"]
     if subprocess.run([*isolated, "true"], capture_output=True).returncode:

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from tests.common.bus.test_inbox import bap, sighting
 from tests.support.places import ROOT
+from tests.support.processes import PATIENCE_S
 from tests.support.rig_process import bdp
 from tests.system.test_zenoh_bus import free_endpoint
 from zenocap.common import messages as m
@@ -29,8 +30,6 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, PARTIAL_BDP, SIGHTING, TOPICS, UNIVERSAL_BAP, Topic
 from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.record import RecordingSelection, own_id, parse_selection, run_recorder, topics_named
-
-PATIENCE_S = 20.0
 
 
 @pytest.fixture
@@ -174,7 +173,7 @@ def test_expression_without_a_key_of_any_topic_is_rejected(routed: ZenohOptions,
         bus.listener(expression)
 
 
-@pytest.mark.core
+@pytest.mark.nightly
 def test_the_command_finishes_the_file_on_ctrl_c(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     arguments = ["studio", "-o", "takes/", "-l", endpoint, "--no-multicast-scouting", "--id", "x", "--part-minutes", "5"]

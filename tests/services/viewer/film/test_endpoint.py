@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.processes import PATIENCE_S
 from zenocap.common import codec
 from zenocap.common.messages import FilmBoard, FilmQuery, FilmReply
 from zenocap.common.runtime.clock import ManualClock
@@ -228,7 +229,7 @@ def searched(place: Place) -> FilmReply:
     place.image(1001.5)
     place.ask("stop")
     assert place.ask("detect", board=BOARD).refused == ""
-    end_s = time.monotonic() + 60.0
+    end_s = time.monotonic() + PATIENCE_S
     while (reply := place.ask("state")).board == "searching":
         assert time.monotonic() < end_s
         time.sleep(0.02)
@@ -240,7 +241,7 @@ def test_corners_may_be_read_where_pictures_may_not_and_by_nobody_else(tmp_path)
     place = Place(tmp_path, Permission(film=True), detect=WRITES)
     reply = searched(place)
     assert (reply.board, reply.board_failure) == ("found", "")
-    end_s = time.monotonic() + 60.0
+    end_s = time.monotonic() + PATIENCE_S
     while not (files := place.ask("files", file="corners").files)["corners"].sha256:
         assert time.monotonic() < end_s
     assert (set(files), files["corners"].bytes) == ({"corners"}, 20)

@@ -4,18 +4,23 @@ A test belongs to the last tier of its marks: unit (no mark), slow, core, nightl
 """
 
 import json
+import re
 import resource
 import sys
 import time
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path, PurePosixPath
 
 import pytest
 from numba.core import event
 from xdist.scheduler import LoadScopeScheduling
 
+from tests.support.places import ROOT
+
 TIERS = ("unit", "slow", "core", "nightly")
 UNIT_LIMIT_S = 2.0
+SESSION_RIG = re.compile(r"\b(two_view|ring|secured)_(?:rig|take)\b")  # fixtures of tests/system
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -35,18 +40,27 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Let groups with slow tests begin first, so that no worker is left with one at the end."""
     heavy: dict[str, int] = {}
     for item in items:
-        group = group_of(item.nodeid)
+        group = group_of(file_of(item.nodeid))
         heavy[group] = heavy.get(group, 0) + 10 ** TIERS.index(tier_of(item))
-    items.sort(key=lambda item: -heavy[group_of(item.nodeid)])  # stable
+    items.sort(key=lambda item: -heavy[group_of(file_of(item.nodeid))])  # stable
 
 
-def group_of(nodeid: str) -> str:
-    """What runs in one worker, so that its fixtures are made once: a file, or a folder inside of tests/system.
+def file_of(nodeid: str) -> str:
+    return nodeid.split("::")[0]
 
-    Marks xdist_group have no effect with pytest 9, whose node ids xdist cannot change.
+
+@cache
+def group_of(file: str) -> str:
+    """What runs in one worker with a file, so that its fixtures are made once.
+
+    In tests/system that is its folder, or the files that use the same session rig.  Marks xdist_group have no effect with
+    pytest 9, whose node ids xdist cannot change.
     """
-    file = PurePosixPath(nodeid.split("::")[0])
-    return str(file.parent if file.is_relative_to("tests/system") and len(file.parts) > 3 else file)
+    path = PurePosixPath(file)
+    if not path.is_relative_to("tests/system"):
+        return file
+    rigs = re.findall(SESSION_RIG, (ROOT / file).read_text(encoding="utf-8"))
+    return rigs[0] if rigs else str(path.parent) if len(path.parts) > 3 else file
 
 
 class Scheduling(LoadScopeScheduling):
@@ -57,7 +71,7 @@ class Scheduling(LoadScopeScheduling):
         super().__init__(config, log)
 
     def _split_scope(self, nodeid: str) -> str:
-        return group_of(nodeid)
+        return group_of(file_of(nodeid))
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Scheduling | None:

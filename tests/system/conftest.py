@@ -14,12 +14,10 @@ RIGS = ("two_view", "ring", "secured")
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that share a rig run in one worker: first those that need it running, then those that read its take."""
+    """Of the tests that share a rig first those that need it running, then those that read its take."""
     for item in items:
         if item.path.is_relative_to(Path(__file__).parent) and item.get_closest_marker("timeout") is None:
             item.add_marker(pytest.mark.timeout(HANG_S))
-        for rig in _rigs_of(item):
-            item.add_marker(pytest.mark.xdist_group(rig))
     items.sort(key=_order)
 
 

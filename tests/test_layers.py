@@ -103,7 +103,6 @@ def test_the_layers_are_the_sub_packages() -> None:
     assert [name for name in PACKAGES if (ROOT / "zenocap" / name).resolve() != ROOT / name] == []
 
 
-@pytest.mark.slow
 def test_no_file_imports_a_top_level_folder() -> None:
     """`import zenocap.common...`, never `import common...`, which an installed package does not have."""
     files = [path for path in ROOT.rglob("*.py") if not HIDDEN & set(path.relative_to(ROOT).parts)]
@@ -113,6 +112,7 @@ def test_no_file_imports_a_top_level_folder() -> None:
     assert found == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layer", LAYERS)
 def test_dependencies_run_one_way(layer: str) -> None:
     later = tuple(f"zenocap.{name}" for name in LAYERS[LAYERS.index(layer) + 1 :])

@@ -83,6 +83,7 @@ def test_equations_of_a_text() -> None:
     assert equations("Equation 3, equations 4") == set()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("paper", "number"), PLACES, ids=lambda value: str(value))
 def test_every_equation_is_in_the_source_or_on_the_page(paper: str, number: int) -> None:
     assert number in in_sources()[paper] | on_page()[paper]

@@ -106,6 +106,7 @@ def test_a_list_of_videos_needs_a_calibration(tmp_path: Path) -> None:
         zenocap.track(zenocap.demo_rig("two-view"), tmp_path / "a.mcap", preset="paper")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("clip", "empty_frames"),
     [

@@ -1,6 +1,5 @@
 """Figures of the fault table, computed from received messages."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -49,7 +48,6 @@ def test_viewer_that_does_not_return_has_no_recovery_time() -> None:
     assert figures([], WINDOW, FPS, []).gap_s == 10.0
 
 
-@pytest.mark.slow
 @given(st.integers(141, 190))
 def test_incomplete_pose_restarts_the_count_of_consecutive_poses(incomplete: int) -> None:
     events = [pose(frame, ("2",) if frame == incomplete else ()) for frame in range(200)]

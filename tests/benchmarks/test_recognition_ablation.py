@@ -52,6 +52,7 @@ def test_each_variant_leaves_out_a_group_or_has_it_alone() -> None:
         np.testing.assert_array_equal(np.sort(np.concatenate([without, alone])), np.arange(VALUES))
 
 
+@pytest.mark.nightly
 def test_postures_that_differ_in_one_group_need_it() -> None:
     rng = np.random.default_rng(4)
     turn = by_channel()["turn"]

@@ -16,7 +16,7 @@ def test_the_interval_is_that_of_a_poisson_rate(count: int, low: float, high: fl
     assert interval(count, 4.0) == pytest.approx((low / 4, high / 4), rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_models_are_those_of_a_training_with_the_rate() -> None:
     people, others = examples(range(1, 7)), background(range(20, 24), 24)
     found = dict(models(people, others))
@@ -29,7 +29,7 @@ def test_models_are_those_of_a_training_with_the_rate() -> None:
     assert set(found) <= set(RATES)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_postures_count_as_false_ones_and_rest_does_not() -> None:
     model = dict(models(examples(range(1, 7)), background(range(20, 24))))[UNLIMITED]
     wave, rest = movement("wave", 30, 3), np.repeat(movement("wave", 30, 3)[:1], round(4 * RATE), axis=0)

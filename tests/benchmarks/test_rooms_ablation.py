@@ -14,11 +14,13 @@ def test_a_part_is_off_within_the_context_only(part: str) -> None:
     assert getattr(module, name) is before
 
 
+@pytest.mark.nightly
 def test_without_a_new_mean_a_lamp_that_is_switched_off_costs_overlap() -> None:
     both, none = ablation.overlaps((3, "lamp switched off"), (96, 72), (ablation.ALL, "relight"))
     assert both > none + 0.05
 
 
+@pytest.mark.nightly
 def test_without_the_gain_a_fading_light_costs_overlap() -> None:
     both, none = ablation.overlaps((3, "light fades by 40 %"), (96, 72), (ablation.ALL, "gain"))
     assert both > none + 0.02

@@ -7,6 +7,7 @@ import pytest
 from benchmarks.rooms import advice
 
 
+@pytest.mark.nightly
 def test_a_dark_film_is_named_and_an_ordinary_one_is_not(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

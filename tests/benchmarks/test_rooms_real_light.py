@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from benchmarks.rooms.__main__ import overlap
 from benchmarks.rooms.film import CHANGE_S, EMPTY_S, FPS
@@ -34,6 +35,7 @@ def test_the_film_is_the_empty_room_and_then_the_video_to_and_fro() -> None:
     assert np.array_equal(shots[turn + 1][1], images[-2])
 
 
+@pytest.mark.nightly
 def test_a_lamp_that_is_switched_off_ruins_a_fixed_background_and_not_one_that_adapts() -> None:
     camera = look("cam01", np.array([0.0, 1.0, 4.0]), np.array([0.0, 1.0, 0.0]), 0.0).resized(SIZE)
     shots = list(film(*room_and_figures()))

@@ -21,6 +21,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.simulated_clip.default_folder", lambda: tmp_path)
 
 
+@pytest.mark.slow
 def test_empty_frames_are_left_out_and_views_agree_with_the_truth() -> None:
     """Every joint is inside of the silhouette of every view."""
     clip = simulated_clip("standing", SUBJECT, [None, t_pose(SUBJECT), neutral(SUBJECT)], 2, 30.0, 2)
@@ -36,6 +37,7 @@ def test_empty_frames_are_left_out_and_views_agree_with_the_truth() -> None:
             assert inside.mean() > 0.85, view
 
 
+@pytest.mark.slow
 def test_silhouettes_are_rendered_once(monkeypatch: pytest.MonkeyPatch) -> None:
     first = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
     monkeypatch.setattr("benchmarks.takes.SimulatedCamera", None)
@@ -49,12 +51,14 @@ def test_unknown_name_of_a_clip() -> None:
         cycle_clip("dancing-3")
 
 
+@pytest.mark.slow
 def test_selected_views_are_refused() -> None:
     clip = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
     with pytest.raises(ValueError, match="views = r0: simulated clips have all views"):
         clip.of_views(("r0",))
 
 
+@pytest.mark.slow
 def test_a_cycle_has_the_papers_numbers_of_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(TEST_FRAMES, "walking", 3)
     monkeypatch.setattr("benchmarks.simulated_clip.CYCLE_FPS", 5.0)

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from benchmarks.simulated_clip import SIZE, cameras_of
 from benchmarks.verdict.faults import Scene
@@ -33,6 +34,7 @@ def scene() -> Scene:
     return Scene(cameras, masks, {}, FRAMES, FPS)
 
 
+@pytest.mark.nightly
 def test_two_view_tracks_the_silhouettes_of_a_scene() -> None:
     messages, cpu_s = two_view_messages(scene())
     assert cpu_s > 0.0

@@ -49,11 +49,13 @@ def with_value(value: Any, path: tuple[Any, ...], new: object) -> Any:
     return copy
 
 
+@pytest.mark.slow
 @given(MESSAGES)
 def test_an_encoded_message_decodes_to_an_equal_message(message: m.Message) -> None:
     assert decode(encode(message), type(message)) == message
 
 
+@pytest.mark.slow
 @given(MESSAGES)
 def test_equal_messages_have_equal_bytes(message: m.Message) -> None:
     again = decode(encode(message), type(message))
@@ -112,6 +114,7 @@ def test_an_unknown_field_is_refused(message: m.Message, name: str) -> None:
         decode(msgpack.packb(plain(message) | {name: 1}), type(message))
 
 
+@pytest.mark.nightly
 @given(MESSAGES, st.sampled_from(MESSAGE_TYPES))
 def test_a_message_of_another_type_is_refused(message: m.Message, other: type[m.Message]) -> None:
     assume(other is not type(message))
@@ -168,6 +171,7 @@ def test_mutated_messages_are_valid_or_raise_bad_message(message: m.Message, dat
     assert decode(encode(decoded), type(message)) == decoded
 
 
+@pytest.mark.nightly
 @given(MESSAGES, st.data())
 def test_a_truncated_message_raises_bad_message(message: m.Message, data: st.DataObject) -> None:
     valid = encode(message)
@@ -197,7 +201,6 @@ HOSTILE = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", [m.Silhouette, m.CameraInfo])
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_bytes_raise_bad_message_and_need_little_memory(name: str, kind: type[m.Message]) -> None:

@@ -68,7 +68,7 @@ def result(package: Path) -> tuple[float, int]:
     return float(value), int(hits)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_is_used_follows_the_sources_and_serves_other_checkouts(package: Path, cache: Path, tmp_path: Path) -> None:
     other = tmp_path / "elsewhere" / "zenocap"
     shutil.copytree(package, other)

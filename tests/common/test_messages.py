@@ -32,6 +32,7 @@ def read() -> frozenset[str]:
     return frozenset(names_read())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("struct", STRUCTS, ids=lambda struct: struct.__name__)
 def test_every_field_has_a_reader(struct: type[msgspec.Struct], read: frozenset[str]) -> None:
     assert set(struct.__struct_fields__) <= read

@@ -72,6 +72,7 @@ def test_frames_half_a_period_apart_are_paired_and_further_ones_are_not() -> Non
     assert ("1", "2") not in shape(apart)
 
 
+@pytest.mark.slow
 @given(phase=st.floats(0.0, 1.0), seed=st.integers(0, 1000))
 def test_frames_of_varying_periods_are_paired_at_any_phase(phase: float, seed: int) -> None:
     """Two cameras whose frames come up to 8 % of a period early or late: at most those at both ends are alone."""
@@ -175,6 +176,7 @@ def test_frame_sets_are_in_time_order(events: list[Event]) -> None:
     assert times == sorted(set(times))
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(-8_000_000, 8_000_000), min_size=1, max_size=20), st.randoms(use_true_random=False))
 def test_regular_viewers_are_always_paired_in_any_order_of_arrival(jitters: list[int], random) -> None:  # type: ignore[no-untyped-def]
     events = []
@@ -199,6 +201,7 @@ def play_many(events: list[Event]) -> tuple[Synchronizer[Event], list[FrameSet[E
     return pairs, frame_sets
 
 
+@pytest.mark.slow
 @given(st.lists(st.sets(st.sampled_from(MANY), min_size=1), min_size=1, max_size=20), st.randoms(use_true_random=False))
 def test_a_frame_set_has_the_viewers_that_captured_it(captured: list[set[str]], random) -> None:  # type: ignore[no-untyped-def]
     """Viewers join, leave and return: a frame is emitted, waits for at most one frame period, or was late."""

@@ -74,6 +74,7 @@ def deliver(run: Run, message: m.Message) -> None:
             run.send_to_integrator(published)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(4))
 def test_the_next_initial_posture_restarts_tracking_after_false_messages(seed: int) -> None:
     run, rng = Run(), random.Random(seed)

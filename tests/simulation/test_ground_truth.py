@@ -55,7 +55,6 @@ def test_ten_part_angles_stay_within_the_anatomy_limits_except_near_gimbal_lock(
         assert not outside, (t, outside)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", POSTURES)
 def test_ten_part_angles_are_continuous_except_near_gimbal_lock(name: str) -> None:
     script = posture_timeline(person(4), name, 2)

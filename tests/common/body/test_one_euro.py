@@ -43,6 +43,7 @@ def swinging(hz: float, times_s: Floats) -> list[Pose]:
     return poses_of(np.stack([wave, np.ones(len(wave)), np.zeros(len(wave))], axis=1), angles)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hz", [0.5, 1.0, 2.0, 4.0])
 @pytest.mark.parametrize("cutoff_hz", [1.5, 5.0])
 def test_gain_and_delay_of_a_sine_are_those_of_theory(hz: float, cutoff_hz: float) -> None:
@@ -61,6 +62,7 @@ def test_gain_and_delay_of_a_sine_are_those_of_theory(hz: float, cutoff_hz: floa
         np.testing.assert_allclose(np.array(values)[late] - middle, expected[late], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_faster_motion_is_delayed_less() -> None:
     times_s = np.arange(0, 8, 1 / RATE)
     lags = []
@@ -92,6 +94,7 @@ def test_a_person_at_rest_is_unchanged_and_noise_is_reduced() -> None:
     assert np.std([pose.angles - rest[0].angles for pose in smooth]) < 0.5 * 0.01
 
 
+@pytest.mark.nightly
 @given(yaw=st.floats(-7, 7), seed=st.integers(0, 100))
 @few_examples
 def test_it_is_the_same_in_a_turned_world(yaw: float, seed: int) -> None:
@@ -135,6 +138,7 @@ def test_it_starts_again_after_a_gap_a_jump_and_a_time_that_does_not_rise(what: 
     assert run([*start, last], OneEuro(), times_s)[-1] is last
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [15.0, 60.0])
 def test_the_delay_does_not_depend_on_the_frame_rate(rate: float) -> None:
     times_s = np.arange(0, 8, 1 / rate)

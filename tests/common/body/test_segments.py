@@ -64,6 +64,7 @@ def test_limbs_refer_to_their_angles_and_parts() -> None:
     assert [limb.is_leg for limb in limbs_of(TEN_PARTS)] == [False, False, True, True]
 
 
+@pytest.mark.slow
 @given(ANGLES)
 @settings(deadline=None)  # the first example compiles
 def test_directions_are_those_of_the_kinematics(pose: Floats) -> None:
@@ -74,6 +75,7 @@ def test_directions_are_those_of_the_kinematics(pose: Floats) -> None:
         np.testing.assert_allclose(torso @ found[1], frames[limb.lower, :, 1], atol=1e-12)
 
 
+@pytest.mark.nightly
 @given(ANGLES, SMALL_STEPS)
 @settings(deadline=None, max_examples=300)
 def test_angles_invert_directions_from_a_pose_nearby(pose: Floats, step: Floats) -> None:

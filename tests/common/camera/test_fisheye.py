@@ -57,6 +57,7 @@ def test_the_rectified_image_shows_what_the_lens_shows_on_its_sides_and_nothing_
     assert reached or np.isclose(seen.min(), -0.5, atol=0.05), "smaller than need be"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("working", [SIZE, (320, 240)])
 def test_a_point_is_seen_in_the_rectified_image_where_the_camera_projects_it(tmp_path, working):
     (tmp_path / "wide.toml").write_text(FILE)

@@ -42,7 +42,6 @@ def test_images_of_a_level_camera_are_unchanged(viewer: int) -> None:
     assert view.warp(image) is image
 
 
-@pytest.mark.slow
 @given(CAMERAS)
 @settings(deadline=None, max_examples=10)
 def test_the_level_camera_is_upright_at_the_same_position(camera: Camera) -> None:
@@ -99,6 +98,7 @@ def _through_the_maps(view: LevelView, pixel: Floats) -> Floats | None:
     return result
 
 
+@pytest.mark.slow
 def test_the_level_view_keeps_the_visible_part_of_the_capture_volume() -> None:
     camera = look("cam", np.array([2.0, 2.2, 4.5]), TARGET, roll=0.1)
     view = level_view(camera)

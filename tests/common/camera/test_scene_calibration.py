@@ -41,6 +41,7 @@ def test_exact_picks_give_the_camera(camera, names, known):
     assert not placed.remarks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("names", "known"), [("abcd", True), ("abcdefg", False)])
 def test_the_claimed_error_is_the_true_one(names, known):
     lens = Lens.of(CAMERA) if known else None

@@ -53,7 +53,7 @@ def test_names_with_spaces_braces_on_any_line_and_positions_of_any_joint_are_rea
     np.testing.assert_allclose(file.points, expected, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(track=tracks())
 @settings(deadline=None, max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_joint_positions_equal_those_of_another_reader(track: PoseTrack, tmp_path: Path) -> None:

@@ -102,6 +102,7 @@ ROLES = (
 )
 
 
+@pytest.mark.slow
 @given(st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.integers(0, 10_000))
 @settings(max_examples=40, deadline=None)
 def test_joints_without_names_have_the_right_roles(

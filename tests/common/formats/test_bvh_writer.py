@@ -90,7 +90,7 @@ def furthest_m(found: Floats, track: PoseTrack, axes: Axes = "y-up", unit: Unit 
     return float(np.linalg.norm(found / PER_METRE[unit] - expected, axis=2).max())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(track=tracks(), axes=st.sampled_from(list(MATRICES)), unit=st.sampled_from(list(PER_METRE)))
 @files
 def test_joint_centres_round_trip_in_any_axes_and_unit(track: PoseTrack, axes: Axes, unit: Unit, tmp_path: Path) -> None:

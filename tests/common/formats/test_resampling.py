@@ -37,6 +37,7 @@ def test_rows_are_at_exact_multiples_inside_the_track(track: PoseTrack, fps: flo
     assert out.rate == fps
 
 
+@pytest.mark.nightly
 @given(track=tracks())
 @few_examples
 def test_rows_on_the_grid_are_unchanged(track: PoseTrack) -> None:

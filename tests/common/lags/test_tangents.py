@@ -56,6 +56,7 @@ def test_cameras_on_a_line_with_the_person_have_no_baseline() -> None:
     assert baseline_of(one, one, np.array([0.0, 1.0, 0.0])) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift_s", [0.0, 0.5 / FPS, 0.71, -1.234])
 def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float) -> None:
     cameras = ring((0, 90, 40))
@@ -67,6 +68,7 @@ def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float
         assert abs(offset.offset_s - starts[name] + 2.0) < 0.1 / FPS
 
 
+@pytest.mark.slow
 def test_different_frame_rates_are_compared() -> None:
     cameras = ring((0, 90))
     outlines = {"cam01": film(cameras["cam01"], 0.0), "cam02": film(cameras["cam02"], 0.4, 300, 50.0)}
@@ -75,6 +77,7 @@ def test_different_frame_rates_are_compared() -> None:
     assert abs(found["cam02"].offset_s - 0.4) < 0.15 / FPS
 
 
+@pytest.mark.slow
 def test_a_still_body_and_an_offset_beyond_the_range_are_not_certain() -> None:
     cameras = ring((0, 90))
     outlines = {name: film(camera, 0.0, still=True) for name, camera in cameras.items()}

@@ -31,7 +31,7 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Judge:
     return Judge(folder / "take.mcap", folder)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_takes_truncated_at_any_byte_are_read(judge: Judge) -> None:
     findings = Findings()
     truncations(judge, findings, range(0, 101, 4))
@@ -39,7 +39,7 @@ def test_takes_truncated_at_any_byte_are_read(judge: Judge) -> None:
     assert findings.statuses.keys() == {(1, 1), (3, 3), (3, 0), (0, 0)}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_takes_with_random_damage_are_read(judge: Judge, kind: Damaging) -> None:
     findings = Findings()
@@ -86,6 +86,7 @@ def test_hostile_files_are_reported_as_damage(content: bytes) -> None:
     assert not any(isinstance(item, Message) for item in found)
 
 
+@pytest.mark.slow
 def test_hostile_files_take_little_memory(tmp_path: Path) -> None:
     """The memory of the reading process is limited to far below the declared sizes."""
     bombs = HEADER + b"".join(chunk(zstandard.compress(bytes(60 << 20)), size) for size in (10, 60 << 20, 2**40)) * 5

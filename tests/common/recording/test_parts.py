@@ -218,6 +218,7 @@ def test_a_disk_that_is_full_ends_the_log_and_not_the_caller(small_disk: Path) -
     assert sum(found) >= end.messages > 1000
 
 
+@pytest.mark.nightly
 def test_a_file_size_limit_ends_the_log_and_is_reported_once(tmp_path: Path) -> None:
     """The operating system's limit on file sizes, in a separate process."""
     if not hasattr(resource, "RLIMIT_FSIZE"):

@@ -134,7 +134,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024, "MB
 """
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", SMALL_FILES)
 def test_small_files_cost_neither_minutes_nor_gigabytes(tmp_path: Path, name: str) -> None:
     path = tmp_path / "small.mcap"
@@ -151,7 +151,7 @@ def test_small_files_cost_neither_minutes_nor_gigabytes(tmp_path: Path, name: st
     assert int(done.stdout.splitlines()[-1].split()[0]) < MOST_MB
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("command", ["info", "verify", "export", "show", "recover", "open_take"])
 @pytest.mark.parametrize("name", ["zeros between the magic bytes", "many bombs"])
 def test_every_reader_of_takes_answers_soon(tmp_path: Path, name: str, command: str) -> None:

@@ -60,6 +60,7 @@ def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.nightly
 def test_the_take_does_not_depend_on_the_number_of_cores(tmp_path: Path) -> None:
     for jobs in (1, 2, 5):
         track(hybrid(), tmp_path / f"{jobs}.mcap", jobs=jobs)
@@ -120,6 +121,7 @@ def test_the_take_is_recomputed_byte_for_byte(take: Path) -> None:
     assert found.equal == {key: len(messages_of(take, kind)) for key, kind in counts.items()}
 
 
+@pytest.mark.nightly
 def test_two_runs_give_equal_bytes(take: Path, tmp_path: Path) -> None:
     track(hybrid(), tmp_path / "b.mcap")
     again = [recorded.data for recorded in Take(tmp_path / "b.mcap").messages()]

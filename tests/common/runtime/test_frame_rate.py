@@ -67,6 +67,7 @@ def test_of_every_n_slots_as_many_are_kept_as_the_share_says_evenly_spread(share
     assert max(gaps) <= share.spacing + 1
 
 
+@pytest.mark.slow
 @given(
     SHARES,
     st.lists(st.integers(-2 * S, 2 * S), min_size=2, max_size=5),
@@ -88,6 +89,7 @@ def test_synchronized_viewers_with_any_clocks_and_jitter_choose_the_same_instant
     assert chosen[0] or share.of >= 39
 
 
+@pytest.mark.slow
 @given(
     SHARES,
     st.lists(st.floats(0.0, 0.7), min_size=2, max_size=4),

@@ -72,6 +72,7 @@ def walk(seconds: float, first: int = 0) -> Iterator[Mask]:
     return (person(walking(first + k)) for k in range(round(seconds * FPS)))
 
 
+@pytest.mark.slow
 def test_a_person_who_was_there_from_the_start_is_uncovered() -> None:
     scene = room(HEIGHT, WIDTH)
     camera = Camera(scene, at=70)
@@ -80,6 +81,7 @@ def test_a_person_who_was_there_from_the_start_is_uncovered() -> None:
     assert np.abs(camera.model.background.mean - scene)[40:80, 70:84].max() < 8  # the place of the person is the room again
 
 
+@pytest.mark.slow
 def test_a_lamp_that_is_switched_off_is_followed_at_once() -> None:
     scene = room(HEIGHT, WIDTH)
     camera = Camera(scene)
@@ -96,6 +98,7 @@ def test_frames_before_the_white_balance_settled_are_brought_to_the_light_of_the
     assert np.median(model.background.sigma()) < 4.0
 
 
+@pytest.mark.slow
 def test_furniture_that_was_moved_is_taken_up_and_the_person_is_not() -> None:
     scene = room(HEIGHT, WIDTH)
     before, after = scene.copy(), scene.copy()
@@ -108,6 +111,7 @@ def test_furniture_that_was_moved_is_taken_up_and_the_person_is_not() -> None:
     assert np.abs(camera.model.background.mean - after)[75:95, 15:35].max() < 10
 
 
+@pytest.mark.nightly
 def test_a_person_who_moves_in_place_before_a_thing_of_the_colour_of_the_shirt_is_not_learnt() -> None:
     scene = room(HEIGHT, WIDTH)
     scene[36:42, 62:70] = (40, 60, 190)
@@ -119,6 +123,7 @@ def test_a_person_who_moves_in_place_before_a_thing_of_the_colour_of_the_shirt_i
     assert np.count_nonzero(learnt) < 40  # of 840 px
 
 
+@pytest.mark.slow
 def test_a_person_who_stands_and_sways_for_a_minute_stays() -> None:
     scene = room(HEIGHT, WIDTH)
     camera = Camera(scene)
@@ -127,6 +132,7 @@ def test_a_person_who_stands_and_sways_for_a_minute_stays() -> None:
     assert min(camera.overlaps(scene, swaying)) > 0.85
 
 
+@pytest.mark.nightly
 def test_a_figure_that_never_moves_is_held_for_a_minute_and_not_for_ever() -> None:
     scene = room(HEIGHT, WIDTH)
     camera = Camera(scene)
@@ -136,6 +142,7 @@ def test_a_figure_that_never_moves_is_held_for_a_minute_and_not_for_ever() -> No
     assert found[-1] == 0.0
 
 
+@pytest.mark.slow
 def test_the_noise_of_compression_around_a_person_raises_the_threshold() -> None:
     scene = room(HEIGHT, WIDTH)
     plain, coded = Camera(scene), Camera(scene, around=5.0)

@@ -1,6 +1,7 @@
 """The adaptive background with the tracker's pose: a still person is held, a wrong pose is not held for ever."""
 
 import numpy as np
+import pytest
 
 from tests.common.vision.test_adaptive import FPS, HEIGHT, LEARNT, OPTIONS, WIDTH, overlap, person, picture, walk
 from tests.common.vision.test_background import room
@@ -43,6 +44,7 @@ def walked() -> tuple[Floats, Fed]:
     return scene, fed
 
 
+@pytest.mark.nightly
 def test_a_figure_that_never_moves_is_held_beyond_a_minute_where_the_pose_explains_it() -> None:
     scene, fed = walked()
     found = [fed.overlap(scene, person(60), expected(person(60))) for _ in range(75 * FPS)]
@@ -50,6 +52,7 @@ def test_a_figure_that_never_moves_is_held_beyond_a_minute_where_the_pose_explai
     assert EXPLAINED_HOLD_S > 75.0
 
 
+@pytest.mark.slow
 def test_furniture_that_touches_the_person_is_dropped_and_learnt() -> None:
     scene, fed = walked()
     after = scene.copy()
@@ -59,12 +62,14 @@ def test_furniture_that_touches_the_person_is_dropped_and_learnt() -> None:
     assert np.abs(fed.model.background.mean - after)[65:85, 85:105].max() < 10
 
 
+@pytest.mark.slow
 def test_a_pose_where_nothing_differs_makes_no_silhouette_and_holds_no_ghost() -> None:
     scene, fed = walked()
     found = [fed.overlap(scene, None, expected(person(60))) for _ in range(3 * FPS)]
     assert sum(found[2:]) == 0.0
 
 
+@pytest.mark.slow
 def test_a_pose_that_is_stuck_leaves_the_silhouette_of_the_person_who_walks_on() -> None:
     scene, fed = walked()
     stuck = expected(person(60))

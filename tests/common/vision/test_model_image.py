@@ -59,6 +59,7 @@ def counted_totals(cover: Mask) -> list[int]:
     return [int(MASK.sum()), int((cover > 0).sum()), int(((cover > 0) & (MASK > 0)).sum())]
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(deadline=None, max_examples=300)  # the first example compiles
 def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> None:
@@ -119,6 +120,7 @@ def sampled_hull(frame: Floats, size: Floats, camera: Floats) -> Floats32:
     return np.asarray(cv2.convexHull(pixels.astype(np.float32)), dtype=np.float32)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([0, 1]))
 @settings(deadline=None, max_examples=200)
 def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer: int) -> None:
@@ -204,6 +206,7 @@ def test_different_shapes_are_refused() -> None:
         matching_score(np.zeros((3, 4), np.uint8), np.zeros((4, 3), np.uint8))
 
 
+@pytest.mark.slow
 @given(MASKS, MASKS, MASKS)
 def test_more_errors_lower_the_score(silhouette: Mask, model: Mask, worse: Mask) -> None:
     """Pixels of the union that agreed and now differ do not change the union."""

@@ -41,6 +41,7 @@ def random_body(anatomy: Anatomy, seed: int) -> Bdp:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10_000), name=st.sampled_from(sorted(ANATOMIES)))
 def test_both_ends_of_every_capsule_are_the_centres_of_the_parts_end_ellipses(seed: int, name: str) -> None:
     anatomy = ANATOMIES[name]
@@ -53,6 +54,7 @@ def test_both_ends_of_every_capsule_are_the_centres_of_the_parts_end_ellipses(se
         np.testing.assert_allclose(placed.positions[part] + axis, far, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10_000))
 def test_a_capsules_radii_lie_along_its_own_axes(seed: int) -> None:
     body, pose = random_body(FOURTEEN_PARTS, seed), random_pose(FOURTEEN_PARTS, seed)

@@ -73,7 +73,7 @@ def test_a_late_camera_is_corrected_in_steps_after_two_estimates() -> None:
     assert "cam01" not in text
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_report_corrects_nothing_and_equal_events_give_equal_messages() -> None:
     state, found = play(lambda _: {"cam01": 0.15}, 46, follow=False)
     assert len(found) == 2

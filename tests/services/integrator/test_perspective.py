@@ -22,7 +22,6 @@ def ray_to(camera: Camera, point: np.ndarray) -> Ray:
     return Ray(camera, float(x / depth), float(y / depth))
 
 
-@pytest.mark.slow
 @given(POSITIONS)
 def test_equation_3_recovers_the_position(position: np.ndarray) -> None:
     x1, z2 = ray_to(ONE, position).x * FOCAL, ray_to(TWO, position).x * FOCAL

@@ -115,6 +115,7 @@ def test_twice_what_the_viewers_can_do_is_halved_within_seconds_and_named() -> N
     assert describe(plant.state) == "reduced to 15 of 30 frames/s: processor of viewer 1"
 
 
+@pytest.mark.nightly
 @settings(max_examples=40, deadline=None)
 @given(st.floats(6.5, 29.0), st.integers(2, 32))
 def test_most_of_what_the_slowest_viewer_can_do_comes_out_as_whole_instants(capacity: float, viewers: int) -> None:

@@ -29,7 +29,6 @@ class Sent:
         self.count += 1
 
 
-@pytest.mark.slow
 def test_a_put_is_received_by_another_session() -> None:
     place = f"tcp/127.0.0.1:{free_tcp_port()}"
     received: list[tuple[str, bytes]] = []

@@ -199,7 +199,6 @@ def test_a_program_gets_posture_confidence_and_rig(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text() == f"studio squat {result.confidence:.3f}\n"
 
 
-@pytest.mark.slow
 def test_closing_kills_a_running_program(tmp_path: Path) -> None:
     clock = RealClock()
     path = program(tmp_path, "slow", 'touch "$1"; exec sleep 60')

@@ -39,6 +39,7 @@ def test_false_postures_with_all_votes_are_left_up_to_the_rate() -> None:
     assert least_share(shares, 0.5, 3.9, 0.01) > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("per_hour", [1.0, 6.0, 20.0])
 def test_a_background_that_is_long_enough_holds_the_rate_for_others_in_95_of_100_cases(per_hour: float) -> None:
     """Shares of false postures of which as many an hour exceed s as `rate(s)`, in backgrounds of 3.5 hours."""

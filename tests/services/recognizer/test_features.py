@@ -99,6 +99,7 @@ def angles_of_both(seed: int) -> tuple[Floats, Floats]:
     return angles, poses_from_centres(TEN_PARTS, centres)[0].angles
 
 
+@pytest.mark.slow
 @given(seeds)
 def test_both_anatomies_have_about_the_same_arcs(seed: int) -> None:
     """Except opposite of the middle, behind the back and up, where no limb is and an arc may take either way."""

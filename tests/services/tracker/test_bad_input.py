@@ -106,6 +106,7 @@ def test_consistent_views_give_no_finding() -> None:
     assert error(published) < 0.05
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("fault", [turned, moved])
 def test_wrong_calibration_is_reported_and_excluded(fault: Callable[[Camera], Camera]) -> None:
     wrong = {viewer: fault(camera) if viewer == BAD else camera for viewer, camera in CAMERAS.items()}
@@ -116,6 +117,7 @@ def test_wrong_calibration_is_reported_and_excluded(fault: Callable[[Camera], Ca
     assert error(published) < 0.05
 
 
+@pytest.mark.nightly
 def test_empty_view_is_reported() -> None:
     state, published, findings = play(CAMERAS, with_fault(lambda frame: None if frame > 90 else frame))
     assert any(f"view {BAD} is empty for" in text for text in findings)
@@ -123,6 +125,7 @@ def test_empty_view_is_reported() -> None:
     assert tracker.describe(state).startswith("tracking")
 
 
+@pytest.mark.nightly
 def test_frozen_view_is_reported_and_excluded() -> None:
     state, published, findings = play(CAMERAS, with_fault(lambda frame: min(frame, 80)))
     assert any(f"view {BAD} is frozen" in text for text in findings)
@@ -130,6 +133,7 @@ def test_frozen_view_is_reported_and_excluded() -> None:
     assert error(published, ALL[-8:-2]) < 0.06  # meanwhile the person may have been lost
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("late", [2, 4])
 def test_view_out_of_step_is_reported_with_its_lag(late: int) -> None:
     _, published, findings = play(CAMERAS, with_fault(lambda frame: frame - late), SHORT)
@@ -146,6 +150,7 @@ def test_single_view_waits_for_a_second() -> None:
     )
 
 
+@pytest.mark.nightly
 def test_mask_of_another_size_is_counted_and_excluded() -> None:
     small = np.ones((20, 30), np.uint8)
     state, published, _ = play(CAMERAS, lambda frame, viewer: small if viewer == BAD else masks()[frame][viewer])

@@ -13,6 +13,7 @@ from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.states import Options
 
 
+@pytest.mark.slow
 def test_warm_up_reaches_tracking_and_the_search_of_a_limb(monkeypatch: pytest.MonkeyPatch) -> None:
     """A live tracker whose first lost limb is compiled for stops for many seconds."""
     searched = Mock(wraps=limb_search.place_limb)
@@ -22,6 +23,7 @@ def test_warm_up_reaches_tracking_and_the_search_of_a_limb(monkeypatch: pytest.M
     assert searched.called
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shift", "words"), [(20.0, "tracking, front or back is not certain"), (-6.0, "waiting for a person")]
 )

@@ -147,6 +147,7 @@ def test_a_missing_viewer_is_not_used(started: tuple[TrackState, list[Outcome], 
     assert hip_error(outcome, t_pose_at(SEED)) < 0.06
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", get_args(Method))
 def test_preset_paper_tracks_a_walking_person_and_never_relocalizes(method: Method) -> None:
     anatomy = ANATOMIES[PRESETS["paper"].anatomy]

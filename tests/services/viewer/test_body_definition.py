@@ -149,7 +149,6 @@ def test_hanging_arms_are_refused(seed: int) -> None:
         front_lengths(silhouettes(seed, (160, 120), arms_down=True)[0], SCALE)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [(160, 120), (640, 480)])
 @pytest.mark.parametrize("seed", PEOPLE)
 def test_the_sizes_of_the_simulated_person_are_measured(seed: int, size: tuple[int, int]) -> None:
@@ -198,6 +197,7 @@ def test_an_empty_mask_has_no_silhouette_box() -> None:
         silhouette_box(np.zeros((5, 5), np.uint8))
 
 
+@pytest.mark.slow
 def test_only_stretched_arms_are_the_front_posture() -> None:
     assert is_front_posture(silhouette_box(silhouette(0)))
     assert not is_front_posture(silhouette_box(silhouette(0, arms_down=True)))

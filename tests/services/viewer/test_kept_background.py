@@ -74,6 +74,7 @@ def test_the_first_image_that_fits_ends_learning(
     assert [record.getMessage() for record in caplog.records] == [f"background of {tmp_path / 'lab-1.npz'} taken up again"]
 
 
+@pytest.mark.slow
 def test_a_model_that_never_fits_is_named_and_the_room_learnt_anew(
     learnt: Segmenting, caplog: pytest.LogCaptureFixture, tmp_path: Path
 ) -> None:

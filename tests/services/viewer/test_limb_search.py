@@ -148,6 +148,7 @@ def test_a_tie_keeps_the_start_angle(monkeypatch: pytest.MonkeyPatch) -> None:
     assert full_search(DOWN, Z_AXIS, BOTH, ARM_REGION, STOP, limb, image)[0] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 @given(st.floats(-0.5, 0.5), st.floats(-0.4, 0.4))
 @settings(deadline=None)
 def test_a_search_restores_the_cover_and_returns_the_score_of_its_angle(start: float, region_share: float) -> None:
@@ -191,7 +192,6 @@ def test_elbows_and_knees_do_not_fold_past_150_degrees() -> None:
     assert not is_allowed(np.array([[0.0, -1.0, 0.0], [0.0, np.cos(np.radians(29)), np.sin(np.radians(29))]]), False)
 
 
-@pytest.mark.slow
 @given(UNIT, st.floats(-1.5, 1.5))
 @settings(deadline=None)
 def test_each_mode_turns_its_segments_about_the_axis(axis: Floats, angle: float) -> None:

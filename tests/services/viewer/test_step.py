@@ -40,6 +40,7 @@ def tracked(run: Run) -> list[m.UniversalBap]:
     return [message for message in run.published if isinstance(message, m.UniversalBap)]
 
 
+@pytest.mark.slow
 def test_viewers_learn_the_background_then_measure_the_body_then_track(complete_run: Run) -> None:
     kinds = [type(message).__name__ for message in complete_run.published]
     for earlier, later in (
@@ -107,6 +108,7 @@ def test_only_assignments_of_complete_frame_sets_answer_a_frame(complete_run: Ru
     assert all(viewer.answered_frame("1", bap) is None for bap in tracked(complete_run))
 
 
+@pytest.mark.slow
 def test_two_runs_publish_equal_bytes(complete_run: Run) -> None:
     again = played(45)
     assert [encode(message) for message in again.published] == [
@@ -123,6 +125,7 @@ def test_a_partial_bap_has_the_frame_and_view_of_its_assignment(complete_run: Ru
             assert latest[message.viewer].view == message.view
 
 
+@pytest.mark.slow
 def test_a_viewer_with_missing_frames_is_stale_and_the_other_one_continues() -> None:
     gap = range(50, 56)
     run = played(leave_out=dict.fromkeys(gap, "2"))
@@ -133,6 +136,7 @@ def test_a_viewer_with_missing_frames_is_stale_and_the_other_one_continues() -> 
     assert isinstance(run.viewers["2"], Tracking)
 
 
+@pytest.mark.slow
 def test_an_assignment_for_another_frame_is_ignored() -> None:
     run = played(50)
     setup = viewer_setup("1")
@@ -148,6 +152,7 @@ def test_an_assignment_for_another_frame_is_ignored() -> None:
     assert after.pending is state.pending
 
 
+@pytest.mark.slow
 def test_a_duplicate_assignment_is_answered_once() -> None:
     run = played(50)
     published = run.process(film(COUNT)[50])
@@ -158,6 +163,7 @@ def test_a_duplicate_assignment_is_answered_once() -> None:
         assert state is run.viewers[id]
 
 
+@pytest.mark.slow
 def test_a_person_who_leaves_and_returns_is_tracked_again() -> None:
     run = played(50)
     for k in range(50, 58):  # an empty scene, as at the start
@@ -174,6 +180,7 @@ def tracked_in(published: list[m.Message]) -> list[m.UniversalBap]:
     return [message for message in published if isinstance(message, m.UniversalBap)]
 
 
+@pytest.mark.slow
 def test_a_restarted_viewer_uses_the_published_body() -> None:
     run = played(45)
     universal = next(message for message in run.published if isinstance(message, m.UniversalBdp))
@@ -189,6 +196,7 @@ def test_a_restarted_viewer_uses_the_published_body() -> None:
     assert tracked(run)[-1].stale == []
 
 
+@pytest.mark.slow
 def test_a_restarted_integrator_makes_the_viewers_measure_again() -> None:
     run = played(50)
     last = [message for message in run.published if isinstance(message, m.Assignment)][-1]
@@ -213,6 +221,7 @@ def test_other_events_change_no_state(complete_run: Run) -> None:
             assert messages == []
 
 
+@pytest.mark.slow
 def test_a_step_does_not_modify_its_argument() -> None:
     """After a failed step the previous state must be intact."""
     run = played(49)
@@ -274,6 +283,7 @@ def test_a_viewer_with_a_body_measures_again_on_request(complete_run: Run) -> No
     assert any(isinstance(message, m.PartialBdp) and message.viewer == "1" for message in published)
 
 
+@pytest.mark.slow
 def test_a_false_assignment_interrupts_tracking_for_one_frame() -> None:
     run = played(50)
     false_assignment = m.Assignment(
@@ -300,6 +310,7 @@ def test_a_pose_of_another_anatomy_does_not_prevent_tracking(complete_run: Run) 
     assert isinstance(state, Tracking)
 
 
+@pytest.mark.slow
 def test_a_viewer_without_assignments_for_seconds_returns_to_measuring() -> None:
     run = played(50)
     state, setup = run.viewers["1"], viewer_setup("1")
@@ -313,6 +324,7 @@ def test_a_viewer_without_assignments_for_seconds_returns_to_measuring() -> None
     assert state.bdp is not None
 
 
+@pytest.mark.slow
 def test_a_person_out_of_view_for_long_is_tracked_again_within_two_frames() -> None:
     run = played(50)
     away_ns = 5_000_000_000

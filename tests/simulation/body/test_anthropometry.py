@@ -18,6 +18,7 @@ def builds() -> list[Build]:
     return [draw_build(np.random.default_rng(seed)) for seed in range(4000)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("woman", "expected"), [(True, WOMEN), (False, MEN)], ids=["women", "men"])
 def test_adults_have_the_means_and_the_enlarged_spread_of_the_survey(
     builds: list[Build], woman: bool, expected: dict[str, tuple[float, float]]

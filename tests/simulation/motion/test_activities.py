@@ -18,7 +18,7 @@ def points_of(seed: int, motion: Motion, step_s: float = 0.02) -> Floats:
     return np.array([list(frame.values()) for frame in frames])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ACTIVITIES)
 def test_a_movement_begins_and_ends_standing_and_does_not_jump(name: str) -> None:
     points = points_of(5, activity(person(5), name, 2))
@@ -50,7 +50,7 @@ def test_people_sit_down_and_bend_to_the_floor() -> None:
     assert min(hands) < 0.5
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_chained_motions_continue_at_the_end_position() -> None:
     subject = person(1)
     walks = corpus_motion(subject, "walking", 3)

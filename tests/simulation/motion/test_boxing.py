@@ -41,6 +41,7 @@ def test_fists_guard_the_face_between_punches() -> None:
             assert joints[f"{letter}Wrist"][1] > joints[f"{letter}Elbow"][1]
 
 
+@pytest.mark.slow
 def test_the_boxer_stays_near_and_ends_standing_at_the_origin() -> None:
     subject = person(7)
     motion = box(subject, DURATION_S, 5)
@@ -52,7 +53,7 @@ def test_the_boxer_stays_near_and_ends_standing_at_the_origin() -> None:
     assert np.abs((last["RAnkle"] + last["LAnkle"])[[0, 2]]).max() < 0.02
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_no_joint_jumps() -> None:
     subject = person(2)
     motion = box(subject, DURATION_S, 2)

@@ -65,7 +65,7 @@ def test_posture_take_has_no_jumps(name: str, seed: int) -> None:
     assert top_speed(script, 1.0, script.duration_s + 0.5) < FASTEST_M_S
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0])
 def test_demo_has_no_jumps_even_where_it_repeats(seed: int) -> None:
     script = demo_timeline(person(seed), seed)
@@ -84,6 +84,7 @@ def test_demo_has_all_movements_and_repeats_from_the_initial_posture() -> None:
     assert script.segment_at(script.duration_s + 2.5 * script.period_s) in script.segments
 
 
+@pytest.mark.slow
 def test_the_demo_stays_in_the_action_region() -> None:
     subject = person(22)
     script = demo_timeline(subject, 1)
@@ -103,7 +104,7 @@ def test_single_motion_repeats_without_jumps(name: str) -> None:
     assert top_speed(script, 3.0, script.duration_s + 2.0) < FASTEST_M_S
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["running", "boxing"])
 def test_running_and_boxing_stay_in_the_room_without_jumps(name: str) -> None:
     script = motion_timeline(person(5), name, 1)
@@ -125,6 +126,7 @@ def test_person_stands_and_sways_after_the_end_of_a_take() -> None:
     assert 1e-5 < np.linalg.norm(moved) < 0.05
 
 
+@pytest.mark.slow
 def test_session_movements_are_in_order_and_start_near_the_origin() -> None:
     movements = [("turn-and-walk", 0), ("bend", 3), ("squat", 1)]
     script = session_timeline(person(5), movements, [0.5, 0.0, 0.7], 2)

@@ -36,6 +36,7 @@ def test_projected_joints_lie_inside_the_silhouette(name: str) -> None:
         _joints_inside(renderer, renderer.silhouette(pose), truth(subject, pose).joints)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("camera", ANYWHERE, ids=lambda c: c.name)
 def test_projected_joints_lie_inside_the_silhouette_of_any_camera(camera: Camera) -> None:
     subject = person(4)
@@ -109,6 +110,7 @@ def test_people_stand_out_from_the_room(seed: int) -> None:
         assert np.mean(change[inside] < 8.0) < 0.2
 
 
+@pytest.mark.nightly
 def test_the_shadow_darkens_the_floor_and_keeps_its_hue() -> None:
     subject = person(7)
     camera = look("above", np.array([1.0, 2.8, 3.5]), np.array([0.0, 0.3, 0.0]))
@@ -126,6 +128,7 @@ def test_the_shadow_darkens_the_floor_and_keeps_its_hue() -> None:
     assert rows.min() > 150  # never on the walls
 
 
+@pytest.mark.nightly
 def test_only_the_visible_part_of_a_person_is_drawn() -> None:
     subject = person(2)
     close = SimulatedCamera(look("close", np.array([0.0, 1.4, 0.9]), np.array([0.0, 1.4, 0.0])), subject, 0)

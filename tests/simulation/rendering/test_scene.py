@@ -15,7 +15,7 @@ def test_equal_seeds_give_equal_rooms() -> None:
     assert np.abs(first - other).mean() > 5.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_small_image_is_the_large_one_scaled() -> None:
     large, small = paper_cameras()[0], paper_cameras((160, 120))[0]
     big = cv2.resize(view(room(large, 1), large).bgr, (160, 120), interpolation=cv2.INTER_AREA)

@@ -60,6 +60,7 @@ def test_corners_are_found_where_they_are(turn, distance):
     assert np.sqrt((errors**2).mean()) < 0.15
 
 
+@pytest.mark.nightly
 def test_both_borders_are_recognized():
     for border in (1, 2):
         shown = replace(GRID, border=border)
@@ -85,6 +86,7 @@ def test_a_hand_before_the_board_hides_its_tags_only():
     assert pixels == pytest.approx(true[ids], abs=0.7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spacing", [0.2, 0.3, 0.5])
 def test_the_spacing_is_measured_and_a_wrong_one_is_refused(spacing):
     shown = replace(GRID, spacing=spacing)
@@ -111,6 +113,7 @@ def test_a_wrong_spacing_still_finds_the_tags_whose_spacing_is_then_named():
         check_spacing(GRID, [View(0.0, ids, pixels, np.zeros_like(pixels))])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("told", "reason"),
     [
@@ -126,6 +129,7 @@ def test_what_is_wrong_with_the_description_is_named(told, reason):
     assert reason in why_not_found(told, images)
 
 
+@pytest.mark.nightly
 def test_what_is_wrong_with_the_images_is_named():
     images = drawn(GRID, turns=TURNS[1:2])
     assert "the images are mirrored" in why_not_found(GRID, [np.ascontiguousarray(image[:, ::-1]) for image in images])

@@ -21,6 +21,7 @@ def drawn(board, turns=TURNS, distance=0.6, camera=CAMERA):
     return [picture_of(board, camera, before(board, distance, turn), seed) for seed, turn in enumerate(turns)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("board", [*CHARUCO.variants(), *checked_board("charuco", 8, 6, 28.0).variants(), CHESSBOARD])
 @pytest.mark.parametrize("turn", TURNS)
 def test_corners_are_found_where_they_are(board, turn):
@@ -65,6 +66,7 @@ def test_corners_hidden_by_a_hand_are_left_out():
     assert pixels == pytest.approx(true[ids], abs=0.4)
 
 
+@pytest.mark.slow
 def test_variants_are_recognized():
     for variant in checked_board("charuco", 8, 6, 28.0).variants():
         found, count = board_variant(checked_board("charuco", 8, 6, 28.0), drawn(variant, TURNS[:2]))
@@ -104,6 +106,7 @@ ONE = TURNS[1:2]  # the search for other dictionaries takes most of a second for
 MARKERS_250 = checked_board("charuco", 8, 6, 28.0, dictionary="5x5_250")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("shown", "told", "reason"),
     [
@@ -122,6 +125,7 @@ def test_what_is_wrong_with_the_description_is_named(shown, told, reason):
     assert reason in why_not_found(told, images)
 
 
+@pytest.mark.nightly
 def test_what_is_wrong_with_the_images_is_named():
     images = drawn(CHARUCO, ONE)
     assert "the images are mirrored" in why_not_found(CHARUCO, [image[:, ::-1] for image in images])

@@ -46,6 +46,7 @@ def folder(tmp_path, pictures):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_videos_are_found_in_both_layouts_and_as_files(folder):
     files = sorted((folder / "videos").iterdir())
     found = [board_films(paths) for paths in ([folder], [folder / "videos"], files)]
@@ -61,6 +62,7 @@ def test_hidden_files_and_others_beside_the_videos_are_not_cameras(folder):
     assert [film.name for film in board_films([folder])[0]] == ["cam01", "cam02"]
 
 
+@pytest.mark.slow
 def test_the_times_of_views_are_those_of_the_frames(folder, pictures):
     seen_board, seen = board_views(BOARD, board_films([folder])[0])
     assert seen_board == BOARD
@@ -79,6 +81,7 @@ def test_the_times_of_views_are_those_of_the_frames(folder, pictures):
     assert seen[0].views[4].velocities.mean(axis=0) == pytest.approx(moved.mean(axis=0), abs=3.0)
 
 
+@pytest.mark.slow
 def test_offsets_of_sync_toml_shift_the_times(folder):
     (folder / "sync.toml").write_text("[offset_s]\ncam02 = -1.25\n")
     films, notes = board_films([folder])
@@ -127,6 +130,7 @@ def test_probes_of_stills_are_spread_over_all_images(tmp_path, pictures):
     assert len(seen[0].views) == len(pictures)
 
 
+@pytest.mark.slow
 def test_the_camera_that_sees_most_tells_the_variant_of_the_board(tmp_path):
     board = checked_board("charuco", 5, 6, 35.0)
     old = next(one for one in board.variants() if one.legacy and not one.inverted)
@@ -139,6 +143,7 @@ def test_the_camera_that_sees_most_tells_the_variant_of_the_board(tmp_path):
     assert len(seen[1].views) == 3
 
 
+@pytest.mark.slow
 def test_a_long_video_is_searched_in_stretches(folder, monkeypatch):
     monkeypatch.setattr("zenocap.tools.calibration.film_search.MAX_LOOKS", 4)
     monkeypatch.setattr("zenocap.tools.calibration.film_search.BURST_S", 0.2)
@@ -148,6 +153,7 @@ def test_a_long_video_is_searched_in_stretches(folder, monkeypatch):
     assert not np.isnan(seen[0].views[1].velocities).any()
 
 
+@pytest.mark.slow
 def test_a_cut_video_counts_as_far_as_it_goes(folder):
     path = folder / "videos" / "cam02.mkv"
     (folder / "videos" / "cam02.mp4").rename(folder / "cam02.mp4")
@@ -216,6 +222,7 @@ def test_a_folder_without_images_given_beside_others_is_named(tmp_path, pictures
         board_views(BOARD, board_films([tmp_path / "a", tmp_path / "b"])[0])
 
 
+@pytest.mark.slow
 def test_a_camera_without_the_board_is_named_with_the_reason(folder):
     wall = np.random.default_rng(0).normal(120, 5, (240, 320)).astype(np.uint8)
     video(folder / "videos" / "cam02.mp4", [wall] * 2)
@@ -223,6 +230,7 @@ def test_a_camera_without_the_board_is_named_with_the_reason(folder):
         board_views(BOARD, board_films([folder])[0])
 
 
+@pytest.mark.slow
 def test_progress_names_the_camera_and_counts(folder):
     calls = []
     board_views(BOARD, board_films([folder])[0], lambda *call: calls.append(call))

@@ -77,6 +77,7 @@ def assert_same(first: tuple[Board, list[CameraViews]], second: tuple[Board, lis
                 assert getattr(view, array).tobytes() == getattr(same, array).tobytes()
 
 
+@pytest.mark.nightly
 def test_the_views_are_those_of_the_videos(films, corners):
     of_videos = board_views(BOARD, board_films([films])[0])
     found, notes = board_films([corners])
@@ -86,6 +87,7 @@ def test_the_views_are_those_of_the_videos(films, corners):
     assert_same(board_views(BOARD, found), of_videos)
 
 
+@pytest.mark.slow
 def test_videos_and_corners_are_mixed_in_the_order_of_the_videos(films, corners, tmp_path):
     shutil.copytree(corners, tmp_path, dirs_exist_ok=True)
     (tmp_path / "corners" / "cam02.corners").unlink()
@@ -106,6 +108,7 @@ def test_a_video_beside_its_corners_is_searched_and_a_note_names_them(films, cor
         board_films([tmp_path / "videos" / "cam01.mp4", tmp_path / "corners" / "cam01.corners"])
 
 
+@pytest.mark.slow
 def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
     shown = pictures(BOARD)[:3]
     images(tmp_path / "left", shown, ["a", "b", "d"])
@@ -117,6 +120,7 @@ def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
     assert_same(board_views(BOARD, board_films([there / "left.corners", tmp_path / "right"])[0]), of_pictures)
 
 
+@pytest.mark.slow
 def test_a_board_that_the_probed_images_do_not_show_is_searched_in_all_variants(tmp_path, monkeypatch):
     monkeypatch.setattr("zenocap.tools.calibration.film_search.PROBED_FRAMES", 1)
     images(tmp_path / "left", [np.full((240, 320), 150, np.uint8), *pictures(OLD)[:2]], ["a", "b", "c"])
@@ -139,6 +143,7 @@ def test_the_corners_of_another_board_are_refused(corners):
         assert f"cam01.corners: {words}" in str(error.value)
 
 
+@pytest.mark.slow
 def test_a_board_that_other_cameras_see_with_exchanged_colours_is_refused(corners, tmp_path):
     shutil.copy(corners / "corners" / "cam01.corners", tmp_path)
     exchanged = [255 - one for one in pictures(BOARD, z=0.4)]

@@ -27,6 +27,7 @@ def found_with(cameras: Mapping[str, Camera], calibrated: Mapping[str, Camera], 
     return drift_of(calibrated, instants)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["cam01", "cam03"])
 @pytest.mark.parametrize("motion", [np.concatenate([TURN, np.zeros(3)]), np.concatenate([TURN, SHIFT])])
 def test_a_moved_camera_is_named_with_its_new_pose(name, motion):
@@ -42,6 +43,7 @@ def test_a_moved_camera_is_named_with_its_new_pose(name, motion):
     assert any(f"{name} was moved: turned by " in line for line in drift_lines(found))
 
 
+@pytest.mark.nightly
 def test_two_moved_cameras_are_named():
     now = dict(CAMERAS)
     for name, sign in (("cam02", 1.0), ("cam04", -1.0)):
@@ -49,6 +51,7 @@ def test_two_moved_cameras_are_named():
     assert {one.name for one in found_with(now, CAMERAS).moved} == {"cam02", "cam04"}
 
 
+@pytest.mark.slow
 def test_unmoved_cameras_are_not_named():
     found = found_with(CAMERAS, CAMERAS)
     assert found.moved == ()
@@ -66,6 +69,7 @@ def test_of_two_cameras_none_is_named():
     assert "two cameras do not show which one was moved" in drift_lines(found)[-1]
 
 
+@pytest.mark.nightly
 def test_the_corrected_calibration_is_right_at_its_own_size():
     now = dict(CAMERAS) | {"cam03": moved_camera(CAMERAS["cam03"], np.concatenate([TURN, SHIFT]))}
     found = found_with(now, CAMERAS)
@@ -77,6 +81,7 @@ def test_the_corrected_calibration_is_right_at_its_own_size():
     assert written["cam01"] is large["cam01"]
 
 
+@pytest.mark.nightly
 def test_another_calibration_is_not_corrected():
     now = dict(CAMERAS) | {"cam03": moved_camera(CAMERAS["cam03"], np.concatenate([TURN, SHIFT]))}
     found = found_with(now, CAMERAS)
@@ -86,6 +91,7 @@ def test_another_calibration_is_not_corrected():
         corrected(found, CAMERAS, {name: CAMERAS[name] for name in ("cam01", "cam02", "cam03")})
 
 
+@pytest.mark.slow
 def test_a_camera_that_cannot_be_compared_is_named_and_is_not_called_unmoved():
     instants = []
     for k in range(60):
@@ -106,6 +112,7 @@ def test_few_instants_are_refused():
         found_with(CAMERAS, CAMERAS, 5)
 
 
+@pytest.mark.slow
 def test_takes_are_checked_and_short_ones_refused(tmp_path):
     seen = messages({"cam01": 0.0, "cam02": 0.0, "cam03": 0.0})
     found, cameras = take_drift(tmp_path / "a.mcap", seen)

@@ -51,6 +51,7 @@ def worst_px(lens: LensModel, camera: Camera, seen: CameraViews) -> float:
     return float(np.quantile(np.hypot(*(found - pixels).T), 0.9))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(4))
 def test_a_fisheye_lens_is_chosen_where_the_board_fills_the_image(seed):
     lens, error = first_lens(shown(FISHEYE, seed, 0.08, 0.3, 0.8), BOARD.corners)
@@ -60,6 +61,7 @@ def test_a_fisheye_lens_is_chosen_where_the_board_fills_the_image(seed):
     assert error == pytest.approx(np.sqrt(2) * NOISE_PX, rel=0.25)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("camera", [NORMAL, WIDE, STRAIGHT], ids=["normal", "wide", "straight"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_pinhole_lens_is_chosen_otherwise_and_is_the_true_one(camera, seed):
@@ -72,6 +74,7 @@ def test_a_pinhole_lens_is_chosen_otherwise_and_is_the_true_one(camera, seed):
     assert error == pytest.approx(np.sqrt(2) * NOISE_PX, rel=0.25)
 
 
+@pytest.mark.nightly
 def test_a_view_from_which_opencv_starts_wrongly_does_not_prevent_a_fisheye_lens():
     """With seven corners at the edge, cv2.fisheye.calibrate ends in an assertion or in a wrong pose."""
     seen = shown(FISHEYE, 1, 0.12, 0.35, 1.2)
@@ -80,6 +83,7 @@ def test_a_view_from_which_opencv_starts_wrongly_does_not_prevent_a_fisheye_lens
     assert worst_px(lens, FISHEYE, seen) < 2.0
 
 
+@pytest.mark.nightly
 def test_a_fisheye_camera_whose_board_is_far_away_does_not_need_one():
     """There the models agree: rectification would cost time for nothing."""
     seen = shown(FISHEYE, 0, 0.8, 2.0, 0.3)
@@ -97,6 +101,7 @@ def test_few_views_give_the_smallest_model_and_fewer_than_four_none():
         first_lens(replace(seen, views=seen.views[:3]), BOARD.corners)
 
 
+@pytest.mark.slow
 def test_views_from_which_no_lens_follows_are_an_error():
     """Corners at random places of the image."""
     rng = np.random.default_rng(0)

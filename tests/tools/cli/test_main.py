@@ -54,7 +54,6 @@ def studio(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", [*COMMANDS, "calibrate lines", "calibrate check"])
 def test_every_command_has_a_help_text(command: str) -> None:
     status, text, _ = zenocap(*command.split(), "--help")
@@ -93,6 +92,7 @@ def test_help_imports_no_heavy_modules() -> None:
     assert found.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_wrong_usage_is_status_2() -> None:
     assert zenocap("viewer", "studio.toml")[0] == 2
     assert zenocap("track", "studio.toml", "-o", "a.mcap", "--size", "160")[0] == 2
@@ -102,6 +102,7 @@ def test_wrong_usage_is_status_2() -> None:
     assert zenocap("fly")[0] == 2
 
 
+@pytest.mark.slow
 def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
     assert status == 4
@@ -212,7 +213,7 @@ def test_unknown_viewer_error_lists_the_known_viewers(studio: Path) -> None:
     assert "no viewer '7'; there are: 1, 2" in err
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_track_to_bvh_equals_track_and_export(tmp_path: Path) -> None:
     for file in demo_rig("two-view").files:
         (tmp_path / file.name).write_text(file.read_text().replace("actor:demo?seed=4", "actor:raise-both-arms?seed=4"))

@@ -46,7 +46,7 @@ def test_train_writes_a_prior_and_prints_the_error_by_regions(walks: list[Path],
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_equal_seeds_give_equal_bytes_and_info_prints_the_same_summary(walks: list[Path], tmp_path: Path) -> None:
     one, other = tmp_path / "one.prior", tmp_path / "other.prior"
     _, output, _ = zenocap("prior", "train", *walks, "-o", one, "--regions", 6, "--json")
@@ -108,7 +108,7 @@ def test_every_command_has_a_help_text(command: str) -> None:
     assert len(text.split()) > 30
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
 def test_a_prior_of_recorded_walks_reconstructs_another_persons_walk(tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ def test_silhouettes_without_sound_write_sync_toml_that_load_rig_reads(tmp_path:
     assert abs(offsets(folder)["cam02"] - 0.7) < EXACT_S
 
 
+@pytest.mark.nightly
 def test_sound_is_preferred_and_a_dry_run_writes_nothing(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "one", CAMERAS, STARTS, sounds(STARTS))
     status, output = run(folder, "--dry-run")
@@ -59,6 +60,7 @@ def test_sound_is_preferred_and_a_dry_run_writes_nothing(tmp_path: Path) -> None
     assert "by silhouettes" in output
 
 
+@pytest.mark.nightly
 def test_a_camera_without_sound_is_found_from_silhouettes(tmp_path: Path) -> None:
     cameras, starts = ring((0, 90, 45)), STARTS | {"cam03": 1.3}
     folder = write_folder(tmp_path / "one", cameras, starts, sounds(STARTS))
@@ -73,6 +75,7 @@ def test_a_camera_without_sound_is_found_from_silhouettes(tmp_path: Path) -> Non
     assert "cam03: not certain, by sound: no sound" in output
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("offset_s", [-2.0, -0.513, 0.7, 2.0])
 def test_a_flash_is_found_where_the_person_stands_still(tmp_path: Path, offset_s: float) -> None:
     starts = {"cam01": 2.0, "cam02": 2.0 + offset_s}
@@ -91,6 +94,7 @@ def test_without_a_flash_there_is_no_offset_by_flash(tmp_path: Path) -> None:
     assert "cam02: not certain, by flash: no flash" in output
 
 
+@pytest.mark.nightly
 def test_a_flash_within_one_exposure_is_coarser_than_silhouettes(tmp_path: Path) -> None:
     on_s = 1.7 + 1.0 + 0.5 / FPS  # in the middle of an exposure of both
     folder = write_folder(tmp_path / "one", CAMERAS, STARTS, flash_s=(on_s, on_s + 0.4 / FPS))
@@ -126,6 +130,7 @@ def test_rig_file_gets_lines_to_copy(tmp_path: Path) -> None:
     assert not (folder / "sync.toml").exists()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("starts", "options", "reason"),
     [
@@ -145,6 +150,7 @@ def test_what_is_not_certain_is_not_written(
     assert not (folder / "sync.toml").exists()
 
 
+@pytest.mark.nightly
 def test_videos_that_began_together_have_the_offset_0(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "one", CAMERAS, {"cam01": 1.0, "cam02": 1.0})
     status, output = run(folder)

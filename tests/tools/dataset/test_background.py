@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+import pytest
+
 from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.simulation.motion.activities import ACTIVITIES
 from zenocap.simulation.motion.posture_style import POSTURES
 from zenocap.tools.dataset.background import REPETITIONS, background_rows, session_of
 
 
+@pytest.mark.nightly
 def test_rows_contain_every_activity_and_no_posture(tmp_path: Path) -> None:
     rows = list(background_rows(tmp_path, "truth", [9]))
     assert {row.posture for row in rows} == {BACKGROUND}

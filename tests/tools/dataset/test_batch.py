@@ -69,6 +69,7 @@ def test_existing_takes_are_not_generated_again(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.part"))
 
 
+@pytest.mark.slow
 def test_two_processes_write_the_same_bytes_as_one(tmp_path: Path) -> None:
     generate_takes(tmp_path / "one", "truth", TAKES, 1, no_progress)
     generated = generate_takes(tmp_path / "two", "truth", TAKES, 2, no_progress)
@@ -81,6 +82,7 @@ def test_take_path_has_method_person_posture_and_repetition() -> None:
     assert take_path(Path("acted"), "hybrid", PostureTake(3, "squat", 1)) == Path("acted/hybrid-3-squat-1.mcap")
 
 
+@pytest.mark.slow
 def test_processes_in_one_folder_use_different_temporary_files(tmp_path: Path) -> None:
     temporary_paths: list[Path] = []
 

@@ -14,7 +14,7 @@ from zenocap.tools.dataset.batch import people, posture_takes
 SMALL = posture_takes([7, 8], ("squat", "kick-left"), 1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_model_does_not_depend_on_the_folder_of_its_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build_postures, "METHODS", ("truth",))
     one, other = (
@@ -24,6 +24,7 @@ def test_model_does_not_depend_on_the_folder_of_its_takes(tmp_path: Path, monkey
     assert one.labels == ("squat", "kick-left")
 
 
+@pytest.mark.nightly
 def test_model_is_written_to_the_given_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build_postures, "METHODS", ("truth",))
     monkeypatch.setattr(build_postures, "posture_takes", lambda _people: SMALL)

@@ -14,6 +14,7 @@ pytestmark = pytest.mark.slow
 SMALL = Plan(candidates=(5, 10))
 
 
+@pytest.mark.nightly
 def test_training_a_prior_on_simulated_motion_is_repeatable(tmp_path: Path) -> None:
     one, other = (build_priors.shipped_prior("walking", people=(1,), plan=SMALL) for _ in range(2))
     assert one.training == other.training
@@ -22,6 +23,7 @@ def test_training_a_prior_on_simulated_motion_is_repeatable(tmp_path: Path) -> N
     assert one.training.held == ("actor-walking-5-5",)
 
 
+@pytest.mark.nightly
 def test_requested_priors_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small = build_priors.shipped_prior("walking", people=(1,), plan=SMALL)
     monkeypatch.setattr(build_priors, "shipped_prior", lambda kind: small)

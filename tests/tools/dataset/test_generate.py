@@ -50,7 +50,7 @@ def test_ground_truth_takes_contain_the_true_angles(tmp_path: Path) -> None:
         assert len(expected.angles) == len(TEN_PARTS.angles)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_equal_takes_have_equal_bytes_and_poses_up_to_the_last_frame(tmp_path: Path) -> None:
     one = short_timeline(3.6)
     for name in ("a", "b"):

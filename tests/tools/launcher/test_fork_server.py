@@ -76,6 +76,7 @@ def test_other_programs_are_executed(server: ForkServer) -> None:
     assert program.wait(10.0) == 7
 
 
+@pytest.mark.nightly
 def test_without_the_server_services_go_on_and_new_ones_are_executed() -> None:
     server = ForkServer(["integrator"])
     router = started(server, *ROUTER)

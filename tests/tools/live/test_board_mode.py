@@ -44,6 +44,7 @@ def update_of(mode):
     return msgspec.json.decode(msgspec.json.encode(mode._update()))
 
 
+@pytest.mark.nightly
 def test_it_guides_and_then_calibrates_as_from_videos(cameras, monkeypatch):
     written = []
     search = SimulatedSearch(simulated(2, 18.0), end=18)
@@ -68,6 +69,7 @@ def test_it_guides_and_then_calibrates_as_from_videos(cameras, monkeypatch):
     mode.close()
 
 
+@pytest.mark.slow
 def test_a_calibration_in_pieces_is_refused_with_the_name_of_the_missing_camera(cameras, monkeypatch):
     seen = simulated(2, 20.0)
 
@@ -88,6 +90,7 @@ def test_a_calibration_in_pieces_is_refused_with_the_name_of_the_missing_camera(
     mode.close()
 
 
+@pytest.mark.nightly
 def test_a_calibration_that_fails_says_why_and_the_page_goes_on(cameras, monkeypatch):
     def failing(*_, **__):
         raise UserError("no lens fits")

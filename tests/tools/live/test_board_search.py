@@ -25,6 +25,7 @@ def frames(images: list[np.ndarray], first_ns: int = 0) -> list[Frame]:
 EMPTY = np.full((360, 480, 3), 150, dtype=np.uint8)
 
 
+@pytest.mark.slow
 def test_one_moment_of_all_cameras_and_the_images_around_it():
     moving = [image(BOARD, 0.02 * k) for k in range(5)]
     burst = searched(BOARD, [frames(moving), frames(moving, 20_000_000), frames([EMPTY] * 5)], [0.066] * 3, 0)

@@ -79,6 +79,7 @@ def test_stand_ins_measure_no_body_but_the_recording_rig_does(tmp_path: Path) ->
     assert {viewer.fps for viewer in rehearsal.viewers} == {FILM_FPS}
 
 
+@pytest.mark.nightly
 def test_a_track_starts_in_the_first_images_of_seven_large_views(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the person and the room before, no track ever started: `zenocap load` had no pose."""
     monkeypatch.setattr(scene, "LONGEST", 16)

@@ -39,6 +39,7 @@ def written(folder: Path, content: bytes = CONTENT) -> tuple[Path, Path]:
     return folder / "mediapipe-0.10.21-x.whl", model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_model_is_added_from_a_file_listed_and_removed(tmp_path: Path, which: int) -> None:
     assert "missing" in zenocap("models", "list")[1]
@@ -53,6 +54,7 @@ def test_a_model_is_added_from_a_file_listed_and_removed(tmp_path: Path, which: 
     assert "was not there" in zenocap("models", "remove", "people")[1]
 
 
+@pytest.mark.slow
 def test_another_file_is_refused_and_the_old_one_stays(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     assert zenocap("models", "add", "people", "--from", written(tmp_path)[0])[0] == 0
@@ -75,6 +77,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
         assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_pip_without_an_index_is_one_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PIP_NO_INDEX", "1")
     monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))

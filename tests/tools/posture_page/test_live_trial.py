@@ -82,6 +82,7 @@ def until(condition: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.nightly
 def test_the_postures_of_a_rig_are_shown_and_counted(poses: list[Envelope], model: PostureModel) -> None:
     network = Network()
     trial, updates = trial_on(network)

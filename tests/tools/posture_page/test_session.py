@@ -85,6 +85,7 @@ def adds(take: MotionView, count: int = 9) -> list[pm.Command]:
     return [pm.AddLabel(0, *span, name) for name, *span in posture_spans()[:count]]
 
 
+@pytest.mark.slow
 def test_every_change_is_in_the_file_at_once_and_can_be_undone(take, manifest) -> None:
     pages = Pages(take, manifest)
     assert pages.send(*adds(take, 3)) == ""
@@ -195,7 +196,7 @@ def test_one_posture_is_not_trained(take, manifest) -> None:
     assert "only 'wave' is labelled" in pages.send(pm.Train())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_training_writes_the_model_and_its_results_are_compared_with_the_labels(take, manifest) -> None:
     pages = Pages(take, manifest)
     pages.send(*adds(take))
@@ -230,7 +231,7 @@ def test_training_writes_the_model_and_its_results_are_compared_with_the_labels(
     assert found.found == tried.found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_model_that_cannot_be_written_fails_with_the_reason(take, manifest, monkeypatch) -> None:
     pages = Pages(take, manifest)
     pages.send(*adds(take, 4))
@@ -261,7 +262,7 @@ def test_a_reason_why_settings_are_not_taken_over_is_a_warning_of_the_page(take,
     assert hello.warnings == ["examples.examples: damaged"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_settings_of_training_are_kept_stated_and_used_again(take, manifest) -> None:
     model = manifest.with_suffix(".postures")
     pages = Pages(take, manifest, settings_for(model, 30.0, ("legs",)))
@@ -287,7 +288,7 @@ def test_settings_of_training_are_kept_stated_and_used_again(take, manifest) -> 
     assert model.read_bytes() == written
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_model_of_the_page_is_extended_by_posture_add_as_if_trained_with_all_examples(take, manifest) -> None:
     pages = Pages(take, manifest)
     pages.send(*adds(take, 6), pm.Train())
@@ -302,7 +303,7 @@ def test_a_model_of_the_page_is_extended_by_posture_add_as_if_trained_with_all_e
     assert without_sources(read_model(model)) == without_sources(read_model(at_once))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_examples_that_cannot_be_kept_are_a_line_and_the_old_ones_are_deleted(take, manifest, monkeypatch) -> None:
     store = manifest.with_suffix(".examples")
     store.write_bytes(b"of an earlier model")

@@ -155,7 +155,7 @@ def test_series_without_a_common_instant_pose_or_angle_are_errors() -> None:
         errors(series(knee), series(knee), Selection(first=Bound(9)))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_tracked_simulated_person_is_compared_with_the_take_of_the_true_poses(tmp_path: Path) -> None:
     timeline = short_timeline(6.0)
     for method in ("truth", "hybrid"):
@@ -181,6 +181,7 @@ def walk(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".bvh", ".mot", ".trc", ".mcap"])
 def test_an_export_evaluated_against_its_take_has_no_error(walk: Path, suffix: str) -> None:
     status, text, problems = zenocap("evaluate", walk, "--truth", walk.with_suffix(suffix), "--angles", "--json")
@@ -206,6 +207,7 @@ def test_the_table_has_a_row_for_each_angle_and_the_convention(walk: Path) -> No
     assert any(line.startswith("not compared, defined in no common frame: ") for line in lines)
 
 
+@pytest.mark.slow
 def test_two_takes_of_different_bodies_are_compared_as_the_poorer_one(tmp_path: Path) -> None:
     ten, fourteen = (take_of(tmp_path / f"{one.name}.mcap", walking_person(one, 20)) for one in BOTH)
     for take, truth in ((ten, fourteen), (fourteen, ten)):
@@ -236,7 +238,7 @@ def test_joint_centres_of_two_takes_and_of_a_skeleton_are_compared(walk: Path) -
         assert json.loads(text)["mpjpe_mm"] < 1.0, suffix
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_picture_shows_a_plot_for_each_angle(walk: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     status, _, problems = zenocap("evaluate", walk, "--truth", walk.with_suffix(".mot"), "--plot", tmp_path / "a.png")

@@ -62,6 +62,7 @@ def centres(path: Path, to: Format) -> Floats:
             return np.array([[[float(row[f"{name}.{a}_m"] or "nan") for a in "xyz"] for name in NAMES] for row in rows])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", FORMATS)
 def test_every_format_has_the_same_joint_centres_at_the_same_frames(to: Format, take: Path, tmp_path: Path) -> None:
     assert zenocap("export", take, "--to", to, "-o", tmp_path / "a.x")[0] == 0
@@ -75,6 +76,7 @@ def test_every_format_has_the_same_joint_centres_at_the_same_frames(to: Format, 
     np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", FORMATS)
 def test_frame_range_is_exported_at_another_rate(to: Format, take: Path, tmp_path: Path) -> None:
     arguments = ("--from", "0.5s", "--until", "30", "--fps", "20", "--axes", "z-up", "-o", tmp_path / "a.x")
@@ -84,6 +86,7 @@ def test_frame_range_is_exported_at_another_rate(to: Format, take: Path, tmp_pat
     assert len(centres(tmp_path / "a.x", to)) == 11
 
 
+@pytest.mark.slow
 def test_exported_frame_range_keeps_its_frame_numbers(take: Path, tmp_path: Path) -> None:
     export(take, tmp_path / "a.trc", ExportOptions("trc"))
     for to in ("bvh", "c3d"):
@@ -92,6 +95,7 @@ def test_exported_frame_range_keeps_its_frame_numbers(take: Path, tmp_path: Path
         np.testing.assert_allclose(centres(tmp_path / "a.x", to), read_trc(tmp_path / "a.trc").points[16:22], atol=1e-5)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("to", FORMATS)
 def test_smoothing_is_off_unless_asked_for(to: Format, tmp_path: Path) -> None:
     path = write_take(tmp_path / "noisy.mcap", messages_of_track(gentle(60)))
@@ -210,7 +214,7 @@ def test_interrupted_writer_leaves_no_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.clips
 @pytest.mark.skipif(not CLIP.exists(), reason="the shared test clips are not beside the project")
 @pytest.mark.parametrize(("method", "read_bvh"), [("two-view", read_by_bvhio), ("hybrid", read_by_text)])

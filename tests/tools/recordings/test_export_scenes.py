@@ -30,6 +30,7 @@ def times(path: Path) -> list[float]:
     return [*accessor.min, *accessor.max, accessor.count]
 
 
+@pytest.mark.slow
 def test_glb_has_a_row_for_each_frame_from_the_first_one_on(take: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("export", take, "-o", tmp_path / "a.glb")
     assert (status, out) == (0, f"{tmp_path / 'a.glb'}: 34 frames, 0 to 33, 30/s, m, y-up\n")
@@ -39,6 +40,7 @@ def test_glb_has_a_row_for_each_frame_from_the_first_one_on(take: Path, tmp_path
     np.testing.assert_allclose(times(tmp_path / "b.glb"), [0, 20 / 60, 21], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_vrma_is_glb_with_another_suffix(take: Path, tmp_path: Path) -> None:
     for name in ("a.glb", "a.vrma"):
         assert zenocap("export", take, "-o", tmp_path / name, "--bones", "vrm")[0] == 0

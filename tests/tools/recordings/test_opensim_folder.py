@@ -44,7 +44,6 @@ def test_the_folder_has_what_its_files_name(tracked: Path, model: Path, tmp_path
     assert "Butterworth low-pass, -3 dB at 6 Hz" in (folder / "README.txt").read_text()
 
 
-@pytest.mark.slow
 def test_opensim_scales_the_model_and_finds_the_motion(
     tracked: Path,
     model: Path,
@@ -70,6 +69,7 @@ def test_opensim_scales_the_model_and_finds_the_motion(
     assert Path("ik.mot").read_text().count("\n") > COUNT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [

@@ -138,6 +138,7 @@ def test_a_take_without_poses_cannot_be_exported(short_rig: Rig, tmp_path: Path)
         read_poses(tmp_path / "a.mcap")
 
 
+@pytest.mark.nightly
 def test_overlay_writes_pictures_and_a_video(short_rig: Rig, tmp_path: Path) -> None:
     overlay = Overlay(short_rig, tmp_path / "pictures", every=10)
     seen: list[TrackedFrameSet] = []
@@ -177,6 +178,7 @@ def test_source_that_cannot_start_is_an_error_and_leaves_no_take(short_rig: Rig,
     assert not (tmp_path / "a.mcap").exists()
 
 
+@pytest.mark.nightly
 def test_warm_up_reaches_poses_and_compiles_all_kernels() -> None:
     """All kernels are compiled by then, including the search of a lost limb and the lighting of images."""
     lines: list[str] = []

@@ -30,6 +30,7 @@ def silhouettes(take: Path) -> list[bytes]:
     ]
 
 
+@pytest.mark.nightly
 def test_two_runs_are_equal_for_any_number_of_cores_and_the_poses_are_traced_inputs(tmp_path: Path) -> None:
     one, two, off = tmp_path / "one.mcap", tmp_path / "two.mcap", tmp_path / "off.mcap"
     result = track(rig(feedback=True), one, jobs=1)

@@ -51,6 +51,7 @@ def run(*arguments: object) -> tuple[int, str]:
     return found.exit_code, found.output
 
 
+@pytest.mark.nightly
 def test_the_take_is_equal_where_there_is_no_hardware_and_a_note_says_why(walk: Path, tmp_path: Path) -> None:
     status, text = run("track", walk, "-o", tmp_path / "a.mcap", "--no-both-ways")
     assert "note: " not in text
@@ -61,6 +62,7 @@ def test_the_take_is_equal_where_there_is_no_hardware_and_a_note_says_why(walk: 
         assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
 
 
+@pytest.mark.nightly
 def test_next_commands_name_the_take(walk: Path, tmp_path: Path) -> None:
     take = tmp_path / "my take.mcap"
     _, text = run("track", walk, "-o", take, "--no-both-ways")
@@ -70,6 +72,7 @@ def test_next_commands_name_the_take(walk: Path, tmp_path: Path) -> None:
     assert "next:" not in text
 
 
+@pytest.mark.nightly
 def test_the_decision_is_part_of_the_take(walk: Path, tmp_path: Path) -> None:
     run("track", walk, "-o", tmp_path / "a.mcap", "--no-both-ways", "--front", "cam01")
     take = Take(tmp_path / "a.mcap")
@@ -107,6 +110,7 @@ def test_cameras_of_a_loaded_rig_are_refused(walk: Path, tmp_path: Path) -> None
         zenocap.track(rig, tmp_path / "a.mcap", cameras=["cam01", "cam02"])
 
 
+@pytest.mark.nightly
 def test_pictures_behind_a_take_are_those_of_its_silhouettes(walk: Path, tmp_path: Path) -> None:
     take = tmp_path / "walk.mcap"
     run("track", walk, "-o", take, "--no-both-ways")
@@ -139,6 +143,7 @@ def first_frame(folder: Path, place: Path) -> Path:
     return place / "empty.png"
 
 
+@pytest.mark.nightly
 def test_videos_of_other_cameras_are_refused(walk: Path, tmp_path: Path) -> None:
     take = tmp_path / "walk.mcap"
     run("track", walk, "-o", take, "--no-both-ways")

@@ -130,6 +130,7 @@ def test_a_program_that_moves_a_paused_replay_gets_the_messages_of_that_place(re
     assert player.status.paused
 
 
+@pytest.mark.slow
 def test_times_and_frames_increase_after_seeking_back(replay: ReplayNetwork, tmp_path: Path) -> None:
     take = written(tmp_path / "long.mcap", sample_messages(800), flush_every=100)
     received, _ = replay.play([take], keys=[(lambda status: status.place_ns > 6 * 10**9, Key.BACK)])

@@ -32,7 +32,7 @@ def test_keys_are_renamed_by_whole_parts(remap: Remapping, new: str) -> None:
     assert remap.key("zenocap/demo/viewer/1/bap") == new
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.sampled_from(TOPICS).flatmap(lambda t: st.tuples(st.just(t), messages_of(t.message))), NAMES, NAMES)
 def test_a_renamed_message_agrees_with_its_new_key(found: tuple[Topic, m.Message], viewer: str, rig: str) -> None:
     topic, message = found

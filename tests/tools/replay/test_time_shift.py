@@ -1,6 +1,7 @@
 """Messages shifted to a later time: valid, equal in all else, with unchanged time differences."""
 
 import msgspec
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,6 +27,7 @@ def early(message: m.Message) -> m.Message:
     return msgspec.structs.replace(message, **changes)
 
 
+@pytest.mark.nightly
 @given(ANY.map(early), SHIFTS)
 def test_a_shifted_message_is_valid_and_later_by_the_shift(message: m.Message, shift: Shift) -> None:
     later = shifted(message, shift)
@@ -33,11 +35,13 @@ def test_a_shifted_message_is_valid_and_later_by_the_shift(message: m.Message, s
     assert (later.captured_ns - message.captured_ns, later.frame - message.frame) == (shift.time_ns, shift.frames)
 
 
+@pytest.mark.nightly
 @given(ANY.map(early), SHIFTS)
 def test_shifting_back_restores_the_message(message: m.Message, shift: Shift) -> None:
     assert shifted(shifted(message, shift), Shift(-shift.time_ns, -shift.frames)) == message
 
 
+@pytest.mark.slow
 @given(messages_of(m.Sighting).map(early), messages_of(m.Assignment).map(early), SHIFTS)
 def test_shifted_assignment_refers_to_the_shifted_sighting(
     sighting: m.Sighting, answer: m.Assignment, shift: Shift

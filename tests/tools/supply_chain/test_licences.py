@@ -91,6 +91,7 @@ def test_the_bill_of_materials_is_cyclonedx() -> None:
     ]
 
 
+@pytest.mark.slow
 @needs_base
 def test_equal_installations_give_equal_files(tmp_path: Path) -> None:
     for name in ("a", "b"):

@@ -86,6 +86,7 @@ def test_equal_messages_give_equal_bytes() -> None:
     assert codec.encode(verdict_of(evidence_of(every))) == codec.encode(verdict_of(evidence_of(every)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{"swapped": True}, {"legs": False}])
 def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(change: dict[str, bool]) -> None:
     assert figure("outside", messages()) < 0.01
@@ -97,6 +98,7 @@ def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(cha
     assert found.error > verdict_of(evidence_of(messages())).error
 
 
+@pytest.mark.slow
 def test_silhouettes_of_another_time_are_apart() -> None:
     every = messages()
     late = [replace_time(one) if isinstance(one, m.Silhouette) and one.viewer == "cam02" else one for one in every]
@@ -118,6 +120,7 @@ def test_poses_alone_are_never_good() -> None:
     assert found.reasons[0].kind == "no-silhouettes"
 
 
+@pytest.mark.slow
 def test_a_take_without_poses_is_unusable() -> None:
     found = verdict_of(evidence_of([one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]))
     assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
@@ -138,12 +141,14 @@ def without_poses(frames: set[int]) -> list[m.Message]:
     return [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame in frames)]
 
 
+@pytest.mark.slow
 def test_a_pose_between_two_others_may_be_missing() -> None:
     """At a variable frame rate single frames are missing: the poses are interpolated there."""
     found = verdict_of(evidence_of(without_poses({22, 25, 31, 40, 50, 52, 60})))
     assert (found.rating, [one.lost for one in found.stretches]) == ("good", [0.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_poses_that_are_missing_one_after_the_other_are_lost() -> None:
     """Also where every silhouette that is sampled has a pose."""
     missing = {k for k in range(15, 75) if k % 6 in (2, 3, 4)}
@@ -154,6 +159,7 @@ def test_poses_that_are_missing_one_after_the_other_are_lost() -> None:
     assert [one.lost for one in found.stretches[1:]] == pytest.approx([0.5, 0.5], abs=0.06)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", [name for name in FEATURES if name != "lost"])
 def test_a_larger_figure_never_lowers_the_expected_error(kind: str, name: str) -> None:
@@ -176,6 +182,7 @@ def test_the_exit_status_tells_the_class(rating: m.Rating, status: int, tmp_path
     assert _status(Tracked(1, 1, 1, (), {}, verdict=verdict)) == status
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("silhouettes", [True, False])
 def test_a_clock_that_was_set_by_decades_takes_neither_minutes_nor_the_memory(silhouettes: bool) -> None:

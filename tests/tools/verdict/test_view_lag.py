@@ -49,6 +49,7 @@ def messages(starts_s: Mapping[str, float], *, posed: bool = True, still: bool =
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag_s", [-0.5, 0.2, 1.0])
 def test_a_view_that_is_late_is_named_with_its_lag(lag_s: float) -> None:
     found = view_lags(evidence_of(messages({"cam01": 0.0, "cam02": lag_s})))
@@ -57,6 +58,7 @@ def test_a_view_that_is_late_is_named_with_its_lag(lag_s: float) -> None:
     assert found.views == pytest.approx({"cam02": lag_s}, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_reason_names_the_view_the_lag_and_the_command() -> None:
     verdict = verdict_of(evidence_of(messages({"cam01": 0.0, "cam02": 0.2, "cam03": 0.0})))
     assert verdict.rating != "good"
@@ -67,12 +69,14 @@ def test_the_reason_names_the_view_the_lag_and_the_command() -> None:
     assert verdict.reasons[0] == apart[0]
 
 
+@pytest.mark.slow
 def test_a_take_without_poses_names_the_view_too() -> None:
     verdict = verdict_of(evidence_of(messages({"cam01": 0.0, "cam02": -0.5}, posed=False)))
     assert [reason.kind for reason in verdict.reasons] == ["views-apart", "no-pose"]
     assert "camera cam02 is about 0.50 s earlier than camera cam01" in verdict.reasons[0].text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"still": True}])
 def test_views_in_step_and_a_still_body_have_no_lag(options: dict[str, bool]) -> None:
     evidence = evidence_of(messages({"cam01": 0.0, "cam02": 0.0}, **options))
@@ -80,6 +84,7 @@ def test_views_in_step_and_a_still_body_have_no_lag(options: dict[str, bool]) ->
     assert not any("times say" in reason.text for reason in verdict_of(evidence).reasons)
 
 
+@pytest.mark.slow
 def test_unrelated_silhouettes_have_no_lag() -> None:
     """The second view shows another stretch of the motion, 40 s later."""
     assert view_lags(evidence_of(messages({"cam01": 0.0, "cam02": 40.0}))) is None

@@ -24,7 +24,7 @@ from zenocap.tools.verify.recompute import verify
 S, FPS, LATE_S = 1_000_000_000, 20, 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_estimates_and_corrections_are_recomputed_with_equal_bytes_also_after_a_restart(tmp_path: Path) -> None:
     rig = replace(demo_rig(), recognizer=None, delays="follow")
     files = (Attachment(SETUP_FILE, "application/json", write_setup(recorded_rig(rig))),)

@@ -88,6 +88,7 @@ def test_a_missing_pose_is_reported(arms: Path, tmp_path: Path) -> None:
     assert found.different.total() == 0
 
 
+@pytest.mark.nightly
 def test_a_missing_silhouette_ends_the_check_of_that_viewer_only(arms: Path, tmp_path: Path) -> None:
     def change(received: Envelope) -> Envelope | None:
         silhouette = received.message
@@ -152,6 +153,7 @@ def traces_of(arms: Path, service: str) -> Iterator[Envelope]:
             yield received
 
 
+@pytest.mark.nightly
 def test_numbers_may_differ_by_the_tolerance(arms: Path, tmp_path: Path) -> None:
     def change(received: Envelope) -> Envelope:
         if isinstance(received.message, m.Sighting) and received.message.present and received.message.frame == 75:
@@ -206,6 +208,7 @@ def test_numbers_names_and_lengths_differ_field_by_field() -> None:
     assert difference("key", one, one) is None
 
 
+@pytest.mark.nightly
 def test_the_command_reports_equal_different_and_unchecked(arms: Path, tmp_path: Path) -> None:
     def tampered(received: Envelope) -> Envelope:
         if isinstance(received.message, m.Assignment) and received.message.frame == 60:

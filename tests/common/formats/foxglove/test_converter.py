@@ -133,7 +133,7 @@ def test_fixed_frames_are_repeated_after_a_failure() -> None:
     assert topics(converter.convert(in_envelope(bap(0))))[0] == "fixed"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=200)
 @given(MESSAGES.filter(lambda message: not isinstance(message, m.ClockQuery)))
 def test_any_valid_message_can_be_read_back_or_is_refused(message: m.Message) -> None:

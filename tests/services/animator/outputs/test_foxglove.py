@@ -184,7 +184,7 @@ def test_only_the_source_of_the_shown_actor_is_sent(output: FoxgloveOutput, pane
     panel.wait(output, "foxglove/studio/scene")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_client_that_does_not_read_loses_its_oldest_frames_and_others_lose_none(
     output: FoxgloveOutput, panel: Panel
 ) -> None:

@@ -46,6 +46,7 @@ def answer_to(output: FoxgloveOutput, data: bytes) -> bytes:
         return found
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="lists the open files of the process in /proc")
 def test_a_thousand_connections_without_a_request_keep_no_program_out(output: FoxgloveOutput) -> None:
     with few_descriptors(SPARE), bare_connections("127.0.0.1", port_of(output), 1000) as count:
@@ -110,6 +111,7 @@ def test_a_browser_that_opens_the_address_is_told_what_it_is(output: FoxgloveOut
     assert b"Foxglove" in found
 
 
+@pytest.mark.slow
 def test_closing_ends_all_connections_without_a_word(output: FoxgloveOutput, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING), connected(output) as client, socket.create_connection(client.remote_address):
         client.recv(timeout=10)

@@ -184,6 +184,7 @@ def test_silhouettes_are_sent_without_poses() -> None:
     assert "view/1" in [update.key for update in updates]
 
 
+@pytest.mark.slow
 def test_poses_are_sent_at_once_and_other_updates_at_their_own_rate() -> None:
     state, schedule = full(), Schedule()
     names: list[str] = []

@@ -119,6 +119,7 @@ def test_an_interrupted_film_leaves_the_previous_file(take: Path, tmp_path: Path
     assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
 
 
+@pytest.mark.slow
 def test_the_render_command(take: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("render", take, "-o", tmp_path / "a.mp4", "--size", "160x96", "--theme", "dark")
     assert (status, err) == (0, "")
@@ -127,6 +128,7 @@ def test_the_render_command(take: Path, tmp_path: Path) -> None:
     assert (status, out) == (0, f"{tmp_path / 'a.png'}: 1 picture\n")
 
 
+@pytest.mark.slow
 def test_the_render_command_refuses_invalid_values(take: Path, tmp_path: Path) -> None:
     for size in ("100", "161x96", "32x32", "99999x100"):
         status, _, err = zenocap("render", take, "-o", tmp_path / "a.png", "--size", size)

@@ -1,6 +1,7 @@
 """The compiled rasterizer against plain numpy."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -22,6 +23,7 @@ def inside(corners: np.ndarray, x: int, y: int) -> np.ndarray | None:
     return shares if shares.min() >= 0 else None
 
 
+@pytest.mark.slow
 @given(CORNERS, NEAR)
 @settings(deadline=None, max_examples=40)
 def test_every_sample_shows_the_nearest_triangle(corners: np.ndarray, near: np.ndarray) -> None:

@@ -117,6 +117,7 @@ def test_motion_capture_data_have_all_features_after_their_rest_pose() -> None:
     assert np.abs(np.diff(example.features, axis=0)).max() * example.rate < 30.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "more"), [(1, ""), (2, " and 1 more file"), (5, " and 4 more files")])
 def test_equal_warnings_of_many_files_are_one_line_with_their_number(
     count: int, more: str, raised: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture

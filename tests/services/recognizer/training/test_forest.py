@@ -24,6 +24,7 @@ from zenocap.services.recognizer.training.train import train
 PATH = Path("some.postures")
 
 
+@pytest.mark.slow
 def test_examples_get_the_votes_of_their_own_posture() -> None:
     ready = prepare(examples(), FAST_FOREST)
     values = descriptions_of(ready, RATE, 0)
@@ -44,6 +45,7 @@ def test_a_posture_without_examples_gets_no_votes() -> None:
     assert votes.sum() == 30
 
 
+@pytest.mark.nightly
 def test_equal_examples_give_equal_bytes_that_are_read_back() -> None:
     one, other = (train(examples(), FAST_FOREST) for _ in range(2))
     data = packed(PATH, one)
@@ -56,6 +58,7 @@ def test_equal_examples_give_equal_bytes_that_are_read_back() -> None:
     np.testing.assert_array_equal(one.forest.thresholds, again.forest.thresholds)
 
 
+@pytest.mark.nightly
 def test_unseen_people_are_recognized_and_an_untrained_movement_is_rejected() -> None:
     model = train(examples(range(1, 7)), replace(FAST_FOREST, folds=3))
     known = {(label, person): classify(model, movement(label, person, 0)) for label in LABELS for person in range(50, 60)}
@@ -64,6 +67,7 @@ def test_unseen_people_are_recognized_and_an_untrained_movement_is_rejected() ->
     assert sum(classify(model, movement("stretch", person, 0)).accepted for person in range(50, 60)) <= 2
 
 
+@pytest.mark.nightly
 def test_figures_count_whole_examples() -> None:
     for figures in train(examples(), FAST_FOREST).training.figures:
         assert (figures.examples, figures.people, figures.held) == (6, 3, 6)
@@ -71,12 +75,14 @@ def test_figures_count_whole_examples() -> None:
         assert figures.strangers >= figures.refused
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("protocol", ["paper", "subjects"])
 def test_cross_validation_recognizes_separable_postures(protocol: str) -> None:
     outcome = cross_validate(examples(), FAST_FOREST, "paper" if protocol == "paper" else "subjects")
     assert (outcome.right, outcome.total) == (18, 18)
 
 
+@pytest.mark.slow
 def test_one_example_of_each_posture_gives_a_forest_that_accepts() -> None:
     found = classify(train(examples((1,), 1), FAST_FOREST), movement("kick", 1, 1))
     assert (LABELS[found.best], found.accepted) == ("kick", True)
@@ -94,6 +100,7 @@ def background(person: int) -> Example:
     return Example(BACKGROUND, str(person), "0", RATE, np.concatenate(rows))
 
 
+@pytest.mark.nightly
 def test_background_is_rejected_although_its_movement_resembles_a_posture() -> None:
     own = examples(range(1, 7))
     settings = replace(FAST_FOREST, folds=3)
@@ -115,6 +122,7 @@ def test_few_windows_of_background_are_all_tried(count: int) -> None:
     assert len(trials_of(data, held_out_groups(ready, 2), 5, 0).background) == count
 
 
+@pytest.mark.slow
 def test_background_is_no_posture_of_cross_validation() -> None:
     assert cross_validate([*examples(), background(1)], FAST_FOREST, "subjects").labels == LABELS
 

@@ -45,7 +45,7 @@ def falses(model: PostureModel, people: range) -> int:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_rate_holds_in_the_background_and_is_kept_in_the_file() -> None:
     people = [*examples(range(1, 7)), *background(range(20, 24))]
     model, usual = train(people, LIMITED), train(people, FAST_FOREST)
@@ -66,6 +66,7 @@ def test_the_rate_holds_in_the_background_and_is_kept_in_the_file() -> None:
     assert falses(model, range(60, 70)) <= falses(usual, range(60, 70))
 
 
+@pytest.mark.nightly
 def test_windows_are_all_those_that_a_stream_decides_on() -> None:
     model = replace(train(examples(range(1, 7)), FAST_FOREST), forest=None)
     rows = everyday(20, 12)
@@ -75,6 +76,7 @@ def test_windows_are_all_those_that_a_stream_decides_on() -> None:
     assert len(strict) == len(every)
 
 
+@pytest.mark.slow
 def test_windows_before_a_gap_are_counted_as_in_a_stream() -> None:
     model = replace(train(examples(range(1, 7)), FAST_FOREST), forest=None)
     sequences = [movement("wave", person, 7) for person in range(20, 26)]  # each ends with the movement

@@ -44,7 +44,7 @@ def test_the_curve_leaves_out_the_least_sure_answers_first() -> None:
     assert curve == [(0.6, 2, 1), (0.7, 1, 1), (0.9, 1, 0)]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("classifier", ["forest", "paper"])
 def test_postures_of_an_unknown_person_are_found_where_they_are(classifier: str) -> None:
     from dataclasses import replace

@@ -62,6 +62,7 @@ def test_sections_divide_the_coordinates(name: str) -> None:
     assert all(len(one) >= 4 for one in columns_of(anatomy)[1:])
 
 
+@pytest.mark.nightly
 @given(seed=st.integers(0, 1000), gaps=st.booleans())
 @few_examples
 def test_choices_have_the_least_cost_of_all(seed: int, gaps: bool) -> None:

@@ -6,7 +6,6 @@ import pytest
 from zenocap.services.tracker.filter.cholesky import cholesky_solve, schur_complement
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 2, 30, 161])
 def test_positive_definite_equations_are_solved(n: int) -> None:
     rng = np.random.default_rng(n)

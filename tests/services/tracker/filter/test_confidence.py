@@ -30,6 +30,7 @@ ANATOMY = setup(CAMERAS).anatomy
 SHARES = st.floats(0.0, 1.2)
 
 
+@pytest.mark.slow
 @given(support=SHARES, more=SHARES, misfit=st.floats(-14.0, -4.0), body=SHARES, apart=st.floats(0.0, 0.5))
 def test_more_support_less_misfit_and_less_ambiguity_give_more_confidence(
     support: float, more: float, misfit: float, body: float, apart: float

@@ -39,7 +39,7 @@ def found_of(frame: Floats, part: int, rays: Floats32, i: int) -> Floats:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=20)
 @given(seeds)
 def test_contact_equals_the_oracle(seed: int) -> None:
@@ -54,7 +54,7 @@ def test_contact_equals_the_oracle(seed: int) -> None:
         assert found[6:9] == pytest.approx(plain.shrinks, abs=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=20)
 @given(seeds)
 def test_nearest_part_has_the_least_distance(seed: int) -> None:
@@ -90,6 +90,7 @@ def test_ray_tangent_to_a_round_part_has_no_gap(seed: int) -> None:
     assert found[2:5] == pytest.approx(point, abs=2e-5)
 
 
+@pytest.mark.nightly
 @settings(max_examples=20)
 @given(seeds)
 def test_gap_derivative_equals_finite_differences(seed: int) -> None:

@@ -52,7 +52,6 @@ def tracked(result: tuple[Tracking | Lost, Outcome]) -> Tracking:
     return result[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_filter_converges_from_a_nearby_pose(seed: int) -> None:
     start = moved(TRUE, np.random.default_rng(seed), 0.03, 0.12)
@@ -70,13 +69,14 @@ def test_particles_without_refinement_are_worse(seed: int) -> None:
     assert error_mm(refined) < 0.5 * error_mm(sampled)
 
 
+@pytest.mark.slow
 def test_baselines_do_not_search_limbs() -> None:
     image_force = setup_with(method="image-force", particles=1)
     found = tracked(steps(image_force, TRUE, [tangent_rays(MODEL, TRUE, 400)] * 3)[-1])
     assert found.limb_support is None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_prediction_continues_the_motion() -> None:
     poses = [TRUE]
     for _ in range(6):
@@ -99,6 +99,7 @@ def test_empty_frames_keep_the_particles_and_report_track_loss() -> None:
     assert [k for k, (phase, _) in enumerate(results, 1) if isinstance(phase, Lost)] == [10 * LOST_FRAMES]
 
 
+@pytest.mark.slow
 def test_track_is_lost_after_consecutive_misfits() -> None:
     away = RootedPose(TRUE.position + np.array([3.0, 0.0, 0.0]), TRUE.rotation, TRUE.values)
     results = steps(setup_with(), TRUE, [tangent_rays(MODEL, away, 400)] * LOST_FRAMES)
@@ -106,6 +107,7 @@ def test_track_is_lost_after_consecutive_misfits() -> None:
     assert results[-1][1].lost
 
 
+@pytest.mark.slow
 def test_tracking_continues_after_one_misfit() -> None:
     away = RootedPose(TRUE.position + np.array([3.0, 0.0, 0.0]), TRUE.rotation, TRUE.values)
     results = steps(setup_with(), TRUE, [SCENE, tangent_rays(MODEL, away, 400), SCENE, SCENE, SCENE])
@@ -113,6 +115,7 @@ def test_tracking_continues_after_one_misfit() -> None:
     assert error_mm(tracked(results[-1]).estimate) < 12.0
 
 
+@pytest.mark.slow
 def test_unobserved_part_stays_at_the_prediction_with_larger_spread() -> None:
     """Rays of everything but the left forearm."""
     names = FOURTEEN_PARTS.parts

@@ -168,6 +168,7 @@ def test_printed_force_reduces_the_misfit(seed: int) -> None:
     assert error(found) < 0.5 * error(start)
 
 
+@pytest.mark.slow
 @settings(max_examples=5)
 @given(seeds, st.sampled_from(["force", "force-printed"]))
 def test_forces_stay_within_the_limits(seed: int, kind: Refinement) -> None:

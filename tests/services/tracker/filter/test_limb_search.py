@@ -62,6 +62,7 @@ def test_four_limbs_with_placements_within_reach(anatomy: Anatomy) -> None:
             assert np.arccos(np.clip(turned[1, 1], -1.0, 1.0)) <= most + 1e-6  # of the part's axis
 
 
+@pytest.mark.slow
 def test_a_limb_that_is_elsewhere_loses_its_support() -> None:
     rays = tangent_rays(MODEL, raised(), 500)
     there, gone = (limb_support(FOURTEEN_PARTS, MODEL, rays, pose) for pose in (raised(), lost()))
@@ -70,6 +71,7 @@ def test_a_limb_that_is_elsewhere_loses_its_support() -> None:
     assert gone[2:] == pytest.approx(there[2:], abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_lost_arm_is_found_and_replaces_the_worst_particle() -> None:
     before, after = searched(raised(), lost())
     assert np.array_equal(after.values[:4], before.values[:4])
@@ -77,12 +79,14 @@ def test_a_lost_arm_is_found_and_replaces_the_worst_particle() -> None:
     assert after.values[4, arm] == pytest.approx(raised().values[arm], abs=0.35)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("misfits", "support"), [(True, 0.9), (False, 9.0)], ids=["lost body", "little of the scene"])
 def test_no_limb_is_searched_while_the_body_does_not_fit(misfits: bool, support: float) -> None:
     before, after = searched(raised(), lost(), misfits=misfits, support=support)
     assert np.array_equal(after.values, before.values)
 
 
+@pytest.mark.slow
 def test_nothing_is_searched_while_every_limb_is_supported() -> None:
     before, after = searched(raised(), raised())
     assert np.array_equal(after.values, before.values)

@@ -108,6 +108,7 @@ def test_selection_counts_follow_the_weights(seed: int, n: int) -> None:
     assert np.all(np.diff(draws.chosen[1:]) >= 0)
 
 
+@pytest.mark.slow
 @given(seeds, st.integers(1, 60), st.integers(1, 60))
 def test_a_resized_cloud_has_each_particle_in_proportion_to_its_weight(seed: int, n: int, resized: int) -> None:
     """The heaviest one is first, whatever the number."""
@@ -130,7 +131,6 @@ def test_prior_fraction_is_kept_and_first_particle_has_no_noise(seed: int, n: in
     assert np.all((draws.uniforms >= 0.0) & (draws.uniforms < 1.0))
 
 
-@pytest.mark.slow
 @given(st.lists(st.floats(0.0, 0.02), min_size=1, max_size=50), st.floats(1.0, 1e6))
 def test_weights_follow_the_likelihood_and_sum_to_one(errors: list[float], information: float) -> None:
     """[Hybrid Eq. 29]"""

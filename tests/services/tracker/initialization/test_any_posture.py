@@ -41,6 +41,7 @@ def standing() -> tuple[TrackState, list[Outcome]]:
     return run(config, [None, *[STANDING] * (AFTER + 3)], initial_state(config))
 
 
+@pytest.mark.nightly
 def test_standing_person_is_tracked_with_an_average_body_within_two_seconds(
     standing: tuple[TrackState, list[Outcome]],
 ) -> None:
@@ -65,6 +66,7 @@ def test_heading_is_that_of_the_feet(standing: tuple[TrackState, list[Outcome]])
     assert state.phase.estimate.rotation[:, 2] @ np.array([np.sin(0.7), 0.0, np.cos(0.7)]) > 0.9
 
 
+@pytest.mark.slow
 def test_t_pose_replaces_the_average_body_by_a_measured_one(standing: tuple[TrackState, list[Outcome]]) -> None:
     state, outcomes = standing
     config = setup(CAMERAS)
@@ -76,6 +78,7 @@ def test_t_pose_replaces_the_average_body_by_a_measured_one(standing: tuple[Trac
     assert all(outcome.pose is not None for outcome in outcomes)  # tracking goes on while the body is measured
 
 
+@pytest.mark.slow
 def test_t_pose_is_awaited_when_the_rig_or_the_user_asks_for_it() -> None:
     config = setup(CAMERAS)
     options = replace(config.options, filter=msgspec.structs.replace(config.options.filter, start="t-pose"))
@@ -86,6 +89,7 @@ def test_t_pose_is_awaited_when_the_rig_or_the_user_asks_for_it() -> None:
         assert describe(after).startswith("no T-pose")
 
 
+@pytest.mark.slow
 def test_person_who_leaves_before_the_start_starts_the_time_again() -> None:
     config = setup(CAMERAS)
     state, outcomes = run(config, [*[STANDING] * (AFTER - 1), None, *[STANDING] * (AFTER - 1)], initial_state(config))
@@ -111,6 +115,7 @@ def box(camera: Camera, width: float, height: float, depth: float) -> Mask:
     return cv2.fillConvexPoly(mask, cv2.convexHull(np.rint(camera.project(corners)).astype(np.int32)), 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(0.5, 1.2, 0.5), (0.9, 2.0, 0.05), (0.6, 1.7, 0.6)], ids=["box", "door", "wardrobe"])
 @pytest.mark.parametrize("views", [2, 4])
 def test_furniture_never_starts(size: tuple[float, float, float], views: int) -> None:

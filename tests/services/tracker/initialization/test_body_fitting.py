@@ -40,6 +40,7 @@ def found_of(anatomy: Anatomy, body: Bdp, pose: RootedPose, rays: Floats32, part
     return found
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
 def test_equations_equal_finite_differences_in_sizes_and_pose(anatomy: Anatomy) -> None:
     """Ray by ray, by finite differences of the contact; it slides on the surface, which the equations leave out."""
@@ -90,6 +91,7 @@ def samples_of(anatomy: Anatomy, body: Bdp, many: int) -> list[FitSample]:
     ]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
 def test_sizes_of_a_body_are_recovered(anatomy: Anatomy) -> None:
     average = average_body(anatomy, 1.75)

@@ -67,6 +67,7 @@ def test_front_is_towards_the_camera_or_along_the_heading() -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turned", [0.0, 180.0])
 def test_t_pose_starts_with_the_decided_one_of_both_headings(turned: float) -> None:
     """Also against the feet: the pictures show them in the other direction for 180 degrees."""

@@ -53,7 +53,7 @@ def normal(shape: ShapeEstimate, pose: RootedPose, rays: Floats32) -> tuple[Floa
     return a, b
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_sequential_postures_equal_one_joint_solve() -> None:
     """Schur complements: marginalizing each pose on arrival changes nothing."""
     seen = postures(BODY, 3)
@@ -75,7 +75,7 @@ def test_sequential_postures_equal_one_joint_solve() -> None:
     assert np.linalg.inv(shape.information) == pytest.approx(certain, abs=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_posture_adds_information() -> None:
     shape = initial_shape(AVERAGE, np.zeros(COUNT))
     for pose, rays in postures(BODY, 4):
@@ -88,7 +88,7 @@ def test_every_posture_adds_information() -> None:
     assert np.array_equal(shape.logs, np.zeros(COUNT))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_sizes_converge_to_the_persons() -> None:
     shape = initial_shape(AVERAGE, np.zeros(COUNT))
     for pose, rays in postures(BODY, 8):

@@ -84,7 +84,7 @@ def test_t_pose_is_measured_among_clutter(seed: int) -> None:
     assert np.linalg.norm(start.poses[0].position - hip) < 0.12
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("views", [3, 7])
 @pytest.mark.parametrize("seed", [1, 2, 5])
 def test_heading_is_resolved(seed: int, views: int) -> None:
@@ -132,7 +132,6 @@ def test_other_postures_are_not_measured() -> None:
         assert found.startswith("no T-pose: hold both arms out sideways")
 
 
-@pytest.mark.slow
 def test_t_pose_is_detected_at_the_edge_of_the_volume() -> None:
     found = detect_t_pose(rays_of(1, place(t_pose_at(1), Placement(1.2, -1.0, 0.4)), views=7))
     assert isinstance(found, TPose)

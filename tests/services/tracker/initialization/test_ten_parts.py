@@ -24,7 +24,7 @@ STATURE_M = 1.8
 HELD = residual_weights(replace(setup_of(ring(2)), anatomy=TEN_PARTS), T_POSE_HOLD)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("yaw_deg", [0, 100, 180, 290])
 def test_ten_parts_are_measured_in_any_heading(yaw_deg: float) -> None:
     model = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, STATURE_M))

@@ -179,7 +179,7 @@ def test_shipped_prior_has_current_version_and_training(kind: str) -> None:
     assert prior.dimensions == 3
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_shipped_prior_reconstructs_held_out_motion_as_recorded() -> None:
     """Fails when the simulated person has changed since `make priors`."""
     prior = read_prior(find_prior("walking"))

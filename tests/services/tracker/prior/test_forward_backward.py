@@ -71,7 +71,7 @@ def test_expectation_equals_enumeration_of_all_paths(seed: int, states: int, fra
     assert_equal(expectation(transitions, log_densities), of_all_paths(transitions, log_densities))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1.0, 30.0, 400.0]))
 @settings(max_examples=30)
 def test_expectation_equals_the_printed_recursion_in_logarithms(seed: int, scale: float) -> None:

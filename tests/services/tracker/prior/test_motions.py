@@ -32,7 +32,7 @@ def centres(anatomy: Anatomy, coordinates: Floats, root: Floats) -> dict[str, Fl
     return {marker.name: point for marker, point in zip(anatomy.markers, points, strict=True)}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["walking", "running", "boxing"])
 def test_simulated_motion_has_no_jumps(kind: str) -> None:
     motion = actor_motion(kind, 3, 1, FOURTEEN_PARTS, 30.0)

@@ -1,6 +1,7 @@
 """Local PCA, distances and densities of the regions during training."""
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
@@ -47,6 +48,7 @@ def test_densities_are_gaussian() -> None:
         assert np.allclose(log_densities(regions, poses[:20])[:, k], expected)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_regions_without_poses_restart_at_great_distances(seed: int) -> None:
     rng = np.random.default_rng(seed)

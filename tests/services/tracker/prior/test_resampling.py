@@ -18,6 +18,7 @@ def chain(seed: int, states: int) -> Floats:
     return entries / entries.sum(axis=1, keepdims=True)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.floats(0.05, 8.0))
 def test_powers_of_transitions_are_stochastic(seed: int, states: int, exponent: float) -> None:
     power = power_of_transitions(chain(seed, states), exponent)
@@ -31,6 +32,7 @@ def test_whole_powers_equal_repeated_steps(seed: int, steps: int) -> None:
     assert np.allclose(power_of_transitions(transitions, steps), np.linalg.matrix_power(transitions, steps))
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 3.0))
 def test_root_of_a_continuous_time_chain_is_exact(seed: int, exponent: float) -> None:
     rng = np.random.default_rng(seed)

@@ -63,7 +63,6 @@ def test_samples_spread_as_lambda() -> None:
     assert np.allclose(z.var(axis=0), 0.25 * prior.variances[2], rtol=0.1)
 
 
-@pytest.mark.slow
 @given(SEEDS, st.sampled_from([0.05, 0.5, 3.0]))
 def test_assignment_and_distance_are_those_of_the_arrays(seed: int, spread: float) -> None:
     rng = np.random.default_rng(seed)
@@ -72,6 +71,7 @@ def test_assignment_and_distance_are_those_of_the_arrays(seed: int, spread: floa
     assert prior_distance(PRIOR.compiled, pose) == pytest.approx(model.reconstruction_error(PRIOR, pose[None]), rel=1e-6)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([0.02, 0.3, 2.0]))
 def test_density_is_the_mixture_of_gaussians(seed: int, spread: float) -> None:
     rng = np.random.default_rng(seed)

@@ -12,7 +12,6 @@ SHORT = Plan(candidates=(3, 6, 12))
 MOTIONS = [Recording(f"gait{k}", 60.0, gait(240, k)) for k in range(2)]
 
 
-@pytest.mark.slow
 def test_prior_of_a_gait_reconstructs_another_walk_of_it() -> None:
     prior = train(COORDINATES, MOTIONS, [], SHORT)
     assert prior.names == COORDINATES.names
@@ -42,11 +41,13 @@ def test_regions_are_limited_by_the_frames() -> None:
     assert max(row.regions for row in prior.training.errors) <= 48 // 5
 
 
+@pytest.mark.slow
 def test_hundred_frames_allow_twenty_regions() -> None:
     prior = train(COORDINATES, [Recording("first", 60.0, gait(100))], [], Plan(regions=20))
     assert 15 <= prior.regions <= 20  # those without poses are left out
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_prior_and_progress_is_reported_to_the_end() -> None:
     reports: list[tuple[int, int]] = []
     one, other = (train(COORDINATES, MOTIONS, [], SHORT, lambda done, of, _: reports.append((done, of))) for _ in range(2))

@@ -51,14 +51,14 @@ def turned(camera: Camera, degrees: float) -> Camera:
     return replace(camera, rotation=rotation @ camera.rotation, translation=rotation @ camera.translation)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("girth", [0.8, 1.0, 1.3])
 @pytest.mark.parametrize("views", [2, 3, 4, 7])
 def test_consistent_views_give_no_finding(views: int, girth: float) -> None:
     assert set(findings_of(*film(views, girth))) == {()}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("views", [4, 5, 7])
 @pytest.mark.parametrize("degrees", [2.0, -5.0])
 def test_turned_camera_is_reported(views: int, degrees: float) -> None:
@@ -73,7 +73,6 @@ def test_turned_camera_is_reported(views: int, degrees: float) -> None:
     assert untrusted(results[-1]) == {BAD}
 
 
-@pytest.mark.slow
 def test_moved_camera_is_reported() -> None:
     cameras, masks = film(7)
     moved = replace(cameras[BAD], translation=cameras[BAD].translation + np.array([0.15, 0.0, 0.0]))
@@ -81,7 +80,6 @@ def test_moved_camera_is_reported() -> None:
     assert {(f.kind, f.view) for findings in results for f in findings} == {("calibration", BAD)}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("views", [4, 7])
 @pytest.mark.parametrize("late", [-2, 2, 5])
 def test_view_out_of_step_is_reported_with_its_lag(views: int, late: int) -> None:
@@ -94,7 +92,6 @@ def test_view_out_of_step_is_reported_with_its_lag(views: int, late: int) -> Non
     assert untrusted(results[-1]) == {BAD}
 
 
-@pytest.mark.slow
 def test_view_that_was_out_of_step_is_used_at_once_when_its_lag_is_tested_anew() -> None:
     cameras, masks = film(7)
     outlines = [
@@ -113,7 +110,6 @@ def test_view_that_was_out_of_step_is_used_at_once_when_its_lag_is_tested_anew()
     assert untrusted(as_before) == {BAD}
 
 
-@pytest.mark.slow
 def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> None:
     cameras, masks = film(4)
     since, until = 40, 100
@@ -129,7 +125,6 @@ def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> Non
     assert "view cam03 is frozen" in results[named[0]][0].text
 
 
-@pytest.mark.slow
 def test_a_person_standing_still_is_not_a_frozen_view() -> None:
     cameras, masks = film(4)
     assert set(findings_of(cameras, [[mask[50]] * FRAMES for mask in masks])) == {()}
@@ -160,6 +155,7 @@ def test_an_empty_scene_gives_no_finding() -> None:
     assert set(findings_of(cameras, [[None] * 60 for _ in cameras])) == {()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", [lambda camera: turned(camera, 5.0), lambda camera: camera], ids=["bad", "good"])
 def test_same_input_gives_the_same_findings(fault: Callable[[Camera], Camera]) -> None:
     cameras, masks = film(4)

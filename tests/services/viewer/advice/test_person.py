@@ -44,7 +44,7 @@ def measured(room: Background, image: Image, mask: Mask) -> PersonSample:
     return person_sample(0.0, reduced(image, room, gains(image, room.mean, mask), mask, top, bottom), mask, top, bottom)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("seed", [4, 7])
 def test_gaps_between_arms_and_trunk_are_not_missing(size: tuple[int, int], seed: int) -> None:
@@ -52,7 +52,6 @@ def test_gaps_between_arms_and_trunk_are_not_missing(size: tuple[int, int], seed
     assert max(measured(room, image, mask).holes for image, mask in shots) < MANY_HOLES
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 def test_a_crack_across_the_trunk_is_missing(size: tuple[int, int]) -> None:
     room, shots = demo(size, 4, STANDING_S)
@@ -72,7 +71,6 @@ def test_faint_trousers_are_no_mirror_image(size: tuple[int, int]) -> None:
     assert not any(measured(room, image, mask).mirrored for image, mask in shots)
 
 
-@pytest.mark.slow
 def test_a_mirror_image_in_the_silhouette_is_found() -> None:
     room, shots = demo((320, 240), 4, STRETCHED_S, GLOSS)
     for image, mask in shots:

@@ -464,6 +464,7 @@ def test_a_viewer_opens_its_own_source(tmp_path):
         next(open_source(rig.viewers[0], offline()))
 
 
+@pytest.mark.slow
 @pytest.mark.clips
 @pytest.mark.skipif(not CLIPS.exists(), reason="the shared clips are not beside the project")
 def test_the_real_clip_is_read_at_its_working_size_initial_posture_first():

@@ -27,6 +27,7 @@ def good():
     return found_with(figure())
 
 
+@pytest.mark.nightly
 def test_three_cameras_are_found(good):
     rotation_deg, place_mm, scale, vertical_deg, *_ = errors(good, CAMERAS)
     assert rotation_deg < 0.5
@@ -51,6 +52,7 @@ def test_the_report_names_every_camera(good):
     assert report_data(good)["verdict"] == "good"
 
 
+@pytest.mark.nightly
 def test_a_straight_walk_is_poor():
     found = found_with(figure(width_m=0.02))
     word, reasons = verdict(found)
@@ -58,6 +60,7 @@ def test_a_straight_walk_is_poor():
     assert any("in curves" in reason for reason in reasons)
 
 
+@pytest.mark.slow
 def test_a_person_in_one_place_is_refused():
     with pytest.raises(UserError, match="moves less than a metre"):
         found_with(0.05 * figure())
@@ -70,6 +73,7 @@ def test_a_camera_that_sees_no_whole_person_is_named():
         found_with(figure(), cam02=hulls)
 
 
+@pytest.mark.slow
 def test_a_mirrored_camera_is_named():
     hulls = hulls_seen(CAMERAS["cam03"], figure())
     hulls.local[..., 0] *= -1.0
@@ -77,6 +81,7 @@ def test_a_mirrored_camera_is_named():
         found_with(figure(), cam03=hulls)
 
 
+@pytest.mark.slow
 def test_a_camera_out_of_step_is_named():
     hulls = hulls_seen(CAMERAS["cam02"], np.roll(figure(), 40, axis=0))
     with pytest.raises(UserError, match=r"cam02: its way .* in step"):
@@ -92,6 +97,7 @@ def test_places_seen_by_the_same_cameras_are_not_apart():
     assert apart_m(larger, CAMERAS, points).max() > 0.05
 
 
+@pytest.mark.slow
 def test_a_simulated_walker_calibrates_two_cameras():
     found, true = simulated(20, 2, 6.0)
     rotation_deg, _, scale, vertical_deg, error_mm, claimed_mm, most_mrad = errors(found, true)

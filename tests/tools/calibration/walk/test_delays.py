@@ -35,6 +35,7 @@ def found_with(late_s):
     return calibrated_films(unknown, Timing(series, np.arange(0.0, SECONDS, 0.2)), HEIGHT_M)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("late_s", [0.25, -0.9])
 def test_the_delay_of_a_camera_is_found_to_a_fraction_of_a_frame(late_s):
     found = found_with(late_s)
@@ -45,12 +46,14 @@ def test_the_delay_of_a_camera_is_found_to_a_fraction_of_a_frame(late_s):
     assert report_data(found)["cameras"][1]["delay_corrected"]
 
 
+@pytest.mark.nightly
 def test_cameras_in_step_are_left_as_they_are():
     found = found_with(0.0)
     assert not found.delays["cam02"].is_certain
     assert "taken as 0" in "\n".join(report(found))
 
 
+@pytest.mark.nightly
 def test_a_delay_that_is_not_known_or_at_the_limit_of_the_search_is_poor():
     found = found_with(0.0)
     uncertain = replace(found, delays={"cam01": Delay(0.0, 0.0), "cam02": Delay(0.1, 0.08)})

@@ -33,6 +33,7 @@ def part(manifest: Path, name: str, labels: tuple[str, ...], people: str) -> Pat
     return path
 
 
+@pytest.mark.nightly
 def test_a_model_with_added_examples_is_the_model_of_all_examples(manifest: Path, tmp_path: Path) -> None:
     first = part(manifest, "monday.csv", LABELS[:2], "12")
     further = part(manifest, "tuesday.csv", LABELS[2:], "123")
@@ -50,6 +51,7 @@ def test_a_model_with_added_examples_is_the_model_of_all_examples(manifest: Path
     assert read_stored(model)[1] == TrainingSettings(symbols=24, seed=4)
 
 
+@pytest.mark.nightly
 def test_another_output_leaves_the_model(manifest: Path, tmp_path: Path) -> None:
     first, further = part(manifest, "a.csv", LABELS, "1"), part(manifest, "b.csv", LABELS, "2")
     model, new = tmp_path / "mine.postures", tmp_path / "new.postures"
@@ -60,6 +62,7 @@ def test_another_output_leaves_the_model(manifest: Path, tmp_path: Path) -> None
     assert read_model(new).training.people == ("1", "2")
 
 
+@pytest.mark.slow
 def test_examples_that_the_model_has_are_refused(manifest: Path, tmp_path: Path) -> None:
     first, model = part(manifest, "a.csv", LABELS, "1"), tmp_path / "mine.postures"
     assert zenocap("posture", "train", first, "-o", model, *OPTIONS)[0] == 0

@@ -41,6 +41,7 @@ def manifest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "m.csv"
 
 
+@pytest.mark.slow
 def test_train_writes_a_model_and_info_prints_the_same_summary(manifest: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.postures"
     status, output, _ = zenocap("posture", "train", manifest, "-o", out, "--json", "--symbols", 24)
@@ -55,6 +56,7 @@ def test_train_writes_a_model_and_info_prints_the_same_summary(manifest: Path, t
     assert [rows[label][1:3] for label in LABELS] == [["6", "3"]] * 3
 
 
+@pytest.mark.nightly
 def test_the_same_manifest_gives_the_same_bytes(manifest: Path, tmp_path: Path) -> None:
     one, other = tmp_path / "one.postures", tmp_path / "other.postures"
     for path in (one, other):
@@ -62,6 +64,7 @@ def test_the_same_manifest_gives_the_same_bytes(manifest: Path, tmp_path: Path) 
     assert one.read_bytes() == other.read_bytes()
 
 
+@pytest.mark.nightly
 def test_training_options_are_applied(manifest: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.postures"
     options = "--symbols 20 --states 3 --topology ergodic --scale none --rate 30 --features joint-angles --seed 4"
@@ -72,6 +75,7 @@ def test_training_options_are_applied(manifest: Path, tmp_path: Path) -> None:
     assert model.training.settings["seed"] == "4"
 
 
+@pytest.mark.nightly
 def test_evaluate_uses_both_protocols_and_writes_the_confusion_matrix(manifest: Path, tmp_path: Path) -> None:
     table, figure = tmp_path / "confusion.csv", tmp_path / "confusion.png"
     status, text, _ = zenocap("posture", "evaluate", manifest, "--confusion", table, "--plot", figure, "--symbols", 24)
@@ -86,6 +90,7 @@ def test_evaluate_uses_both_protocols_and_writes_the_confusion_matrix(manifest: 
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_evaluate_prints_json(manifest: Path) -> None:
     status, text, _ = zenocap("posture", "evaluate", manifest, "--protocol", "subjects", "--json", "--symbols", 24)
     assert status == 0
@@ -95,6 +100,7 @@ def test_evaluate_prints_json(manifest: Path) -> None:
     assert found["wrong"] == []
 
 
+@pytest.mark.slow
 def test_examples_of_one_person_are_evaluated_without_the_subjects_protocol(manifest: Path) -> None:
     rows = [line for line in manifest.read_text().splitlines() if not line.endswith((",2", ",3"))]
     manifest.write_text("\n".join(rows) + "\n")
@@ -107,6 +113,7 @@ def test_examples_of_one_person_are_evaluated_without_the_subjects_protocol(mani
     assert "error: subjects: " in errors
 
 
+@pytest.mark.slow
 def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path) -> None:
     unreadable = manifest.parent / "lost.mcap"
     unreadable.touch()
@@ -131,6 +138,7 @@ def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path
     assert json.loads(text)["protocols"][0]["total"] == 18
 
 
+@pytest.mark.nightly
 def test_a_joint_map_is_read_and_passed_to_the_reader_of_sources(
     manifest: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -153,6 +161,7 @@ def test_a_joint_map_is_read_and_passed_to_the_reader_of_sources(
     assert f"{names}: joints.Hip: allowed: Head, RHip" in errors
 
 
+@pytest.mark.nightly
 def test_a_rate_of_false_postures_is_stated_with_its_limit(manifest: Path, tmp_path: Path) -> None:
     (tmp_path / "bow-8-0.bvh").touch()
     with manifest.open("a") as file:
@@ -173,6 +182,7 @@ def test_a_rate_of_false_postures_is_stated_with_its_limit(manifest: Path, tmp_p
     assert "false_per_hour = 30: no background" in errors
 
 
+@pytest.mark.nightly
 def test_a_model_is_evaluated_on_whole_sources_as_streams(manifest: Path, tmp_path: Path) -> None:
     out, figure = tmp_path / "mine.postures", tmp_path / "curve.png"
     assert zenocap("posture", "train", manifest, "-o", out, "--symbols", 24)[0] == 0
@@ -195,6 +205,7 @@ def test_a_model_is_evaluated_on_whole_sources_as_streams(manifest: Path, tmp_pa
     assert "--model: allowed without --confusion and --skip-missing" in errors
 
 
+@pytest.mark.nightly
 def test_ignored_parts_are_stored_or_refused_in_one_line(manifest: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.postures"
     arguments = ("posture", "train", manifest, "-o", out, "--symbols", 24)
@@ -287,7 +298,7 @@ def test_rigs_that_cannot_be_tracked_are_reported_with_their_line(tmp_path: Path
     assert [line.split(": ")[1] for line in lines] == ["line 2", "line 3"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
 def test_walking_and_kicking_are_distinguished_on_recorded_motion(tmp_path: Path) -> None:

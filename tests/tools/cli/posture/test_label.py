@@ -47,6 +47,7 @@ def answers(monkeypatch: pytest.MonkeyPatch, *lines_typed: str) -> None:
     monkeypatch.setattr("builtins.input", answer)
 
 
+@pytest.mark.slow
 def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
     status, output, _ = zenocap("posture", "label", motion, "--json")
     found = json.loads(output)["candidates"]
@@ -59,6 +60,7 @@ def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
     assert len([line for line in text.splitlines() if line[:3].strip().isdigit()]) == 3
 
 
+@pytest.mark.slow
 def test_answers_become_rows_and_are_not_asked_again(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     manifest = tmp_path / "m.csv"
     answers(monkeypatch, "?", "raise", "s", "b -0.1", "b x", "kick")
@@ -88,6 +90,7 @@ def test_labels_are_saved_when_the_user_quits(
     assert [row.posture for row in read_manifest(manifest)] == ["raise"]
 
 
+@pytest.mark.slow
 def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answers(monkeypatch, "r", "q")
     status, output, _ = zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20, "--terminal")
@@ -96,6 +99,7 @@ def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Pat
     assert not (tmp_path / "m.csv").exists()
 
 
+@pytest.mark.slow
 def test_guess_of_a_model_is_shown_and_accepted_by_enter(
     motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -150,6 +154,7 @@ def test_options_of_training_are_wrong_usage_without_the_page(option: tuple[str,
     assert f"{option[0]}: allowed without --terminal, --list, --accept and --json" in error
 
 
+@pytest.mark.slow
 def test_options_of_training_reach_the_page(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
 

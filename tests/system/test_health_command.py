@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from tests.support.processes import PATIENCE_S
 from tests.system.test_zenoh_bus import client, free_endpoint
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
@@ -18,6 +17,7 @@ from zenocap.tools.cli.main import app
 
 pytestmark = pytest.mark.nightly
 RIG = "healthtest"
+LONGEST_S = 60.0  # that the command takes
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def health_command(folder: Path, endpoint: str, *arguments: str, within_s: float
 
 
 def test_router_that_accepts_a_connection_is_healthy(tmp_path: Path, endpoint: str) -> None:
-    assert health_command(tmp_path, endpoint, "router", within_s=PATIENCE_S).exit_code == 0
+    assert health_command(tmp_path, endpoint, "router", within_s=LONGEST_S).exit_code == 0
     result = health_command(tmp_path, free_endpoint(), "router")
     assert result.exit_code == 1
     assert "stopped while waiting for a Zenoh router" in result.output
@@ -60,7 +60,7 @@ def test_service_that_handles_messages_is_healthy(tmp_path: Path, endpoint: str)
         worker = threading.Thread(target=receive_messages)
         worker.start()
         try:
-            answered = health_command(tmp_path, endpoint, "viewer", "--id", "1", within_s=PATIENCE_S)
+            answered = health_command(tmp_path, endpoint, "viewer", "--id", "1", within_s=LONGEST_S)
             assert answered.exit_code == 0, answered.output
             assert health_command(tmp_path, endpoint, "viewer", "--id", "2").exit_code == 1
             assert health_command(tmp_path, endpoint, "integrator").exit_code == 1

@@ -166,7 +166,7 @@ def test_up_says_what_a_full_disk_has_and_has_not(tmp_path: Path) -> None:
         small_disk(tmp_path / "disk", 300 + MODEL_KB) as folder,
         started(["demo", "--method", "two-view", "--no-page", "--recordings", folder], tmp_path) as demo,
     ):
-        wait_until(lambda: "the log stops" in output_of(tmp_path), tmp_path)
+        wait_until(lambda: "recording stopped after" in output_of(tmp_path), tmp_path)
         lines = output_of(tmp_path).count("\n")
         wait_until(lambda: output_of(tmp_path).count("\n") > lines + 5, tmp_path)  # one a second, of the rig without a log
         assert ended(demo, signal.SIGINT) == 3, output_of(tmp_path)

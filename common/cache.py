@@ -8,7 +8,6 @@ import hashlib
 import os
 import shutil
 import tempfile
-import time
 from pathlib import Path
 
 VARIABLE = "ZENOCAP_CACHE"
@@ -57,13 +56,15 @@ def write_entry(path: Path, content: bytes) -> bool:
 
 
 def mark_used(folder: Path) -> None:
-    """Record that a folder of entries is in use, at most once a day; then delete its siblings that are not."""
+    """Record that a folder of entries is in use and, at most once a day, delete its siblings that are not."""
     try:
-        if folder.stat().st_mtime > time.time() - DAY_S:
-            return
+        before_s = folder.stat().st_mtime
         os.utime(folder)
+        now_s = folder.stat().st_mtime
+        if now_s < before_s + DAY_S:
+            return
         for other in folder.parent.iterdir():
-            if other.is_dir() and other.stat().st_mtime < time.time() - UNUSED_DAYS * DAY_S:
+            if other.is_dir() and other.stat().st_mtime < now_s - UNUSED_DAYS * DAY_S:
                 shutil.rmtree(other, ignore_errors=True)
     except OSError:
         return

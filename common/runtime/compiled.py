@@ -28,14 +28,7 @@ def is_compiled(part: str) -> bool:
 
 def record_compiled(part: str) -> None:
     """Record that this process has run a part.  Does nothing when the cache cannot be written."""
-    entries: set[str] = set()
-    for name, module in list(sys.modules.items()):
-        if name.startswith("zenocap."):
-            for value in list(vars(module).values()):
-                cached = getattr(value, "_cache", None)
-                if cached is not None and hasattr(cached, "entries") and getattr(value, "__module__", None) == name:
-                    entries |= {str(path.relative_to(cached.root)) for path in cached.entries()}
-    write_entry(_record(part), json.dumps(sorted(entries)).encode())
+    write_entry(_record(part), json.dumps(sorted(_entries())).encode())
 
 
 @contextmanager
@@ -47,6 +40,18 @@ def compiling(logger: logging.Logger, name: str, part: str) -> Iterator[None]:
     logger.info("compiling (first run only)")
     yield
     record_compiled(name)
+
+
+def _entries() -> set[str]:
+    """Entries of the compiled functions of this process."""
+    entries: set[str] = set()
+    for name, module in list(sys.modules.items()):
+        if name.startswith("zenocap."):
+            for value in list(vars(module).values()):
+                cached = getattr(value, "_cache", None)
+                if cached is not None and hasattr(cached, "entries") and getattr(value, "__module__", None) == name:
+                    entries |= {str(path.relative_to(cached.root)) for path in cached.entries()}
+    return entries
 
 
 def _environment() -> tuple[str, ...]:

@@ -26,6 +26,13 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def nothing(cache: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache of a process that has compiled nothing."""
+    monkeypatch.setattr(compiled, "_entries", set)
+    return cache
+
+
 @pytest.mark.slow
 def test_a_part_counts_as_compiled_after_its_first_run(cache: Path) -> None:
     assert not is_compiled("probe")
@@ -35,23 +42,21 @@ def test_a_part_counts_as_compiled_after_its_first_run(cache: Path) -> None:
     assert not is_compiled("probe")
 
 
-def test_a_part_counts_as_not_compiled_in_another_environment(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "modules", {})
+def test_a_part_counts_as_not_compiled_in_another_environment(nothing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     record_compiled("probe")
     assert is_compiled("probe")
     monkeypatch.setattr(compiled, "_environment", lambda: ("another processor",))
     assert not is_compiled("probe")
 
 
-def test_a_damaged_record_counts_as_not_compiled(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "modules", {})
+def test_a_damaged_record_counts_as_not_compiled(nothing: Path) -> None:
     record_compiled("probe")
-    (record,) = (cache / "compiled").glob("probe-*.json")
+    (record,) = (nothing / "compiled").glob("probe-*.json")
     record.write_bytes(b"{")
     assert not is_compiled("probe")
 
 
-def test_compiling_is_logged_only_while_something_compiles(cache: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_compiling_is_logged_only_while_something_compiles(nothing: Path, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
     for _ in range(2):
         with compiling(logging.getLogger("viewer"), "viewer-service", "tracking"):

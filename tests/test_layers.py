@@ -103,6 +103,7 @@ def test_the_layers_are_the_sub_packages() -> None:
     assert [name for name in PACKAGES if (ROOT / "zenocap" / name).resolve() != ROOT / name] == []
 
 
+@pytest.mark.nightly
 def test_no_file_imports_a_top_level_folder() -> None:
     """`import zenocap.common...`, never `import common...`, which an installed package does not have."""
     files = [path for path in ROOT.rglob("*.py") if not HIDDEN & set(path.relative_to(ROOT).parts)]

@@ -94,6 +94,7 @@ def test_the_page_has_a_row_for_every_equation(paper: str) -> None:
     assert on_page()[paper] == set(EQUATIONS[paper])
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("paper", EQUATIONS)
 def test_the_source_names_no_equation_that_the_paper_lacks(paper: str) -> None:
     assert in_sources()[paper] <= set(EQUATIONS[paper])

@@ -113,7 +113,7 @@ def test_the_worst_seed_is_in_brackets() -> None:
     assert with_worst(Figure(NAN, NAN)) == "–"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_plots_are_small_files_even_with_gaps(tmp_path: Path) -> None:
     x, y = np.arange(1.0, 41.0), np.where(np.arange(40) == 20, math.nan, np.arange(40) + 20.0)
     panel = CurvePanel("walking", "RMSE (mm)", (Curve("one", x, y, "tab:blue"),), "frame", (1, 10, 40), (20, 50, 100))

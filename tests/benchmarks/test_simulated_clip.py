@@ -58,7 +58,7 @@ def test_selected_views_are_refused() -> None:
         clip.of_views(("r0",))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_cycle_has_the_papers_numbers_of_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(TEST_FRAMES, "walking", 3)
     monkeypatch.setattr("benchmarks.simulated_clip.CYCLE_FPS", 5.0)

@@ -47,6 +47,7 @@ def test_two_view_tracks_the_silhouettes_of_a_scene() -> None:
     assert verdict.error < 0.2
 
 
+@pytest.mark.nightly
 def test_without_a_person_there_is_no_pose() -> None:
     empty = {view: [np.zeros_like(mask) for mask in masks] for view, masks in scene().masks.items()}
     messages, _ = two_view_messages(replace(scene(), masks=empty))

@@ -49,20 +49,20 @@ def with_value(value: Any, path: tuple[Any, ...], new: object) -> Any:
     return copy
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(MESSAGES)
 def test_an_encoded_message_decodes_to_an_equal_message(message: m.Message) -> None:
     assert decode(encode(message), type(message)) == message
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(MESSAGES)
 def test_equal_messages_have_equal_bytes(message: m.Message) -> None:
     again = decode(encode(message), type(message))
     assert encode(again) == encode(message)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(MESSAGES, st.sampled_from([math.nan, math.inf, -math.inf]), st.data())
 def test_nan_and_infinity_are_refused_in_every_field(message: m.Message, bad: float, data: st.DataObject) -> None:
     paths = floats_in(plain(message))
@@ -106,7 +106,7 @@ def test_a_type_with_unbounded_bytes_is_refused() -> None:
         size_limit(Unbounded)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(MESSAGES, st.text(min_size=1, max_size=10))
 def test_an_unknown_field_is_refused(message: m.Message, name: str) -> None:
     assume(name not in plain(message))

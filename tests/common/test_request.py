@@ -32,7 +32,7 @@ def send_request(run: Run, request: m.Request) -> None:
     assert answers == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_body_is_measured_again_after_a_measure_request() -> None:
     run = measured()
     send_request(run, MEASURE)

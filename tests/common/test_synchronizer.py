@@ -150,7 +150,7 @@ EVENTS = st.lists(
 )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(EVENTS)
 @settings(max_examples=300)
 def test_any_events_give_frame_sets_close_in_time_without_duplicates(events: list[Event]) -> None:
@@ -168,7 +168,7 @@ def test_any_events_give_frame_sets_close_in_time_without_duplicates(events: lis
     assert len(out) + waiting + dropped <= len(events)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(EVENTS)
 @settings(max_examples=300)
 def test_frame_sets_are_in_time_order(events: list[Event]) -> None:
@@ -201,7 +201,7 @@ def play_many(events: list[Event]) -> tuple[Synchronizer[Event], list[FrameSet[E
     return pairs, frame_sets
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.lists(st.sets(st.sampled_from(MANY), min_size=1), min_size=1, max_size=20), st.randoms(use_true_random=False))
 def test_a_frame_set_has_the_viewers_that_captured_it(captured: list[set[str]], random) -> None:  # type: ignore[no-untyped-def]
     """Viewers join, leave and return: a frame is emitted, waits for at most one frame period, or was late."""

@@ -46,6 +46,7 @@ def mean_error_mm(loop: Loop) -> float:
     return float(np.mean(errors))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["paper", *ADDITIONS, "improved"])
 def test_person_is_tracked_by_every_variant(name: str) -> None:
     named = {"paper": PAPER, "improved": IMPROVED}
@@ -53,6 +54,7 @@ def test_person_is_tracked_by_every_variant(name: str) -> None:
     assert mean_error_mm(loop) < MOST_MM
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ADDITIONS)
 def test_each_addition_alone_changes_what_is_published(name: str) -> None:
     # Some act only when legs cross or the person turns.

@@ -30,7 +30,7 @@ def run(pytester: pytest.Pytester):
     return _run
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_test_without_a_mark_fails_above_the_limit(run) -> None:
     source = "def test_quick(): pass\ndef test_busy(): spend(0.2)\n@pytest.mark.slow\ndef test_marked(): spend(0.2)\n"
     found = run(source, "--unit-limit", "0.1")

@@ -114,10 +114,12 @@ def _used_s() -> float:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     item.stash[STARTED] = _used_s()
+    item.stash[COMPILED] = COMPILING.total_s
     return (yield)
 
 
 STARTED = pytest.StashKey[float]()
+COMPILED = pytest.StashKey[float]()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -126,7 +128,9 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     if report.when != "call":
         return report
     used_s, tier = _used_s() - item.stash[STARTED], tier_of(item)
-    report.user_properties.append(("time", {"tier": tier, "processor_s": round(used_s, 3)}))
+    compiling_s = COMPILING.total_s - item.stash[COMPILED]
+    row = {"tier": tier, "processor_s": round(used_s, 3), "compiling_s": round(compiling_s, 3)}
+    report.user_properties.append(("time", row))
     limit_s = item.config.getoption("--unit-limit")
     if tier == "unit" and 0 < limit_s < used_s and report.passed:
         report.outcome = "failed"

@@ -63,7 +63,6 @@ def test_part_frames_equal_the_papers_transforms(position: Floats, pose_angles: 
         np.testing.assert_allclose(found[INDEX[part]], expected[:3], atol=1e-12, err_msg=part)
 
 
-@pytest.mark.slow
 @given(ANGLES)
 @settings(deadline=None)
 def test_part_frames_are_rotations(pose_angles: Floats) -> None:
@@ -109,7 +108,6 @@ def test_joint_centres_of_the_upright_person() -> None:
     assert at["Head"][1] > at["Neck"][1] > at["Hip"][1] > at["RKnee"][1] > at["RAnkle"][1] > 0
 
 
-@pytest.mark.slow
 @given(ANGLES)
 @settings(deadline=None)
 def test_segments_keep_their_length_in_every_pose(pose_angles: Floats) -> None:

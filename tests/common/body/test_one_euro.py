@@ -62,7 +62,7 @@ def test_gain_and_delay_of_a_sine_are_those_of_theory(hz: float, cutoff_hz: floa
         np.testing.assert_allclose(np.array(values)[late] - middle, expected[late], atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_faster_motion_is_delayed_less() -> None:
     times_s = np.arange(0, 8, 1 / RATE)
     lags = []

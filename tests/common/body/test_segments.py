@@ -29,6 +29,7 @@ from zenocap.common.body.segments import (
 TILTS = st.floats(-1.5, 1.5)
 
 
+@pytest.mark.slow
 @given(st.floats(-7, 7), TILTS, TILTS)
 def test_lean_and_roll_round_trip(yaw: float, lean: float, roll: float) -> None:
     rotation = torso_rotation(yaw, lean, roll)
@@ -64,7 +65,6 @@ def test_limbs_refer_to_their_angles_and_parts() -> None:
     assert [limb.is_leg for limb in limbs_of(TEN_PARTS)] == [False, False, True, True]
 
 
-@pytest.mark.slow
 @given(ANGLES)
 @settings(deadline=None)  # the first example compiles
 def test_directions_are_those_of_the_kinematics(pose: Floats) -> None:

@@ -54,7 +54,7 @@ def test_the_level_camera_is_upright_at_the_same_position(camera: Camera) -> Non
     assert not np.any(level.distortions)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(CAMERAS, st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
 @settings(deadline=None, max_examples=10)
 def test_a_vertical_line_of_the_world_is_one_column(camera: Camera, x: float, z: float) -> None:

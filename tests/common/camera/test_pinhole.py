@@ -37,6 +37,7 @@ def test_points_behind_the_camera_have_no_pixel() -> None:
     assert np.isfinite(pixels[1]).all()
 
 
+@pytest.mark.nightly
 @given(POINT, st.sampled_from([(160, 120), (320, 240), (1280, 960), (640, 240)]))
 def test_a_resized_camera_scales_its_image_about_the_corner(point: np.ndarray, size: tuple[int, int]) -> None:
     distorted = look("cam", np.array([1.0, 2.0, 5.0]), TARGET, distortions=np.array([-0.2, 0.05, 0.001, -0.001, 0.0]))

@@ -98,7 +98,7 @@ def test_joint_centres_round_trip_in_any_axes_and_unit(track: PoseTrack, axes: A
     assert furthest_m(read_by_text(tmp_path / "a.bvh"), track, axes, unit) < 0.01 * MILLIMETRE
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(track=tracks())
 @files
 def test_bvhio_finds_the_joint_centres(track: PoseTrack, tmp_path: Path) -> None:

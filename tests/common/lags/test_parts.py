@@ -22,7 +22,7 @@ def outlines(seconds: float):
     return {name: [one for one in its if one is not None] for name, its in found.items()}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_comparison_in_parts_is_that_of_the_whole():
     seen = outlines(16)
     whole = silhouette_pairs(CAMERAS, {name: seen[name] for name in CAMERAS}, REACH_S)

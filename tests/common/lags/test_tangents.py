@@ -56,7 +56,7 @@ def test_cameras_on_a_line_with_the_person_have_no_baseline() -> None:
     assert baseline_of(one, one, np.array([0.0, 1.0, 0.0])) is None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("shift_s", [0.0, 0.5 / FPS, 0.71, -1.234])
 def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float) -> None:
     cameras = ring((0, 90, 40))
@@ -68,7 +68,6 @@ def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float
         assert abs(offset.offset_s - starts[name] + 2.0) < 0.1 / FPS
 
 
-@pytest.mark.slow
 def test_different_frame_rates_are_compared() -> None:
     cameras = ring((0, 90))
     outlines = {"cam01": film(cameras["cam01"], 0.0), "cam02": film(cameras["cam02"], 0.4, 300, 50.0)}

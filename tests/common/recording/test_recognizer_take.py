@@ -25,7 +25,7 @@ from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.track import Tracked, track
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 POSTURES = "zenocap/demo/recognizer/posture"
 
@@ -44,7 +44,6 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracked]:
     return folder / "a.mcap", track(rig_with(folder / "small.postures"), folder / "a.mcap")
 
 
-@pytest.mark.nightly
 def test_the_take_has_postures_and_their_model(tracked: tuple[Path, Tracked]) -> None:
     path, found = tracked
     assert found.problems == ()
@@ -61,7 +60,6 @@ def test_the_take_has_postures_and_their_model(tracked: tuple[Path, Tracked]) ->
     assert recorded.source == "integrator"
 
 
-@pytest.mark.nightly
 def test_the_take_is_recomputed_byte_for_byte(tracked: tuple[Path, Tracked]) -> None:
     path, _ = tracked
     found = verify([path])
@@ -90,7 +88,6 @@ def test_a_take_with_another_model_cannot_be_recomputed(tracked: tuple[Path, Tra
         verify([with_attachments(path, tmp_path / "c.mcap", {SETUP_FILE: setup, POSTURES_FILE: b"another"})])
 
 
-@pytest.mark.nightly
 def test_a_take_without_its_model_is_recomputed_except_for_postures(tracked: tuple[Path, Tracked], tmp_path: Path) -> None:
     path, _ = tracked
     take = Take(path)
@@ -110,7 +107,6 @@ def test_a_model_on_another_machine_is_not_attached() -> None:
     assert POSTURES_FILE not in names
 
 
-@pytest.mark.nightly
 def test_tracking_and_verifying_perform_no_commands(tmp_path: Path) -> None:
     rig = demo_rig("two-view")
     viewers = tuple(replace(viewer, source=Actor("raise-both-arms", 3), preview=False) for viewer in rig.viewers)

@@ -107,6 +107,7 @@ def test_the_take_has_silhouettes_of_every_frame_and_the_trackers_poses(take: Pa
         assert messages_of(take, kind) == []
 
 
+@pytest.mark.nightly
 def test_the_take_is_recomputed_byte_for_byte(take: Path) -> None:
     found = verify([take])
     assert found.first is None
@@ -128,6 +129,7 @@ def test_two_runs_give_equal_bytes(take: Path, tmp_path: Path) -> None:
     assert again == [recorded.data for recorded in Take(take).messages()]
 
 
+@pytest.mark.nightly
 def test_poses_of_the_take_are_exported_summarized_and_evaluated(take: Path, tmp_path: Path) -> None:
     poses = read_poses(take)
     last = poses.track().trajectories().points[-1]

@@ -109,7 +109,6 @@ def test_every_action_is_read_in_the_order_of_the_file(tmp_path: Path) -> None:
     assert program == ProgramAction(program="/bin/sh", arguments=("-c", "exit 0"), timeout=PROGRAM_TIMEOUT_S)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lines", "text"),
     [

@@ -21,7 +21,6 @@ from tests.support.processes import PATIENCE_S
 from zenocap.common.runtime.keyboard import BY_BYTES, Key, Keyboard, keyboard, keys_in
 
 
-@pytest.mark.slow
 @given(st.lists(st.sampled_from(sorted(BY_BYTES)), max_size=8), st.lists(st.integers(0, 40), max_size=4))
 def test_keys_are_decoded_from_any_split_of_their_bytes(pressed: list[bytes], cuts: list[int]) -> None:
     data, rest, found = b"".join(pressed), b"", []

@@ -264,6 +264,7 @@ class FastClock(RealClock):
         return 10 * super().elapsed_ns()
 
 
+@pytest.mark.slow
 def test_counts_of_the_state_are_published_without_adding_them_up(network: LocalNetwork) -> None:
     reader = network.bus()
     reader.subscribe(HEALTH, every=True)

@@ -98,7 +98,7 @@ def test_frames_before_the_white_balance_settled_are_brought_to_the_light_of_the
     assert np.median(model.background.sigma()) < 4.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_furniture_that_was_moved_is_taken_up_and_the_person_is_not() -> None:
     scene = room(HEIGHT, WIDTH)
     before, after = scene.copy(), scene.copy()
@@ -142,7 +142,7 @@ def test_a_figure_that_never_moves_is_held_for_a_minute_and_not_for_ever() -> No
     assert found[-1] == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_noise_of_compression_around_a_person_raises_the_threshold() -> None:
     scene = room(HEIGHT, WIDTH)
     plain, coded = Camera(scene), Camera(scene, around=5.0)

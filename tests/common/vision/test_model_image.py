@@ -68,6 +68,7 @@ def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> No
     np.testing.assert_array_equal(cover, inside(random_outline(seed)).astype(np.uint8))
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(SEEDS, st.booleans()), min_size=1, max_size=8))
 @settings(deadline=None)
 def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) -> None:

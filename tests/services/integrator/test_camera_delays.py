@@ -55,7 +55,7 @@ def play(
     return state, [its for its in published if isinstance(its, CameraDelays)]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_late_camera_is_corrected_in_steps_after_two_estimates() -> None:
     state, found = play(lambda _: {"cam02": 0.1}, 55)
     first, second, *_ = found
@@ -101,7 +101,6 @@ def test_an_estimate_that_the_next_one_contradicts_is_not_corrected() -> None:
     assert all(its.applied_ms == {} for its in found)
 
 
-@pytest.mark.slow
 def test_a_still_person_gives_no_delay() -> None:
     _, (found, *_) = play(lambda _: {}, 25, still=True)
     assert (found.found_ms, found.uncertain, found.applied_ms) == ({}, list(CAMERAS), {})

@@ -32,7 +32,6 @@ def seen(truth: Floats, axis: Floats, slant: Floats | float, visible: Floats = F
     return ViewedLimbs(across + along, visible, axis)
 
 
-@pytest.mark.slow
 @given(ANGLES)
 def test_two_orthogonal_views_recover_the_direction(angles: Floats) -> None:
     truth = limb_directions(TEN_PARTS, angles)
@@ -42,7 +41,6 @@ def test_two_orthogonal_views_recover_the_direction(angles: Floats) -> None:
     assert np.max(degrees_between(merged[:2], truth[:2])) < 3  # the rest pose of the arm has a small weight
 
 
-@pytest.mark.slow
 @given(ANGLES)
 def test_the_direction_along_the_axis_of_a_view_has_little_weight(angles: Floats) -> None:
     """Each view gives a slant of 0 along its axis, which it does not observe; the other view observes it."""
@@ -58,7 +56,6 @@ def test_the_facade_gives_theta_z_and_the_flank_theta_x() -> None:
     assert merged[2] > 0.4
 
 
-@pytest.mark.slow
 @given(ANGLES)
 def test_the_order_of_the_views_does_not_matter(angles: Floats) -> None:
     truth = limb_directions(TEN_PARTS, angles)
@@ -192,7 +189,6 @@ def test_a_tilt_forward_seen_by_the_flank_is_a_lean() -> None:
     np.testing.assert_allclose(moved, rotation[:, 1], atol=0.01)
 
 
-@pytest.mark.slow
 @given(st.integers(0, 35), st.lists(st.floats(-0.5, 0.0), min_size=36, max_size=36))
 def test_the_best_hypothesis_has_the_largest_sum_over_both_views(best_index: int, noise: list[float]) -> None:
     profiles = np.array([noise, noise[::-1]])

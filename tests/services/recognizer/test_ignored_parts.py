@@ -41,7 +41,7 @@ def test_lost_rows_stay_lost_and_others_lose_the_part_alone() -> None:
     assert without_parts(rows[0, : len(NAMES)], ["head"]).shape == (len(NAMES),)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_ignored_legs_change_neither_the_class_of_a_window_nor_the_answers_of_a_stream() -> None:
     model = train(examples(range(1, 5), labels=ARM_POSTURES), NO_LEGS)
     assert model.training.settings["ignored"] == "legs"
@@ -64,7 +64,7 @@ def test_ignored_legs_change_neither_the_class_of_a_window_nor_the_answers_of_a_
     assert [label for label, *_ in found[0][0] if label] == ["wave", "stretch"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_files_without_ignored_parts_are_as_before() -> None:
     model = train(examples(), FAST_FOREST)
     assert b"ignored" not in packed(PATH, model)

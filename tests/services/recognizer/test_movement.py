@@ -17,7 +17,6 @@ def movements(features: np.ndarray, longest: int = 200) -> list[RowRange]:
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["right arm", "left arm", "kick", "unknown"])
 def test_a_movement_is_one_range_of_rows_at_its_time(name: str) -> None:
     features, truth = stream_with([name], [0.6])

@@ -40,7 +40,7 @@ def tracked(run: Run) -> list[m.UniversalBap]:
     return [message for message in run.published if isinstance(message, m.UniversalBap)]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_viewers_learn_the_background_then_measure_the_body_then_track(complete_run: Run) -> None:
     kinds = [type(message).__name__ for message in complete_run.published]
     for earlier, later in (

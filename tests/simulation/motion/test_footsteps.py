@@ -10,6 +10,7 @@ from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.footsteps import circle_path, return_path, turning_path, walk
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 9, 22])
 def test_low_ankle_does_not_slide(seed: int) -> None:
     subject = person(seed)

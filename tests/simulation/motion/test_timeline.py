@@ -57,7 +57,7 @@ def test_segments_follow_each_other_without_gaps() -> None:
         assert first.end_s == second.start_s
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", POSTURES)
 @pytest.mark.parametrize("seed", [2, 17])
 def test_posture_take_has_no_jumps(name: str, seed: int) -> None:
@@ -84,7 +84,6 @@ def test_demo_has_all_movements_and_repeats_from_the_initial_posture() -> None:
     assert script.segment_at(script.duration_s + 2.5 * script.period_s) in script.segments
 
 
-@pytest.mark.slow
 def test_the_demo_stays_in_the_action_region() -> None:
     subject = person(22)
     script = demo_timeline(subject, 1)
@@ -126,7 +125,7 @@ def test_person_stands_and_sways_after_the_end_of_a_take() -> None:
     assert 1e-5 < np.linalg.norm(moved) < 0.05
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_session_movements_are_in_order_and_start_near_the_origin() -> None:
     movements = [("turn-and-walk", 0), ("bend", 3), ("squat", 1)]
     script = session_timeline(person(5), movements, [0.5, 0.0, 0.7], 2)

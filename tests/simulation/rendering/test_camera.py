@@ -27,6 +27,7 @@ ANYWHERE = (
 )
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", POSTURES)
 def test_projected_joints_lie_inside_the_silhouette(name: str) -> None:
     for seed, camera in zip((1, 9), paper_cameras((320, 240)), strict=True):
@@ -52,6 +53,7 @@ def _joints_inside(renderer: SimulatedCamera, mask: np.ndarray, joints: dict[str
         assert near[y, x] == 255, (renderer.camera.name, name)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("camera", ANYWHERE, ids=lambda c: c.name)
 def test_the_silhouette_is_the_projection_of_the_surface(camera: Camera) -> None:
     subject = person(7)
@@ -85,6 +87,7 @@ def test_frames_are_repeatable_and_differ_by_frame_camera_and_seed() -> None:
         assert not np.array_equal(frame, other)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", [(160, 120), (640, 480), (333, 250)])
 def test_the_empty_room_is_the_background_and_sensor_noise(size: tuple[int, int]) -> None:
     renderer = SimulatedCamera(paper_cameras(size)[0], person(2), 3)

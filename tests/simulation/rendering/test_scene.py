@@ -22,7 +22,7 @@ def test_a_small_image_is_the_large_one_scaled() -> None:
     assert np.abs(big - view(room(small, 1), small).bgr).mean() < 3.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_floor_ends_where_the_ground_meets_the_wall() -> None:
     camera = paper_cameras()[0]
     place = room(camera, 1)

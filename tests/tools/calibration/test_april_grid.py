@@ -113,7 +113,7 @@ def test_a_wrong_spacing_still_finds_the_tags_whose_spacing_is_then_named():
         check_spacing(GRID, [View(0.0, ids, pixels, np.zeros_like(pixels))])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("told", "reason"),
     [

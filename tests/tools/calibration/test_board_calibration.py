@@ -12,6 +12,7 @@ from zenocap.common.errors import UserError
 from zenocap.tools.calibration.board_calibration import BoardCalibration, calibrated_rig
 from zenocap.tools.calibration.board_report import report, report_data, verdict
 
+pytestmark = pytest.mark.nightly
 SHORT = {"seconds": 16.0, "fps": 8.0}
 
 
@@ -30,7 +31,6 @@ def found(rig) -> BoardCalibration:
     return calibrated_rig(BOARD, views, floor_s=[14.5])
 
 
-@pytest.mark.nightly
 def test_places_are_measured_within_the_claimed_error(rig, found):
     error_m = rig_error_m(cameras_of(found), rig, places())
     assert error_m < 0.004
@@ -50,7 +50,6 @@ def test_the_floor_is_that_of_the_board(rig, found):
         np.testing.assert_allclose(one.camera.centre, true.centre, atol=0.1)
 
 
-@pytest.mark.nightly
 def test_without_a_floor_the_vertical_is_guessed_and_the_verdict_says_so(rig):
     views, _ = board_views(rig, **SHORT)
     guessed = calibrated_rig(BOARD, views, {one.name: Lens.of(one) for one in rig}, delays=False)
@@ -60,7 +59,6 @@ def test_without_a_floor_the_vertical_is_guessed_and_the_verdict_says_so(rig):
     assert rig_error_m(cameras_of(guessed), rig, places()) < 0.002
 
 
-@pytest.mark.nightly
 def test_given_lenses_stay(rig):
     views, _ = board_views(rig, **SHORT)
     kept = calibrated_rig(BOARD, views, {one.name: Lens.of(one) for one in rig})
@@ -73,7 +71,6 @@ def test_given_lenses_stay(rig):
         calibrated_rig(BOARD, views, small)
 
 
-@pytest.mark.nightly
 def test_a_fisheye_rig_with_given_lenses_is_calibrated():
     wide = tuple(with_fisheye(one) for one in room(2, seed=3))
     views, _ = board_views(wide, **SHORT)
@@ -82,7 +79,6 @@ def test_a_fisheye_rig_with_given_lenses_is_calibrated():
     assert rig_error_m(cameras_of(found), wide, places()) < 0.004
 
 
-@pytest.mark.nightly
 def test_wrong_views_are_left_out_and_counted(rig):
     views, _ = board_views(rig, **SHORT)
     wrong = views[1].views[10]
@@ -92,7 +88,6 @@ def test_wrong_views_are_left_out_and_counted(rig):
     assert rig_error_m(cameras_of(found), rig, places()) < 0.002
 
 
-@pytest.mark.nightly
 def test_videos_that_began_at_different_times_are_poor_and_the_reason_names_that(rig):
     views, _ = board_views(rig, floor_s=13.0, **SHORT)
     late = replace(views[1], views=tuple(replace(one, time_s=one.time_s + 2.0) for one in views[1].views))
@@ -111,7 +106,6 @@ def test_unknown_errors_are_poor(found):
     assert verdict(lost)[0] == "poor"
 
 
-@pytest.mark.nightly
 def test_cameras_that_share_no_view_are_named(rig):
     views, _ = board_views(rig, **SHORT)
     early = replace(views[2], views=tuple(replace(one, time_s=one.time_s + 100.0) for one in views[2].views))
@@ -119,7 +113,6 @@ def test_cameras_that_share_no_view_are_named(rig):
         calibrated_rig(BOARD, [views[0], views[1], early])
 
 
-@pytest.mark.nightly
 def test_a_camera_with_few_views_is_named(rig):
     views, _ = board_views(rig, **SHORT)
     few = replace(views[1], views=views[1].views[:3])
@@ -129,7 +122,6 @@ def test_a_camera_with_few_views_is_named(rig):
         calibrated_rig(BOARD, [views[0], few, views[2]])
 
 
-@pytest.mark.nightly
 def test_a_time_without_the_board_on_the_floor_is_refused(rig):
     views, _ = board_views(rig, **SHORT)
     lenses = {one.name: Lens.of(one) for one in rig}

@@ -21,7 +21,7 @@ def drawn(board, turns=TURNS, distance=0.6, camera=CAMERA):
     return [picture_of(board, camera, before(board, distance, turn), seed) for seed, turn in enumerate(turns)]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("board", [*CHARUCO.variants(), *checked_board("charuco", 8, 6, 28.0).variants(), CHESSBOARD])
 @pytest.mark.parametrize("turn", TURNS)
 def test_corners_are_found_where_they_are(board, turn):
@@ -66,7 +66,7 @@ def test_corners_hidden_by_a_hand_are_left_out():
     assert pixels == pytest.approx(true[ids], abs=0.4)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_variants_are_recognized():
     for variant in checked_board("charuco", 8, 6, 28.0).variants():
         found, count = board_variant(checked_board("charuco", 8, 6, 28.0), drawn(variant, TURNS[:2]))

@@ -46,7 +46,6 @@ def folder(tmp_path, pictures):
     return tmp_path
 
 
-@pytest.mark.slow
 def test_videos_are_found_in_both_layouts_and_as_files(folder):
     files = sorted((folder / "videos").iterdir())
     found = [board_films(paths) for paths in ([folder], [folder / "videos"], files)]
@@ -153,7 +152,7 @@ def test_a_long_video_is_searched_in_stretches(folder, monkeypatch):
     assert not np.isnan(seen[0].views[1].velocities).any()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_cut_video_counts_as_far_as_it_goes(folder):
     path = folder / "videos" / "cam02.mkv"
     (folder / "videos" / "cam02.mp4").rename(folder / "cam02.mp4")

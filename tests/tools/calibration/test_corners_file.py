@@ -87,7 +87,7 @@ def test_the_views_are_those_of_the_videos(films, corners):
     assert_same(board_views(BOARD, found), of_videos)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_videos_and_corners_are_mixed_in_the_order_of_the_videos(films, corners, tmp_path):
     shutil.copytree(corners, tmp_path, dirs_exist_ok=True)
     (tmp_path / "corners" / "cam02.corners").unlink()
@@ -120,7 +120,6 @@ def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
     assert_same(board_views(BOARD, board_films([there / "left.corners", tmp_path / "right"])[0]), of_pictures)
 
 
-@pytest.mark.slow
 def test_a_board_that_the_probed_images_do_not_show_is_searched_in_all_variants(tmp_path, monkeypatch):
     monkeypatch.setattr("zenocap.tools.calibration.film_search.PROBED_FRAMES", 1)
     images(tmp_path / "left", [np.full((240, 320), 150, np.uint8), *pictures(OLD)[:2]], ["a", "b", "c"])

@@ -51,7 +51,7 @@ def test_two_moved_cameras_are_named():
     assert {one.name for one in found_with(now, CAMERAS).moved} == {"cam02", "cam04"}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_unmoved_cameras_are_not_named():
     found = found_with(CAMERAS, CAMERAS)
     assert found.moved == ()

@@ -10,6 +10,8 @@ from zenocap.tools.calibration.board_calibration import BoardCalibration, Calibr
 from zenocap.tools.calibration.board_report import report, report_data
 from zenocap.tools.calibration.parameters import LEAST_READOUT_S
 
+pytestmark = pytest.mark.nightly
+
 
 def calibrated(readouts_s, delays_s=(), **options) -> BoardCalibration:
     rig = room(2, seed=4)
@@ -22,7 +24,6 @@ def rolled() -> BoardCalibration:
     return calibrated((0.0, 0.025))
 
 
-@pytest.mark.nightly
 def test_it_is_named_in_the_camera_that_has_it(rolled):
     assert [one.rolling_shutter for one in rolled.cameras] == [False, True]
     assert rolled.cameras[1].readout_s == pytest.approx(0.025, abs=0.003)
@@ -39,7 +40,6 @@ def test_the_report_names_camera_and_time(rolled):
     assert [one["rolling_shutter"] for one in cameras] == [False, True]  # type: ignore[attr-defined]
 
 
-@pytest.mark.nightly
 def test_cameras_that_are_only_late_have_none():
     found = calibrated((0.0, 0.0), (0.0, -0.06))
     assert [one.rolling_shutter for one in found.cameras] == [False, False]
@@ -60,7 +60,6 @@ def test_small_or_uncertain_times_are_not_named_and_turned_images_are(rolled):
     assert any("turned by 180 degrees" in line for line in lines)
 
 
-@pytest.mark.nightly
 def test_pictures_of_a_board_at_rest_have_none():
     rig = room(2, seed=4)
     views, _ = board_views(rig, seconds=16.0, fps=4.0)

@@ -81,7 +81,7 @@ def test_other_authentications_are_named(algorithms):
         streams_of(device.address, ADMIN)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_command_takes_the_certificate(tmp_path):
     tls, authority = certified(tmp_path, LOOPBACK)
     with SimulatedOnvif(STREAMS, tls=tls) as device:

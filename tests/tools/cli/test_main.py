@@ -54,6 +54,7 @@ def studio(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [*COMMANDS, "calibrate lines", "calibrate check"])
 def test_every_command_has_a_help_text(command: str) -> None:
     status, text, _ = zenocap(*command.split(), "--help")
@@ -61,7 +62,6 @@ def test_every_command_has_a_help_text(command: str) -> None:
     assert len(text.split()) > 30
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_an_example(command: str) -> None:
     assert "Example" in zenocap(command, "--help")[1]
@@ -186,6 +186,7 @@ def test_truncated_video_is_tracked_to_its_last_readable_frame(studio: Path, tmp
     assert "frames" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -88,6 +88,7 @@ def test_a_flash_is_found_where_the_person_stands_still(tmp_path: Path, offset_s
     assert "from flash" in (folder / "sync.toml").read_text().splitlines()[0]
 
 
+@pytest.mark.nightly
 def test_without_a_flash_there_is_no_offset_by_flash(tmp_path: Path) -> None:
     status, output = run(write_folder(tmp_path / "one", CAMERAS, STARTS), "--by", "flash")
     assert status == 3
@@ -106,6 +107,7 @@ def test_a_flash_within_one_exposure_is_coarser_than_silhouettes(tmp_path: Path)
     assert "cam02: +0.7000 s, +21.00 frames (± 0.41), by flash" in output
 
 
+@pytest.mark.nightly
 def test_some_cameras_are_compared_and_the_offsets_of_the_others_stay(tmp_path: Path) -> None:
     cameras, starts = ring((0, 90, 45)), STARTS | {"cam03": 1.3}
     folder = write_folder(tmp_path / "one", cameras, starts, sounds(starts))
@@ -119,6 +121,7 @@ def test_some_cameras_are_compared_and_the_offsets_of_the_others_stay(tmp_path: 
     assert "'cam09': no such camera" in output
 
 
+@pytest.mark.nightly
 def test_rig_file_gets_lines_to_copy(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "one", CAMERAS, STARTS, sounds(STARTS))
     viewers = "".join(f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "videos/cam0{k}.mp4"\n' for k in (1, 2))

@@ -127,7 +127,7 @@ def test_known_lenses_need_no_coverage():
     assert one.ready
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_of_a_board_that_is_carried_about_the_guide_becomes_ready():
     seen = simulated(2, 45.0)
     one = guide_of(seen)

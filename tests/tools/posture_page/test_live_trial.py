@@ -125,6 +125,7 @@ def test_a_network_that_cannot_be_joined_is_an_error_on_the_page(model: PostureM
     until(lambda: not trial.running)
 
 
+@pytest.mark.nightly
 def test_poses_of_another_body_are_named_until_they_fit_again(poses: list[Envelope], model: PostureModel) -> None:
     network = Network()
     trial, updates = trial_on(network)

@@ -85,7 +85,7 @@ def adds(take: MotionView, count: int = 9) -> list[pm.Command]:
     return [pm.AddLabel(0, *span, name) for name, *span in posture_spans()[:count]]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_change_is_in_the_file_at_once_and_can_be_undone(take, manifest) -> None:
     pages = Pages(take, manifest)
     assert pages.send(*adds(take, 3)) == ""

@@ -43,7 +43,7 @@ from zenocap.tools.recordings.redraw import frame_sets_again
 from zenocap.tools.recordings.track import TrackedFrameSet, track, with_tracker
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 KEY = "zenocap/demo/tracker/both_ways"
 
 
@@ -79,7 +79,6 @@ def messages(path: Path) -> list[Envelope]:
     return [received for recorded in Take(path).messages() if (received := envelope(recorded)) is not None]
 
 
-@pytest.mark.nightly
 def test_all_messages_of_the_forward_pass_stay_as_they_are(takes: tuple[Path, Path]) -> None:
     forward, both = (messages(path) for path in takes)
     kept = [one for one in both if one.topic is not BOTH_WAYS_POSE]
@@ -133,7 +132,6 @@ def test_foxglove_and_the_page_show_the_better_poses(takes: tuple[Path, Path], t
         assert topics_shown(cut, TOPICS) == TOPICS
 
 
-@pytest.mark.nightly
 def test_both_directions_are_recomputed_to_equal_bytes(takes: tuple[Path, Path], tmp_path: Path) -> None:
     found = verify([takes[1]])
     assert found.complete
@@ -160,7 +158,6 @@ def test_a_cut_take_says_that_both_directions_were_not_checked(takes: tuple[Path
     assert any("both directions: only of a whole take" in str(reason) for reason in found.reasons)
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_the_take_does_not_depend_on_the_number_of_cores(
     rig: Rig, takes: tuple[Path, Path], tmp_path: Path, jobs: int
@@ -169,7 +166,6 @@ def test_the_take_does_not_depend_on_the_number_of_cores(
     assert (tmp_path / "again.mcap").read_bytes() == takes[1].read_bytes()
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("activity", [BACKWARDS, WRITING])
 def test_an_interrupted_second_pass_leaves_the_take_of_the_forward_pass(
     rig: Rig, takes: tuple[Path, Path], tmp_path: Path, activity: str
@@ -186,7 +182,6 @@ def test_an_interrupted_second_pass_leaves_the_take_of_the_forward_pass(
     assert not zenocap.open_take(tmp_path / "a.mcap").both_ways
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("activity", [BACKWARDS, WRITING])
 def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
     rig: Rig, takes: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, activity: str
@@ -208,7 +203,6 @@ def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
     assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
 
 
-@pytest.mark.nightly
 def test_no_second_pass_follows_a_take_that_could_not_be_written(
     rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -230,7 +224,6 @@ def test_a_take_without_silhouettes_cannot_be_tracked_backwards(takes: tuple[Pat
     assert any("no silhouettes: they are needed for a second pass" in str(reason) for reason in found.reasons)
 
 
-@pytest.mark.nightly
 def test_poses_without_silhouettes_are_those_of_the_forward_pass(takes: tuple[Path, Path], tmp_path: Path) -> None:
     """A gap in the silhouettes: no pose is lost there."""
     poses = read_poses(takes[0])
@@ -249,7 +242,6 @@ def test_poses_without_silhouettes_are_those_of_the_forward_pass(takes: tuple[Pa
         assert not found[bap.captured_ns].lost
 
 
-@pytest.mark.nightly
 def test_the_frame_sets_are_read_again_with_the_messages_of_the_take(
     rig: Rig, takes: tuple[Path, Path], tmp_path: Path
 ) -> None:
@@ -267,7 +259,6 @@ def test_the_frame_sets_are_read_again_with_the_messages_of_the_take(
         assert poses in ([], [m.TrackerPose, m.BothWaysPose])
 
 
-@pytest.mark.nightly
 def test_an_overlay_shows_the_pose_of_both_passes_on_the_last_body(
     rig: Rig, takes: tuple[Path, Path], tmp_path: Path
 ) -> None:
@@ -288,7 +279,6 @@ def test_an_overlay_shows_the_pose_of_both_passes_on_the_last_body(
     assert (drawn(*raw) != drawn(*frame_set.messages)).any()
 
 
-@pytest.mark.nightly
 def test_the_command_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, Path], tmp_path: Path) -> None:
     studio = str(arms_rig(tmp_path))
 
@@ -314,7 +304,6 @@ def test_the_command_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, P
     assert "both ways" in "\n".join(lines_of(info(tmp_path / "a.mcap")))
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("function", "output", "words"),
     [
@@ -345,7 +334,6 @@ def test_an_interrupted_command_names_what_it_leaves(
     assert path.exists() is (words is not None)
 
 
-@pytest.mark.nightly
 def test_python_tracks_both_ways_unless_told_otherwise(rig: Rig, takes: tuple[Path, Path], tmp_path: Path) -> None:
     assert zenocap.track(rig, tmp_path / "a.mcap").both_ways
     assert (tmp_path / "a.mcap").read_bytes() == takes[1].read_bytes()

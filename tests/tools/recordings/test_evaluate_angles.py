@@ -207,7 +207,6 @@ def test_the_table_has_a_row_for_each_angle_and_the_convention(walk: Path) -> No
     assert any(line.startswith("not compared, defined in no common frame: ") for line in lines)
 
 
-@pytest.mark.slow
 def test_two_takes_of_different_bodies_are_compared_as_the_poorer_one(tmp_path: Path) -> None:
     ten, fourteen = (take_of(tmp_path / f"{one.name}.mcap", walking_person(one, 20)) for one in BOTH)
     for take, truth in ((ten, fourteen), (fourteen, ten)):
@@ -230,6 +229,7 @@ def test_a_cut_take_is_reported_on_either_side(walk: Path, tmp_path: Path) -> No
         assert "cut.mcap" in problems
 
 
+@pytest.mark.slow
 def test_joint_centres_of_two_takes_and_of_a_skeleton_are_compared(walk: Path) -> None:
     for suffix in (".trc", ".bvh", ".mcap"):
         options = ["--centres"] if suffix != ".trc" else []

@@ -76,7 +76,6 @@ def test_every_format_has_the_same_joint_centres_at_the_same_frames(to: Format, 
     np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("to", FORMATS)
 def test_frame_range_is_exported_at_another_rate(to: Format, take: Path, tmp_path: Path) -> None:
     arguments = ("--from", "0.5s", "--until", "30", "--fps", "20", "--axes", "z-up", "-o", tmp_path / "a.x")
@@ -86,7 +85,6 @@ def test_frame_range_is_exported_at_another_rate(to: Format, take: Path, tmp_pat
     assert len(centres(tmp_path / "a.x", to)) == 11
 
 
-@pytest.mark.slow
 def test_exported_frame_range_keeps_its_frame_numbers(take: Path, tmp_path: Path) -> None:
     export(take, tmp_path / "a.trc", ExportOptions("trc"))
     for to in ("bvh", "c3d"):

@@ -24,7 +24,7 @@ from zenocap.tools.recordings.retrack import retrack, take_like
 from zenocap.tools.recordings.track import track, with_tracker
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 
 def yaws(path: Path, *, raw: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +63,6 @@ def wrong(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.nightly
 def test_a_take_becomes_itself_again(takes: tuple[Path, Path], tmp_path: Path) -> None:
     source = Take(takes[0])
     first_ns = min(recorded.log_ns for recorded in source.messages())
@@ -73,14 +72,12 @@ def test_a_take_becomes_itself_again(takes: tuple[Path, Path], tmp_path: Path) -
     assert again.read_bytes() == takes[0].read_bytes()
 
 
-@pytest.mark.nightly
 def test_the_decision_at_the_start_holds_in_both_passes(takes: tuple[Path, Path], wrong: Path) -> None:
     times_s, is_away = away(wrong, takes[1])
     assert is_away[times_s < times_s[0] + 4.9].all()
     assert verify([wrong]).complete
 
 
-@pytest.mark.nightly
 def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
     takes: tuple[Path, Path],
     wrong: Path,
@@ -109,7 +106,6 @@ def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
     assert zenocap.open_take(tmp_path / "a.mcap").both_ways
 
 
-@pytest.mark.nightly
 def test_until_a_time_and_again_from_the_same_one(
     takes: tuple[Path, Path],
     wrong: Path,
@@ -133,7 +129,6 @@ def _attached(path: Path) -> bytes:
     return take.attachments[SETUP_FILE]
 
 
-@pytest.mark.nightly
 def test_the_command_says_that_the_silhouettes_turn_the_track_back(
     takes: tuple[Path, Path],
     wrong: Path,

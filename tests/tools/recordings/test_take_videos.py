@@ -29,7 +29,7 @@ def frame_at(video: SeekableVideo, path: Path, time_s: float) -> int:
     return int(np.argmin(np.abs(np.array(levels) - float(image.mean()))))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_frames_are_those_of_the_time_forwards_backwards_and_far_away(video: Path) -> None:
     one = SeekableVideo(video)
     for time_s in (0.0, 0.5, 0.5, 0.6, 4.5, 1.0, 0.1, 2.0, 4.9):

@@ -47,7 +47,7 @@ def test_a_renamed_message_agrees_with_its_new_key(found: tuple[Topic, m.Message
     assert back.key(new) == key
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(messages_of(m.Assignment), messages_of(m.UniversalBap))
 def test_integrator_messages_contain_the_new_viewer_names(assignment: m.Assignment, bap: m.UniversalBap) -> None:
     swap = remapping("viewer/1:=viewer/2", "viewer/2:=viewer/1")

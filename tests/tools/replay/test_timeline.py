@@ -133,7 +133,6 @@ def test_file_that_is_not_a_take_is_rejected(tmp_path: Path, data: bytes) -> Non
         Timeline([tmp_path / "none.mcap"])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100))
 def test_messages_read_from_a_damaged_take_were_recorded(take: Path, seed: int) -> None:
     """Some bytes are changed: reading ends in order, and gives only messages that pass the checks."""

@@ -86,7 +86,7 @@ def test_equal_messages_give_equal_bytes() -> None:
     assert codec.encode(verdict_of(evidence_of(every))) == codec.encode(verdict_of(evidence_of(every)))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("change", [{"swapped": True}, {"legs": False}])
 def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(change: dict[str, bool]) -> None:
     assert figure("outside", messages()) < 0.01
@@ -98,7 +98,6 @@ def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(cha
     assert found.error > verdict_of(evidence_of(messages())).error
 
 
-@pytest.mark.slow
 def test_silhouettes_of_another_time_are_apart() -> None:
     every = messages()
     late = [replace_time(one) if isinstance(one, m.Silhouette) and one.viewer == "cam02" else one for one in every]
@@ -120,7 +119,6 @@ def test_poses_alone_are_never_good() -> None:
     assert found.reasons[0].kind == "no-silhouettes"
 
 
-@pytest.mark.slow
 def test_a_take_without_poses_is_unusable() -> None:
     found = verdict_of(evidence_of([one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]))
     assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
@@ -141,7 +139,6 @@ def without_poses(frames: set[int]) -> list[m.Message]:
     return [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame in frames)]
 
 
-@pytest.mark.slow
 def test_a_pose_between_two_others_may_be_missing() -> None:
     """At a variable frame rate single frames are missing: the poses are interpolated there."""
     found = verdict_of(evidence_of(without_poses({22, 25, 31, 40, 50, 52, 60})))

@@ -58,7 +58,7 @@ def test_a_view_that_is_late_is_named_with_its_lag(lag_s: float) -> None:
     assert found.views == pytest.approx({"cam02": lag_s}, abs=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_reason_names_the_view_the_lag_and_the_command() -> None:
     verdict = verdict_of(evidence_of(messages({"cam01": 0.0, "cam02": 0.2, "cam03": 0.0})))
     assert verdict.rating != "good"
@@ -84,7 +84,6 @@ def test_views_in_step_and_a_still_body_have_no_lag(options: dict[str, bool]) ->
     assert not any("times say" in reason.text for reason in verdict_of(evidence).reasons)
 
 
-@pytest.mark.slow
 def test_unrelated_silhouettes_have_no_lag() -> None:
     """The second view shows another stretch of the motion, 40 s later."""
     assert view_lags(evidence_of(messages({"cam01": 0.0, "cam02": 40.0}))) is None

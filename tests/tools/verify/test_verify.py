@@ -75,6 +75,7 @@ def test_one_changed_angle_is_found_and_named(arms: Path, tmp_path: Path) -> Non
     assert field.startswith("angles.right_knee.x: logged 0.25, recomputed ")
 
 
+@pytest.mark.nightly
 def test_a_missing_pose_is_reported(arms: Path, tmp_path: Path) -> None:
     def change(received: Envelope) -> Envelope | None:
         return None if isinstance(received.message, m.UniversalBap) and received.message.frame == 70 else received
@@ -109,6 +110,7 @@ def test_a_missing_silhouette_ends_the_check_of_that_viewer_only(arms: Path, tmp
     assert found.equal[BAP] == verify([arms]).equal[BAP]
 
 
+@pytest.mark.nightly
 def test_a_missing_input_trace_is_reported(arms: Path, tmp_path: Path) -> None:
     def change(received: Envelope) -> Envelope | None:
         handled = received.message
@@ -124,6 +126,7 @@ def test_a_missing_input_trace_is_reported(arms: Path, tmp_path: Path) -> None:
     assert found.equal[BAP] > 0
 
 
+@pytest.mark.nightly
 def test_without_the_last_input_trace_the_end_is_not_checked(arms: Path, tmp_path: Path) -> None:
     last = max(e.message.frame for e in traces_of(arms, "integrator"))
 

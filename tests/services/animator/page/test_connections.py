@@ -57,7 +57,6 @@ async def hello(connection: ClientConnection) -> bool:
     return bool(await updates_until(connection, "hello"))
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="lists the open files of the process in /proc")
 def test_a_thousand_connections_without_a_request_neither_end_the_server_nor_keep_a_page_out(tmp_path: Path) -> None:
     with stand_in(tmp_path) as animator, few_descriptors(SPARE):

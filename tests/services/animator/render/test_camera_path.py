@@ -28,6 +28,7 @@ def in_picture(camera: Camera, points: Floats) -> bool:
     return bool(np.isfinite(pixels).all() and (pixels >= 0).all() and (pixels <= np.array(camera.size) - 1).all())
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("view", VIEWS)
 @given(points=POINTS, size=SIZES)
 @settings(deadline=None, max_examples=40)

@@ -23,7 +23,7 @@ def inside(corners: np.ndarray, x: int, y: int) -> np.ndarray | None:
     return shares if shares.min() >= 0 else None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(CORNERS, NEAR)
 @settings(deadline=None, max_examples=40)
 def test_every_sample_shows_the_nearest_triangle(corners: np.ndarray, near: np.ndarray) -> None:

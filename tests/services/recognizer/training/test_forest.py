@@ -24,7 +24,7 @@ from zenocap.services.recognizer.training.train import train
 PATH = Path("some.postures")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_examples_get_the_votes_of_their_own_posture() -> None:
     ready = prepare(examples(), FAST_FOREST)
     values = descriptions_of(ready, RATE, 0)
@@ -82,7 +82,7 @@ def test_cross_validation_recognizes_separable_postures(protocol: str) -> None:
     assert (outcome.right, outcome.total) == (18, 18)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_one_example_of_each_posture_gives_a_forest_that_accepts() -> None:
     found = classify(train(examples((1,), 1), FAST_FOREST), movement("kick", 1, 1))
     assert (LABELS[found.best], found.accepted) == ("kick", True)

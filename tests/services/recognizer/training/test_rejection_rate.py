@@ -76,7 +76,7 @@ def test_windows_are_all_those_that_a_stream_decides_on() -> None:
     assert len(strict) == len(every)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_windows_before_a_gap_are_counted_as_in_a_stream() -> None:
     model = replace(train(examples(range(1, 7)), FAST_FOREST), forest=None)
     sequences = [movement("wave", person, 7) for person in range(20, 26)]  # each ends with the movement

@@ -27,6 +27,7 @@ def forward() -> tuple:
     return made, body, films, poses
 
 
+@pytest.mark.nightly
 def test_the_backward_pass_is_near_the_forward_pass(forward: tuple) -> None:
     made, body, films, poses = forward
     first = next(k for k, pose in enumerate(poses) if pose is not None)

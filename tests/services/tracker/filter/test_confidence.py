@@ -30,7 +30,6 @@ ANATOMY = setup(CAMERAS).anatomy
 SHARES = st.floats(0.0, 1.2)
 
 
-@pytest.mark.slow
 @given(support=SHARES, more=SHARES, misfit=st.floats(-14.0, -4.0), body=SHARES, apart=st.floats(0.0, 0.5))
 def test_more_support_less_misfit_and_less_ambiguity_give_more_confidence(
     support: float, more: float, misfit: float, body: float, apart: float
@@ -53,6 +52,7 @@ def test_running_mean_starts_with_the_first_frame_and_follows() -> None:
     assert ((after > first) & (after < then)).all()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("limb", range(len(LIMBS)))
 def test_limb_that_is_not_where_its_silhouette_is_has_less_confidence_than_the_others(limb: int) -> None:
     rays, field = scene(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))

@@ -96,7 +96,7 @@ def forces_at(model: BodyModel, pose: RootedPose, rays: Floats32, weights: Weigh
     return gradients, bounds
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=10)
 @given(seeds)
 def test_generalized_forces_equal_sums_over_each_joints_group(seed: int) -> None:
@@ -107,7 +107,7 @@ def test_generalized_forces_equal_sums_over_each_joints_group(seed: int) -> None
     assert forces_at(MODEL, pose, rays, FREE)[0] == pytest.approx(gradient, abs=1e-6 * np.abs(gradient).max())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("anatomy", [TEN_PARTS, FOURTEEN_PARTS], ids=lambda anatomy: anatomy.name)
 @settings(max_examples=10)
 @given(seed=seeds)

@@ -60,6 +60,7 @@ def test_standing_person_is_tracked_with_an_average_body_within_two_seconds(
     assert phase_of(state) is Phase.TRACKING
 
 
+@pytest.mark.nightly
 def test_heading_is_that_of_the_feet(standing: tuple[TrackState, list[Outcome]]) -> None:
     state, _ = standing
     assert isinstance(state.phase, Tracking)
@@ -78,7 +79,7 @@ def test_t_pose_replaces_the_average_body_by_a_measured_one(standing: tuple[Trac
     assert all(outcome.pose is not None for outcome in outcomes)  # tracking goes on while the body is measured
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_t_pose_is_awaited_when_the_rig_or_the_user_asks_for_it() -> None:
     config = setup(CAMERAS)
     options = replace(config.options, filter=msgspec.structs.replace(config.options.filter, start="t-pose"))
@@ -89,7 +90,7 @@ def test_t_pose_is_awaited_when_the_rig_or_the_user_asks_for_it() -> None:
         assert describe(after).startswith("no T-pose")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_person_who_leaves_before_the_start_starts_the_time_again() -> None:
     config = setup(CAMERAS)
     state, outcomes = run(config, [*[STANDING] * (AFTER - 1), None, *[STANDING] * (AFTER - 1)], initial_state(config))

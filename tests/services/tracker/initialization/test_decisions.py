@@ -67,7 +67,7 @@ def test_front_is_towards_the_camera_or_along_the_heading() -> None:
         )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("turned", [0.0, 180.0])
 def test_t_pose_starts_with_the_decided_one_of_both_headings(turned: float) -> None:
     """Also against the feet: the pictures show them in the other direction for 180 degrees."""
@@ -80,7 +80,7 @@ def test_t_pose_starts_with_the_decided_one_of_both_headings(turned: float) -> N
     assert describe(state) == "tracking"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("turned", [0.0, 180.0])
 @pytest.mark.parametrize("height", [None, simulated_person(SEED).height])
 def test_any_posture_starts_with_the_decided_one_of_both_headings(turned: float, height: float | None) -> None:

@@ -50,7 +50,7 @@ def test_long_interval_is_less_reliable() -> None:
     assert 0.0 < far < 0.2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(0.2, 2.0))
 def test_clipped_intervals_are_inside_the_column(x: float, z: float, radius: float) -> None:
     rays = rays_at(0.0, 0.0)

@@ -60,7 +60,7 @@ def forward(yaw: float) -> np.ndarray:
     return np.array([np.sin(yaw), 0.0, np.cos(yaw)])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("yaw", np.linspace(0.0, 2 * np.pi, 5)[:-1] + 0.3)
 def test_standing_person_is_found_in_any_heading(yaw: float) -> None:
     pose = place(neutral(simulated_person(SEED)), Placement(0.4, 0.3, yaw))

@@ -26,7 +26,7 @@ def rays_of(seed: int, pose: PersonPose | None, views: int = 4) -> Floats32:
     return rays
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [1, 2, 5])
 @pytest.mark.parametrize("yaw", YAWS)
 def test_t_pose_is_detected_in_any_heading(seed: int, yaw: float) -> None:
@@ -99,7 +99,7 @@ def test_heading_is_resolved(seed: int, views: int) -> None:
         assert float(front @ [np.sin(yaw), 0.0, np.cos(yaw)]) > 0.9, yaw
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_two_views_tell_the_direction_of_the_arms_and_mostly_the_front() -> None:
     """Each view has the arms in two places of the visual hull.  The feet are a few pixels: the front may be wrong."""
     cameras, arm, right = ring(2), FOURTEEN_PARTS.index["right_upper_arm"], 0
@@ -132,6 +132,7 @@ def test_other_postures_are_not_measured() -> None:
         assert found.startswith("no T-pose: hold both arms out sideways")
 
 
+@pytest.mark.nightly
 def test_t_pose_is_detected_at_the_edge_of_the_volume() -> None:
     found = detect_t_pose(rays_of(1, place(t_pose_at(1), Placement(1.2, -1.0, 0.4)), views=7))
     assert isinstance(found, TPose)

@@ -73,6 +73,7 @@ def test_turned_camera_is_reported(views: int, degrees: float) -> None:
     assert untrusted(results[-1]) == {BAD}
 
 
+@pytest.mark.nightly
 def test_moved_camera_is_reported() -> None:
     cameras, masks = film(7)
     moved = replace(cameras[BAD], translation=cameras[BAD].translation + np.array([0.15, 0.0, 0.0]))
@@ -80,6 +81,7 @@ def test_moved_camera_is_reported() -> None:
     assert {(f.kind, f.view) for findings in results for f in findings} == {("calibration", BAD)}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("views", [4, 7])
 @pytest.mark.parametrize("late", [-2, 2, 5])
 def test_view_out_of_step_is_reported_with_its_lag(views: int, late: int) -> None:
@@ -155,7 +157,6 @@ def test_an_empty_scene_gives_no_finding() -> None:
     assert set(findings_of(cameras, [[None] * 60 for _ in cameras])) == {()}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", [lambda camera: turned(camera, 5.0), lambda camera: camera], ids=["bad", "good"])
 def test_same_input_gives_the_same_findings(fault: Callable[[Camera], Camera]) -> None:
     cameras, masks = film(4)

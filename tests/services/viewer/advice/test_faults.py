@@ -99,7 +99,7 @@ def test_clothes_like_the_wall_are_found_by_contrast_or_holes() -> None:
     assert codes(film(like_wall=True)) & {A.CONTRAST, A.HOLES}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_glossy_floor_spoils_the_silhouette() -> None:
     assert codes(film(gloss=0.5)) & {A.GLOSSY_FLOOR, A.CONTRAST, A.HOLES}
 
@@ -109,6 +109,5 @@ def test_a_person_without_feet_in_the_image_is_cut_off() -> None:
     assert A.CUT_OFF in codes(lifted)
 
 
-@pytest.mark.slow
 def test_advice_depends_on_the_images_alone() -> None:
     assert found(film()) == found(film())

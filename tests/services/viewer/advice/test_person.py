@@ -52,6 +52,7 @@ def test_gaps_between_arms_and_trunk_are_not_missing(size: tuple[int, int], seed
     assert max(measured(room, image, mask).holes for image, mask in shots) < MANY_HOLES
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", SIZES)
 def test_a_crack_across_the_trunk_is_missing(size: tuple[int, int]) -> None:
     room, shots = demo(size, 4, STANDING_S)
@@ -64,13 +65,14 @@ def test_a_crack_across_the_trunk_is_missing(size: tuple[int, int]) -> None:
         assert measured(room, image, cut).holes == pytest.approx(area, rel=0.5)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", SIZES)
 def test_faint_trousers_are_no_mirror_image(size: tuple[int, int]) -> None:
     room, shots = demo(size, 4, STRETCHED_S)
     assert not any(measured(room, image, mask).mirrored for image, mask in shots)
 
 
+@pytest.mark.slow
 def test_a_mirror_image_in_the_silhouette_is_found() -> None:
     room, shots = demo((320, 240), 4, STRETCHED_S, GLOSS)
     for image, mask in shots:

@@ -48,6 +48,7 @@ def test_times_are_whole_periods_of_the_shared_epoch_for_any_start():
         assert [f.captured_ns for f in frames] == [EPOCH + round((first + k) * S / 15) for k in range(4)]
 
 
+@pytest.mark.slow
 def test_viewers_that_started_at_different_times_see_the_same_frame():
     viewer = demo_rig("two-view").viewers[0]
     camera, source = viewer.camera, Actor("demo", 0)

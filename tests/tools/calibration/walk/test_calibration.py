@@ -37,6 +37,7 @@ def test_three_cameras_are_found(good):
     assert verdict(good)[0] == "good", report(good)
 
 
+@pytest.mark.nightly
 def test_the_world_has_its_origin_in_the_walk_and_the_first_camera_on_z(good):
     first = good.cameras[0].camera
     assert first.name == "cam01"
@@ -45,6 +46,7 @@ def test_the_world_has_its_origin_in_the_walk_and_the_first_camera_on_z(good):
     assert first.centre[1] == pytest.approx(1.4, abs=0.1)
 
 
+@pytest.mark.nightly
 def test_the_report_names_every_camera(good):
     text = "\n".join(report(good))
     assert all(name in text for name in CAMERAS)

@@ -11,6 +11,7 @@ from zenocap.common.camera.calibration_files import read_calibration, write_cali
 from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.commands import calibrate
 
+pytestmark = pytest.mark.nightly
 BOARD = ("--square", "200", "--columns", "5", "--rows", "7")
 
 
@@ -24,7 +25,6 @@ def pictures(tmp_path_factory):
     return folder, board_pictures(folder)
 
 
-@pytest.mark.nightly
 def test_pictures_of_a_board_give_a_calibration(pictures, tmp_path):
     folder, cameras = pictures
     result = run(folder, *BOARD, "-o", tmp_path / "a.toml", "--json")
@@ -36,7 +36,6 @@ def test_pictures_of_a_board_give_a_calibration(pictures, tmp_path):
     assert rig_error_m(list(found.values()), cameras, places()) < 0.03
 
 
-@pytest.mark.nightly
 def test_given_lenses_make_it_accurate_and_the_report_is_read_by_people(pictures, tmp_path):
     folder, cameras = pictures
     write_calibration(tmp_path / "lenses.toml", {one.name: one for one in cameras})
@@ -55,7 +54,6 @@ def test_given_lenses_make_it_accurate_and_the_report_is_read_by_people(pictures
     assert rig_error_m(list(found.values()), cameras, places()) < 0.004
 
 
-@pytest.mark.slow
 def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
     folder, cameras = pictures
     write_calibration(tmp_path / "lenses.toml", {one.name: one for one in cameras})
@@ -68,7 +66,6 @@ def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
         assert camera.centre == pytest.approx(true.centre, abs=0.02)
 
 
-@pytest.mark.nightly
 def test_an_april_grid_is_calibrated_and_its_wrong_spacing_named(tmp_path):
     cameras = board_pictures(tmp_path / "films", 12, checked_board("aprilgrid", 4, 5, 200.0), seed=2)
     write_calibration(tmp_path / "lenses.toml", {one.name: one for one in cameras})
@@ -98,7 +95,6 @@ def test_an_april_grid_is_calibrated_and_its_wrong_spacing_named(tmp_path):
     assert not (tmp_path / "b.toml").exists()
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("options", "status", "text"),
     [
@@ -124,7 +120,6 @@ def test_wrong_options_are_refused(pictures, tmp_path, options, status, text):
     assert not (tmp_path / "a.toml").exists()
 
 
-@pytest.mark.nightly
 def test_other_columns_and_mirrored_pictures_are_named(pictures, tmp_path):
     import cv2
 

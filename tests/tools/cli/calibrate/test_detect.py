@@ -13,7 +13,7 @@ from zenocap.common.camera.calibration_files import read_calibration, write_cali
 from zenocap.tools.calibration.board_films import board_films
 from zenocap.tools.cli.calibrate.commands import calibrate
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 BOARD = ("--square", "200")
 
 
@@ -49,7 +49,6 @@ def machines(films, tmp_path_factory) -> list[Path]:
     return folders
 
 
-@pytest.mark.nightly
 def test_the_calibration_is_that_from_the_videos_bit_for_bit(films, machines, tmp_path):
     options = ("--lenses", films / "lenses.toml", "--floor", "6", "--json")
     result = run("board", films, *BOARD, *options, "-o", tmp_path / "videos.toml")
@@ -92,7 +91,6 @@ def test_another_board_is_refused(machines, tmp_path):
     assert not (tmp_path / "a.toml").exists()
 
 
-@pytest.mark.nightly
 def test_existing_corners_are_kept_without_force_and_json_names_them(machines, tmp_path):
     folder = machines[0]
     result = run("detect", folder, *BOARD)

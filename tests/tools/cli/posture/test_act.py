@@ -15,7 +15,6 @@ from zenocap.tools.recordings.track import Tracked
 FEW = ("--people", "1", "--postures", "squat, kick-left", "--repetitions", "1", "--method", "truth", "--jobs", "1")
 
 
-@pytest.mark.slow
 def test_second_run_keeps_existing_takes_and_manifest(tmp_path: Path) -> None:
     status, out, err = zenocap("posture", "act", "-o", tmp_path, *FEW)
     assert status == 0, err
@@ -26,7 +25,6 @@ def test_second_run_keeps_existing_takes_and_manifest(tmp_path: Path) -> None:
     assert "2 takes, 0 new" in zenocap("posture", "act", "-o", tmp_path, *FEW)[1]
 
 
-@pytest.mark.slow
 def test_people_seed_selects_the_simulated_people(tmp_path: Path) -> None:
     status, _, err = zenocap("posture", "act", "-o", tmp_path, "--people-seed", "2", *FEW)
     assert status == 0, err

@@ -62,7 +62,7 @@ def test_another_output_leaves_the_model(manifest: Path, tmp_path: Path) -> None
     assert read_model(new).training.people == ("1", "2")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_examples_that_the_model_has_are_refused(manifest: Path, tmp_path: Path) -> None:
     first, model = part(manifest, "a.csv", LABELS, "1"), tmp_path / "mine.postures"
     assert zenocap("posture", "train", first, "-o", model, *OPTIONS)[0] == 0

@@ -90,7 +90,7 @@ def test_evaluate_uses_both_protocols_and_writes_the_confusion_matrix(manifest: 
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_evaluate_prints_json(manifest: Path) -> None:
     status, text, _ = zenocap("posture", "evaluate", manifest, "--protocol", "subjects", "--json", "--symbols", 24)
     assert status == 0
@@ -113,7 +113,7 @@ def test_examples_of_one_person_are_evaluated_without_the_subjects_protocol(mani
     assert "error: subjects: " in errors
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_rows_without_angles_are_an_error_or_skipped_and_reported(manifest: Path) -> None:
     unreadable = manifest.parent / "lost.mcap"
     unreadable.touch()

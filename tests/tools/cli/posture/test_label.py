@@ -47,7 +47,7 @@ def answers(monkeypatch: pytest.MonkeyPatch, *lines_typed: str) -> None:
     monkeypatch.setattr("builtins.input", answer)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
     status, output, _ = zenocap("posture", "label", motion, "--json")
     found = json.loads(output)["candidates"]
@@ -90,7 +90,6 @@ def test_labels_are_saved_when_the_user_quits(
     assert [row.posture for row in read_manifest(manifest)] == ["raise"]
 
 
-@pytest.mark.slow
 def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answers(monkeypatch, "r", "q")
     status, output, _ = zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20, "--terminal")
@@ -99,7 +98,7 @@ def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Pat
     assert not (tmp_path / "m.csv").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_guess_of_a_model_is_shown_and_accepted_by_enter(
     motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,7 +13,7 @@ OUTCOMES = [
 ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore:Glyph .* missing from font")
 @pytest.mark.parametrize(("suffix", "begins"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")])
 def test_one_or_both_protocols_are_drawn_in_the_format_of_the_suffix(tmp_path: Path, suffix: str, begins: bytes) -> None:

@@ -55,7 +55,7 @@ test-core: $(DEV)
 
 test-nightly: $(RUNTIME)
 	@$(MAKE) --no-print-directory -j2 compile check docs
-	$(PYTEST) $(PARALLEL) --durations=25 $(ARGS)
+	$(PYTEST) $(PARALLEL) --hypothesis-profile nightly --durations=25 $(ARGS)
 
 coverage: $(DEV)
 	$(BIN)/python -m tests.measures.coverage $(ARGS)

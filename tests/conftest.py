@@ -8,8 +8,9 @@ from hypothesis import settings
 
 pytest_plugins = ["tests.support.tiers"]
 
-# The same examples in each run, so that a failure is reproducible.
-settings.register_profile("zenocap", derandomize=True, deadline=None)
+# The same examples in each run, so that a failure is reproducible; more of them with --hypothesis-profile nightly.
+settings.register_profile("zenocap", derandomize=True, deadline=None, max_examples=30)
+settings.register_profile("nightly", derandomize=True, deadline=None, max_examples=100)
 settings.load_profile("zenocap")
 
 

@@ -57,7 +57,6 @@ def test_the_simulated_person_is_tracked(tmp_path: Path) -> None:
     assert "highest right hand: " in words
 
 
-@pytest.mark.slow
 def test_joint_angles_are_plotted(run: Run, take: Path, tmp_path: Path) -> None:
     run("03", take, tmp_path / "knees.png")
     assert (tmp_path / "knees.png").read_bytes().startswith(b"\x89PNG")

@@ -12,6 +12,7 @@ from zenocap.common import topics
 from zenocap.common.topics import TOPICS, Topic, service_at, topic_at, topic_of
 
 
+@pytest.mark.slow
 @given(st.sampled_from(TOPICS), NAMES, NAMES, NAMES)
 def test_names_round_trip_through_keys(topic: Topic, rig: str, first: str, second: str) -> None:
     names = {"viewer": first, "service": first, "id": second}

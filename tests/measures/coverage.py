@@ -47,7 +47,7 @@ def measure(tier: str) -> int:
         old.unlink()
     environment = os.environ | {"COVERAGE_FILE": str(FOLDER / f".{tier}"), "ZENOCAP_CACHE": str(FOLDER / "cache")}
     pytest = ["-m", "pytest", "-m", TIERS[tier], "-n", "auto", "--dist", "loadfile"]
-    limits = ["--unit-limit", "0", "-o", "timeout=1200"]
+    limits = ["--hypothesis-profile", "nightly", "--unit-limit", "0", "-o", "timeout=1200"]
     return subprocess.run([sys.executable, "-m", "coverage", "run", *pytest, *limits], cwd=ROOT, env=environment).returncode
 
 

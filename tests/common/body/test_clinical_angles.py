@@ -152,6 +152,7 @@ def test_an_anatomy_without_a_trunk_is_an_error() -> None:
         joint_rotations(bare, np.zeros((1, 3)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
 @given(seed=st.integers(0, 10_000), heading=st.floats(-7.0, 7.0))
 @settings(deadline=None, max_examples=40)
@@ -166,6 +167,7 @@ def test_a_rotation_about_the_vertical_changes_no_angle(anatomy: Anatomy, seed: 
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
 @given(seed=st.integers(0, 10_000))
 @settings(deadline=None, max_examples=40)

@@ -1,7 +1,6 @@
 """The transforms of [Two-view 2.2] against plain matrix products."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -53,7 +52,6 @@ def oracle(pose: Pose) -> dict[str, Floats]:
     return frames
 
 
-@pytest.mark.slow
 @given(POSITIONS, ANGLES)
 @settings(deadline=None)  # the first example compiles
 def test_part_frames_equal_the_papers_transforms(position: Floats, pose_angles: Floats) -> None:

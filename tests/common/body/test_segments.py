@@ -29,7 +29,6 @@ from zenocap.common.body.segments import (
 TILTS = st.floats(-1.5, 1.5)
 
 
-@pytest.mark.slow
 @given(st.floats(-7, 7), TILTS, TILTS)
 def test_lean_and_roll_round_trip(yaw: float, lean: float, roll: float) -> None:
     rotation = torso_rotation(yaw, lean, roll)

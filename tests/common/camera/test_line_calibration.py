@@ -31,7 +31,6 @@ def paper(size: tuple[int, int] = (160, 120), focal: float = 150.0, y: float = 1
     return level_camera(0, focal, (0, y, 5.2), size), level_camera(1, focal, (-5.2, y, 0), size)
 
 
-@pytest.mark.slow
 @given(
     focal=st.floats(120, 180),
     # At larger distances the pinnacles differ by less than PIXEL_NOISE.

@@ -68,6 +68,7 @@ def test_offsets_of_a_moving_body_are_exact_to_a_tenth_of_a_frame(shift_s: float
         assert abs(offset.offset_s - starts[name] + 2.0) < 0.1 / FPS
 
 
+@pytest.mark.slow
 def test_different_frame_rates_are_compared() -> None:
     cameras = ring((0, 90))
     outlines = {"cam01": film(cameras["cam01"], 0.0), "cam02": film(cameras["cam02"], 0.4, 300, 50.0)}

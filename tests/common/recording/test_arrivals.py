@@ -118,7 +118,6 @@ def publish(bus: LocalBus, poses: int, seconds: int = 3) -> None:
             frame += 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("lost", "expected"), [(range(0), 0), (range(3, 5), 2), (range(8, 12), 4)])
 def test_a_log_reports_what_the_network_lost(network: LocalNetwork, tmp_path: Path, lost: range, expected: int) -> None:
     bus = network.bus()

@@ -123,7 +123,6 @@ def health(service: str, id: str) -> m.Health:
     return m.Health(frame=0, captured_ns=1, service=service, id=id, state="", rate=0.0, stages_ms={}, counts={})
 
 
-@pytest.mark.slow
 def test_invented_names_do_not_displace_the_rigs_own_services_and_topics(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

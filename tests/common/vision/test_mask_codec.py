@@ -84,6 +84,7 @@ def test_bits_beyond_the_right_edge_are_refused() -> None:
         unpack((20, 12), (3, 2, 11, 1), DIFFERENCES + zlib.compress(b"\xff\xff", 1))
 
 
+@pytest.mark.slow
 @given(MASKS)
 def test_the_format_without_row_differences_is_read(mask: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> None:
     """Takes of version 0.1 have it."""

@@ -68,7 +68,6 @@ def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> No
     np.testing.assert_array_equal(cover, inside(random_outline(seed)).astype(np.uint8))
 
 
-@pytest.mark.slow
 @given(st.lists(st.tuples(SEEDS, st.booleans()), min_size=1, max_size=8))
 @settings(deadline=None)
 def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) -> None:
@@ -207,7 +206,6 @@ def test_different_shapes_are_refused() -> None:
         matching_score(np.zeros((3, 4), np.uint8), np.zeros((4, 3), np.uint8))
 
 
-@pytest.mark.slow
 @given(MASKS, MASKS, MASKS)
 def test_more_errors_lower_the_score(silhouette: Mask, model: Mask, worse: Mask) -> None:
     """Pixels of the union that agreed and now differ do not change the union."""

@@ -101,6 +101,7 @@ def test_an_estimate_that_the_next_one_contradicts_is_not_corrected() -> None:
     assert all(its.applied_ms == {} for its in found)
 
 
+@pytest.mark.slow
 def test_a_still_person_gives_no_delay() -> None:
     _, (found, *_) = play(lambda _: {}, 25, still=True)
     assert (found.found_ms, found.uncertain, found.applied_ms) == ({}, list(CAMERAS), {})

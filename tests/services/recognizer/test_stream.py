@@ -48,6 +48,7 @@ def at_rate(rate: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray, list[tu
     return times, np.stack([np.interp(times, own, column) for column in features.T], axis=1), truth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [10.0, 15.0, 23.976, 30.0, 60.0])
 def test_every_posture_is_found_once_at_its_time_and_soon_after_its_end(rate: float) -> None:
     times, features, truth = at_rate(rate)

@@ -298,6 +298,7 @@ def test_initial_health_text_and_ignored_events() -> None:
 EVENTS = st.lists(st.tuples(st.sampled_from(["1", "2", "3", "tick"]), st.integers(0, 6)), max_size=40)
 
 
+@pytest.mark.slow
 @given(EVENTS)
 @settings(max_examples=100, deadline=None)
 def test_poses_are_in_time_order_and_of_two_views_or_more(events: list[tuple[str, int]]) -> None:

@@ -149,6 +149,7 @@ def test_hanging_arms_are_refused(seed: int) -> None:
         front_lengths(silhouettes(seed, (160, 120), arms_down=True)[0], SCALE)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", [(160, 120), (640, 480)])
 @pytest.mark.parametrize("seed", PEOPLE)
 def test_the_sizes_of_the_simulated_person_are_measured(seed: int, size: tuple[int, int]) -> None:

@@ -52,6 +52,7 @@ def test_viewers_learn_the_background_then_measure_the_body_then_track(complete_
     assert all(isinstance(state, Tracking) for state in complete_run.viewers.values())
 
 
+@pytest.mark.slow
 def test_the_background_is_learned_from_the_first_frames_without_messages() -> None:
     run = Run()
     for k, frames in enumerate(film(COUNT)[:EMPTY_FRAMES], start=1):
@@ -68,6 +69,7 @@ def test_sightings_of_an_empty_scene_have_no_person() -> None:
     assert viewer.describe(run.viewers["1"]) == "waiting for a person"
 
 
+@pytest.mark.slow
 def test_after_the_initial_posture_every_frame_has_its_universal_bap(complete_run: Run) -> None:
     baps = tracked(complete_run)
     frames = [bap.frame for bap in baps]

@@ -46,6 +46,7 @@ def folder(tmp_path, pictures):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_videos_are_found_in_both_layouts_and_as_files(folder):
     files = sorted((folder / "videos").iterdir())
     found = [board_films(paths) for paths in ([folder], [folder / "videos"], files)]

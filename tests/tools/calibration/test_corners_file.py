@@ -98,6 +98,7 @@ def test_videos_and_corners_are_mixed_in_the_order_of_the_videos(films, corners,
     assert_same(board_views(BOARD, found), board_views(BOARD, board_films([films])[0]))
 
 
+@pytest.mark.nightly
 def test_a_video_beside_its_corners_is_searched_and_a_note_names_them(films, corners, tmp_path):
     shutil.copytree(films, tmp_path, dirs_exist_ok=True)
     shutil.copytree(corners / "corners", tmp_path / "corners")

@@ -101,6 +101,7 @@ def test_the_command_lists_and_writes_pictures(tmp_path, monkeypatch):
     assert [one["device"] for one in json.loads(out)] == [f"{tmp_path}/video0", f"{tmp_path}/video1"]
 
 
+@pytest.mark.nightly
 def test_the_command_tries_streams(server):
     status, out, _ = zenocap("cameras", server.url, "http://127.0.0.1:9/", "--json")
     good, bad = json.loads(out)

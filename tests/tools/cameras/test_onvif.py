@@ -96,6 +96,7 @@ def test_wrong_addresses_name_what_is_allowed(text):
         device_address(text)
 
 
+@pytest.mark.nightly
 def test_the_command_lists_tries_and_never_prints_the_password():
     with SimulatedOnvif(STREAMS, user=("admin", "secret")) as device:
         arguments = ["cameras", "--onvif", "--interface", LOOPBACK, "--user", "admin"]

@@ -62,11 +62,13 @@ def test_every_command_has_a_help_text(command: str) -> None:
     assert len(text.split()) > 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_an_example(command: str) -> None:
     assert "Example" in zenocap(command, "--help")[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", NETWORKED)
 def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
     text = zenocap(command, "--help")[1]
@@ -102,7 +104,6 @@ def test_wrong_usage_is_status_2() -> None:
     assert zenocap("fly")[0] == 2
 
 
-@pytest.mark.slow
 def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
     assert status == 4
@@ -186,7 +187,6 @@ def test_truncated_video_is_tracked_to_its_last_readable_frame(studio: Path, tmp
     assert "frames" in out
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

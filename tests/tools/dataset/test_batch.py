@@ -82,7 +82,6 @@ def test_take_path_has_method_person_posture_and_repetition() -> None:
     assert take_path(Path("acted"), "hybrid", PostureTake(3, "squat", 1)) == Path("acted/hybrid-3-squat-1.mcap")
 
 
-@pytest.mark.slow
 def test_processes_in_one_folder_use_different_temporary_files(tmp_path: Path) -> None:
     temporary_paths: list[Path] = []
 

@@ -86,6 +86,7 @@ def filmed(network: Network, folder: Path, at_s: float, event: Callable[[], None
     return one, result.frames, reason
 
 
+@pytest.mark.nightly
 def test_a_program_that_was_started_anew_is_named_with_what_it_had(network: Network, tmp_path: Path) -> None:
     one, frames, reason = filmed(network, tmp_path / "out", 0.7, network.restart)
     assert reason == "cam01 on lab1: the program was started anew; its film ended"
@@ -93,6 +94,7 @@ def test_a_program_that_was_started_anew_is_named_with_what_it_had(network: Netw
     assert one.has_ended
 
 
+@pytest.mark.nightly
 def test_a_program_without_answer_is_given_up(network: Network, tmp_path: Path) -> None:
     def silent() -> None:
         network.changed = lambda reply: None
@@ -102,6 +104,7 @@ def test_a_program_without_answer_is_given_up(network: Network, tmp_path: Path) 
     assert frames > 10
 
 
+@pytest.mark.nightly
 def test_copies_are_whole_or_not_there(network: Network, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     one, frames, reason = filmed(network, folder, 0.5, lambda: None)

@@ -36,6 +36,7 @@ def listening(process: Process) -> str:
     return process.stderr.readline()
 
 
+@pytest.mark.nightly
 def test_the_output_and_the_exit_status_of_a_command_are_its_own(server: ForkServer) -> None:
     wrong = started(server, "viewer", "missing.toml", "--id", "1")
     assert wrong.wait(30.0) == 1
@@ -94,6 +95,7 @@ def test_without_the_server_services_go_on_and_new_ones_are_executed() -> None:
     server.close()
 
 
+@pytest.mark.nightly
 def test_services_and_server_end_with_a_launcher_that_is_killed() -> None:
     network = ("--mode", "peer", "--listen", ENDPOINT, "--no-multicast-scouting")
     integrator = ("integrator", str(demo_rig_file("two-view")), "--no-log", "--with-parent", *network)

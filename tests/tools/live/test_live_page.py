@@ -94,6 +94,7 @@ def test_pictures_are_reduced_until_a_page_enlarges_the_camera():
         assert talk(page.address, sizes) == [640, 1280, 640]
 
 
+@pytest.mark.nightly
 def test_a_page_that_does_not_read_gets_a_few_lists_and_then_the_newest():
     camera = camera_of(lambda: paced(picture, 30.0))
 

@@ -54,6 +54,7 @@ def test_a_model_is_added_from_a_file_listed_and_removed(tmp_path: Path, which: 
     assert "was not there" in zenocap("models", "remove", "people")[1]
 
 
+@pytest.mark.slow
 def test_another_file_is_refused_and_the_old_one_stays(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     assert zenocap("models", "add", "people", "--from", written(tmp_path)[0])[0] == 0

@@ -49,6 +49,7 @@ def test_more_frames_need_more_of_everything(installation: Installation, factor:
     assert all(after.rate >= before.rate for before, after in zip(slow.links, fast.links, strict=True))
 
 
+@pytest.mark.slow
 @given(INSTALLATIONS, st.floats(0.7, 8))
 def test_the_highest_rate_needs_all_cores_or_the_time_of_a_loop(installation: Installation, available: float) -> None:
     rate = highest_rate(installation, COSTS, available)

@@ -139,6 +139,7 @@ def test_poses_of_another_body_are_named_until_they_fit_again(poses: list[Envelo
     trial.stop()
 
 
+@pytest.mark.slow
 def test_an_unexpected_error_does_not_look_like_recognizing(
     poses: list[Envelope], model: PostureModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -229,7 +229,6 @@ def test_a_cut_take_is_reported_on_either_side(walk: Path, tmp_path: Path) -> No
         assert "cut.mcap" in problems
 
 
-@pytest.mark.slow
 def test_joint_centres_of_two_takes_and_of_a_skeleton_are_compared(walk: Path) -> None:
     for suffix in (".trc", ".bvh", ".mcap"):
         options = ["--centres"] if suffix != ".trc" else []

@@ -96,7 +96,6 @@ def test_c3d_describes_which_points_are_derived(tracked: Path, tmp_path: Path) -
     assert described["RWrist"] == "HALPE-26 RWrist, share"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("joints", CONVENTIONS)
 @pytest.mark.parametrize("to", ["trc", "c3d", "csv", "parquet", "npz"])
 def test_joints_of_the_spine_follow_the_points_of_the_convention(
@@ -180,7 +179,6 @@ def test_points_that_the_body_lacks_are_named_in_one_line(two_view: Path, tmp_pa
     assert not set(FEET) & set(read_trc(tmp_path / "a.trc").names)
 
 
-@pytest.mark.slow
 def test_a_take_is_evaluated_in_the_convention_of_the_truth(tracked: Path, tmp_path: Path) -> None:
     export(tracked, tmp_path / "truth.trc", ExportOptions("trc", joints="halpe"))
     arguments = ("evaluate", tracked, "--truth", tmp_path / "truth.trc", "--json")

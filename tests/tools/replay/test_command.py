@@ -52,6 +52,7 @@ def test_start_after_the_end_is_rejected(take: Path) -> None:
     assert (status, "--from 60s: allowed: below 0.492s" in text) == (1, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

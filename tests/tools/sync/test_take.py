@@ -12,7 +12,6 @@ from zenocap.tools.verdict.evidence import evidence_of
 TAKE = Path("a.mcap")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("late_s", [0.012, 0.04, 0.2, -0.5])
 def test_the_camera_with_the_older_images_has_the_delay(late_s: float) -> None:
     found = delays_of(evidence_of(messages({"cam01": 0.0, "cam02": -late_s})), TAKE)

@@ -145,7 +145,6 @@ def test_a_pose_between_two_others_may_be_missing() -> None:
     assert (found.rating, [one.lost for one in found.stretches]) == ("good", [0.0, 0.0, 0.0])
 
 
-@pytest.mark.slow
 def test_poses_that_are_missing_one_after_the_other_are_lost() -> None:
     """Also where every silhouette that is sampled has a pose."""
     missing = {k for k in range(15, 75) if k % 6 in (2, 3, 4)}

@@ -69,7 +69,6 @@ def test_the_reason_names_the_view_the_lag_and_the_command() -> None:
     assert verdict.reasons[0] == apart[0]
 
 
-@pytest.mark.slow
 def test_a_take_without_poses_names_the_view_too() -> None:
     verdict = verdict_of(evidence_of(messages({"cam01": 0.0, "cam02": -0.5}, posed=False)))
     assert [reason.kind for reason in verdict.reasons] == ["views-apart", "no-pose"]
@@ -84,6 +83,7 @@ def test_views_in_step_and_a_still_body_have_no_lag(options: dict[str, bool]) ->
     assert not any("times say" in reason.text for reason in verdict_of(evidence).reasons)
 
 
+@pytest.mark.slow
 def test_unrelated_silhouettes_have_no_lag() -> None:
     """The second view shows another stretch of the motion, 40 s later."""
     assert view_lags(evidence_of(messages({"cam01": 0.0, "cam02": 40.0}))) is None

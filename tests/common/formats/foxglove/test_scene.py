@@ -128,7 +128,6 @@ def test_half_turns_have_quaternions() -> None:
     np.testing.assert_allclose(matrix_to_quaternion(halves), np.eye(4), atol=1e-15)
 
 
-@pytest.mark.slow
 @given(ANGLES, POSITIONS)
 def test_composed_transforms_equal_the_kinematics(angles: Floats, position: Floats) -> None:
     part_to_world = part_frames(TEN_PARTS, BDP, Pose(position, angles))
@@ -148,7 +147,6 @@ def test_the_world_is_upright_in_the_root_frame() -> None:
     np.testing.assert_array_equal(xyz(world.translation), 0)
 
 
-@pytest.mark.slow
 @given(UNIT, POSITIONS)
 def test_a_cameras_frame_agrees_with_its_projection(q: Floats, translation: Floats) -> None:
     """x_camera = R x_world + t, so the frame's transform takes x_camera back to x_world."""

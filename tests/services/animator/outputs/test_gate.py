@@ -46,6 +46,7 @@ def answer_to(output: FoxgloveOutput, data: bytes) -> bytes:
         return found
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="lists the open files of the process in /proc")
 def test_a_thousand_connections_without_a_request_keep_no_program_out(output: FoxgloveOutput) -> None:
     with few_descriptors(SPARE), bare_connections("127.0.0.1", port_of(output), 1000) as count:

@@ -57,6 +57,7 @@ async def hello(connection: ClientConnection) -> bool:
     return bool(await updates_until(connection, "hello"))
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="lists the open files of the process in /proc")
 def test_a_thousand_connections_without_a_request_neither_end_the_server_nor_keep_a_page_out(tmp_path: Path) -> None:
     with stand_in(tmp_path) as animator, few_descriptors(SPARE):
@@ -79,6 +80,7 @@ def test_a_connection_without_a_request_is_closed_after_a_time(tmp_path: Path, m
         assert time.monotonic() - started_s < 5
 
 
+@pytest.mark.nightly
 def test_an_open_page_does_not_count_as_waiting(tmp_path: Path) -> None:
     async def many(connection: ClientConnection) -> bool:
         await updates_until(connection, "hello")

@@ -158,7 +158,7 @@ def test_valid_commands_become_requests_and_others_are_refused(tmp_path: Path) -
     assert "invalid command from a page" in refused
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_page_that_never_reads_skips_frames_and_costs_no_memory(tmp_path: Path) -> None:
     async def block_reading(blocked: ClientConnection) -> tuple[int, int]:
         raw = blocked.transport

@@ -15,6 +15,7 @@ from zenocap.services.recognizer.training.train import edges_of, reach_of, train
 PATH = Path("some.postures")
 
 
+@pytest.mark.slow
 def test_equal_examples_settings_and_seed_give_equal_bytes() -> None:
     one, other = (packed(PATH, train(examples(), FAST)) for _ in range(2))
     assert one == other

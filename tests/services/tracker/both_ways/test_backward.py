@@ -40,6 +40,7 @@ def test_the_backward_pass_is_near_the_forward_pass(forward: tuple) -> None:
         assert np.linalg.norm(found.position - poses[k].position) < 0.03
 
 
+@pytest.mark.nightly
 def test_equal_input_gives_equal_poses_and_lost_frames_are_filled(forward: tuple) -> None:
     made, body, films, poses = forward
     first = next(k for k, pose in enumerate(poses) if pose is not None)

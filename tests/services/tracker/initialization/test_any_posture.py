@@ -67,7 +67,7 @@ def test_heading_is_that_of_the_feet(standing: tuple[TrackState, list[Outcome]])
     assert state.phase.estimate.rotation[:, 2] @ np.array([np.sin(0.7), 0.0, np.cos(0.7)]) > 0.9
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_t_pose_replaces_the_average_body_by_a_measured_one(standing: tuple[TrackState, list[Outcome]]) -> None:
     state, outcomes = standing
     config = setup(CAMERAS)

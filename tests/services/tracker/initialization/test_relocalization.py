@@ -70,6 +70,7 @@ def test_standing_person_is_found_in_any_heading(yaw: float) -> None:
     assert found.rotation[:, 2] @ forward(yaw) > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["walking", "running", "boxing"])
 def test_moving_person_is_found(name: str) -> None:
     script = motion_timeline(simulated_person(SEED), name, 0)

@@ -37,6 +37,7 @@ def test_t_pose_is_detected_in_any_heading(seed: int, yaw: float) -> None:
     assert found.stature == pytest.approx(simulated_person(seed).height, rel=0.08)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pose", "words"),
     [
@@ -71,6 +72,7 @@ def cluttered(masks: dict[str, Mask]) -> list[Mask]:
     return spoilt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 5])
 def test_t_pose_is_measured_among_clutter(seed: int) -> None:
     cameras = ring(4)

@@ -10,6 +10,7 @@ from zenocap.services.tracker.parameters import EM_TOLERANCE
 from zenocap.services.tracker.prior.learning import error_of, learn, reestimate_transitions
 
 
+@pytest.mark.slow
 def test_training_recovers_known_regions_subspaces_and_transitions() -> None:
     prior = known_prior(seed=7)
     poses, _ = drawn(prior, 4000, np.random.default_rng(0))

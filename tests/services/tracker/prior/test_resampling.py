@@ -32,6 +32,7 @@ def test_whole_powers_equal_repeated_steps(seed: int, steps: int) -> None:
     assert np.allclose(power_of_transitions(transitions, steps), np.linalg.matrix_power(transitions, steps))
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 3.0))
 def test_root_of_a_continuous_time_chain_is_exact(seed: int, exponent: float) -> None:
     rng = np.random.default_rng(seed)

@@ -94,6 +94,7 @@ def test_view_out_of_step_is_reported_with_its_lag(views: int, late: int) -> Non
     assert untrusted(results[-1]) == {BAD}
 
 
+@pytest.mark.slow
 def test_view_that_was_out_of_step_is_used_at_once_when_its_lag_is_tested_anew() -> None:
     cameras, masks = film(7)
     outlines = [
@@ -112,6 +113,7 @@ def test_view_that_was_out_of_step_is_used_at_once_when_its_lag_is_tested_anew()
     assert untrusted(as_before) == {BAD}
 
 
+@pytest.mark.slow
 def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> None:
     cameras, masks = film(4)
     since, until = 40, 100
@@ -127,11 +129,13 @@ def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> Non
     assert "view cam03 is frozen" in results[named[0]][0].text
 
 
+@pytest.mark.slow
 def test_a_person_standing_still_is_not_a_frozen_view() -> None:
     cameras, masks = film(4)
     assert set(findings_of(cameras, [[mask[50]] * FRAMES for mask in masks])) == {()}
 
 
+@pytest.mark.slow
 def test_empty_view_is_reported() -> None:
     cameras, masks = film(4)
     with_loss: list[Mask | None] = [*masks[BAD][:30], *[None] * (FRAMES - 30)]
@@ -157,6 +161,7 @@ def test_an_empty_scene_gives_no_finding() -> None:
     assert set(findings_of(cameras, [[None] * 60 for _ in cameras])) == {()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", [lambda camera: turned(camera, 5.0), lambda camera: camera], ids=["bad", "good"])
 def test_same_input_gives_the_same_findings(fault: Callable[[Camera], Camera]) -> None:
     cameras, masks = film(4)

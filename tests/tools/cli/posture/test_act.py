@@ -15,6 +15,7 @@ from zenocap.tools.recordings.track import Tracked
 FEW = ("--people", "1", "--postures", "squat, kick-left", "--repetitions", "1", "--method", "truth", "--jobs", "1")
 
 
+@pytest.mark.slow
 def test_second_run_keeps_existing_takes_and_manifest(tmp_path: Path) -> None:
     status, out, err = zenocap("posture", "act", "-o", tmp_path, *FEW)
     assert status == 0, err

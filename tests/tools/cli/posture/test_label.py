@@ -60,7 +60,7 @@ def test_candidates_are_listed_with_their_moving_limbs(motion: Path) -> None:
     assert len([line for line in text.splitlines() if line[:3].strip().isdigit()]) == 3
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_answers_become_rows_and_are_not_asked_again(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     manifest = tmp_path / "m.csv"
     answers(monkeypatch, "?", "raise", "s", "b -0.1", "b x", "kick")
@@ -153,7 +153,6 @@ def test_options_of_training_are_wrong_usage_without_the_page(option: tuple[str,
     assert f"{option[0]}: allowed without --terminal, --list, --accept and --json" in error
 
 
-@pytest.mark.slow
 def test_options_of_training_reach_the_page(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
 

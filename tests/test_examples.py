@@ -57,6 +57,7 @@ def test_the_simulated_person_is_tracked(tmp_path: Path) -> None:
     assert "highest right hand: " in words
 
 
+@pytest.mark.slow
 def test_joint_angles_are_plotted(run: Run, take: Path, tmp_path: Path) -> None:
     run("03", take, tmp_path / "knees.png")
     assert (tmp_path / "knees.png").read_bytes().startswith(b"\x89PNG")
@@ -66,6 +67,7 @@ def test_a_take_is_read_in_chunks(run: Run, take: Path) -> None:
     assert "path length of the navel over the ground: " in run("04", take)
 
 
+@pytest.mark.slow
 def test_a_take_is_exported(run: Run, take: Path) -> None:
     run("05", take)
     for suffix in (".bvh", ".trc", ".csv"):

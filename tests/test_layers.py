@@ -126,6 +126,7 @@ def test_dependencies_run_one_way(layer: str) -> None:
     assert wrong == []
 
 
+@pytest.mark.nightly
 def test_services_do_not_import_each_other() -> None:
     wrong = [
         (module_of(path), name)
@@ -144,6 +145,7 @@ def test_every_folder_of_services_is_a_service() -> None:
     assert [name for name in SERVICES if not (ROOT / "services" / name / "shell.py").is_file()] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", MATHEMATICS)
 def test_mathematics_imports_arrays_only(folder: str) -> None:
     """Calibration files are the only files read here."""
@@ -175,6 +177,7 @@ def test_a_step_uses_no_transport(service: str) -> None:
     assert modules <= {"zenocap.common.bus.protocol"}
 
 
+@pytest.mark.slow
 def test_only_the_zenoh_files_of_the_bus_import_zenoh() -> None:
     users = {module for module in MODULES if any(within(name, ("zenoh",)) for name in imported(module))}
     assert users
@@ -186,6 +189,7 @@ def test_messages_import_no_other_module() -> None:
     assert internal_imports("zenocap.common.synchronizer") == set()
 
 
+@pytest.mark.slow
 def test_there_is_no_import_cycle() -> None:
     """Of imports at the top level of modules, which fail in a cycle."""
     order: list[str] = []

@@ -119,6 +119,7 @@ def test_every_row_of_the_page_is_complete() -> None:
         assert row[2].startswith("as printed") or row[5], row
 
 
+@pytest.mark.slow
 def test_every_departure_in_the_code_has_one_of_four_words() -> None:
     allowed = re.compile(rf"# Paper \((?:{'|'.join(WORDS)})\): \S")
     found = [

@@ -55,6 +55,7 @@ def test_a_quoted_line_is_made_of_texts_in_the_source(line: str) -> None:
     assert spoken_share(line) >= SPOKEN, line
 
 
+@pytest.mark.slow
 def test_an_invented_line_is_noticed() -> None:
     assert spoken_share("the person is too far away from the lamp, please come closer") < SPOKEN
 

@@ -150,6 +150,7 @@ def echo() -> Iterator[int]:
         yield int(server.getsockname()[1])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="finds connections in /proc")
 def test_the_gate_cuts_the_links_of_one_service(echo: int) -> None:
     (port,) = free_ports(1)

@@ -32,7 +32,7 @@ def _overlap(segment: Segment, begin_s: float, end_s: float) -> bool:
     return min(segment.end_s, end_s) - max(segment.start_s, begin_s) > 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_rows_equal_those_of_a_take_of_true_poses(tmp_path: Path) -> None:
     script = session_of(SEED, 0.05)
     take = tmp_path / "take.mcap"

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from benchmarks.errors import summary
 from benchmarks.recognition.take_errors import take_errors
@@ -12,6 +13,7 @@ from zenocap.tools.dataset.batch import PostureTake, generate_takes, take_path
 TAKE = PostureTake(5, "raise-right-arm", 0)
 
 
+@pytest.mark.slow
 def test_true_poses_have_small_errors(tmp_path: Path) -> None:
     generate_takes(tmp_path, "truth", [TAKE], 1, lambda *_: None)
     errors = take_errors(take_path(tmp_path, "truth", TAKE), TAKE)

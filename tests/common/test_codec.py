@@ -150,7 +150,6 @@ def test_a_name_that_is_invalid_in_a_key_is_refused(name: str) -> None:
         decode(msgpack.packb(plain(CAMERA) | {"viewer": name}), m.CameraInfo)
 
 
-@pytest.mark.slow
 @given(st.binary(max_size=300), st.sampled_from(MESSAGE_TYPES))
 def test_random_bytes_raise_bad_message(data: bytes, kind: type[m.Message]) -> None:
     with pytest.raises(BadMessage):

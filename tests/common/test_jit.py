@@ -107,6 +107,7 @@ def entry(cache: Path) -> Iterator[Path]:
     _folder.cache_clear()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", [lambda _: b"", lambda _: b"damaged", lambda data: data[:-7] + b"1234567"])
 def test_a_damaged_entry_is_compiled_again(entry: Path, damage: Callable[[bytes], bytes]) -> None:
     entry.write_bytes(damage(entry.read_bytes()))
@@ -114,6 +115,7 @@ def test_a_damaged_entry_is_compiled_again(entry: Path, damage: Callable[[bytes]
     assert from_cache(double)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", [b"no pickle", pickle.dumps(("double", "key", "data")), b"cmissing_module\nname\n."])
 def test_a_whole_entry_with_other_content_is_compiled_again(entry: Path, content: bytes) -> None:
     write_entry(entry, content)
@@ -121,6 +123,7 @@ def test_a_whole_entry_with_other_content_is_compiled_again(entry: Path, content
     assert from_cache(double)
 
 
+@pytest.mark.slow
 def test_an_entry_of_another_function_is_compiled_again(entry: Path) -> None:
     assert not from_cache(half)
     (foreign,) = entry.parent.glob("half-*")
@@ -128,6 +131,7 @@ def test_an_entry_of_another_function_is_compiled_again(entry: Path) -> None:
     assert not from_cache(double)
 
 
+@pytest.mark.slow
 def test_without_a_cache_everything_is_compiled(entry: Path, cache: Path) -> None:
     shutil.rmtree(cache)
     cache.write_text("in the way")

@@ -38,5 +38,6 @@ def test_every_field_has_a_reader(struct: type[msgspec.Struct], read: frozenset[
     assert set(struct.__struct_fields__) <= read
 
 
+@pytest.mark.slow
 def test_unread_name_is_found(read: frozenset[str]) -> None:
     assert "no_field_of_any_message" not in read

@@ -48,7 +48,7 @@ def test_the_body_is_measured_again_after_a_measure_request() -> None:
     assert all(isinstance(state, Tracking) for state in run.viewers.values())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_recording_requests_do_not_change_the_integrator() -> None:
     run = measured()
     before = run.integrator

@@ -22,6 +22,7 @@ def test_names_round_trip_through_keys(topic: Topic, rig: str, first: str, secon
     assert found.items() <= (names | {"rig": rig}).items()
 
 
+@pytest.mark.slow
 @given(st.sampled_from(TOPICS), NAMES, NAMES)
 def test_a_key_belongs_to_one_topic(topic: Topic, rig: str, name: str) -> None:
     key = topic.at(rig, viewer=name, service=name, id=name)

@@ -61,6 +61,7 @@ def test_each_addition_alone_changes_what_is_published(name: str) -> None:
     assert tracked(PAPER | {name}, *TURNING).track.baps != tracked(PAPER, *TURNING).track.baps
 
 
+@pytest.mark.nightly
 def test_matchings_of_a_search_are_those_of_equation_2() -> None:
     counts: dict[str, list[int]] = {"arm": [], "leg": []}
     for bap in tracked(PAPER).track.partials:

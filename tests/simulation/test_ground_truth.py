@@ -55,6 +55,7 @@ def test_ten_part_angles_stay_within_the_anatomy_limits_except_near_gimbal_lock(
         assert not outside, (t, outside)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", POSTURES)
 def test_ten_part_angles_are_continuous_except_near_gimbal_lock(name: str) -> None:
     script = posture_timeline(person(4), name, 2)
@@ -88,6 +89,7 @@ def test_joints_have_the_names_and_order_of_the_export() -> None:
     assert list(truth(person(0), pose).joints) == [m.name for m in TEN_PARTS.markers]
 
 
+@pytest.mark.slow
 def test_yaw_follows_the_walk_round_the_circle() -> None:
     subject = person(2)
     script = demo_timeline(subject, 0)

@@ -39,6 +39,7 @@ def test_a_test_without_a_mark_fails_above_the_limit(run) -> None:
     run(source, "--unit-limit", "0").assert_outcomes(passed=3)
 
 
+@pytest.mark.slow
 def test_the_time_of_fixtures_counts_and_waiting_does_not(run) -> None:
     source = (
         "@pytest.fixture\ndef costly(): spend(0.2)\n"
@@ -47,6 +48,7 @@ def test_the_time_of_fixtures_counts_and_waiting_does_not(run) -> None:
     run(source, "--unit-limit", "0.1").assert_outcomes(passed=1, failed=1)
 
 
+@pytest.mark.slow
 def test_times_and_tiers_are_written(run, tmp_path: Path) -> None:
     source = (
         "pytestmark = pytest.mark.core\ndef test_core(): pass\n@pytest.mark.nightly\ndef test_both(): pass\n"

@@ -189,6 +189,7 @@ def test_a_mirrored_pose_has_the_angles_of_the_other_side(anatomy: Anatomy, seed
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
 @given(seed=st.integers(0, 10_000))
 @settings(deadline=None, max_examples=40)

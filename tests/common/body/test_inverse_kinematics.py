@@ -61,7 +61,7 @@ def random_pose(anatomy: Anatomy, seed: int) -> Pose:
     return Pose(rng.uniform(-2, 2, 3), rng.uniform(low, high))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
 @given(seed=st.integers(0, 10_000))
 @settings(deadline=None, max_examples=60)
@@ -73,6 +73,7 @@ def test_centres_of_any_pose_round_trip(anatomy: Anatomy, seed: int) -> None:
         np.testing.assert_allclose(again[name], points, atol=MILLIMETRE, err_msg=name)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10_000))
 @settings(deadline=None, max_examples=40)
 def test_without_waist_a_spine_with_lateral_bend_and_twist_round_trips(seed: int) -> None:
@@ -85,6 +86,7 @@ def test_without_waist_a_spine_with_lateral_bend_and_twist_round_trips(seed: int
         np.testing.assert_allclose(again[name], centres[name], atol=MILLIMETRE, err_msg=name)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10_000), bend=st.floats(0, 12))
 @settings(deadline=None, max_examples=40)
 def test_a_nearly_straight_limb_ends_within_centimetres(seed: int, bend: float) -> None:

@@ -89,6 +89,7 @@ def test_the_default_convention_is_the_joint_centres_of_the_kinematics(anatomy: 
     np.testing.assert_array_equal(found.at(pose), joint_centres(anatomy, bdp, pose))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("convention", "anatomy"), CASES)
 @settings(max_examples=20)
 @given(SEEDS, st.floats(-3, 3))
@@ -113,6 +114,7 @@ def test_points_grow_with_the_body(convention: Convention, anatomy: Anatomy, see
     np.testing.assert_allclose(other, scale * one, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("convention", "anatomy"), CASES)
 @settings(max_examples=20)
 @given(SEEDS)

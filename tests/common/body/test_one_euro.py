@@ -43,7 +43,7 @@ def swinging(hz: float, times_s: Floats) -> list[Pose]:
     return poses_of(np.stack([wave, np.ones(len(wave)), np.zeros(len(wave))], axis=1), angles)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("hz", [0.5, 1.0, 2.0, 4.0])
 @pytest.mark.parametrize("cutoff_hz", [1.5, 5.0])
 def test_gain_and_delay_of_a_sine_are_those_of_theory(hz: float, cutoff_hz: float) -> None:
@@ -79,6 +79,7 @@ def test_faster_motion_is_delayed_less() -> None:
     assert lags[2] < 0.02
 
 
+@pytest.mark.slow
 def test_a_person_at_rest_is_unchanged_and_noise_is_reduced() -> None:
     rest = [Pose(np.array([1.0, 0.9, -2.0]), TEN_PARTS.neutral)] * 60
     for pose in run(rest, OneEuro()):
@@ -111,6 +112,7 @@ def test_it_is_the_same_in_a_turned_world(yaw: float, seed: int) -> None:
         np.testing.assert_allclose(np.delete(turned.angles, NAVEL), np.delete(one.angles, NAVEL), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_wrapped_angles_give_no_jump() -> None:
     track = gentle(200, noise=0.0)
     wrapped = track.angles.copy()

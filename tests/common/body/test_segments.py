@@ -154,7 +154,7 @@ def test_limb_origins_and_sizes_are_those_of_the_bdp() -> None:
     assert sizes.shape == (4, 2, 3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(ANGLES, ANGLES)
 @settings(deadline=None, max_examples=300)
 def test_angles_are_within_limits_and_near_the_directions_from_any_pose(pose: Floats, before: Floats) -> None:

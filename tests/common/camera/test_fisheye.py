@@ -33,7 +33,6 @@ def lens(focal: float = 200.0, coefficients: tuple[float, ...] = COEFFICIENTS) -
     return FisheyeLens(SIZE, np.array([[focal, 0, 325.0], [0, focal + 1, 236.0], [0, 0, 1.0]]), np.array(coefficients))
 
 
-@pytest.mark.slow
 @given(st.floats(-0.05, 0.05), st.floats(-0.01, 0.01), st.integers(0, 2**31))
 def test_rays_are_projected_as_opencv_does(k1, k2, seed):
     one = lens(coefficients=(k1, k2, 0.0, 0.0))

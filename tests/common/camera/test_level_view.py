@@ -67,7 +67,7 @@ def test_a_vertical_line_of_the_world_is_one_column(camera: Camera, x: float, z:
     assert np.max(np.abs(middle - columns[0])) < 1.5
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(
     CAMERAS, st.lists(st.tuples(st.floats(-0.8, 0.8), st.floats(0.0, 1.8), st.floats(-0.8, 0.8)), min_size=1, max_size=5)
 )

@@ -31,6 +31,7 @@ def paper(size: tuple[int, int] = (160, 120), focal: float = 150.0, y: float = 1
     return level_camera(0, focal, (0, y, 5.2), size), level_camera(1, focal, (-5.2, y, 0), size)
 
 
+@pytest.mark.slow
 @given(
     focal=st.floats(120, 180),
     # At larger distances the pinnacles differ by less than PIXEL_NOISE.
@@ -51,6 +52,7 @@ def test_noiseless_markers_reproduce_the_cameras(focal, distances, height, d):
         assert np.abs(solved.residuals_px).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_pixel_noise_moves_the_distance_by_its_standard_deviation():
     measured = [measure(*paper((640, 480), 600.0), 0.8, 0.8, 0.05, 0.5, seed) for seed in range(300)]
     solved = [calibrate_lines(m)[0] for m in measured]

@@ -24,7 +24,6 @@ def test_the_papers_cameras_have_the_right_orientation() -> None:
     assert two.project(np.array([[0.0, 1.0, 0.5]]))[0, 0] > middle[0]  # +Z is right in camera 2
 
 
-@pytest.mark.slow
 @given(POINT)
 def test_projection_equals_the_matrix_product(point: np.ndarray) -> None:
     camera = paper_cameras()[1]

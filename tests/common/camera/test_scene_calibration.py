@@ -53,6 +53,7 @@ def test_the_claimed_error_is_the_true_one(names, known):
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.median(claimed), rel=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", "bdf")
 def test_a_wrong_pick_is_named(wrong):
     seen = picks(CAMERA, "abcdefg", 0.5)
@@ -78,6 +79,7 @@ def test_an_error_below_the_limit_moves_the_person_by_no_more_than_stated_and_is
     assert max(moved) == pytest.approx(0.8 * moved_m, rel=0.2)
 
 
+@pytest.mark.slow
 def test_mirrored_images_are_recognized():
     for names, text in (("abcdefg", "fits as a mirrored image"), ("abcd", "below the floor: is the image mirrored")):
         mirrored = {name: (CAMERA.size[0] - 1 - x, y) for name, (x, y) in picks(CAMERA, names, 0.3).items()}

@@ -101,6 +101,7 @@ def test_missing_and_binary_files_raise_an_error(tmp_path: Path) -> None:
         read_bvh(tmp_path / "b.bvh")
 
 
+@pytest.mark.slow
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @pytest.mark.parametrize("name", ["cmu_02_03", "cmu_11_01"])

@@ -102,7 +102,7 @@ ROLES = (
 )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.integers(0, 10_000))
 @settings(max_examples=40, deadline=None)
 def test_joints_without_names_have_the_right_roles(
@@ -241,6 +241,7 @@ def test_a_renamed_file_gives_the_same_centres_and_says_so(tmp_path: Path, caplo
         )
 
 
+@pytest.mark.slow
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @pytest.mark.parametrize("path", sorted(MOTIONS.glob("*.bvh")), ids=lambda path: path.stem)

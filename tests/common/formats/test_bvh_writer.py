@@ -106,6 +106,7 @@ def test_bvhio_finds_the_joint_centres(track: PoseTrack, tmp_path: Path) -> None
     assert furthest_m(read_by_bvhio(tmp_path / "a.bvh"), track) < 0.1 * MILLIMETRE
 
 
+@pytest.mark.slow
 def test_the_rest_pose_is_a_t_pose_in_the_world(tmp_path: Path) -> None:
     write_bvh(tmp_path / "a.bvh", moving())
     lines = (tmp_path / "a.bvh").read_text().splitlines()
@@ -144,6 +145,7 @@ def test_angles_are_continuous(tmp_path: Path) -> None:
     assert motion[-1, 5] - motion[0, 5] == pytest.approx(3 * 360, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_lost_frames_repeat_the_previous_pose_and_leading_ones_the_next_pose(tmp_path: Path) -> None:
     track = moving(6, lost=(0, 3, 5))
     write_bvh(tmp_path / "a.bvh", track)
@@ -153,6 +155,7 @@ def test_lost_frames_repeat_the_previous_pose_and_leading_ones_the_next_pose(tmp
     assert furthest_m(found, track) < 0.01 * MILLIMETRE
 
 
+@pytest.mark.slow
 def test_row_k_is_frame_k(tmp_path: Path) -> None:
     track = moving(4, first=7)
     write_bvh(tmp_path / "a.bvh", every_frame(track))

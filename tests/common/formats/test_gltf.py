@@ -88,6 +88,7 @@ def test_the_bones_of_a_humanoid_are_named(content: tuple[dict, bytes]) -> None:
     assert file["nodes"][bones["leftUpperArm"]["node"]]["name"] == "LeftArm"
 
 
+@pytest.mark.slow
 def test_equal_motions_give_equal_bytes_and_one_pose_is_enough(motion: AnimatedSkeleton, tmp_path: Path) -> None:
     write_glb(tmp_path / "a.glb", motion, "a")
     write_glb(tmp_path / "b.glb", motion, "a")

@@ -23,7 +23,7 @@ def turns(track: PoseTrack, joint: str, axes: str) -> Rotation:
     return Rotation.from_matrix(euler_to_matrix(axes, track.angles[:, at : at + len(axes)]))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(track=tracks(), fps=st.floats(1, 240))
 @few_examples
 def test_rows_are_at_exact_multiples_inside_the_track(track: PoseTrack, fps: float) -> None:

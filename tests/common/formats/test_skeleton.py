@@ -50,6 +50,7 @@ def places(skeleton: Skeleton, track: PoseTrack) -> tuple[dict[str, Floats], dic
     return begins, ends
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 @given(arrays(np.float64, 25, elements=st.floats(0, 1)), arrays(np.float64, 3, elements=st.floats(-2, 2)))
 @settings(deadline=None, max_examples=50)

@@ -60,6 +60,7 @@ def test_a_sine_is_attenuated_as_in_theory_and_not_delayed(hz: float, cutoff_hz:
     np.testing.assert_allclose(found[middle], gain * sine[middle], atol=2e-3)  # no other phase
 
 
+@pytest.mark.slow
 @given(yaw=st.floats(-7, 7), seed=st.integers(0, 100))
 @few_examples
 def test_it_is_the_same_in_a_turned_world(yaw: float, seed: int) -> None:

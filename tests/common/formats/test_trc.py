@@ -80,6 +80,7 @@ def test_arbitrary_bytes_raise_at_most_a_format_error(tmp_path_factory: pytest.T
         read_trc(path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SCORER.exists(), reason="the shared scorer is not beside the project")
 def test_the_shared_scorer_reads_the_file(tmp_path: Path) -> None:
     write_trc(tmp_path / "a.trc", walking())

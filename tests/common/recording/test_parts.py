@@ -82,6 +82,7 @@ def test_each_part_is_self_contained(tmp_path: Path) -> None:
             assert {m.log_ns for m in messages[:3]} == {messages[2].log_ns}
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     steps=st.lists(st.integers(0, 3 * S), min_size=1, max_size=60),
@@ -105,6 +106,7 @@ def test_all_parts_together_have_every_message_once(
     assert recording.number == len(list(folder.iterdir()))
 
 
+@pytest.mark.slow
 def test_a_part_ends_by_size(tmp_path: Path) -> None:
     recording = parts(tmp_path, PartLimits(bytes=20_000))
     for number in range(3000):
@@ -206,6 +208,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(disk)], check=True)
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_ends_the_log_and_not_the_caller(small_disk: Path) -> None:
     recording = parts(small_disk, PartLimits(bytes=20_000))
     for number in range(6000):

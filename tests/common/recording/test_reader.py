@@ -58,6 +58,7 @@ def test_a_message_keeps_its_times(complete: Path) -> None:
     assert (found.received_ns, found.data) == (third.log_ns, encode(sighting("1", 2)))
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(data=st.data())
 def test_a_truncated_take_gives_its_first_messages_and_is_reported(
@@ -74,6 +75,7 @@ def test_a_truncated_take_gives_its_first_messages_and_is_reported(
     assert f"{len(found)} messages read" in take.cut
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(data=st.data())
 def test_a_damaged_take_never_gives_a_wrong_message(

@@ -104,6 +104,7 @@ def test_the_scene_of_each_pose_equals_the_kinematics(with_foxglove: Path) -> No
     assert seen == 80 * len(TEN_PARTS.parts)
 
 
+@pytest.mark.slow
 def test_our_readers_ignore_foxglove_channels(with_foxglove: Path, without_foxglove: Path) -> None:
     ours = [
         [read for read in map(envelope, Take(path).messages()) if read is not None]

@@ -109,6 +109,7 @@ def test_channels_of_other_programs_can_be_added(tmp_path: Path) -> None:
     assert found == [(None, "/note"), ("foxglove.SceneUpdate", "/scene")]
 
 
+@pytest.mark.slow
 def test_the_number_of_channels_is_bounded(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     recording = Recording(tmp_path / "take.mcap", rig="studio", start_ns=0)
     for number in range(MAX_CHANNELS + 10):
@@ -123,6 +124,7 @@ def health(service: str, id: str) -> m.Health:
     return m.Health(frame=0, captured_ns=1, service=service, id=id, state="", rate=0.0, stages_ms={}, counts={})
 
 
+@pytest.mark.slow
 def test_invented_names_do_not_displace_the_rigs_own_services_and_topics(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

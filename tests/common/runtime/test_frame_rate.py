@@ -111,7 +111,6 @@ def test_unsynchronized_viewers_choose_the_frames_nearest_to_the_same_instants(
     assert all(chosen == slots[0] for chosen in slots)
 
 
-@pytest.mark.slow
 @given(st.lists(st.integers(0, S // 30), min_size=1, max_size=8))
 def test_the_common_phase_is_as_far_as_possible_from_half_a_period_off(phases: list[int]) -> None:
     best = farthest_phase(phases, common_phase(phases, 30.0), 30.0)

@@ -166,6 +166,7 @@ def test_sound_alone_is_refused(tmp_path: Path) -> None:
         VideoReader(tmp_path / "a.wav")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["mp4", "avi", "mkv"])
 def test_damaged_files_never_raise_anything_else(tmp_path: Path, suffix: str) -> None:
     codec, pixels = ("mjpeg", "yuvj420p") if suffix == "avi" else ("libx264", "yuv420p")

@@ -72,7 +72,7 @@ def walk(seconds: float, first: int = 0) -> Iterator[Mask]:
     return (person(walking(first + k)) for k in range(round(seconds * FPS)))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_person_who_was_there_from_the_start_is_uncovered() -> None:
     scene = room(HEIGHT, WIDTH)
     camera = Camera(scene, at=70)
@@ -152,6 +152,7 @@ def test_the_noise_of_compression_around_a_person_raises_the_threshold() -> None
     assert np.mean(found[4 * FPS :]) > np.mean(found[: FPS // 2]) + 0.01
 
 
+@pytest.mark.slow
 def test_a_frame_of_another_size_is_refused() -> None:
     camera = Camera(room(HEIGHT, WIDTH))
     with pytest.raises(ValueError, match=r"frame: shape \(60, 80, 3\); the background's is"):

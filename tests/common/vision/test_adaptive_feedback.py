@@ -52,7 +52,7 @@ def test_a_figure_that_never_moves_is_held_beyond_a_minute_where_the_pose_explai
     assert EXPLAINED_HOLD_S > 75.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_furniture_that_touches_the_person_is_dropped_and_learnt() -> None:
     scene, fed = walked()
     after = scene.copy()
@@ -69,7 +69,7 @@ def test_a_pose_where_nothing_differs_makes_no_silhouette_and_holds_no_ghost() -
     assert sum(found[2:]) == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_pose_that_is_stuck_leaves_the_silhouette_of_the_person_who_walks_on() -> None:
     scene, fed = walked()
     stuck = expected(person(60))

@@ -43,6 +43,7 @@ def moved(image: Image, px: float) -> Image:
     return np.asarray(cv2.warpAffine(image, shift, SIZE, borderMode=cv2.BORDER_REFLECT), dtype=np.uint8)
 
 
+@pytest.mark.slow
 def test_what_is_read_is_what_was_written_and_only_the_owner_may_read_it(model: Adaptive, saved: Path) -> None:
     back = read(saved, SIZE, OWNER)
     assert np.array_equal(back.background.mean, model.background.mean)

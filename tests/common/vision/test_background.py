@@ -69,6 +69,7 @@ def test_a_background_image_of_another_shape_is_refused() -> None:
         from_image(room(60, 64).astype(np.uint8), [shot(room(), 0)])
 
 
+@pytest.mark.slow
 @given(st.floats(0.7, 1.3), st.floats(0.85, 1.15))
 @settings(max_examples=20, deadline=None)
 def test_gain_is_the_ratio_of_light_even_with_a_person_in_view(light: float, blue: float) -> None:

@@ -96,6 +96,7 @@ def test_drift_is_the_change_of_the_brightness_and_no_flicker():
     assert found.flicker < 0.005
 
 
+@pytest.mark.slow
 def test_flicker_is_the_deviation_of_fast_changes():
     times = np.arange(150) / 15.0
     found = light(times, changing(1.0 + 0.05 * np.sin(2 * np.pi * 4.0 * times)))
@@ -103,6 +104,7 @@ def test_flicker_is_the_deviation_of_fast_changes():
     assert abs(found.drift) < 0.01
 
 
+@pytest.mark.slow
 def test_stripes_of_a_rolling_shutter_are_flicker():
     times = np.arange(150) / 15.0
     rows = np.arange(240)[:, None, None] / 240.0

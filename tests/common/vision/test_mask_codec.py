@@ -84,7 +84,6 @@ def test_bits_beyond_the_right_edge_are_refused() -> None:
         unpack((20, 12), (3, 2, 11, 1), DIFFERENCES + zlib.compress(b"\xff\xff", 1))
 
 
-@pytest.mark.slow
 @given(MASKS)
 def test_the_format_without_row_differences_is_read(mask: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> None:
     """Takes of version 0.1 have it."""
@@ -102,6 +101,7 @@ def test_an_unknown_first_byte_is_refused() -> None:
             unpack((20, 12), region, bytes([first]) + data[1:])
 
 
+@pytest.mark.slow
 def test_a_decompression_bomb_is_refused() -> None:
     bomb = DIFFERENCES + zlib.compress(bytes(50_000_000), 9)
     with pytest.raises(ValueError, match="do not hold exactly"):

@@ -68,6 +68,7 @@ def test_an_outline_covers_the_pixels_whose_centres_it_contains(seed: int) -> No
     np.testing.assert_array_equal(cover, inside(random_outline(seed)).astype(np.uint8))
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(SEEDS, st.booleans()), min_size=1, max_size=8))
 @settings(deadline=None)
 def test_incremental_totals_equal_counted_pixels(steps: list[tuple[int, bool]]) -> None:
@@ -120,7 +121,7 @@ def sampled_hull(frame: Floats, size: Floats, camera: Floats) -> Floats32:
     return np.asarray(cv2.convexHull(pixels.astype(np.float32)), dtype=np.float32)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(SEEDS, st.sampled_from([0, 1]))
 @settings(deadline=None, max_examples=200)
 def test_a_parts_outline_is_the_hull_of_its_projected_cylinder(seed: int, viewer: int) -> None:

@@ -86,7 +86,7 @@ def test_the_silhouette_has_the_whole_person_and_no_shadow(size: tuple[int, int]
     assert not found.touches_border
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", SIZES)
 def test_an_empty_scene_has_no_silhouette(size: tuple[int, int]) -> None:
     background = learned_background(size)
@@ -188,6 +188,7 @@ def test_the_mixture_model_finds_the_person_and_is_deterministic() -> None:
         first.foreground(frame[:50])
 
 
+@pytest.mark.slow
 @pytest.mark.clips
 @pytest.mark.parametrize("name", ["walk2", "bend2", "kick2"])
 @pytest.mark.parametrize("size", SIZES)

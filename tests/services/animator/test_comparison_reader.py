@@ -95,6 +95,7 @@ def test_reading_ends_when_the_page_is_closed(tmp_path: Path) -> None:
     assert (reader.found, reader.problem, found, reader._thread.is_alive()) == (None, "", [], False)
 
 
+@pytest.mark.slow
 def test_a_second_take_without_poses_ends_the_page_with_its_error(tmp_path: Path) -> None:
     take = write_take(tmp_path / "a.mcap", messages_of_track(moving(5)))
     empty = write_take(tmp_path / "empty.mcap", messages_of_track(moving(5))[:2])

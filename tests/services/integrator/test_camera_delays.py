@@ -94,7 +94,7 @@ def test_under_overload_only_delays_that_are_corrected_are_estimated(follow: boo
     assert len(full.delays.outlines["cam01"]) == 1 + follow
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_estimate_that_the_next_one_contradicts_is_not_corrected() -> None:
     _, found = play(lambda time_s: {"cam02": 0.0 if time_s < 22 else 0.2}, 46)
     assert [round(max(its.found_ms.values()) / 100) for its in found] == [0, 2]

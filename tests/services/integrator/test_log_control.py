@@ -104,6 +104,7 @@ def test_a_failed_start_is_reported_and_later_requests_are_handled(
     rig.control.close()
 
 
+@pytest.mark.slow
 def test_at_most_one_request_a_second_is_obeyed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     rig = Rig(tmp_path, first=True)
     rig.publish_request("stop_recording")

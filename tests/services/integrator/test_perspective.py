@@ -71,7 +71,6 @@ def test_a_person_on_an_axis_is_no_special_case(x1: float, z2: float) -> None:
     assert (z == 0) == (z2 == 0)
 
 
-@pytest.mark.slow
 @given(POSITIONS, st.floats(0.5, 2.6), st.floats(-1, 1), st.floats(0.4, 3.0))
 def test_rays_of_any_two_level_cameras_intersect_at_the_position(
     position: np.ndarray, turn: float, start: float, height: float

@@ -41,6 +41,7 @@ def repeated_bodies(silent: str, frames: int) -> int:
     return count
 
 
+@pytest.mark.slow
 def test_the_body_is_repeated_at_intervals_for_a_viewer_without_partial_baps() -> None:
     assert repeated_bodies("2", LONG) == 1
     assert repeated_bodies("2", 2 * LONG) == 2

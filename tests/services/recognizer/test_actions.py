@@ -85,6 +85,7 @@ def test_an_osc_host_that_does_not_resolve_fails() -> None:
     assert sent.count == 0
 
 
+@pytest.mark.slow
 def test_http_requests_arrive_with_method_path_and_body() -> None:
     with http_receiver() as receiver:
         sent = Sent()
@@ -94,6 +95,7 @@ def test_http_requests_arrive_with_method_path_and_body() -> None:
         assert sent.count == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("status", [302, 404, 500])
 def test_other_status_codes_fail_and_redirections_are_not_followed(status: int) -> None:
     with http_receiver() as receiver:
@@ -110,6 +112,7 @@ def test_a_refused_connection_fails_before_anything_is_sent() -> None:
     assert sent.count == 0
 
 
+@pytest.mark.slow
 def test_a_server_that_does_not_reply_fails_after_the_timeout() -> None:
     with http_receiver() as receiver:
         receiver.status = None
@@ -117,6 +120,7 @@ def test_a_server_that_does_not_reply_fails_after_the_timeout() -> None:
             request_http(HttpAction(url=receiver.url, timeout=0.2), Sent())
 
 
+@pytest.mark.slow
 def test_a_proxy_of_the_environment_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("http_proxy", f"http://127.0.0.1:{free_tcp_port()}")
     with http_receiver() as receiver:
@@ -151,6 +155,7 @@ def test_a_missing_program_fails(tmp_path: Path) -> None:
         ProgramRunner().run(ProgramAction(program=str(tmp_path / "nothing")), {}, Sent())
 
 
+@pytest.mark.slow
 def test_a_slow_program_is_killed_with_its_children(tmp_path: Path) -> None:
     script = f'sleep {LONG_S:g} & echo $! > "$1"; wait'
     action = ProgramAction(program=program(tmp_path, "slow", script), arguments=(str(tmp_path / "child"),), timeout=0.5)

@@ -149,6 +149,7 @@ def test_too_many_at_once_are_dropped_and_reported_without_waiting() -> None:
         assert runner.counts()["commands_dropped"] == len(dropped)
 
 
+@pytest.mark.slow
 def test_a_slow_command_does_not_delay_another() -> None:
     clock, puts = RealClock(), Puts()
     with http_receiver() as receiver:

@@ -66,6 +66,7 @@ def test_postures_are_found_in_poses_of_the_integrator(model: PostureModel) -> N
     assert counts(state) == {"postures": 3}
 
 
+@pytest.mark.nightly
 def test_with_a_tracker_as_source_other_poses_are_ignored(model: PostureModel) -> None:
     angles = angles_of_posture("squat", 405, 0)
     poses, baps = [pose(k, row) for k, row in enumerate(angles)], [bap(k, row) for k, row in enumerate(angles)]

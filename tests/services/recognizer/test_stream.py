@@ -61,6 +61,7 @@ def test_every_posture_is_found_once_at_its_time_and_soon_after_its_end(rate: fl
         assert answer.start_ns < answer.end_ns <= START + round(found_s * SECOND)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(4))
 def test_jitter_and_missing_frames_change_no_label(seed: int) -> None:
     times, features, truth = at_rate(30.0, seed)
@@ -71,6 +72,7 @@ def test_jitter_and_missing_frames_change_no_label(seed: int) -> None:
     assert [answer.label or "unknown" for answer, _ in found] == [name for name, _, _ in truth]
 
 
+@pytest.mark.slow
 def test_equal_streams_give_identical_results() -> None:
     times, features, _ = at_rate(30.0)
     one, other = results(times, features), results(times, features)

@@ -98,6 +98,7 @@ def moved(camera: Camera) -> Camera:
     return replace(camera, translation=-camera.rotation @ (camera.centre + np.array([0.0, 0.1, 0.0])))
 
 
+@pytest.mark.nightly
 def test_consistent_views_give_no_finding() -> None:
     state, published, findings = play(CAMERAS, with_fault(lambda frame: frame))
     assert not findings

@@ -57,7 +57,7 @@ def before() -> tuple[m.TrackerBdp, m.TrackerPose]:
     return decode(encode(body), m.TrackerBdp), decode(encode(pose), m.TrackerPose)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_restart_republishes_and_finds_a_walking_person(
     before: tuple[m.TrackerBdp, m.TrackerPose],
 ) -> None:
@@ -80,6 +80,7 @@ def test_without_recovered_state_the_person_is_awaited() -> None:
     assert awaiting_person(state)
 
 
+@pytest.mark.slow
 def test_incomplete_foreign_or_discarded_state_is_not_used(
     before: tuple[m.TrackerBdp, m.TrackerPose],
 ) -> None:

@@ -319,6 +319,7 @@ def test_same_events_give_the_same_bytes() -> None:
     assert first == second
 
 
+@pytest.mark.slow
 @given(EVENTS)
 @settings(max_examples=100, deadline=None)
 def test_tracker_without_overload_drops_nothing(events: list[tuple[str, int]]) -> None:

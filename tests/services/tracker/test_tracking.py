@@ -50,6 +50,7 @@ def started() -> tuple[TrackState, list[Outcome], list[str]]:
     return run(setup(CAMERAS), [None, *[t_pose_at(SEED)] * 5])
 
 
+@pytest.mark.slow
 def test_person_is_awaited_measured_and_tracked(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
     _, _, texts = started
     assert texts == [
@@ -82,6 +83,7 @@ def test_motion_restarts_the_measurement() -> None:
     assert texts == ["measuring the body (1 of 4)", "measuring the body (2 of 4)", "measuring the body (1 of 4)"]
 
 
+@pytest.mark.slow
 def test_two_runs_of_one_seed_are_equal(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
     state, _, _ = started
     walking = motion_timeline(simulated_person(SEED), "walking", 0)
@@ -147,7 +149,7 @@ def test_a_missing_viewer_is_not_used(started: tuple[TrackState, list[Outcome], 
     assert hip_error(outcome, t_pose_at(SEED)) < 0.06
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("method", get_args(Method))
 def test_preset_paper_tracks_a_walking_person_and_never_relocalizes(method: Method) -> None:
     anatomy = ANATOMIES[PRESETS["paper"].anatomy]
@@ -177,6 +179,7 @@ def test_a_restart_derives_the_stature_from_the_body(anatomy: Anatomy) -> None:
     assert state.phase.person.stature == pytest.approx(1.62)
 
 
+@pytest.mark.slow
 def test_confidence_is_stated_only_where_the_tracker_looks_for_what_it_rests_on(
     started: tuple[TrackState, list[Outcome], list[str]],
 ) -> None:

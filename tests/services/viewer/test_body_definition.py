@@ -143,6 +143,7 @@ def silhouettes(seed: int, size: tuple[int, int], *, arms_down: bool = False) ->
     return one, two
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", PEOPLE)
 def test_hanging_arms_are_refused(seed: int) -> None:
     with pytest.raises(ValueError, match="no T-pose: an arm reaches"):

@@ -39,6 +39,7 @@ def learnt() -> Segmenting:
     return state
 
 
+@pytest.mark.slow
 def test_the_model_is_written_every_minute_and_at_the_end(tmp_path: Path, learnt: Segmenting) -> None:
     path, now_s = tmp_path / "backgrounds" / "lab-1.npz", 0.0
     keeper = BackgroundKeeper(path, OWNER, kept=False, clock=lambda: now_s)
@@ -74,7 +75,7 @@ def test_the_first_image_that_fits_ends_learning(
     assert [record.getMessage() for record in caplog.records] == [f"background of {tmp_path / 'lab-1.npz'} taken up again"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_model_that_never_fits_is_named_and_the_room_learnt_anew(
     learnt: Segmenting, caplog: pytest.LogCaptureFixture, tmp_path: Path
 ) -> None:

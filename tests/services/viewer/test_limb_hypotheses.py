@@ -46,6 +46,7 @@ def test_the_last_hypothesis_of_the_legs_exchanges_them() -> None:
     np.testing.assert_allclose(combination(leg_hypotheses(last), both), exchange_legs(last)[2:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("viewer", [0, 1])
 @given(ANGLES)
 @settings(deadline=None, max_examples=15)  # the first example compiles

@@ -52,7 +52,6 @@ def test_viewers_learn_the_background_then_measure_the_body_then_track(complete_
     assert all(isinstance(state, Tracking) for state in complete_run.viewers.values())
 
 
-@pytest.mark.slow
 def test_the_background_is_learned_from_the_first_frames_without_messages() -> None:
     run = Run()
     for k, frames in enumerate(film(COUNT)[:EMPTY_FRAMES], start=1):
@@ -61,6 +60,7 @@ def test_the_background_is_learned_from_the_first_frames_without_messages() -> N
     assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
 
 
+@pytest.mark.slow
 def test_sightings_of_an_empty_scene_have_no_person() -> None:
     run = played(EMPTY_FRAMES + 2)
     sightings = [message for message in run.published if isinstance(message, m.Sighting)]
@@ -83,6 +83,7 @@ def test_after_the_initial_posture_every_frame_has_its_universal_bap(complete_ru
         assert np.all((low - 1e-9 <= angles) & (angles <= high + 1e-9))
 
 
+@pytest.mark.nightly
 def test_the_position_is_near_that_of_the_simulated_person(complete_run: Run) -> None:
     subject = person(PERSON)
     script = posture_timeline(subject, POSTURE, SEED)
@@ -127,7 +128,7 @@ def test_a_partial_bap_has_the_frame_and_view_of_its_assignment(complete_run: Ru
             assert latest[message.viewer].view == message.view
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_viewer_with_missing_frames_is_stale_and_the_other_one_continues() -> None:
     gap = range(50, 56)
     run = played(leave_out=dict.fromkeys(gap, "2"))
@@ -198,7 +199,7 @@ def test_a_restarted_viewer_uses_the_published_body() -> None:
     assert tracked(run)[-1].stale == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_restarted_integrator_makes_the_viewers_measure_again() -> None:
     run = played(50)
     last = [message for message in run.published if isinstance(message, m.Assignment)][-1]
@@ -223,7 +224,7 @@ def test_other_events_change_no_state(complete_run: Run) -> None:
             assert messages == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_step_does_not_modify_its_argument() -> None:
     """After a failed step the previous state must be intact."""
     run = played(49)
@@ -248,6 +249,7 @@ def test_the_health_text_asks_to_stretch_hanging_arms() -> None:
     assert not tracked(run)
 
 
+@pytest.mark.slow
 def test_previews_are_sent_only_when_enabled_and_at_most_five_a_second() -> None:
     with_preview = replace(viewer_setup("1"), publish_preview=True)
     sent: dict[bool, list[int]] = {True: [], False: []}
@@ -275,6 +277,7 @@ def test_tracking_starts_with_body_and_pose_in_any_order_or_without_a_pose(compl
         assert isinstance(state, Tracking)
 
 
+@pytest.mark.slow
 def test_a_viewer_with_a_body_measures_again_on_request(complete_run: Run) -> None:
     setup = viewer_setup("1")
     body = next(message for message in complete_run.published if isinstance(message, m.UniversalBdp))
@@ -285,7 +288,7 @@ def test_a_viewer_with_a_body_measures_again_on_request(complete_run: Run) -> No
     assert any(isinstance(message, m.PartialBdp) and message.viewer == "1" for message in published)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_false_assignment_interrupts_tracking_for_one_frame() -> None:
     run = played(50)
     false_assignment = m.Assignment(
@@ -326,7 +329,7 @@ def test_a_viewer_without_assignments_for_seconds_returns_to_measuring() -> None
     assert state.bdp is not None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_person_out_of_view_for_long_is_tracked_again_within_two_frames() -> None:
     run = played(50)
     away_ns = 5_000_000_000

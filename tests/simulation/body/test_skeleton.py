@@ -15,6 +15,7 @@ ANGLE = st.floats(-1.0, 1.0)
 REACH = st.floats(-0.15, 0.15)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 30), st.tuples(REACH, REACH), st.floats(0.0, 0.35), ANGLE, ANGLE, ANGLE)
 def test_bones_are_rotations_of_fixed_length(
@@ -37,6 +38,7 @@ def test_bones_are_rotations_of_fixed_length(
             assert np.linalg.norm(bones.origin[upper] - bones.origin[lower]) == pytest.approx(length)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 30), st.tuples(REACH, REACH), st.floats(0.0, 0.35), st.floats(-0.5, 0.5))
 def test_planted_feet_do_not_move_with_the_pelvis(seed: int, shift: tuple[float, float], drop: float, yaw: float) -> None:

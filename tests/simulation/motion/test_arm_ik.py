@@ -12,6 +12,7 @@ from zenocap.simulation.ground_truth import landmarks
 from zenocap.simulation.motion.arm_ik import ArmGoal, in_chest, reach_goal
 
 
+@pytest.mark.slow
 @given(
     seed=st.integers(0, 30),
     side=st.sampled_from([0, 1]),

@@ -28,6 +28,7 @@ def test_straight_punches_extend_the_arm_forwards(seed: int) -> None:
     assert seen > 0
 
 
+@pytest.mark.slow
 def test_fists_guard_the_face_between_punches() -> None:
     subject = person(4)
     motion, moves = box(subject, DURATION_S, 3), boxing_moves(subject, DURATION_S, 3)

@@ -24,6 +24,7 @@ def test_low_ankle_does_not_slide(seed: int) -> None:
         assert np.linalg.norm(np.diff(ankle, axis=0)[still], axis=1).max() < 0.012
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 9, 22])
 def test_walking_goes_forward_at_a_human_speed(seed: int) -> None:
     subject = person(seed)

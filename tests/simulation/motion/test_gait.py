@@ -46,6 +46,7 @@ def test_running_has_flight_phases_and_bent_knees(seed: int, speed: float) -> No
     assert moved == pytest.approx(speed * STEP_S * (len(frames) - 1), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "speed"), [(0, 0.8), (3, 1.3), (8, 1.7)])
 def test_a_walker_always_has_a_foot_on_the_ground(seed: int, speed: float) -> None:
     frames = bones_of(seed, continuous_walk(person(seed), speed, 1, 7.0), 2.0, 5.0)
@@ -95,6 +96,7 @@ def test_runner_faces_the_path_and_leans_into_the_curve() -> None:
         assert (joints["Neck"] - feet) @ left > 0  # the curve is to the left
 
 
+@pytest.mark.slow
 def test_arms_swing_against_the_legs() -> None:
     subject = person(2)
     for motion in (run(subject, 2.5, 3, 6.0), continuous_walk(subject, 1.3, 3, 6.0)):

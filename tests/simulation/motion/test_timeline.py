@@ -84,6 +84,7 @@ def test_demo_has_all_movements_and_repeats_from_the_initial_posture() -> None:
     assert script.segment_at(script.duration_s + 2.5 * script.period_s) in script.segments
 
 
+@pytest.mark.slow
 def test_the_demo_stays_in_the_action_region() -> None:
     subject = person(22)
     script = demo_timeline(subject, 1)

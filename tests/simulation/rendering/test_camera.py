@@ -72,6 +72,7 @@ def test_the_silhouette_is_the_projection_of_the_surface(camera: Camera) -> None
     assert 0.88 < mask.sum() / oracle.sum() <= 1.0
 
 
+@pytest.mark.nightly
 def test_frames_are_repeatable_and_differ_by_frame_camera_and_seed() -> None:
     subject = person(2)
     one, two = paper_cameras((160, 120))

@@ -19,6 +19,7 @@ def draw(
     return nearness, colour
 
 
+@pytest.mark.slow
 def test_pixel_is_filled_when_its_centre_is_in_the_triangle() -> None:
     rng = np.random.default_rng(1)
     for _ in range(50):

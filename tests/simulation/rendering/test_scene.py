@@ -8,6 +8,7 @@ from tests.support.simulated_cameras import look, paper_cameras
 from zenocap.simulation.rendering.scene import room, view
 
 
+@pytest.mark.slow
 def test_equal_seeds_give_equal_rooms() -> None:
     camera = paper_cameras((160, 120))[0]
     first, again, other = (view(room(camera, seed), camera).bgr for seed in (1, 1, 2))

@@ -46,6 +46,7 @@ def test_tags_are_numbered_from_the_bottom_left_and_corners_from_the_top():
     assert GRID.middle == pytest.approx(GRID.corners.mean(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("distance", [0.5, 0.8, 1.1])
 def test_corners_are_found_where_they_are(turn, distance):
@@ -69,12 +70,14 @@ def test_both_borders_are_recognized():
         assert count > 250
 
 
+@pytest.mark.slow
 def test_tags_that_are_there_twice_are_left_out():
     image = drawn(GRID, 0.8)[0]
     twice = np.concatenate([image, image], axis=1)
     assert AprilGridFinder(GRID).corners(twice) is None
 
 
+@pytest.mark.slow
 def test_a_hand_before_the_board_hides_its_tags_only():
     pose = before(GRID, 0.8, TURNS[1])
     image, true = picture_of(GRID, CAMERA, pose), true_pixels(GRID, CAMERA, pose)
@@ -86,7 +89,7 @@ def test_a_hand_before_the_board_hides_its_tags_only():
     assert pixels == pytest.approx(true[ids], abs=0.7)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("spacing", [0.2, 0.3, 0.5])
 def test_the_spacing_is_measured_and_a_wrong_one_is_refused(spacing):
     shown = replace(GRID, spacing=spacing)
@@ -103,6 +106,7 @@ def test_without_neighbouring_tags_no_spacing_is_measured():
     check_spacing(checked_board("charuco", 5, 7, 30.0), [])
 
 
+@pytest.mark.slow
 def test_a_wrong_spacing_still_finds_the_tags_whose_spacing_is_then_named():
     """Otherwise the answer would be that there is no board."""
     pose = before(replace(GRID, spacing=0.25), 0.7, TURNS[1])
@@ -140,6 +144,7 @@ def test_what_is_wrong_with_the_images_is_named():
     assert "no AprilGrid is seen, but markers: --kind charuco --dictionary 4x4_50" in why_not_found(GRID, drawn(charuco))
 
 
+@pytest.mark.slow
 def test_the_tags_of_a_row_are_counted_from_the_image():
     assert columns_of(AprilGridFinder(GRID).alike(drawn(GRID)[1])) == 6
     assert columns_of({}) is None

@@ -35,6 +35,7 @@ def test_corners_are_found_where_they_are(board, turn):
     assert np.sqrt((errors**2).mean()) < (0.07 if board.kind == "chessboard" else 0.12)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", [(6, 9), (9, 6), (4, 5), (7, 4)])
 @pytest.mark.parametrize("turn", [0.0, 1.5, 3.1, -1.5])
 def test_a_chessboard_has_the_same_numbers_however_it_is_turned(size, turn):
@@ -45,6 +46,7 @@ def test_a_chessboard_has_the_same_numbers_however_it_is_turned(size, turn):
     assert pixels == pytest.approx(true_pixels(board, CAMERA, pose), abs=0.3)
 
 
+@pytest.mark.slow
 def test_a_board_at_the_edge_is_found_in_part_and_a_hidden_one_is_not():
     pose = before(CHARUCO, 0.45, (0.1, 0.2, 0.1), (0.2, 0.0))
     image = picture_of(CHARUCO, CAMERA, pose)

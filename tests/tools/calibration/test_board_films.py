@@ -56,6 +56,7 @@ def test_videos_are_found_in_both_layouts_and_as_files(folder):
     assert found[0][1] == []
 
 
+@pytest.mark.slow
 def test_hidden_files_and_others_beside_the_videos_are_not_cameras(folder):
     for name in ("._cam01.mp4", "notes.txt", ".DS_Store"):
         (folder / "videos" / name).write_bytes(b"\0")
@@ -106,6 +107,7 @@ def test_a_wrong_sync_toml_is_named(folder, text, message):
     assert message in str(error.value)
 
 
+@pytest.mark.slow
 def test_folders_of_images_are_cameras_and_equal_names_are_one_moment(tmp_path, pictures):
     images(tmp_path / "left", pictures[:3], ["a.png", "b.jpg", "d.bmp"])
     images(tmp_path / "right", pictures[:3], ["b.png", "c.PNG", "d.png"])
@@ -121,6 +123,7 @@ def test_folders_of_images_are_cameras_and_equal_names_are_one_moment(tmp_path, 
     assert all((view.velocities == 0).all() for view in left.views)
 
 
+@pytest.mark.slow
 def test_probes_of_stills_are_spread_over_all_images(tmp_path, pictures):
     """Only the last images show the board, whose colours are exchanged."""
     wall = [np.full((240, 320), 150, np.uint8)] * 40
@@ -209,6 +212,7 @@ def test_an_image_that_cannot_be_read_or_has_another_size_is_named(tmp_path, pic
         board_views(BOARD, board_films([tmp_path])[0])
 
 
+@pytest.mark.slow
 def test_a_file_that_is_no_video_is_named(folder):
     (folder / "videos" / "cam02.mp4").write_bytes(b"no video")
     with pytest.raises(UserError, match=r"cam02.mp4"):
@@ -230,7 +234,7 @@ def test_a_camera_without_the_board_is_named_with_the_reason(folder):
         board_views(BOARD, board_films([folder])[0])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_progress_names_the_camera_and_counts(folder):
     calls = []
     board_views(BOARD, board_films([folder])[0], lambda *call: calls.append(call))

@@ -27,7 +27,7 @@ def rendered(pdf: bytes) -> np.ndarray:
     return cv2.resize(drawn, None, fx=1 / FINER, fy=1 / FINER, interpolation=cv2.INTER_AREA)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("kind", "columns", "rows", "square", "dictionary", "paper"),
     [

@@ -109,7 +109,7 @@ def test_a_video_beside_its_corners_is_searched_and_a_note_names_them(films, cor
         board_films([tmp_path / "videos" / "cam01.mp4", tmp_path / "corners" / "cam01.corners"])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
     shown = pictures(BOARD)[:3]
     images(tmp_path / "left", shown, ["a", "b", "d"])
@@ -121,6 +121,7 @@ def test_pictures_of_a_board_at_rest_are_numbered_over_all_cameras(tmp_path):
     assert_same(board_views(BOARD, board_films([there / "left.corners", tmp_path / "right"])[0]), of_pictures)
 
 
+@pytest.mark.slow
 def test_a_board_that_the_probed_images_do_not_show_is_searched_in_all_variants(tmp_path, monkeypatch):
     monkeypatch.setattr("zenocap.tools.calibration.film_search.PROBED_FRAMES", 1)
     images(tmp_path / "left", [np.full((240, 320), 150, np.uint8), *pictures(OLD)[:2]], ["a", "b", "c"])
@@ -131,6 +132,7 @@ def test_a_board_that_the_probed_images_do_not_show_is_searched_in_all_variants(
     assert len(seen.views[0]) == 2
 
 
+@pytest.mark.nightly
 def test_the_corners_of_another_board_are_refused(corners):
     for other, words in (
         (checked_board("charuco", 5, 6, 36.0), "board.square_m = 0.035: allowed: 0.036, as in the options"),
@@ -143,7 +145,7 @@ def test_the_corners_of_another_board_are_refused(corners):
         assert f"cam01.corners: {words}" in str(error.value)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_board_that_other_cameras_see_with_exchanged_colours_is_refused(corners, tmp_path):
     shutil.copy(corners / "corners" / "cam01.corners", tmp_path)
     exchanged = [255 - one for one in pictures(BOARD, z=0.4)]
@@ -272,6 +274,7 @@ def test_damaged_files_are_refused_and_large_ones_are_not_read(corners, content,
         read_corners(tmp_path / "none.corners")
 
 
+@pytest.mark.slow
 def test_any_changed_byte_is_refused_or_gives_valid_views(content, tmp_path):
     """Also behind a right checksum."""
     body, rng, refused = msgspec.msgpack.encode(content), np.random.default_rng(0), 0

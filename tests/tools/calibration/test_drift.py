@@ -91,7 +91,7 @@ def test_another_calibration_is_not_corrected():
         corrected(found, CAMERAS, {name: CAMERAS[name] for name in ("cam01", "cam02", "cam03")})
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_camera_that_cannot_be_compared_is_named_and_is_not_called_unmoved():
     instants = []
     for k in range(60):

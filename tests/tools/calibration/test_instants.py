@@ -47,6 +47,7 @@ def test_cameras_of_different_rates_are_paired_to_the_nearest_frame():
     assert len(times_of(chosen_instants(seen, np.zeros(2)))) == 11
 
 
+@pytest.mark.slow
 def test_a_simulated_board_is_paired_at_the_true_instants():
     """Pairing by the true delays gives views of the same pose of the board."""
     delays = (0.0, 0.27)

@@ -101,7 +101,7 @@ def test_few_views_give_the_smallest_model_and_fewer_than_four_none():
         first_lens(replace(seen, views=seen.views[:3]), BOARD.corners)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_views_from_which_no_lens_follows_are_an_error():
     """Corners at random places of the image."""
     rng = np.random.default_rng(0)

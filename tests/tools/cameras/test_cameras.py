@@ -47,6 +47,7 @@ def test_a_camera_without_a_stable_name_says_so_and_one_without_answer_the_reaso
     assert list(camera_lines([])) == ["no camera: the video devices of this machine give no images"]
 
 
+@pytest.mark.slow
 def test_a_stream_is_tried(server):
     (found,) = tried_streams([server.url], 0.5)
     assert (found.size, found.codec, found.problem) == ((96, 64), "mjpeg", "")
@@ -87,6 +88,7 @@ def test_pictures_are_small_and_have_names_of_their_own(tmp_path):
         written_pictures(tmp_path / "file" / "b", images)
 
 
+@pytest.mark.slow
 def test_the_command_lists_and_writes_pictures(tmp_path, monkeypatch):
     opener = fake_dev(tmp_path, {0: FakeDevice(), 1: FakeDevice()}, {})
     monkeypatch.setattr(listing.found_cameras, "__defaults__", (tmp_path, opener))

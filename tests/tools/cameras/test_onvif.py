@@ -15,11 +15,13 @@ from zenocap.tools.cli.main import app
 STREAMS = {"main": "rtsp://127.0.0.1:1/live?a=1&b=2", "sub": "rtsp://127.0.0.1:1/sub"}
 
 
+@pytest.mark.slow
 def test_a_device_is_found_by_its_answer_with_name_and_the_address_at_its_own_host():
     with SimulatedOnvif(STREAMS) as device:
         assert found_devices(LOOPBACK, 0.6) == [OnvifDevice(device.address, "Hall camera", "X1")]
 
 
+@pytest.mark.slow
 def test_streams_have_profile_encoding_size_and_address():
     with SimulatedOnvif(STREAMS) as device:
         main, sub = streams_of(device.address, None)
@@ -28,6 +30,7 @@ def test_streams_have_profile_encoding_size_and_address():
     assert device.requests == ["GetCapabilities", "GetProfiles", "GetStreamUri", "GetStreamUri"]
 
 
+@pytest.mark.slow
 def test_the_password_is_sent_as_a_digest_with_the_time_of_the_device():
     with SimulatedOnvif(STREAMS, user=("admin", "p&<ß")) as device:
         assert len(streams_of(device.address, User("admin", "p&<ß"))) == 2
@@ -37,6 +40,7 @@ def test_the_password_is_sent_as_a_digest_with_the_time_of_the_device():
             streams_of(device.address, None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("uri", ["file:///etc/passwd", "http://127.0.0.1/x", "rtsp://", "rtsp://host:99999/", "nothing"])
 def test_addresses_that_are_not_of_rtsp_are_left_out(uri):
     with SimulatedOnvif({"main": uri}) as device:
@@ -64,12 +68,14 @@ def test_answers_that_are_none_are_ignored(answer):
     assert list(devices_of(answer, LOOPBACK)) == []
 
 
+@pytest.mark.slow
 def test_an_answer_that_leads_to_another_host_is_ignored():
     match = "<d:ProbeMatch><d:XAddrs>http://10.0.0.9/ ftp://127.0.0.1/ http://[::</d:XAddrs></d:ProbeMatch>"
     with SimulatedOnvif({}, matches=match):
         assert found_devices(LOOPBACK, 0.4) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("replies", "problem"),
     [
@@ -114,6 +120,7 @@ def test_the_command_lists_tries_and_never_prints_the_password():
         assert row["problem"] == "it wants a user: --user NAME"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [

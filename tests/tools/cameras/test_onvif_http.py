@@ -29,6 +29,7 @@ def certified(folder: Path, host: str) -> tuple[ssl.SSLContext, Path]:
     return context, folder / "authority.pem"
 
 
+@pytest.mark.slow
 def test_a_trusted_certificate_is_taken_and_another_one_refused(tmp_path):
     tls, authority = certified(tmp_path, LOOPBACK)
     with SimulatedOnvif(STREAMS, ("admin", ADMIN.password), tls=tls) as device:
@@ -41,6 +42,7 @@ def test_a_trusted_certificate_is_taken_and_another_one_refused(tmp_path):
         assert len(streams_of(device.address, ADMIN, trusted(any_certificate=True))) == 1
 
 
+@pytest.mark.slow
 def test_a_certificate_of_another_host_is_refused(tmp_path):
     tls, authority = certified(tmp_path, "10.0.0.9")
     with (
@@ -50,6 +52,7 @@ def test_a_certificate_of_another_host_is_refused(tmp_path):
         streams_of(device.address, None, trusted(authority))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithms", [("MD5",), ("SHA-256",), ("MD5", "SHA-256"), ("SHA-512-256", "MD5")])
 def test_http_digest_with_the_password_and_not_with_another(algorithms):
     with SimulatedOnvif(STREAMS, ("admin", ADMIN.password), digest=algorithms) as device:
@@ -60,6 +63,7 @@ def test_http_digest_with_the_password_and_not_with_another(algorithms):
             streams_of(device.address, None)
 
 
+@pytest.mark.slow
 def test_a_nonce_that_expires_is_followed():
     class Forgetful(SimulatedOnvif):
         def answer(self, body: bytes) -> str:
@@ -70,6 +74,7 @@ def test_a_nonce_that_expires_is_followed():
         assert len(streams_of(device.address, ADMIN)) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithms", [("SHA-512-256",), ("MD5-sess",)])
 def test_other_authentications_are_named(algorithms):
     class Basic(SimulatedOnvif):
@@ -92,6 +97,7 @@ def test_the_command_takes_the_certificate(tmp_path):
             assert (status, STREAMS["main"] in text) == (0, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [

@@ -54,7 +54,7 @@ def studio(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("command", [*COMMANDS, "calibrate lines", "calibrate check"])
 def test_every_command_has_a_help_text(command: str) -> None:
     status, text, _ = zenocap(*command.split(), "--help")
@@ -62,7 +62,7 @@ def test_every_command_has_a_help_text(command: str) -> None:
     assert len(text.split()) > 30
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_an_example(command: str) -> None:
     assert "Example" in zenocap(command, "--help")[1]
@@ -77,17 +77,20 @@ def test_networked_commands_have_the_options_of_zenoh(command: str) -> None:
     assert ("--mode" in text) == (command != "router")
 
 
+@pytest.mark.slow
 def test_the_help_lists_every_command() -> None:
     text = zenocap("-h")[1]
     for name in COMMANDS:
         assert name in text
 
 
+@pytest.mark.slow
 def test_the_version_is_printed() -> None:
     assert "Show the version and exit." in zenocap("--help")[1]
     assert zenocap("--version")[1].startswith("zenocap 0.")
 
 
+@pytest.mark.slow
 def test_help_imports_no_heavy_modules() -> None:
     code = "import sys, zenocap.tools.cli.main; print(sorted({'numba', 'zenoh', 'scipy', 'mcap'} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -104,6 +107,7 @@ def test_wrong_usage_is_status_2() -> None:
     assert zenocap("fly")[0] == 2
 
 
+@pytest.mark.slow
 def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
     assert status == 4
@@ -120,6 +124,7 @@ def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_p
     assert "no T-pose was measured" in err
 
 
+@pytest.mark.slow
 def test_truncated_take_is_reported(studio: Path, tmp_path: Path) -> None:
     zenocap("track", studio, "-o", tmp_path / "a.mcap")
     data = (tmp_path / "a.mcap").read_bytes()
@@ -159,6 +164,7 @@ BAD = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "words"), BAD, ids=[words[0] for _, words in BAD])
 def test_invalid_rig_is_a_one_line_error(change: Callable[[Path], None], words: tuple[str, ...], studio: Path) -> None:
     change(studio)
@@ -175,6 +181,7 @@ def test_invalid_rig_is_a_one_line_error(change: Callable[[Path], None], words: 
     assert not (studio.parent / "a.mcap").exists()
 
 
+@pytest.mark.slow
 def test_truncated_video_is_tracked_to_its_last_readable_frame(studio: Path, tmp_path: Path) -> None:
     path = studio.parent / "videos" / "cam02.avi"
     write_video(path, 60, codec="MJPG")
@@ -228,6 +235,7 @@ def test_track_to_bvh_equals_track_and_export(tmp_path: Path) -> None:
     assert zenocap("verify", tmp_path / "arms.mcap")[0] == 0
 
 
+@pytest.mark.slow
 def test_without_a_pose_nothing_is_exported(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.bvh")
     assert (status, out) == (4, "12 frames, 0 poses\n")

@@ -57,6 +57,7 @@ def test_equal_seeds_give_equal_bytes_and_info_prints_the_same_summary(walks: li
     assert json.loads(text)["regions"] == 6
 
 
+@pytest.mark.slow
 def test_held_out_files_and_frames_follow_the_options(walks: list[Path], tmp_path: Path) -> None:
     out = tmp_path / "walk.prior"
     status, text, _ = zenocap(
@@ -68,6 +69,7 @@ def test_held_out_files_and_frames_follow_the_options(walks: list[Path], tmp_pat
     assert (training.frames, training.mirrored, training.held) == (100, False, ("walk1",))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -90,6 +92,7 @@ def test_invalid_input_is_a_one_line_error(
     assert not (tmp_path / "x.prior").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["", "9-0", "5", "5-5", "a-b", "-1-4"])
 def test_invalid_frame_range_is_wrong_usage(text: str) -> None:
     status, _, errors = zenocap("prior", "train", "x.bvh", "-o", "x.prior", "--frames", text)
@@ -101,6 +104,7 @@ def test_frame_range_includes_its_last_frame() -> None:
     assert parsed_frames("0-99") == range(100)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["prior train", "prior info"])
 def test_every_command_has_a_help_text(command: str) -> None:
     status, text, _ = zenocap(*command.split(), "--help")

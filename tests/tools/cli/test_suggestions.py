@@ -49,6 +49,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [
@@ -80,6 +81,7 @@ def test_argument_of_the_wrong_type_suggests_the_right_command(
         assert word in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [["plan", "--measure", "--help"], ["track", "folder", "-o", "--help"], ["export", "take.mcap", "--to", "-h", "x"]],

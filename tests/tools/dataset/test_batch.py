@@ -23,6 +23,7 @@ TAKES = posture_takes([7], ("squat", "kick-left"), 1)
 def no_progress(_done: int, _of: int, _words: str) -> None: ...
 
 
+@pytest.mark.slow
 def test_manifest_has_a_row_with_the_posture_for_every_take(tmp_path: Path) -> None:
     generate_takes(tmp_path, "truth", TAKES, 1, no_progress)
     rows = read_manifest(tmp_path / MANIFEST)
@@ -36,6 +37,7 @@ def test_manifest_has_a_row_with_the_posture_for_every_take(tmp_path: Path) -> N
         assert times_s[0] < row.start < row.end == pytest.approx(times_s[-1], abs=2 / 15)
 
 
+@pytest.mark.slow
 def test_manifest_gives_valid_training_examples(tmp_path: Path) -> None:
     generate_takes(tmp_path, "truth", TAKES, 1, no_progress)
     manifest = tmp_path / MANIFEST
@@ -44,6 +46,7 @@ def test_manifest_gives_valid_training_examples(tmp_path: Path) -> None:
     assert all(np.isfinite(example.features).all() for example in examples)
 
 
+@pytest.mark.slow
 def test_take_without_poses_is_reported_and_not_in_the_manifest(tmp_path: Path) -> None:
     def generate_without_poses(_rig: Rig, _method: Method, _script: MotionTimeline, _room: int, take: Path) -> Tracked:
         take.write_bytes(b"")
@@ -58,6 +61,7 @@ def test_take_without_poses_is_reported_and_not_in_the_manifest(tmp_path: Path) 
     assert [row.posture for row in read_manifest(tmp_path / MANIFEST)] == [TAKES[1].posture]
 
 
+@pytest.mark.slow
 def test_existing_takes_are_not_generated_again(tmp_path: Path) -> None:
     existing = take_path(tmp_path, "truth", TAKES[0])
     existing.write_bytes(b"existing take")
@@ -82,6 +86,7 @@ def test_take_path_has_method_person_posture_and_repetition() -> None:
     assert take_path(Path("acted"), "hybrid", PostureTake(3, "squat", 1)) == Path("acted/hybrid-3-squat-1.mcap")
 
 
+@pytest.mark.slow
 def test_processes_in_one_folder_use_different_temporary_files(tmp_path: Path) -> None:
     temporary_paths: list[Path] = []
 

@@ -35,6 +35,7 @@ def test_dataset_rig_has_the_image_size_and_rate_of_the_paper(method: Method, vi
     assert {viewer.camera.size for viewer in dataset_rig(method, (640, 480)).viewers} == {(640, 480)}
 
 
+@pytest.mark.slow
 def test_ground_truth_takes_contain_the_true_angles(tmp_path: Path) -> None:
     one = short_timeline()
     tracked = generate_take(dataset_rig("truth"), "truth", one, TAKE.room, tmp_path / "one.mcap")

@@ -43,12 +43,14 @@ def doctor(*arguments: object) -> tuple[int, dict[str, list[tuple[str, str]]]]:
     return result.exit_code, found
 
 
+@pytest.mark.slow
 def test_unreadable_rig_file_is_reported(tmp_path: Path) -> None:
     status, found = doctor(tmp_path / "none.toml")
     assert status == 1
     assert [verdict for verdict, _ in found["rig file"]] == ["wrong"]
 
 
+@pytest.mark.slow
 def test_unknown_service_is_rejected_with_the_allowed_names(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["doctor", str(demo_with(tmp_path, "")), "--service", "viewer-9"])
     assert result.exit_code == 1

@@ -51,6 +51,7 @@ def never() -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_all_cameras_are_filmed_together_with_their_times(tmp_path):
     two, folder, reports = viewers(tmp_path), tmp_path / "a", []
     prepare(folder, two, force=False)
@@ -79,6 +80,7 @@ def test_all_cameras_are_filmed_together_with_their_times(tmp_path):
     np.testing.assert_allclose(rig.viewers[0].camera.matrix, two[0].camera.matrix, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_it_ends_before_the_disk_is_full_and_says_so(tmp_path):
     free = iter([10**9] * 2)
     filmed, reason = film(
@@ -95,6 +97,7 @@ def viewers_again(folder: Path) -> list[Viewer]:
     return filmed_viewers(load_rig(folder / "rig" / "rig.toml", files=False))
 
 
+@pytest.mark.slow
 def test_the_size_is_estimated_from_what_is_encoded(tmp_path, monkeypatch):
     monkeypatch.setattr(film_module, "ESTIMATE_S", 0.5)
     reports: list[str] = []
@@ -120,6 +123,7 @@ def test_a_film_whose_process_is_killed_lacks_the_last_second_at_most(tmp_path):
     assert 200 - FPS - 5 <= reader.read <= 200
 
 
+@pytest.mark.slow
 def test_a_signal_ends_the_files(tmp_path):
     end_s = time.monotonic() + 0.6
     filmed, reason = film(
@@ -131,6 +135,7 @@ def test_a_signal_ends_the_files(tmp_path):
             assert reader.fps == pytest.approx(FPS, rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_camera_that_does_not_open_is_an_error_and_one_that_is_silent_too(tmp_path, monkeypatch):
     def refuse(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
         if viewer.id == "1":
@@ -155,6 +160,7 @@ def test_a_camera_that_does_not_open_is_an_error_and_one_that_is_silent_too(tmp_
         film(two, tmp_path / "b", 1.0, never, print, silent)
 
 
+@pytest.mark.slow
 def test_frames_that_the_writer_cannot_take_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(camera_module, "QUEUE", 1)
     write = VideoWriter.write
@@ -218,6 +224,7 @@ def test_a_film_before_the_calibration_keeps_one_that_was_made_from_an_earlier_f
     assert (folder / "calibration.toml").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_a_first_image_long_after_the_start_is_named_in_the_report_and_in_the_folder(tmp_path):
     two, folder = viewers(tmp_path), tmp_path / "a"
     late = two[1].camera.name

@@ -46,6 +46,7 @@ def test_the_output_and_the_exit_status_of_a_command_are_its_own(server: ForkSer
     assert started(server, "viewer", "--no-such-option").wait(30.0) == 2
 
 
+@pytest.mark.nightly
 def test_a_service_has_a_session_and_a_command_line_of_its_own_and_stops_on_a_signal(server: ForkServer) -> None:
     router = started(server, *ROUTER)
     assert "listens" in listening(router)
@@ -59,6 +60,7 @@ def test_a_service_has_a_session_and_a_command_line_of_its_own_and_stops_on_a_si
     assert router.wait(10.0) == 0
 
 
+@pytest.mark.slow
 def test_a_killed_service_has_the_status_of_the_signal_and_others_go_on(server: ForkServer) -> None:
     killed, other = started(server, *ROUTER), started(server, *ROUTER)
     for router in (killed, other):
@@ -71,6 +73,7 @@ def test_a_killed_service_has_the_status_of_the_signal_and_others_go_on(server: 
     assert other.wait(10.0) == -signal.SIGKILL
 
 
+@pytest.mark.nightly
 def test_other_programs_are_executed(server: ForkServer) -> None:
     program = server.spawn([sys.executable, "-c", "import sys; sys.exit(7)"])
     assert isinstance(program, subprocess.Popen)

@@ -69,7 +69,7 @@ def test_it_guides_and_then_calibrates_as_from_videos(cameras, monkeypatch):
     mode.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_calibration_in_pieces_is_refused_with_the_name_of_the_missing_camera(cameras, monkeypatch):
     seen = simulated(2, 20.0)
 
@@ -108,6 +108,7 @@ def test_a_calibration_that_fails_says_why_and_the_page_goes_on(cameras, monkeyp
     mode.close()
 
 
+@pytest.mark.slow
 def test_the_reason_why_no_board_is_found_is_told(monkeypatch):
     monkeypatch.setattr(board_mode, "WHY_PERIOD_S", 0.05)
     camera = camera_of(lambda: at_once(lambda k: picture(level=5.0, noise=1.0), 5))

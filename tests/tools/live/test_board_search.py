@@ -25,7 +25,7 @@ def frames(images: list[np.ndarray], first_ns: int = 0) -> list[Frame]:
 EMPTY = np.full((360, 480, 3), 150, dtype=np.uint8)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_one_moment_of_all_cameras_and_the_images_around_it():
     moving = [image(BOARD, 0.02 * k) for k in range(5)]
     burst = searched(BOARD, [frames(moving), frames(moving, 20_000_000), frames([EMPTY] * 5)], [0.066] * 3, 0)
@@ -38,6 +38,7 @@ def test_one_moment_of_all_cameras_and_the_images_around_it():
     assert np.abs(middle.pixels - truth[middle.ids]).max() < 0.6
 
 
+@pytest.mark.slow
 def test_a_camera_that_sees_it_alone_is_searched_in_its_next_images_only():
     burst = searched(BOARD, [frames([image(BOARD)] * 5), frames([EMPTY] * 5)], [0.066] * 2, 0)
     assert len(burst.views[0]) == 3
@@ -50,6 +51,7 @@ def test_images_of_another_time_are_no_moment():
     assert searched(BOARD, [[], []], [0.066] * 2, 0).views == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inverted", [False, True])
 def test_the_variant_is_told_by_a_few_images(inverted):
     shown = Board("charuco", 5, 7, 0.06, 0.045, inverted=inverted)

@@ -8,6 +8,7 @@ from zenocap.common.errors import OpenError
 from zenocap.tools.live import camera as module
 
 
+@pytest.mark.slow
 def test_the_newest_image_and_those_before_it_are_kept():
     camera = camera_of(lambda: at_once(picture, 40))
     camera.start()
@@ -20,6 +21,7 @@ def test_the_newest_image_and_those_before_it_are_kept():
     camera.stop()
 
 
+@pytest.mark.slow
 def test_measures_of_the_images():
     camera = camera_of(lambda: at_once(lambda k: picture(k, noise=4.0), 120))
     camera.start()
@@ -31,6 +33,7 @@ def test_measures_of_the_images():
     camera.stop()
 
 
+@pytest.mark.slow
 def test_measuring_anew_forgets_the_best_focus():
     images = {"blur": False}
     camera = camera_of(lambda: paced(lambda k: np.full((64, 96, 3), 120, np.uint8) if images["blur"] else picture(k)))
@@ -78,6 +81,7 @@ def test_a_bug_of_a_source_is_shown_instead_of_ending_the_page(monkeypatch):
     camera.stop()
 
 
+@pytest.mark.slow
 def test_another_size_begins_anew():
     camera = camera_of(lambda: at_once(lambda k: picture(k, size=(96, 64) if k < 5 else (160, 120)), 8))
     camera.start()

@@ -63,6 +63,7 @@ def update_of(mode) -> dict:
     return msgspec.json.decode(msgspec.json.encode(mode._update()))
 
 
+@pytest.mark.slow
 def test_picks_are_solved_saved_and_the_end_is_offered(page):
     mode, task = page
     mode.tick()
@@ -79,6 +80,7 @@ def test_picks_are_solved_saved_and_the_end_is_offered(page):
     assert mode.finished
 
 
+@pytest.mark.slow
 def test_save_solves_what_was_changed_just_now(page):
     mode, task = page
     mode.tick()
@@ -87,6 +89,7 @@ def test_save_solves_what_was_changed_just_now(page):
     assert len(task.saved) == 1
 
 
+@pytest.mark.slow
 def test_finish_asks_once_where_changes_are_not_saved(page):
     mode, _ = page
     mode.receive(pm.SetPoint("lamp", (0.0, 2.0, 0.0)))
@@ -97,6 +100,7 @@ def test_finish_asks_once_where_changes_are_not_saved(page):
     assert mode.finished
 
 
+@pytest.mark.slow
 def test_a_refused_change_leaves_everything_as_it_was(page):
     mode, _ = page
     mode.tick()
@@ -116,6 +120,7 @@ def test_a_refused_change_leaves_everything_as_it_was(page):
     assert mode._placed is before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", [lambda: Task(editable=False)], indirect=True)
 def test_points_of_a_fixed_task_cannot_be_changed(page):
     mode, _ = page
@@ -125,6 +130,7 @@ def test_points_of_a_fixed_task_cannot_be_changed(page):
     assert list(mode._placed.points) == ["door"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("page", "text"),
     [

@@ -55,6 +55,7 @@ def test_the_sentence_asks_for_points_then_for_their_places_in_pictures(task):
     assert (solution.verdict, list(solution.cameras)) == ("", ["cam01"])
 
 
+@pytest.mark.slow
 def test_a_point_that_contradicts_is_named_and_the_verdict_poor(task):
     picks = pixels_of("cam01")
     picks["shelf"] = (picks["shelf"][0] + 30.0, picks["shelf"][1] + 30.0)

@@ -68,6 +68,7 @@ def test_another_file_is_refused_and_the_old_one_stays(tmp_path: Path) -> None:
     assert model_path().read_bytes() == b"damaged"
 
 
+@pytest.mark.slow
 def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     (tmp_path / "broken.whl").write_bytes(b"no zip")
     for name in ("missing.whl", "missing.tflite", "broken.whl", "model.onnx"):
@@ -77,7 +78,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
         assert error.count("\n") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pip_without_an_index_is_one_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PIP_NO_INDEX", "1")
     monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))

@@ -133,6 +133,7 @@ def test_a_file_that_holds_no_costs_is_refused(tmp_path: Path) -> None:
         read_costs(tmp_path / "costs.json")
 
 
+@pytest.mark.slow
 def test_the_command_prints_services_links_and_disk() -> None:
     result = CliRunner().invoke(app, ["plan", "--cameras", "24", "--fps", "30", "--size", "640x480", "--cores", "4"])
     assert result.exit_code == 0, result.output

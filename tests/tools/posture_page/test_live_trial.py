@@ -104,6 +104,7 @@ def test_the_postures_of_a_rig_are_shown_and_counted(poses: list[Envelope], mode
     assert network.closed.is_set()
 
 
+@pytest.mark.slow
 def test_a_rig_without_poses_is_named(model: PostureModel, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(live_trial, "LIVE_SILENT_S", 0.2)
     trial, updates = trial_on(Network())
@@ -139,7 +140,7 @@ def test_poses_of_another_body_are_named_until_they_fit_again(poses: list[Envelo
     trial.stop()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_unexpected_error_does_not_look_like_recognizing(
     poses: list[Envelope], model: PostureModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -157,6 +158,7 @@ def test_an_unexpected_error_does_not_look_like_recognizing(
     assert network.closed.is_set()
 
 
+@pytest.mark.nightly
 def test_without_a_rig_or_a_model_it_is_refused(take: MotionView, tmp_path: Path) -> None:
     without_rig = Pages(take, tmp_path / "one" / "examples.csv")
     wanted = "there is no rig: allowed after `zenocap posture label TAKE --rig RIG`"

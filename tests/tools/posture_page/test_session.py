@@ -122,6 +122,7 @@ def test_an_existing_manifest_is_taken_up_with_the_rows_of_other_takes(take, man
     assert [(row.source.name, row.posture) for row in read_manifest(manifest)] == [("other.mcap", "bow")]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("command", "words"),
     [

@@ -76,6 +76,7 @@ def test_no_common_joint_or_frame_is_an_error() -> None:
         accuracy(truth, truth, Selection(offset=1000))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SCORER.exists(), reason="the shared scorer is not beside the project")
 def test_figures_agree_with_the_shared_scorer(tmp_path: Path) -> None:
     truth, rng = walking(40), np.random.default_rng(7)

@@ -194,6 +194,7 @@ def test_an_export_evaluated_against_its_take_has_no_error(walk: Path, suffix: s
     assert min(error["correlation"] for name, error in found["angles"].items() if "knee" in name) > 0.999
 
 
+@pytest.mark.slow
 def test_the_table_has_a_row_for_each_angle_and_the_convention(walk: Path) -> None:
     status, text, _ = zenocap("evaluate", walk, "--truth", walk.with_suffix(".bvh"))
     lines = text.splitlines()
@@ -207,6 +208,7 @@ def test_the_table_has_a_row_for_each_angle_and_the_convention(walk: Path) -> No
     assert any(line.startswith("not compared, defined in no common frame: ") for line in lines)
 
 
+@pytest.mark.slow
 def test_two_takes_of_different_bodies_are_compared_as_the_poorer_one(tmp_path: Path) -> None:
     ten, fourteen = (take_of(tmp_path / f"{one.name}.mcap", walking_person(one, 20)) for one in BOTH)
     for take, truth in ((ten, fourteen), (fourteen, ten)):
@@ -218,6 +220,7 @@ def test_two_takes_of_different_bodies_are_compared_as_the_poorer_one(tmp_path: 
         assert found["angles"]["hip_flexion_l"]["rms_deg"] < 3.0
 
 
+@pytest.mark.slow
 def test_a_cut_take_is_reported_on_either_side(walk: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(walk.read_bytes()[:-100])
@@ -229,6 +232,7 @@ def test_a_cut_take_is_reported_on_either_side(walk: Path, tmp_path: Path) -> No
         assert "cut.mcap" in problems
 
 
+@pytest.mark.slow
 def test_joint_centres_of_two_takes_and_of_a_skeleton_are_compared(walk: Path) -> None:
     for suffix in (".trc", ".bvh", ".mcap"):
         options = ["--centres"] if suffix != ".trc" else []
@@ -267,6 +271,7 @@ Frame Time: 0.1
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
@@ -298,6 +303,7 @@ def test_errors_are_one_line(
     assert message in " ".join(text.replace("│", " ").split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "message"),
     [(["--axes", "z-up"], "axes z-up: allowed in mot: y-up, opensim"), (["--units", "mm"], "units mm: allowed in mot: m")],
@@ -309,6 +315,7 @@ def test_a_mot_file_is_in_metres_with_y_up(walk: Path, tmp_path: Path, options: 
     assert not (tmp_path / "a.mot").exists()
 
 
+@pytest.mark.slow
 def test_a_person_lost_in_every_frame_gives_no_mot_file(tmp_path: Path) -> None:
     take = take_of(tmp_path / "a.mcap", walking_person(TEN_PARTS, 4, lost=(0, 1, 2, 3)))
     status, _, text = zenocap("export", take, "-o", tmp_path / "a.mot")
@@ -316,6 +323,7 @@ def test_a_person_lost_in_every_frame_gives_no_mot_file(tmp_path: Path) -> None:
     assert "a.mot: the person is lost in every frame: no row to write" in text
 
 
+@pytest.mark.slow
 def test_rows_left_out_of_a_mot_file_are_reported(walk: Path, tmp_path: Path) -> None:
     status, text, note = zenocap("export", walk, "-o", tmp_path / "a.mot", "--axes", "opensim")
     assert status == 0

@@ -62,7 +62,7 @@ def centres(path: Path, to: Format) -> Floats:
             return np.array([[[float(row[f"{name}.{a}_m"] or "nan") for a in "xyz"] for name in NAMES] for row in rows])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("to", FORMATS)
 def test_every_format_has_the_same_joint_centres_at_the_same_frames(to: Format, take: Path, tmp_path: Path) -> None:
     assert zenocap("export", take, "--to", to, "-o", tmp_path / "a.x")[0] == 0
@@ -76,6 +76,7 @@ def test_every_format_has_the_same_joint_centres_at_the_same_frames(to: Format, 
     np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", FORMATS)
 def test_frame_range_is_exported_at_another_rate(to: Format, take: Path, tmp_path: Path) -> None:
     arguments = ("--from", "0.5s", "--until", "30", "--fps", "20", "--axes", "z-up", "-o", tmp_path / "a.x")
@@ -85,6 +86,7 @@ def test_frame_range_is_exported_at_another_rate(to: Format, take: Path, tmp_pat
     assert len(centres(tmp_path / "a.x", to)) == 11
 
 
+@pytest.mark.slow
 def test_exported_frame_range_keeps_its_frame_numbers(take: Path, tmp_path: Path) -> None:
     export(take, tmp_path / "a.trc", ExportOptions("trc"))
     for to in ("bvh", "c3d"):
@@ -111,6 +113,7 @@ def test_smoothing_is_off_unless_asked_for(to: Format, tmp_path: Path) -> None:
         assert (tmp_path / "api.trc").read_text().replace("api", "smooth") == files[2].read_text()
 
 
+@pytest.mark.slow
 def test_smoothing_comes_before_the_selection_of_frames(tmp_path: Path) -> None:
     path = write_take(tmp_path / "noisy.mcap", messages_of_track(gentle(60)))
     zenocap("export", path, "-o", tmp_path / "a.trc", "--smooth", "4")
@@ -118,6 +121,7 @@ def test_smoothing_comes_before_the_selection_of_frames(tmp_path: Path) -> None:
     np.testing.assert_array_equal(centres(tmp_path / "a.trc", "trc")[20:23], centres(tmp_path / "b.trc", "trc"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "status", "error"),
     [
@@ -134,6 +138,7 @@ def test_a_wrong_frequency_is_one_line(value: str, status: int, error: str, take
     assert not (tmp_path / "a.trc").exists()
 
 
+@pytest.mark.slow
 def test_frames_without_a_pose_are_reported(take: Path, tmp_path: Path) -> None:
     assert "3 frames without pose: blank" in zenocap("export", take, "--to", "csv", "-o", tmp_path / "a.csv")[2]
     assert (
@@ -149,6 +154,7 @@ def test_two_exports_give_equal_bytes(to: Format, take: Path, tmp_path: Path) ->
     assert (tmp_path / "a" / f"x.{to}").read_bytes() == (tmp_path / "b" / f"x.{to}").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments", [("--from", "-1"), ("--from", "2m"), ("--until", "1e3"), ("--fps", "0"), ("--axes", "up")]
 )
@@ -165,6 +171,7 @@ def test_empty_frame_range_is_a_one_line_error(take: Path, tmp_path: Path) -> No
     assert "frames 4 to 43" in err
 
 
+@pytest.mark.slow
 def test_intact_part_of_a_truncated_take_is_exported(take: Path, tmp_path: Path) -> None:
     data = take.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: int(0.75 * len(data))])
@@ -228,6 +235,7 @@ def test_tracked_take_round_trips_through_bvh(method: str, read_bvh: Callable[[P
         assert np.linalg.norm(found - expected.points[known], axis=2).max() < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", ["parquet", "npz", "mot", "c3d"])
 def test_files_say_how_they_were_smoothed(to: Format, take: Path, tmp_path: Path) -> None:
     if to == "parquet":

@@ -49,11 +49,13 @@ def test_vrma_is_glb_with_another_suffix(take: Path, tmp_path: Path) -> None:
     assert {"hips", "leftUpperArm"} < names
 
 
+@pytest.mark.slow
 def test_one_pose_is_a_still(take: Path, tmp_path: Path) -> None:
     assert zenocap("export", take, "-o", tmp_path / "a.glb", "--from", "20", "--until", "20")[0] == 0
     assert times(tmp_path / "a.glb") == [0, 0, 1]
 
 
+@pytest.mark.slow
 @needs_usd
 def test_usd_has_the_same_frames(take: Path, tmp_path: Path) -> None:
     from pxr import Usd
@@ -66,6 +68,7 @@ def test_usd_has_the_same_frames(take: Path, tmp_path: Path) -> None:
     assert (stage.GetTimeCodesPerSecond(), stage.GetEndTimeCode()) == (60, 66)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".glb", pytest.param(".usda", marks=needs_usd), pytest.param(".usdz", marks=needs_usd)])
 def test_a_place_that_cannot_be_written_is_one_line(suffix: str, take: Path) -> None:
     status, _, text = zenocap("export", take, "-o", f"/proc/a{suffix}")
@@ -73,6 +76,7 @@ def test_a_place_that_cannot_be_written_is_one_line(suffix: str, take: Path) -> 
     assert f"/proc/a{suffix}: cannot be written" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [

@@ -228,6 +228,7 @@ def test_host_name_becomes_a_valid_recorder_id(monkeypatch: pytest.MonkeyPatch) 
     assert own_id() == "Ana-s-laptop.local"
 
 
+@pytest.mark.slow
 def test_invalid_arguments_exit_with_an_error_status() -> None:
     for arguments, status in ((["none.toml"], 1), (["studio", "--id", "a b"], 2), (["studio", "--topics", "x"], 1)):
         result = CliRunner().invoke(app, ["record", *arguments])

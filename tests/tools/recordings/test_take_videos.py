@@ -37,6 +37,7 @@ def test_frames_are_those_of_the_time_forwards_backwards_and_far_away(video: Pat
     one.close()
 
 
+@pytest.mark.slow
 def test_there_is_no_frame_outside_of_the_file(video: Path) -> None:
     one = SeekableVideo(video)
     assert one.at(-0.1) is None

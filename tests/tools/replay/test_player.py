@@ -141,6 +141,7 @@ def test_times_and_frames_increase_after_seeking_back(replay: ReplayNetwork, tmp
     assert len(received.of(m.PartialBdp, "1")) == 2  # once more, for late joiners
 
 
+@pytest.mark.slow
 def test_seeking_ahead_skips_messages_and_changes_no_bytes(replay: ReplayNetwork, tmp_path: Path) -> None:
     recorded = sample_messages(800)
     take = written(tmp_path / "long.mcap", recorded, flush_every=100)

@@ -133,6 +133,7 @@ def test_file_that_is_not_a_take_is_rejected(tmp_path: Path, data: bytes) -> Non
         Timeline([tmp_path / "none.mcap"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100))
 def test_messages_read_from_a_damaged_take_were_recorded(take: Path, seed: int) -> None:
     """Some bytes are changed: reading ends in order, and gives only messages that pass the checks."""
@@ -155,6 +156,7 @@ def test_messages_read_from_a_damaged_take_were_recorded(take: Path, seed: int) 
         assert len(data) < 200 or data[:8] != b"\x89MCAP0\r\n"
 
 
+@pytest.mark.slow
 def test_state_of_a_long_take_is_found_without_reading_all_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = written(tmp_path / "a.mcap", sample_messages(400), flush_every=10)
     timeline = Timeline([path])

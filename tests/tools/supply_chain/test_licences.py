@@ -27,6 +27,7 @@ def test_every_package_of_the_base_install_has_an_allowed_licence() -> None:
     assert licences(()) == {}
 
 
+@pytest.mark.slow
 @needs_all
 def test_every_package_of_all_extras_has_an_allowed_licence() -> None:
     assert licences(("all",)) == {}
@@ -36,6 +37,7 @@ def test_every_package_of_all_extras_has_an_allowed_licence() -> None:
 GPL_INSIDE = {"av": {"libx264", "libx265"}}
 
 
+@pytest.mark.slow
 @needs_all
 def test_the_wheels_with_libraries_under_the_gpl_are_known() -> None:
     found: dict[str, set[str]] = {}
@@ -91,7 +93,7 @@ def test_the_bill_of_materials_is_cyclonedx() -> None:
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @needs_base
 def test_equal_installations_give_equal_files(tmp_path: Path) -> None:
     for name in ("a", "b"):

@@ -12,6 +12,7 @@ from zenocap.tools.verdict.evidence import evidence_of
 TAKE = Path("a.mcap")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late_s", [0.012, 0.04, 0.2, -0.5])
 def test_the_camera_with_the_older_images_has_the_delay(late_s: float) -> None:
     found = delays_of(evidence_of(messages({"cam01": 0.0, "cam02": -late_s})), TAKE)
@@ -23,6 +24,7 @@ def test_the_camera_with_the_older_images_has_the_delay(late_s: float) -> None:
     assert any(line.startswith(f"{late}: ") and "ms late" in line for line in lines_of(found))
 
 
+@pytest.mark.slow
 def test_cameras_that_see_no_movement_are_not_certain() -> None:
     found = delays_of(evidence_of(messages({"cam01": 0.0, "cam02": 0.2}, still=True)), TAKE)
     assert found.uncertain

@@ -41,6 +41,7 @@ def collector():
     server.server_close()
 
 
+@pytest.mark.slow
 def test_a_collector_receives_the_spans_of_an_instant(collector):
     url, requests = collector
     exporter = WayExporter(url)

@@ -74,6 +74,7 @@ def figure(name: str, every: list[m.Message]) -> float:
     return float(np.mean([one.values[FEATURES.index(name)] for one in stretches_of(evidence_of(every))]))
 
 
+@pytest.mark.slow
 def test_a_body_that_covers_its_silhouettes_is_good() -> None:
     found = verdict_of(evidence_of(messages()))
     assert (found.rating, found.evidence, found.reasons) == ("good", "one-pass", [])
@@ -81,6 +82,7 @@ def test_a_body_that_covers_its_silhouettes_is_good() -> None:
     assert [one.rating for one in found.stretches] == ["good"] * 3
 
 
+@pytest.mark.slow
 def test_equal_messages_give_equal_bytes() -> None:
     every = messages()
     assert codec.encode(verdict_of(evidence_of(every))) == codec.encode(verdict_of(evidence_of(every)))
@@ -98,6 +100,7 @@ def test_swapped_cameras_and_missing_legs_lower_the_overlap_and_are_not_good(cha
     assert found.error > verdict_of(evidence_of(messages())).error
 
 
+@pytest.mark.slow
 def test_silhouettes_of_another_time_are_apart() -> None:
     every = messages()
     late = [replace_time(one) if isinstance(one, m.Silhouette) and one.viewer == "cam02" else one for one in every]
@@ -113,17 +116,20 @@ def replace_time(one: m.Silhouette) -> m.Silhouette:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_poses_alone_are_never_good() -> None:
     found = verdict_of(evidence_of(messages(silhouettes=False)))
     assert (found.rating, found.evidence) == ("doubtful", "poses-only")
     assert found.reasons[0].kind == "no-silhouettes"
 
 
+@pytest.mark.slow
 def test_a_take_without_poses_is_unusable() -> None:
     found = verdict_of(evidence_of([one for one in messages() if not isinstance(one, m.TrackerPose | m.TrackerBdp)]))
     assert (found.rating, found.evidence, [one.kind for one in found.reasons]) == ("unusable", "none", ["no-pose"])
 
 
+@pytest.mark.slow
 def test_frames_with_a_person_but_without_pose_count_as_lost() -> None:
     every = [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame >= 30)]
     found = verdict_of(evidence_of(every))
@@ -139,12 +145,14 @@ def without_poses(frames: set[int]) -> list[m.Message]:
     return [one for one in messages() if not (isinstance(one, m.TrackerPose) and one.frame in frames)]
 
 
+@pytest.mark.slow
 def test_a_pose_between_two_others_may_be_missing() -> None:
     """At a variable frame rate single frames are missing: the poses are interpolated there."""
     found = verdict_of(evidence_of(without_poses({22, 25, 31, 40, 50, 52, 60})))
     assert (found.rating, [one.lost for one in found.stretches]) == ("good", [0.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_poses_that_are_missing_one_after_the_other_are_lost() -> None:
     """Also where every silhouette that is sampled has a pose."""
     missing = {k for k in range(15, 75) if k % 6 in (2, 3, 4)}
@@ -190,6 +198,7 @@ def test_a_clock_that_was_set_by_decades_takes_neither_minutes_nor_the_memory(si
     assert poses == FRAMES + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{"size": (0, 0)}, {"matrix": [0.0] * 9}, {"rotation": [1e9] * 9}])
 def test_a_camera_that_cannot_be_one_is_ignored(change: dict[str, object]) -> None:
     """As of a program that is not of the rig, on an open network; `zenocap info` ended with a traceback."""

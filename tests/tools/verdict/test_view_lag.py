@@ -69,13 +69,14 @@ def test_the_reason_names_the_view_the_lag_and_the_command() -> None:
     assert verdict.reasons[0] == apart[0]
 
 
+@pytest.mark.slow
 def test_a_take_without_poses_names_the_view_too() -> None:
     verdict = verdict_of(evidence_of(messages({"cam01": 0.0, "cam02": -0.5}, posed=False)))
     assert [reason.kind for reason in verdict.reasons] == ["views-apart", "no-pose"]
     assert "camera cam02 is about 0.50 s earlier than camera cam01" in verdict.reasons[0].text
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("options", [{}, {"still": True}])
 def test_views_in_step_and_a_still_body_have_no_lag(options: dict[str, bool]) -> None:
     evidence = evidence_of(messages({"cam01": 0.0, "cam02": 0.0}, **options))

@@ -139,6 +139,7 @@ def test_without_the_last_input_trace_the_end_is_not_checked(arms: Path, tmp_pat
     assert found.different.total() == found.unlogged.total() == 0
 
 
+@pytest.mark.nightly
 def test_a_service_without_input_trace_is_named(arms: Path, tmp_path: Path) -> None:
     def change(received: Envelope) -> Envelope | None:
         return None if isinstance(received.message, m.Handled) and received.message.service == "viewer" else received

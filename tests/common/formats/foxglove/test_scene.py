@@ -39,7 +39,6 @@ def ends(cylinder: Message, count: int) -> Floats:
     return points @ turn(cylinder.pose.orientation).T + xyz(cylinder.pose.position)
 
 
-@pytest.mark.slow
 @given(ANGLES)
 def test_cylinders_equal_their_parts(angles: Floats) -> None:
     (person,) = scene(angles, []).entities
@@ -128,6 +127,7 @@ def test_half_turns_have_quaternions() -> None:
     np.testing.assert_allclose(matrix_to_quaternion(halves), np.eye(4), atol=1e-15)
 
 
+@pytest.mark.slow
 @given(ANGLES, POSITIONS)
 def test_composed_transforms_equal_the_kinematics(angles: Floats, position: Floats) -> None:
     part_to_world = part_frames(TEN_PARTS, BDP, Pose(position, angles))

@@ -149,6 +149,7 @@ def test_a_client_gets_the_body_of_the_kinematics(output: FoxgloveOutput, panel:
     assert panel.last("foxglove/studio/pose")["tracked"] is True
 
 
+@pytest.mark.slow
 def test_a_late_client_gets_the_messages_that_are_published_once(output: FoxgloveOutput, panel: Panel) -> None:
     output.receive(in_envelope(CAMERA, received_ns=START_NS))
     output.receive(BODY)

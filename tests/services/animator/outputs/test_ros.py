@@ -46,6 +46,7 @@ def world_frames(transforms: Sequence[object]) -> dict[str, tuple[Floats, Floats
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 @given(shares=SHARES, place=PLACES)
 @settings(max_examples=20, deadline=None)
@@ -56,6 +57,7 @@ def test_messages_are_byte_for_byte_those_of_rosbags(name: str, shares: Floats, 
         assert bytes(STORE.serialize_cdr(STORE.deserialize_cdr(data, kind), kind)) == data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 @given(shares=SHARES, place=PLACES)
 @settings(max_examples=20, deadline=None)
@@ -133,6 +135,7 @@ def sends(actor: Actor) -> Callable[[object], bool]:
     return lambda message: any((t.header.stamp.sec, t.header.stamp.nanosec) == stamp for t in message.transforms)
 
 
+@pytest.mark.slow
 def test_a_subscriber_receives_transforms_and_markers_and_finds_the_node(
     network: tuple[str, RosListener], clock: ManualClock
 ) -> None:
@@ -189,6 +192,7 @@ def test_stamps_are_capture_times_and_the_present_for_a_replay(
     output.close()
 
 
+@pytest.mark.slow
 def test_humble_receives_on_keys_without_type_hashes(network: tuple[str, RosListener], clock: ManualClock) -> None:
     endpoint, _ = network
     domain = DOMAIN + 1

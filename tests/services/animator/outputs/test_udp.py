@@ -37,6 +37,7 @@ def test_a_receiver_gets_one_line_per_pose() -> None:
         output.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 @given(shares=SHARES, position=PLACES)
 @settings(deadline=None, max_examples=30)

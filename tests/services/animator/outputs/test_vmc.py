@@ -97,6 +97,7 @@ def sent(actor: Actor, to: Marionette) -> None:
     to.listen()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 @given(shares=SHARES, position=PLACES)
 @settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])

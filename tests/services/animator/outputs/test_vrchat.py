@@ -50,6 +50,7 @@ def turned(receiver: Marionette, tracker: int | str) -> Rotation:
     return Rotation.from_euler("zxy", [z, x, y], degrees=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 @given(shares=SHARES, position=PLACES)
 @settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -98,6 +98,7 @@ def test_what_is_no_take_is_one_line_and_leaves_nothing(
         assert (found, files_in(folder)) == ([], [])
 
 
+@pytest.mark.slow
 def test_sizes(take: bytes, tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "DROPPED_PAUSE_S", 0.3)
     with stand_in(tmp_path) as animator:

@@ -178,6 +178,7 @@ def test_a_page_that_never_reads_skips_frames_and_costs_no_memory(tmp_path: Path
     assert 0 < waiting < 20  # updates, one of each key
 
 
+@pytest.mark.slow
 def test_a_page_that_is_behind_gets_the_latest_pose_next(tmp_path: Path) -> None:
     async def acknowledge_late(connection: ClientConnection) -> list[int]:
         await updates_until(connection, "hello")
@@ -198,6 +199,7 @@ def test_a_page_that_is_behind_gets_the_latest_pose_next(tmp_path: Path) -> None
     assert len(frames) <= MAX_UNACKNOWLEDGED + 1
 
 
+@pytest.mark.slow
 def test_pages_beyond_the_maximum_are_refused(tmp_path: Path) -> None:
     async def many(connection: ClientConnection) -> int:
         others = [await connect(socket_of(animator.address), compression=None) for _ in range(MAX_PAGES)]

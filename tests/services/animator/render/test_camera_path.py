@@ -41,7 +41,6 @@ def test_all_points_are_in_the_picture_and_the_camera_is_upright(view: str, poin
     assert abs(camera.rotation[0, 1]) < 1e-12  # and the horizon is level
 
 
-@pytest.mark.slow
 @given(points=POINTS, size=SIZES, turn=st.floats(0, 7))
 @settings(deadline=None, max_examples=40)
 def test_a_turning_camera_keeps_all_points_in_the_picture(points: Floats, size: tuple[int, int], turn: float) -> None:

@@ -59,12 +59,14 @@ def test_a_film_has_one_picture_per_instant(name: str, codec: Codec | None, take
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
+@pytest.mark.slow
 def test_a_film_of_a_time_range_at_another_frame_rate(take: Path, tmp_path: Path) -> None:
     wishes = RenderOptions(Bound(0.1, True), Bound(9), fps=60.0, size=SMALL, shot=Shot("front", True, 1.0))
     assert render(take, tmp_path / "a.mp4", wishes).pictures == 13  # 0.1 s to 0.3 s
     assert len(frames_of(tmp_path / "a.mp4")[0]) == 13
 
 
+@pytest.mark.slow
 def test_a_picture_shows_the_first_pose_or_several(take: Path, tmp_path: Path) -> None:
     one = RenderOptions(size=SMALL, shot=Shot("front"))
     render(take, tmp_path / "one.png", one)
@@ -105,6 +107,7 @@ def test_errors_name_the_option_and_what_is_allowed(take: Path, tmp_path: Path) 
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.slow
 def test_an_interrupted_film_leaves_the_previous_file(take: Path, tmp_path: Path) -> None:
     output = tmp_path / "a.mp4"
     output.write_bytes(b"before")
@@ -140,6 +143,7 @@ def test_the_render_command_refuses_invalid_values(take: Path, tmp_path: Path) -
     assert (status, err) == (1, f"error: {take} is a take; zenocap show {take} shows it\n")
 
 
+@pytest.mark.slow
 def test_a_truncated_take_is_rendered_as_far_as_it_can_be_read(take: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(take.read_bytes()[:-40])

@@ -38,6 +38,7 @@ def test_the_fit_is_the_likelihood_of_the_examples() -> None:
     assert hmm.fit == pytest.approx(total, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_more_trials_never_lower_the_fit_and_equal_seeds_give_equal_bytes() -> None:
     fits = [train_hmm(ascending_sequences(), 6, 3, "ergodic", count, 7).fit for count in (1, 3, 6)]
     assert fits == sorted(fits)

@@ -39,6 +39,7 @@ def test_counts_follow_from_the_answers() -> None:
     assert OUTCOME.confusions == [("a", "b", 2), ("c", "a", 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_every_example_is_tested_once_and_recognized(protocol: Protocol) -> None:
     outcome = cross_validate(examples(), FAST, protocol)
@@ -47,6 +48,7 @@ def test_every_example_is_tested_once_and_recognized(protocol: Protocol) -> None
     assert all(answer.margin > 0 for answer in outcome.answers)
 
 
+@pytest.mark.slow
 def test_no_person_is_tested_with_a_model_trained_on_them() -> None:
     """One person's waves equal all others' kicks: recognized by the paper's protocol, not by leave-subjects-out."""
     own = [replace(e, label={"wave": "kick", "kick": "wave"}.get(e.label, e.label)) for e in examples((9,), 6)]
@@ -81,6 +83,7 @@ def test_single_repetitions_are_split_by_person() -> None:
     assert outcome.total == 9
 
 
+@pytest.mark.slow
 def test_a_posture_of_only_one_person_is_a_class_but_is_not_tested() -> None:
     alone = Example("stretch", "1", "1", 15.0, movement("stretch", 1, 1))
     for protocol in PROTOCOLS:

@@ -62,7 +62,7 @@ def test_examples_with_another_number_of_features_are_refused() -> None:
         prepare([*examples(), example_with(features=np.zeros((9, 3)))], TrainingSettings())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_labels_may_be_any_text_and_are_limited_in_number() -> None:
     assert prepare([example_with(label="右手を上げる 🙋")], TrainingSettings()).labels == ("右手を上げる 🙋",)
     with pytest.raises(UserError, match="257 different postures: allowed: 256 at most"):

@@ -36,6 +36,7 @@ def test_examples_get_the_votes_of_their_own_posture() -> None:
     assert (votes.sum(axis=1) == 30).all()
 
 
+@pytest.mark.slow
 def test_a_posture_without_examples_gets_no_votes() -> None:
     ready = prepare(examples(), FAST_FOREST)
     values = descriptions_of(ready, RATE, 0)
@@ -113,6 +114,7 @@ def test_background_is_rejected_although_its_movement_resembles_a_posture() -> N
     assert np.mean(known) > 0.85
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_windows_of_background_are_all_tried(count: int) -> None:
     ready = prepare(examples(), FAST_FOREST)

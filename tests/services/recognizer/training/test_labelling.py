@@ -83,6 +83,7 @@ def test_frames_without_a_person_give_no_candidates() -> None:
     assert candidates_of(np.arange(90) / RATE, np.full((90, len(NAMES)), np.nan), RATE) == []
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10_000), gaps=st.integers(0, 4))
 @settings(deadline=None, max_examples=60)
 def test_candidates_are_ordered_disjoint_and_within_the_motion(seed: int, gaps: int) -> None:

@@ -22,6 +22,7 @@ def test_equal_examples_settings_and_seed_give_equal_bytes() -> None:
     assert one != packed(PATH, train(examples(), replace(FAST, seed=1)))
 
 
+@pytest.mark.slow
 def test_figures_have_the_counts_of_training_and_of_held_out_recognition() -> None:
     model = train(examples(), FAST)
     assert model.training.people == ("1", "2", "3")
@@ -33,6 +34,7 @@ def test_figures_have_the_counts_of_training_and_of_held_out_recognition() -> No
         assert figures.strangers >= figures.refused
 
 
+@pytest.mark.slow
 def test_an_untrained_movement_is_rejected() -> None:
     model = train(examples(range(1, 7)), replace(FAST, folds=3))
     known = [classify(model, movement(label, person, 0)).accepted for label in LABELS for person in range(50, 60)]
@@ -49,11 +51,13 @@ def test_one_example_per_posture_gives_a_model_without_thresholds() -> None:
     assert (model.labels[found.best], found.accepted) == ("kick", True)
 
 
+@pytest.mark.slow
 def test_repetitions_are_held_out_with_only_one_person() -> None:
     model = train(examples((1,), 3), FAST)
     assert [figures.held for figures in model.training.figures] == [3, 3, 3]
 
 
+@pytest.mark.slow
 def test_a_posture_of_only_one_person_has_a_threshold() -> None:
     model = train([*examples(), Example("stretch", "1", "1", 15.0, movement("stretch", 1, 1))], FAST)
     assert model.training.figures[-1].held == 0
@@ -76,6 +80,7 @@ def test_every_training_setting_gives_a_model_that_separates_the_postures(change
         assert model.labels[classify(model, movement(label, 40, 0, rate=rate)).best] == label
 
 
+@pytest.mark.slow
 def test_progress_is_reported_from_zero_to_the_total() -> None:
     reports: list[tuple[int, int]] = []
     train(examples(), FAST, lambda done, of, words: reports.append((done, of)))

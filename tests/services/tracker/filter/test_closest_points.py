@@ -71,6 +71,7 @@ def test_a_scene_without_points_has_no_distance() -> None:
     assert modulated_misfit(MODEL, np.empty((11, 0), np.float32), no_distance_field(), LIMIT, True, pose) == 0.0
 
 
+@pytest.mark.slow
 def test_the_printed_distance_grows_with_the_displacement() -> None:
     pose = upright(TEN_PARTS, 1, spread=0.2)
     rays = tangent_rays(MODEL, pose, 200, 1)

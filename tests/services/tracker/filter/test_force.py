@@ -121,6 +121,7 @@ def test_bounds_exceed_the_curvature(anatomy: Anatomy, seed: int) -> None:
     assert np.linalg.eigvalsh(np.diag(bounds) - matrix).min() > -1e-6 * bounds.max()
 
 
+@pytest.mark.slow
 def test_force_points_from_model_to_scene() -> None:
     """And moments turn the body towards the scene."""
     pose = upright(seed=4, spread=0.1)
@@ -168,7 +169,7 @@ def test_printed_force_reduces_the_misfit(seed: int) -> None:
     assert error(found) < 0.5 * error(start)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=5)
 @given(seeds, st.sampled_from(["force", "force-printed"]))
 def test_forces_stay_within_the_limits(seed: int, kind: Refinement) -> None:

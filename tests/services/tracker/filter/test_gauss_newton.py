@@ -80,7 +80,7 @@ def test_one_iteration_is_the_least_squares_step(seed: int) -> None:
     assert found.values == pytest.approx(expected.values, abs=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("anatomy", [TEN_PARTS, FOURTEEN_PARTS], ids=lambda anatomy: anatomy.name)
 @pytest.mark.parametrize("seed", range(4))
 def test_perturbed_pose_is_recovered(anatomy: Anatomy, seed: int) -> None:
@@ -97,7 +97,7 @@ def test_perturbed_pose_is_recovered(anatomy: Anatomy, seed: int) -> None:
     assert away.max() < 0.004  # rays at a joint may be assigned to its other part
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=10)
 @given(st.integers(0, 10_000))
 def test_true_pose_is_a_fixed_point(seed: int) -> None:
@@ -113,6 +113,7 @@ def test_pose_without_scene_moves_to_its_target() -> None:
     assert positions_of(MODEL, found) == pytest.approx(positions_of(MODEL, target), abs=1e-4)
 
 
+@pytest.mark.slow
 def test_high_precision_keeps_the_target() -> None:
     start = upright(seed=1)
     rays = tangent_rays(MODEL, moved(start, np.random.default_rng(1), 0.03, 0.1), 200, 1)
@@ -120,6 +121,7 @@ def test_high_precision_keeps_the_target() -> None:
     assert positions_of(MODEL, found) == pytest.approx(positions_of(MODEL, start), abs=1e-4)
 
 
+@pytest.mark.slow
 def test_misfit_of_a_pose_is_that_of_its_distances() -> None:
     """[Hybrid Eq. 30]"""
     pose = upright(seed=3)

@@ -49,6 +49,7 @@ def searched(true: RootedPose, tracked: RootedPose, *, misfits: bool = False, su
     return before, after
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
 def test_four_limbs_with_placements_within_reach(anatomy: Anatomy) -> None:
     limbs, turned = limbs_of(anatomy), np.empty((3, 3))
@@ -79,14 +80,14 @@ def test_a_lost_arm_is_found_and_replaces_the_worst_particle() -> None:
     assert after.values[4, arm] == pytest.approx(raised().values[arm], abs=0.35)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("misfits", "support"), [(True, 0.9), (False, 9.0)], ids=["lost body", "little of the scene"])
 def test_no_limb_is_searched_while_the_body_does_not_fit(misfits: bool, support: float) -> None:
     before, after = searched(raised(), lost(), misfits=misfits, support=support)
     assert np.array_equal(after.values, before.values)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_nothing_is_searched_while_every_limb_is_supported() -> None:
     before, after = searched(raised(), raised())
     assert np.array_equal(after.values, before.values)

@@ -108,6 +108,7 @@ def test_selection_counts_follow_the_weights(seed: int, n: int) -> None:
     assert np.all(np.diff(draws.chosen[1:]) >= 0)
 
 
+@pytest.mark.slow
 @given(seeds, st.integers(1, 60), st.integers(1, 60))
 def test_a_resized_cloud_has_each_particle_in_proportion_to_its_weight(seed: int, n: int, resized: int) -> None:
     """The heaviest one is first, whatever the number."""

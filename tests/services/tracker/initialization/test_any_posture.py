@@ -98,6 +98,7 @@ def test_person_who_leaves_before_the_start_starts_the_time_again() -> None:
     assert describe(state).startswith("no T-pose")
 
 
+@pytest.mark.nightly
 def test_average_body_is_kept_while_the_person_is_away(standing: tuple[TrackState, list[Outcome]]) -> None:
     state, outcomes = standing
     config = setup(CAMERAS)
@@ -116,7 +117,7 @@ def box(camera: Camera, width: float, height: float, depth: float) -> Mask:
     return cv2.fillConvexPoly(mask, cv2.convexHull(np.rint(camera.project(corners)).astype(np.int32)), 1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", [(0.5, 1.2, 0.5), (0.9, 2.0, 0.05), (0.6, 1.7, 0.6)], ids=["box", "door", "wardrobe"])
 @pytest.mark.parametrize("views", [2, 4])
 def test_furniture_never_starts(size: tuple[float, float, float], views: int) -> None:
@@ -138,6 +139,7 @@ def test_empty_room_never_starts() -> None:
     assert describe(state) == "waiting for a person"
 
 
+@pytest.mark.slow
 def test_clock_that_is_set_back_starts_the_time_again() -> None:
     config = setup(CAMERAS)
     state = initial_state(config)

@@ -101,6 +101,7 @@ def test_sizes_converge_to_the_persons() -> None:
     assert after < 0.6 * before
 
 
+@pytest.mark.slow
 def test_body_is_unchanged_without_new_information() -> None:
     shape = initial_shape(AVERAGE, np.zeros(COUNT))
     assert improved_body(ANATOMY, shape) is None

@@ -70,7 +70,7 @@ def test_standing_person_is_found_in_any_heading(yaw: float) -> None:
     assert found.rotation[:, 2] @ forward(yaw) > 0.9
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["walking", "running", "boxing"])
 def test_moving_person_is_found(name: str) -> None:
     script = motion_timeline(simulated_person(SEED), name, 0)
@@ -84,10 +84,12 @@ def test_moving_person_is_found(name: str) -> None:
         assert support_fraction(model(), rays, found) > 0.5
 
 
+@pytest.mark.nightly
 def test_empty_scene_gives_no_pose() -> None:
     assert find(*shown(None)) is None
 
 
+@pytest.mark.slow
 def test_preferred_heading_wins_unless_it_fits_worse() -> None:
     pose = place(neutral(simulated_person(SEED)), Placement(0.0, 0.0, 0.3))
     rays, field = shown(pose)
@@ -123,6 +125,7 @@ def test_search_postures_differ_for_every_anatomy(anatomy: Anatomy) -> None:
     assert len({posture.values.tobytes() for posture in postures}) == 5
 
 
+@pytest.mark.slow
 def test_common_posture_replaces_a_pose_that_fits_worse_and_keeps_one_that_fits() -> None:
     standing = place(neutral(simulated_person(SEED)), Placement(0.1, 0.2, 0.4))
     rays, field = shown(standing)

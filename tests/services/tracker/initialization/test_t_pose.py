@@ -37,7 +37,7 @@ def test_t_pose_is_detected_in_any_heading(seed: int, yaw: float) -> None:
     assert found.stature == pytest.approx(simulated_person(seed).height, rel=0.08)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("pose", "words"),
     [
@@ -51,6 +51,7 @@ def test_text_names_what_is_missing(pose: PersonPose | None, words: str) -> None
     assert found.startswith(words)
 
 
+@pytest.mark.nightly
 def test_small_object_is_not_a_person() -> None:
     rays = rays_of(1, neutral(simulated_person(1)))
     rays[:3] *= 0.3
@@ -72,7 +73,7 @@ def cluttered(masks: dict[str, Mask]) -> list[Mask]:
     return spoilt
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [1, 2, 5])
 def test_t_pose_is_measured_among_clutter(seed: int) -> None:
     cameras = ring(4)

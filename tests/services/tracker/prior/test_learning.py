@@ -25,6 +25,7 @@ def test_training_recovers_known_regions_subspaces_and_transitions() -> None:
         assert np.all(shared > 0.98)
 
 
+@pytest.mark.slow
 def test_more_regions_reconstruct_training_motion_better() -> None:
     """The paper's Fig. 4."""
     sequences = [gait(300, seed) for seed in range(3)]

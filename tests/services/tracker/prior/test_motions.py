@@ -77,6 +77,7 @@ def trc(folder: Path, anatomy: Anatomy = TEN_PARTS, count: int = 90) -> tuple[Pa
     return folder / "raise.trc", motion_of("raise", 60.0, anatomy, poses).coordinates
 
 
+@pytest.mark.slow
 def test_trc_round_trip_keeps_the_motion_or_a_range(tmp_path: Path) -> None:
     path, expected = trc(tmp_path)
     motion = read_motion(path, TEN_PARTS)
@@ -108,7 +109,7 @@ def test_error_names_the_invalid_motion_file(tmp_path: Path) -> None:
         read_motion(tmp_path / "b.trc", TEN_PARTS)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
@@ -122,6 +123,7 @@ def test_motion_capture_has_no_jumps_and_no_rest_pose(name: str, anatomy: Anatom
     assert np.abs(np.diff(motion.coordinates[first:], axis=0)).max() * motion.rate < FASTEST
 
 
+@pytest.mark.slow
 @pytest.mark.clips
 @pytest.mark.skipif(not (MOTIONS.exists() and CLIP.exists()), reason="the shared clips are not beside the project")
 def test_walk_has_plausible_angles_from_bvh_and_ground_truth() -> None:
@@ -136,6 +138,7 @@ def test_walk_has_plausible_angles_from_bvh_and_ground_truth() -> None:
     assert np.corrcoef(ours.coordinates[:, at], theirs.coordinates[:, at])[0, 1] > 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", BOTH, ids=lambda a: a.name)
 def test_take_has_its_motion_in_either_anatomy(anatomy: Anatomy) -> None:
     motion = read_motion(GOLDEN, anatomy)

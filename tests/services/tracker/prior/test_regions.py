@@ -12,6 +12,7 @@ from zenocap.services.tracker.prior.regions import distances_to, fit_regions, lo
 from zenocap.services.tracker.prior.sampling import VARIANCE_FLOOR
 
 
+@pytest.mark.slow
 def test_regions_subspace_is_where_its_poses_vary_most() -> None:
     prior = known_prior(regions=1)
     poses, labels = drawn(prior, 3000, np.random.default_rng(0))

@@ -71,6 +71,7 @@ def test_assignment_and_distance_are_those_of_the_arrays(seed: int, spread: floa
     assert prior_distance(PRIOR.compiled, pose) == pytest.approx(model.reconstruction_error(PRIOR, pose[None]), rel=1e-6)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([0.02, 0.3, 2.0]))
 def test_density_is_the_mixture_of_gaussians(seed: int, spread: float) -> None:
     rng = np.random.default_rng(seed)

@@ -12,6 +12,7 @@ SHORT = Plan(candidates=(3, 6, 12))
 MOTIONS = [Recording(f"gait{k}", 60.0, gait(240, k)) for k in range(2)]
 
 
+@pytest.mark.slow
 def test_prior_of_a_gait_reconstructs_another_walk_of_it() -> None:
     prior = train(COORDINATES, MOTIONS, [], SHORT)
     assert prior.names == COORDINATES.names
@@ -22,6 +23,7 @@ def test_prior_of_a_gait_reconstructs_another_walk_of_it() -> None:
     assert prior.occupancy.sum() == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_held_out_files_are_not_used() -> None:
     held = [Recording("other", 60.0, gait(100, seed=5) + 0.3)]
     prior = train(COORDINATES, MOTIONS, held, SHORT)
@@ -47,7 +49,7 @@ def test_hundred_frames_allow_twenty_regions() -> None:
     assert 15 <= prior.regions <= 20  # those without poses are left out
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_same_seed_gives_the_same_prior_and_progress_is_reported_to_the_end() -> None:
     reports: list[tuple[int, int]] = []
     one, other = (train(COORDINATES, MOTIONS, [], SHORT, lambda done, of, _: reports.append((done, of))) for _ in range(2))

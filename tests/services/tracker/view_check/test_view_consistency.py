@@ -94,7 +94,7 @@ def test_view_out_of_step_is_reported_with_its_lag(views: int, late: int) -> Non
     assert untrusted(results[-1]) == {BAD}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_view_that_was_out_of_step_is_used_at_once_when_its_lag_is_tested_anew() -> None:
     cameras, masks = film(7)
     outlines = [
@@ -113,7 +113,7 @@ def test_view_that_was_out_of_step_is_used_at_once_when_its_lag_is_tested_anew()
     assert untrusted(as_before) == {BAD}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> None:
     cameras, masks = film(4)
     since, until = 40, 100
@@ -129,13 +129,11 @@ def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> Non
     assert "view cam03 is frozen" in results[named[0]][0].text
 
 
-@pytest.mark.slow
 def test_a_person_standing_still_is_not_a_frozen_view() -> None:
     cameras, masks = film(4)
     assert set(findings_of(cameras, [[mask[50]] * FRAMES for mask in masks])) == {()}
 
 
-@pytest.mark.slow
 def test_empty_view_is_reported() -> None:
     cameras, masks = film(4)
     with_loss: list[Mask | None] = [*masks[BAD][:30], *[None] * (FRAMES - 30)]
@@ -145,6 +143,7 @@ def test_empty_view_is_reported() -> None:
     assert untrusted(results[-1]) == frozenset()
 
 
+@pytest.mark.nightly
 def test_a_view_that_never_sees_the_person_gives_no_finding() -> None:
     cameras, masks = film(4)
     aside = replace(cameras[BAD], matrix=cameras[BAD].matrix + np.array([[0.0, 0.0, 400.0], [0.0] * 3, [0.0] * 3]))

@@ -67,13 +67,14 @@ def scaled(image: Image, share: object) -> Image:
     return np.clip(np.rint(image * np.asarray(share)), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_good_film_has_no_advice_and_a_message_each_second() -> None:
     advice = found(film())
     assert [message.faults for message in advice] == [[]] * len(advice)
     assert len(advice) == SECONDS - 1  # the first second ends with the first message
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("code", "share"),
     [
@@ -90,11 +91,12 @@ def test_faults_of_the_light_are_found(code: AdviceCode, share: object) -> None:
     assert code in {fault.code for message in advice for fault in message.faults}
 
 
+@pytest.mark.slow
 def test_a_soft_image_is_found() -> None:
     assert A.FOCUS in codes([np.asarray(cv2.GaussianBlur(image, (0, 0), 4.0), dtype=np.uint8) for image in film()])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_clothes_like_the_wall_are_found_by_contrast_or_holes() -> None:
     assert codes(film(like_wall=True)) & {A.CONTRAST, A.HOLES}
 
@@ -104,10 +106,12 @@ def test_a_glossy_floor_spoils_the_silhouette() -> None:
     assert codes(film(gloss=0.5)) & {A.GLOSSY_FLOOR, A.CONTRAST, A.HOLES}
 
 
+@pytest.mark.slow
 def test_a_person_without_feet_in_the_image_is_cut_off() -> None:
     lifted = [np.asarray(np.roll(image, SIZE[1] // 3, axis=0)) for image in film()]
     assert A.CUT_OFF in codes(lifted)
 
 
+@pytest.mark.slow
 def test_advice_depends_on_the_images_alone() -> None:
     assert found(film()) == found(film())

@@ -38,6 +38,7 @@ def person_pixels(frame: Frame, empty: Frame) -> int:
     return int((np.abs(frame.image.astype(int) - empty.image.astype(int)).max(axis=2) > 30).sum())
 
 
+@pytest.mark.slow
 def test_times_are_whole_periods_of_the_shared_epoch_for_any_start():
     viewer = demo_rig("two-view").viewers[0]
     _, early = live(EPOCH - 2 * S)
@@ -62,6 +63,7 @@ def test_viewers_that_started_at_different_times_see_the_same_frame():
         np.testing.assert_array_equal(a[index], b[index])
 
 
+@pytest.mark.slow
 def test_a_viewer_that_joins_late_sees_the_empty_scene_first():
     viewer = demo_rig("two-view").viewers[0]
     _, playback = live(EPOCH + 5 * S)
@@ -81,6 +83,7 @@ def test_late_frames_are_skipped_in_live_playback():
     assert indices == [0, 1, 16, 17, 18]
 
 
+@pytest.mark.slow
 def test_the_script_is_played_once_offline():
     viewer = demo_rig("two-view").viewers[0]
     source = Actor("squat", 3)

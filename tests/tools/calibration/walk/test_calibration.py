@@ -68,6 +68,7 @@ def test_a_person_in_one_place_is_refused():
         found_with(0.05 * figure())
 
 
+@pytest.mark.slow
 def test_a_camera_that_sees_no_whole_person_is_named():
     hulls = hulls_seen(CAMERAS["cam02"], figure())
     hulls.cut[:] = True

@@ -7,6 +7,7 @@ from tests.support.upright import HEIGHT_M, figure, hulls_seen, level_camera
 from zenocap.tools.calibration.walk.single_view import elevations, level_frame, single_view, up_of
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tilt_deg", "roll_deg", "height_m"), [(-12.0, 0.0, 2.4), (-5.0, 4.0, 1.5), (4.0, -3.0, 0.8)])
 def test_attitude_height_and_way_are_found(tilt_deg, roll_deg, height_m):
     camera = level_camera(np.radians(tilt_deg), np.radians(roll_deg), height_m)

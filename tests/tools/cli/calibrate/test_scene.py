@@ -53,6 +53,7 @@ def test_few_points_are_called_unchecked(points, tmp_path):
     assert "verdict: unchecked\n  cam01: an error in " in result.output
 
 
+@pytest.mark.slow
 def test_a_wrong_pick_is_poor_and_named_also_in_json(points, tmp_path):
     points.write_text(SCENE_EXAMPLE.replace("[448.7, 221.0]", "[348.7, 221.0]"))
     options = ("--lenses", tmp_path / "lens.yaml", "-o", tmp_path / "a.toml")

@@ -26,6 +26,7 @@ def test_second_run_keeps_existing_takes_and_manifest(tmp_path: Path) -> None:
     assert "2 takes, 0 new" in zenocap("posture", "act", "-o", tmp_path, *FEW)[1]
 
 
+@pytest.mark.slow
 def test_people_seed_selects_the_simulated_people(tmp_path: Path) -> None:
     status, _, err = zenocap("posture", "act", "-o", tmp_path, "--people-seed", "2", *FEW)
     assert status == 0, err

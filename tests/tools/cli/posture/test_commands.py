@@ -218,6 +218,7 @@ def test_ignored_parts_are_stored_or_refused_in_one_line(manifest: Path, tmp_pat
     assert "ignored = legs: posture 'kick', 'bow' moves the other limbs by less than" in errors
 
 
+@pytest.mark.slow
 def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Path) -> None:
     text = "\n".join(manifest.read_text().splitlines()[:2]) + "\n"
     manifest.write_text(text)
@@ -227,6 +228,7 @@ def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Pat
     assert "note: nothing to hold out: no movement will be rejected" in errors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -249,6 +251,7 @@ def test_invalid_input_is_a_one_line_error(
     assert not (tmp_path / "x.postures").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["train", "evaluate", "info"])
 def test_every_command_has_a_help_text(command: str) -> None:
     status, text, _ = zenocap("posture", command, "--help")

@@ -78,6 +78,7 @@ def test_answers_become_rows_and_are_not_asked_again(motion: Path, tmp_path: Pat
     assert result["candidates"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quit_key", ["q", None])
 def test_labels_are_saved_when_the_user_quits(
     quit_key: str | None, motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -90,6 +91,7 @@ def test_labels_are_saved_when_the_user_quits(
     assert [row.posture for row in read_manifest(manifest)] == ["raise"]
 
 
+@pytest.mark.slow
 def test_candidate_is_played_and_repeated_on_request(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answers(monkeypatch, "r", "q")
     status, output, _ = zenocap("posture", "label", motion, "-o", tmp_path / "m.csv", "--speed", 20, "--terminal")
@@ -116,6 +118,7 @@ def test_guess_of_a_model_is_shown_and_accepted_by_enter(
     assert len(named) == confident
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -146,6 +149,7 @@ def test_unusable_input_is_a_one_line_error(
     assert len(error.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", [("--ignore", "legs"), ("--false-per-hour", "6")])
 def test_options_of_training_are_wrong_usage_without_the_page(option: tuple[str, str], motion: Path) -> None:
     status, _, error = zenocap("posture", "label", motion, "--list", *option)
@@ -153,6 +157,7 @@ def test_options_of_training_are_wrong_usage_without_the_page(option: tuple[str,
     assert f"{option[0]}: allowed without --terminal, --list, --accept and --json" in error
 
 
+@pytest.mark.slow
 def test_options_of_training_reach_the_page(motion: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
 

@@ -145,7 +145,6 @@ def test_every_folder_of_services_is_a_service() -> None:
     assert [name for name in SERVICES if not (ROOT / "services" / name / "shell.py").is_file()] == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("folder", MATHEMATICS)
 def test_mathematics_imports_arrays_only(folder: str) -> None:
     """Calibration files are the only files read here."""

@@ -30,7 +30,6 @@ def test_importing_the_package_loads_no_heavy_modules() -> None:
     assert result.stdout.strip() == "[]"
 
 
-@pytest.mark.slow
 def test_a_take_has_the_arrays_of_its_export() -> None:
     take = zenocap.open_take(ARMS)
     poses, track = take.poses(), read_poses(ARMS).track()
@@ -68,7 +67,6 @@ def test_file_that_is_not_a_take_is_a_user_error(tmp_path: Path, content: bytes)
         zenocap.open_take(tmp_path / "none.mcap")
 
 
-@pytest.mark.slow
 def test_truncated_take_gives_its_intact_poses(tmp_path: Path) -> None:
     path = tmp_path / "cut.mcap"
     data = ARMS.read_bytes()

@@ -30,7 +30,6 @@ def motion(take: CapturedTake) -> list[Bones]:
     return found
 
 
-@pytest.mark.slow
 def test_bones_have_the_lengths_of_the_person(take: CapturedTake) -> None:
     size = SUBJECT.lengths
     for pose in motion(take)[::20]:

@@ -42,7 +42,7 @@ def test_rows_equal_those_of_a_take_of_true_poses(tmp_path: Path) -> None:
     np.testing.assert_allclose(true_rows(script, motion.times_s[first:]), motion.features[first:], atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_examples_are_kept_and_equal(tmp_path: Path) -> None:
     bench = Bench(tmp_path, tmp_path, 1, 3, 1)
     made, read = (everyday_examples(bench, "truth", SEED, 0.05) for _ in range(2))

@@ -60,6 +60,7 @@ SPANS = st.tuples(st.sampled_from([None, "kick", "squat"]), st.floats(0, 50), st
 )
 
 
+@pytest.mark.slow
 @given(st.lists(SPANS, max_size=12), st.lists(SPANS, max_size=12))
 def test_counts_of_a_score_are_consistent(events: list[Event], answers: list[Event]) -> None:
     score = score_of(events, answers, 1.0)

@@ -78,6 +78,7 @@ def parse(start: Start, monkeypatch: pytest.MonkeyPatch) -> Start:
     return start
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(ARGUMENTS))
 def test_the_short_form_of_an_evaluation_parses(name: str, parse: Start) -> None:
     with pytest.raises(Parsed):

@@ -21,7 +21,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.simulated_clip.default_folder", lambda: tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_empty_frames_are_left_out_and_views_agree_with_the_truth() -> None:
     """Every joint is inside of the silhouette of every view."""
     clip = simulated_clip("standing", SUBJECT, [None, t_pose(SUBJECT), neutral(SUBJECT)], 2, 30.0, 2)
@@ -51,7 +51,7 @@ def test_unknown_name_of_a_clip() -> None:
         cycle_clip("dancing-3")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_selected_views_are_refused() -> None:
     clip = simulated_clip("standing", SUBJECT, [t_pose(SUBJECT)], 0, 30.0, 2)
     with pytest.raises(ValueError, match="views = r0: simulated clips have all views"):

@@ -156,7 +156,7 @@ def test_random_bytes_raise_bad_message(data: bytes, kind: type[m.Message]) -> N
         decode(data, kind)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=300)
 @given(MESSAGES, st.data())
 def test_mutated_messages_are_valid_or_raise_bad_message(message: m.Message, data: st.DataObject) -> None:

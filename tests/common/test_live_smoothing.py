@@ -26,7 +26,6 @@ def accelerations(messages: list[m.Message], exact: PoseTrack) -> float:
     return float(np.std(np.diff(values - exact.angles, 2, axis=0)))
 
 
-@pytest.mark.slow
 def test_poses_are_smoothed_and_everything_else_is_the_same_object() -> None:
     track, filter = gentle(90), smoothing()
     raw = messages_of_track(track)
@@ -39,7 +38,6 @@ def test_poses_are_smoothed_and_everything_else_is_the_same_object() -> None:
         codec.encode(other)
 
 
-@pytest.mark.slow
 def test_equal_messages_give_equal_bytes() -> None:
     raw = messages_of_track(gentle(40))
     runs = [[codec.encode(filter.message(one)) for one in raw] for filter in (smoothing(), smoothing())]

@@ -176,7 +176,6 @@ def test_frame_sets_are_in_time_order(events: list[Event]) -> None:
     assert times == sorted(set(times))
 
 
-@pytest.mark.slow
 @given(st.lists(st.integers(-8_000_000, 8_000_000), min_size=1, max_size=20), st.randoms(use_true_random=False))
 def test_regular_viewers_are_always_paired_in_any_order_of_arrival(jitters: list[int], random) -> None:  # type: ignore[no-untyped-def]
     events = []

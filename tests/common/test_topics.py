@@ -12,7 +12,6 @@ from zenocap.common import topics
 from zenocap.common.topics import TOPICS, Topic, service_at, topic_at, topic_of
 
 
-@pytest.mark.slow
 @given(st.sampled_from(TOPICS), NAMES, NAMES, NAMES)
 def test_names_round_trip_through_keys(topic: Topic, rig: str, first: str, second: str) -> None:
     names = {"viewer": first, "service": first, "id": second}
@@ -22,7 +21,6 @@ def test_names_round_trip_through_keys(topic: Topic, rig: str, first: str, secon
     assert found.items() <= (names | {"rig": rig}).items()
 
 
-@pytest.mark.slow
 @given(st.sampled_from(TOPICS), NAMES, NAMES)
 def test_a_key_belongs_to_one_topic(topic: Topic, rig: str, name: str) -> None:
     key = topic.at(rig, viewer=name, service=name, id=name)

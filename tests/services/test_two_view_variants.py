@@ -73,6 +73,7 @@ def test_matchings_of_a_search_are_those_of_equation_2() -> None:
     assert len(set(counts["arm"])) > 1
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("additions", "used"), [(PAPER, True), (IMPROVED, False)])
 def test_viewer_scales_its_model_by_the_factor_it_is_sent(additions: Additions, used: bool) -> None:
     loop = tracked(additions)

@@ -39,7 +39,7 @@ def test_a_test_without_a_mark_fails_above_the_limit(run) -> None:
     run(source, "--unit-limit", "0").assert_outcomes(passed=3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_time_of_fixtures_counts_and_waiting_does_not(run) -> None:
     source = (
         "@pytest.fixture\ndef costly(): spend(0.2)\n"

@@ -36,7 +36,6 @@ def test_the_paper_has_nineteen_joint_angles() -> None:
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
 @given(seed=seeds)
 def test_angles_of_coordinates_give_the_same_part_frames(anatomy: Anatomy, seed: int) -> None:
@@ -46,7 +45,6 @@ def test_angles_of_coordinates_give_the_same_part_frames(anatomy: Anatomy, seed:
     assert frames(anatomy, again) == pytest.approx(placed, abs=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", ANATOMIES, ids=lambda anatomy: anatomy.name)
 @given(seed=seeds)
 def test_coordinates_round_trip(anatomy: Anatomy, seed: int) -> None:

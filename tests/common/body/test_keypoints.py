@@ -89,7 +89,6 @@ def test_the_default_convention_is_the_joint_centres_of_the_kinematics(anatomy: 
     np.testing.assert_array_equal(found.at(pose), joint_centres(anatomy, bdp, pose))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("convention", "anatomy"), CASES)
 @settings(max_examples=20)
 @given(SEEDS, st.floats(-3, 3))

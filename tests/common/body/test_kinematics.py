@@ -1,6 +1,7 @@
 """The transforms of [Two-view 2.2] against plain matrix products."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -52,6 +53,7 @@ def oracle(pose: Pose) -> dict[str, Floats]:
     return frames
 
 
+@pytest.mark.slow
 @given(POSITIONS, ANGLES)
 @settings(deadline=None)  # the first example compiles
 def test_part_frames_equal_the_papers_transforms(position: Floats, pose_angles: Floats) -> None:
@@ -106,6 +108,7 @@ def test_joint_centres_of_the_upright_person() -> None:
     assert at["Head"][1] > at["Neck"][1] > at["Hip"][1] > at["RKnee"][1] > at["RAnkle"][1] > 0
 
 
+@pytest.mark.slow
 @given(ANGLES)
 @settings(deadline=None)
 def test_segments_keep_their_length_in_every_pose(pose_angles: Floats) -> None:

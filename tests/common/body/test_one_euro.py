@@ -140,7 +140,7 @@ def test_it_starts_again_after_a_gap_a_jump_and_a_time_that_does_not_rise(what: 
     assert run([*start, last], OneEuro(), times_s)[-1] is last
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("rate", [15.0, 60.0])
 def test_the_delay_does_not_depend_on_the_frame_rate(rate: float) -> None:
     times_s = np.arange(0, 8, 1 / rate)

@@ -27,6 +27,7 @@ def test_euler_to_matrix_equals_scipy(axes: str, angles: Floats) -> None:
     np.testing.assert_allclose(euler_to_matrix(axes, angles), expected, atol=1e-12)
 
 
+@pytest.mark.slow
 @given(axes=st.sampled_from(ORDERS), angles=triples, near=triples)
 def test_matrix_to_euler_returns_angles_of_the_same_rotation(axes: str, angles: Floats, near: Floats) -> None:
     expected_matrix = euler_to_matrix(axes, angles)

@@ -52,7 +52,6 @@ def test_default_permission_is_deny() -> None:
     assert [subject["cert_common_names"] for subject in found["subjects"]] == [[ROUTER]]
 
 
-@pytest.mark.slow
 @given(first=NAMES, second=NAMES, rig=NAMES)
 def test_two_services_never_publish_on_the_same_key(first: str, second: str, rig: str) -> None:
     members = {Member("viewer", first), Member("viewer", second), *SERVICES}

@@ -46,7 +46,7 @@ def cameras(draw) -> Camera:
     return Camera(name, (width, height), matrix, lens, rotation, shift)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=50)
 @given(st.lists(cameras(), min_size=1, max_size=4, unique_by=lambda c: c.name), st.sampled_from("yz"))
 def test_cameras_round_trip(tmp_path_factory, made, up_axis):

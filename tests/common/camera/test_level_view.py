@@ -98,7 +98,7 @@ def _through_the_maps(view: LevelView, pixel: Floats) -> Floats | None:
     return result
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_level_view_keeps_the_visible_part_of_the_capture_volume() -> None:
     camera = look("cam", np.array([2.0, 2.2, 4.5]), TARGET, roll=0.1)
     view = level_view(camera)

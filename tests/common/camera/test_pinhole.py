@@ -59,6 +59,7 @@ def camera_towards(heading_deg: float, tilt_deg: float = 0.0, roll_deg: float = 
     return Camera("c", (640, 480), np.diag([600.0, 600.0, 1.0]), np.zeros(4), rotation, np.zeros(3))
 
 
+@pytest.mark.slow
 @given(st.floats(-175, 175), st.floats(-60, 60), st.floats(-60, 60))
 def test_attitude_equals_the_rotation_of_the_camera(heading, tilt, roll):
     found = attitude(camera_towards(heading, tilt, roll))

@@ -51,7 +51,6 @@ def test_a_take_has_the_angles_of_its_poses(tmp_path: Path, anatomy: Anatomy) ->
     assert found.rate == pytest.approx(30.0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["y-up", "z-up", "unity"])
 def test_a_bvh_file_of_fourteen_parts_has_the_angles_of_its_poses(tmp_path: Path, axes: Axes) -> None:
     track = walking_person(FOURTEEN_PARTS)
@@ -103,7 +102,6 @@ def test_missing_markers_and_unknown_suffixes_are_errors(tmp_path: Path) -> None
         read_source(tmp_path / "a.csv")
 
 
-@pytest.mark.slow
 def test_a_rest_pose_that_is_not_upright_is_noted_and_gives_no_orientations(tmp_path: Path) -> None:
     """The same motion with a rest pose that lies on its back: all OFFSETs and the root's rotation turned about X."""
     track = walking_person(FOURTEEN_PARTS)

@@ -160,6 +160,7 @@ def test_the_names_of_the_arms_alone_decide_the_sides_of_the_legs_too() -> None:
         roles_by_structure(renamed(file, "as", "x"))
 
 
+@pytest.mark.slow
 def test_the_search_is_not_quadratic_in_the_branches_of_a_joint(monkeypatch: pytest.MonkeyPatch) -> None:
     """A file of 200 kB with 3000 joints at one place took 43 s."""
     count, calls = 3000, 0
@@ -241,7 +242,7 @@ def test_a_renamed_file_gives_the_same_centres_and_says_so(tmp_path: Path, caplo
         )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.exists(), reason="the shared motions are not beside the project")
 @pytest.mark.parametrize("path", sorted(MOTIONS.glob("*.bvh")), ids=lambda path: path.stem)

@@ -145,7 +145,6 @@ def test_angles_are_continuous(tmp_path: Path) -> None:
     assert motion[-1, 5] - motion[0, 5] == pytest.approx(3 * 360, abs=1e-3)
 
 
-@pytest.mark.slow
 def test_lost_frames_repeat_the_previous_pose_and_leading_ones_the_next_pose(tmp_path: Path) -> None:
     track = moving(6, lost=(0, 3, 5))
     write_bvh(tmp_path / "a.bvh", track)

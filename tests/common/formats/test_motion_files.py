@@ -67,7 +67,6 @@ def test_a_rest_pose_at_the_beginning_is_omitted(tmp_path: Path, rest: int) -> N
     assert list(motion.known) == [False] * rest + [True] * (90 - rest)
 
 
-@pytest.mark.slow
 def test_poses_in_long_gaps_are_unknown(tmp_path: Path) -> None:
     short = read_poses_for(written(tmp_path, unknown=range(30, 40)), TEN_PARTS)
     assert short.known.all()

@@ -77,7 +77,7 @@ def test_different_frame_rates_are_compared() -> None:
     assert abs(found["cam02"].offset_s - 0.4) < 0.15 / FPS
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_still_body_and_an_offset_beyond_the_range_are_not_certain() -> None:
     cameras = ring((0, 90))
     outlines = {name: film(camera, 0.0, still=True) for name, camera in cameras.items()}

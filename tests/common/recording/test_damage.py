@@ -86,7 +86,7 @@ def test_hostile_files_are_reported_as_damage(content: bytes) -> None:
     assert not any(isinstance(item, Message) for item in found)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_hostile_files_take_little_memory(tmp_path: Path) -> None:
     """The memory of the reading process is limited to far below the declared sizes."""
     bombs = HEADER + b"".join(chunk(zstandard.compress(bytes(60 << 20)), size) for size in (10, 60 << 20, 2**40)) * 5

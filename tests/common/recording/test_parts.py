@@ -82,7 +82,6 @@ def test_each_part_is_self_contained(tmp_path: Path) -> None:
             assert {m.log_ns for m in messages[:3]} == {messages[2].log_ns}
 
 
-@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     steps=st.lists(st.integers(0, 3 * S), min_size=1, max_size=60),

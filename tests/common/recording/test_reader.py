@@ -75,7 +75,7 @@ def test_a_truncated_take_gives_its_first_messages_and_is_reported(
     assert f"{len(found)} messages read" in take.cut
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=60)
 @given(data=st.data())
 def test_a_damaged_take_never_gives_a_wrong_message(

@@ -82,6 +82,7 @@ def test_every_channel_is_decoded_by_the_schema_in_the_file(with_foxglove: Path)
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_scene_of_each_pose_equals_the_kinematics(with_foxglove: Path) -> None:
     poses = read_poses(with_foxglove)
     expected = {

@@ -278,7 +278,6 @@ def test_the_background_is_the_median_without_image_and_empty_frames(tmp_path):
     )
 
 
-@pytest.mark.slow
 def test_two_view_uses_the_most_orthogonal_pair_front_view_first_and_notes_it(tmp_path):
     folder = write_folder(tmp_path / "take", [40, 88, -2], "empty_frames = 3")
     rig = load_rig(folder, "two-view")

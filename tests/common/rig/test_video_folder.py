@@ -112,7 +112,6 @@ def test_videos_of_another_size_are_noted(tmp_path: Path) -> None:
     assert "viewer cam01: video of 320 x 240, calibration for 640 x 480: scaled" in " ".join(rig.notes)
 
 
-@pytest.mark.slow
 def test_faster_videos_are_thinned_to_the_rate_of_the_slowest(tmp_path: Path) -> None:
     folder(tmp_path)
     write_video(tmp_path / "videos" / "cam02.mp4", grey_frames(8, (640, 480)), fps=60)

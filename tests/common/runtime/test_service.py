@@ -170,7 +170,6 @@ def test_offline_two_runs_publish_equal_bytes() -> None:
     assert len(run_once()) == 5
 
 
-@pytest.mark.slow
 def test_a_service_exits_with_0_when_its_source_ends(network: LocalNetwork) -> None:
     reader = network.bus()
     reader.subscribe(SIGHTING, every=True)
@@ -211,7 +210,6 @@ def test_a_viewer_whose_frames_are_answered_too_late_reports_them_as_overrun(net
     assert reports[-1].counts["late_answers"] >= reports[-1].counts["overrun_frames"]
 
 
-@pytest.mark.slow
 def test_a_viewer_follows_the_frame_rate_of_the_integrator_and_reports_it(network: LocalNetwork) -> None:
     reader, integrator = network.bus(), network.bus()
     reader.subscribe(HEALTH, service="viewer", id="1")

@@ -123,7 +123,7 @@ def test_a_person_who_moves_in_place_before_a_thing_of_the_colour_of_the_shirt_i
     assert np.count_nonzero(learnt) < 40  # of 840 px
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_person_who_stands_and_sways_for_a_minute_stays() -> None:
     scene = room(HEIGHT, WIDTH)
     camera = Camera(scene)
@@ -152,7 +152,6 @@ def test_the_noise_of_compression_around_a_person_raises_the_threshold() -> None
     assert np.mean(found[4 * FPS :]) > np.mean(found[: FPS // 2]) + 0.01
 
 
-@pytest.mark.slow
 def test_a_frame_of_another_size_is_refused() -> None:
     camera = Camera(room(HEIGHT, WIDTH))
     with pytest.raises(ValueError, match=r"frame: shape \(60, 80, 3\); the background's is"):

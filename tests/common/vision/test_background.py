@@ -124,6 +124,7 @@ def test_learning_is_repeatable() -> None:
     assert first.weight.tobytes() == second.weight.tobytes()
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0.5, 2.0), st.floats(1.0, 20.0))
 @settings(max_examples=60, deadline=None)
 def test_pixels_within_the_limits_are_near_the_model_at_every_gain_they_hold_for(

@@ -96,7 +96,6 @@ def test_drift_is_the_change_of_the_brightness_and_no_flicker():
     assert found.flicker < 0.005
 
 
-@pytest.mark.slow
 def test_flicker_is_the_deviation_of_fast_changes():
     times = np.arange(150) / 15.0
     found = light(times, changing(1.0 + 0.05 * np.sin(2 * np.pi * 4.0 * times)))

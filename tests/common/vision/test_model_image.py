@@ -207,6 +207,7 @@ def test_different_shapes_are_refused() -> None:
         matching_score(np.zeros((3, 4), np.uint8), np.zeros((4, 3), np.uint8))
 
 
+@pytest.mark.slow
 @given(MASKS, MASKS, MASKS)
 def test_more_errors_lower_the_score(silhouette: Mask, model: Mask, worse: Mask) -> None:
     """Pixels of the union that agreed and now differ do not change the union."""
@@ -216,6 +217,7 @@ def test_more_errors_lower_the_score(silhouette: Mask, model: Mask, worse: Mask)
     assert (matching_score(silhouette, missing) < matching_score(silhouette, model)) == bool(agreed.any())
 
 
+@pytest.mark.slow
 @given(MASKS, MASKS)
 def test_the_score_is_from_0_to_1_and_ignores_padding(silhouette: Mask, model: Mask) -> None:
     score = matching_score(silhouette, model)

@@ -2,7 +2,6 @@
 
 import cv2
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
@@ -13,7 +12,6 @@ LABELS = arrays(np.uint8, array_shapes(min_dims=2, max_dims=2, max_side=24), ele
 Labels = np.ndarray[tuple[int, int], np.dtype[np.uint8]]
 
 
-@pytest.mark.slow
 @given(LABELS, st.booleans())
 @settings(deadline=None)  # the first example compiles
 def test_regions_equal_those_of_opencv(labels: Labels, diagonal: bool) -> None:

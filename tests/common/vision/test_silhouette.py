@@ -72,7 +72,7 @@ def overlap(a: Mask, b: Mask) -> float:
     return float(np.count_nonzero(a & b) / np.count_nonzero(a | b))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("light", [1.0, 0.9, 1.08])
 def test_the_silhouette_has_the_whole_person_and_no_shadow(size: tuple[int, int], light: float) -> None:
@@ -93,7 +93,7 @@ def test_an_empty_scene_has_no_silhouette(size: tuple[int, int]) -> None:
     assert all(extract(background, shot(room(size), 50 + k, 1 - 0.02 * k), OPTIONS) is None for k in range(5))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", SIZES)
 def test_the_gap_between_the_legs_is_not_filled(size: tuple[int, int]) -> None:
     found = extract(learned_background(size), shot(with_person(size), 99), OPTIONS)

@@ -56,7 +56,6 @@ def test_the_facade_gives_theta_z_and_the_flank_theta_x() -> None:
     assert merged[2] > 0.4
 
 
-@pytest.mark.slow
 @given(ANGLES)
 def test_the_order_of_the_views_does_not_matter(angles: Floats) -> None:
     truth = limb_directions(TEN_PARTS, angles)

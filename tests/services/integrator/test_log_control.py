@@ -60,6 +60,7 @@ def frames_in(path: Path) -> list[int]:
     return [message.frame for message in found if isinstance(message, m.UniversalBap)]
 
 
+@pytest.mark.slow
 def test_a_log_is_stopped_and_a_new_one_started(tmp_path: Path) -> None:
     rig = Rig(tmp_path, first=True)
     rig.bus.publish(UNIVERSAL_BDP, body_message(NOW))

@@ -120,7 +120,6 @@ def test_a_server_that_does_not_reply_fails_after_the_timeout() -> None:
             request_http(HttpAction(url=receiver.url, timeout=0.2), Sent())
 
 
-@pytest.mark.slow
 def test_a_proxy_of_the_environment_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("http_proxy", f"http://127.0.0.1:{free_tcp_port()}")
     with http_receiver() as receiver:

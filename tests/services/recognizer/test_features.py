@@ -32,7 +32,6 @@ def test_the_papers_features_are_its_ten_joint_angles() -> None:
     np.testing.assert_allclose(features_of(TEN_PARTS, angles, "joint-angles"), expected, atol=1e-12)
 
 
-@pytest.mark.slow
 @given(seeds, st.integers(-2, 2))
 def test_whole_turns_of_an_angle_change_nothing(seed: int, turns: int) -> None:
     angles = random_pose(TEN_PARTS, seed).angles

@@ -43,7 +43,7 @@ def log_last_state(model: PostureModel, symbols: np.ndarray) -> np.ndarray:
     return np.asarray(np.log(alpha[:, -1] / alpha.sum(axis=1)))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_gain_equals_that_of_the_best_windows_by_exhaustive_search(seed: int) -> None:
     setup = permissive_setup(small_model())

@@ -16,6 +16,7 @@ from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.step import Setup, Source, State, counts, describe, initial_state, step
 from zenocap.services.recognizer.stream import stream_setup
 
+pytestmark = pytest.mark.slow
 START = 1_700_000_000 * SECOND
 
 
@@ -52,7 +53,6 @@ def run_steps(setup: Setup, messages: Iterable[m.Message]) -> tuple[State, list[
     return state, found
 
 
-@pytest.mark.slow
 def test_postures_are_found_in_poses_of_the_integrator(model: PostureModel) -> None:
     angles = np.concatenate([angles_of_posture(name, 405, 0) for name in NAMES])
     state, found = run_steps(setup(model), [bap(k, row) for k, row in enumerate(angles)])

@@ -123,7 +123,7 @@ def test_no_posture_is_found_across_a_gap() -> None:
     assert [answer.label for answer, _ in results(times, features)] == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_state_does_not_grow_with_the_stream() -> None:
     prepared = setup()
     features, _ = stream_with(NAMES, PAUSES_S)

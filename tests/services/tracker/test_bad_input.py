@@ -142,6 +142,7 @@ def test_view_out_of_step_is_reported_with_its_lag(late: int) -> None:
     assert error(published, SHORT[-22:-2]) < 0.06
 
 
+@pytest.mark.nightly
 def test_single_view_waits_for_a_second() -> None:
     state, published, _ = play(CAMERAS, lambda frame, viewer: masks()[frame][viewer] if viewer == "1" else None)
     assert not published

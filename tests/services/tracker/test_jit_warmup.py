@@ -13,7 +13,7 @@ from zenocap.services.tracker.jit_warmup import load_compiled
 from zenocap.services.tracker.states import Options
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_warm_up_reaches_tracking_and_the_search_of_a_limb(monkeypatch: pytest.MonkeyPatch) -> None:
     """A live tracker whose first lost limb is compiled for stops for many seconds."""
     searched = Mock(wraps=limb_search.place_limb)

@@ -125,6 +125,7 @@ def test_a_person_who_leaves_is_searched_for_and_found_at_another_position(
     assert outcomes[0].body is None  # it is the same person
 
 
+@pytest.mark.slow
 def test_a_person_at_a_suddenly_different_position_is_found(started: tuple[TrackState, list[Outcome], list[str]]) -> None:
     state, _, _ = started
     there = place(neutral(simulated_person(SEED)), Placement(0.9, -0.6, -0.4))

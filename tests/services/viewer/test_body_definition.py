@@ -199,7 +199,7 @@ def test_an_empty_mask_has_no_silhouette_box() -> None:
         silhouette_box(np.zeros((5, 5), np.uint8))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_only_stretched_arms_are_the_front_posture() -> None:
     assert is_front_posture(silhouette_box(silhouette(0)))
     assert not is_front_posture(silhouette_box(silhouette(0, arms_down=True)))
@@ -221,6 +221,7 @@ def test_fine_tuning_changes_only_its_lengths_and_within_bounds() -> None:
             assert length == measured[name]
 
 
+@pytest.mark.slow
 def test_fine_tuning_refuses_another_posture() -> None:
     with pytest.raises(ValueError, match="arm"):
         fine_tuned(TEN_PARTS, silhouette(0, arms_down=True), rows(0), HIPS, np.eye(3))

@@ -36,7 +36,6 @@ def test_the_model_is_the_anatomy_placed_by_its_kinematics(angles: Floats, viewe
     assert differing <= 0.08 * np.count_nonzero(expected)
 
 
-@pytest.mark.slow
 @given(ANGLES)
 @settings(deadline=None, max_examples=30)
 def test_the_score_is_equation_1_of_the_two_images(angles: Floats) -> None:

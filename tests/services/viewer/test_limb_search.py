@@ -148,7 +148,6 @@ def test_a_tie_keeps_the_start_angle(monkeypatch: pytest.MonkeyPatch) -> None:
     assert full_search(DOWN, Z_AXIS, BOTH, ARM_REGION, STOP, limb, image)[0] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.slow
 @given(st.floats(-0.5, 0.5), st.floats(-0.4, 0.4))
 @settings(deadline=None)
 def test_a_search_restores_the_cover_and_returns_the_score_of_its_angle(start: float, region_share: float) -> None:

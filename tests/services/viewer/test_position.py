@@ -30,7 +30,6 @@ def test_the_shifts_of_the_paper_are_symmetric() -> None:
     assert set(SHIFTS.tolist()) == {-5, -2, -1, 1, 2, 5}
 
 
-@pytest.mark.slow
 @given(st.integers(-7, 7), st.integers(-5, 5), st.sampled_from([0, 1]))
 @settings(deadline=None, max_examples=40)  # the first example compiles
 def test_a_known_shift_is_found_within_a_pixel(x_px: int, y_px: int, viewer: int) -> None:

@@ -60,7 +60,6 @@ def test_the_background_is_learned_from_the_first_frames_without_messages() -> N
     assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
 
 
-@pytest.mark.slow
 def test_sightings_of_an_empty_scene_have_no_person() -> None:
     run = played(EMPTY_FRAMES + 2)
     sightings = [message for message in run.published if isinstance(message, m.Sighting)]
@@ -139,7 +138,7 @@ def test_a_viewer_with_missing_frames_is_stale_and_the_other_one_continues() -> 
     assert isinstance(run.viewers["2"], Tracking)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_assignment_for_another_frame_is_ignored() -> None:
     run = played(50)
     setup = viewer_setup("1")
@@ -155,7 +154,7 @@ def test_an_assignment_for_another_frame_is_ignored() -> None:
     assert after.pending is state.pending
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_duplicate_assignment_is_answered_once() -> None:
     run = played(50)
     published = run.process(film(COUNT)[50])
@@ -315,7 +314,7 @@ def test_a_pose_of_another_anatomy_does_not_prevent_tracking(complete_run: Run) 
     assert isinstance(state, Tracking)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_viewer_without_assignments_for_seconds_returns_to_measuring() -> None:
     run = played(50)
     state, setup = run.viewers["1"], viewer_setup("1")

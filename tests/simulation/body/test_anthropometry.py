@@ -29,7 +29,6 @@ def test_adults_have_the_means_and_the_enlarged_spread_of_the_survey(
         assert np.std(values) == pytest.approx(SPREAD * deviation, rel=0.08), name  # clipping takes some off
 
 
-@pytest.mark.slow
 def test_measures_of_one_person_are_correlated(builds: list[Build]) -> None:
     values = np.array([[b.measures[n] for n in ("stature", "trochanterionheight")] for b in builds if b.age is None])
     assert np.corrcoef(values.T)[0, 1] > 0.85

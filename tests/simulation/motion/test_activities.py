@@ -61,7 +61,6 @@ def test_chained_motions_continue_at_the_end_position() -> None:
     assert (last[0], last[2]) == (pytest.approx(pair.end.x, abs=0.03), pytest.approx(pair.end.z, abs=0.03))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_corpus_motion_is_long_and_depends_on_the_seed(kind: str) -> None:
     subject = person(2)

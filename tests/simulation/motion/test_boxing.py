@@ -42,7 +42,7 @@ def test_fists_guard_the_face_between_punches() -> None:
             assert joints[f"{letter}Wrist"][1] > joints[f"{letter}Elbow"][1]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_boxer_stays_near_and_ends_standing_at_the_origin() -> None:
     subject = person(7)
     motion = box(subject, DURATION_S, 5)

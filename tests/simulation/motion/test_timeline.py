@@ -95,7 +95,7 @@ def test_the_demo_stays_in_the_action_region() -> None:
         assert np.hypot(hip[0], hip[2]) < 1.7
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["walking", "turning", "turn-and-walk", "march"])
 def test_single_motion_repeats_without_jumps(name: str) -> None:
     script = motion_timeline(person(5), name, 0)

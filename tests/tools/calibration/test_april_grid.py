@@ -46,7 +46,7 @@ def test_tags_are_numbered_from_the_bottom_left_and_corners_from_the_top():
     assert GRID.middle == pytest.approx(GRID.corners.mean(axis=0))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("distance", [0.5, 0.8, 1.1])
 def test_corners_are_found_where_they_are(turn, distance):

@@ -57,6 +57,7 @@ def test_a_board_at_the_edge_is_found_in_part_and_a_hidden_one_is_not():
     assert BoardDetector(CHARUCO).corners(image) is None
 
 
+@pytest.mark.slow
 def test_corners_hidden_by_a_hand_are_left_out():
     pose = before(CHARUCO, 0.5, (0.2, 0.2, 0.0))
     image, true = picture_of(CHARUCO, CAMERA, pose), true_pixels(CHARUCO, CAMERA, pose)
@@ -76,6 +77,7 @@ def test_variants_are_recognized():
         assert count >= 60
 
 
+@pytest.mark.slow
 def test_near_boards_are_accepted_however_the_lens_bends_them():
     """A board that fills the image says the most about the lens."""
     rng, accepted, seen_views = np.random.default_rng(0), 0, 0

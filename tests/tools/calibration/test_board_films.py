@@ -56,14 +56,13 @@ def test_videos_are_found_in_both_layouts_and_as_files(folder):
     assert found[0][1] == []
 
 
-@pytest.mark.slow
 def test_hidden_files_and_others_beside_the_videos_are_not_cameras(folder):
     for name in ("._cam01.mp4", "notes.txt", ".DS_Store"):
         (folder / "videos" / name).write_bytes(b"\0")
     assert [film.name for film in board_films([folder])[0]] == ["cam01", "cam02"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_times_of_views_are_those_of_the_frames(folder, pictures):
     seen_board, seen = board_views(BOARD, board_films([folder])[0])
     assert seen_board == BOARD
@@ -82,7 +81,7 @@ def test_the_times_of_views_are_those_of_the_frames(folder, pictures):
     assert seen[0].views[4].velocities.mean(axis=0) == pytest.approx(moved.mean(axis=0), abs=3.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_offsets_of_sync_toml_shift_the_times(folder):
     (folder / "sync.toml").write_text("[offset_s]\ncam02 = -1.25\n")
     films, notes = board_films([folder])

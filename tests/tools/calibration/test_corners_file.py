@@ -237,6 +237,7 @@ WRONG = [
 ]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("key", "value", "words"), WRONG, ids=[f"{k}-{key}" for k, (key, _, _) in enumerate(WRONG)])
 def test_a_wrong_value_is_named(content, tmp_path, key, value, words):
     path = tmp_path / "wrong.corners"

@@ -97,7 +97,6 @@ def test_the_command_takes_the_certificate(tmp_path):
             assert (status, STREAMS["main"] in text) == (0, True)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [

@@ -74,7 +74,6 @@ def test_invalid_certificate_or_key_file_is_named_in_the_error(data: bytes) -> N
         read_key("a-key.pem", data)
 
 
-@pytest.mark.slow
 def test_rsa_key_is_rejected() -> None:
     key = rsa.generate_private_key(65537, 2048).private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
     with pytest.raises(UserError, match="elliptic curve"):

@@ -97,7 +97,7 @@ def test_help_imports_no_heavy_modules() -> None:
     assert found.stdout.strip() == "[]"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_wrong_usage_is_status_2() -> None:
     assert zenocap("viewer", "studio.toml")[0] == 2
     assert zenocap("track", "studio.toml", "-o", "a.mcap", "--size", "160")[0] == 2
@@ -107,7 +107,7 @@ def test_wrong_usage_is_status_2() -> None:
     assert zenocap("fly")[0] == 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_video_without_a_person_gives_a_take_and_a_message(studio: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("track", studio, "-o", tmp_path / "a.mcap")
     assert status == 4

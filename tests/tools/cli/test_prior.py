@@ -69,7 +69,6 @@ def test_held_out_files_and_frames_follow_the_options(walks: list[Path], tmp_pat
     assert (training.frames, training.mirrored, training.held) == (100, False, ("walk1",))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -104,7 +103,6 @@ def test_frame_range_includes_its_last_frame() -> None:
     assert parsed_frames("0-99") == range(100)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", ["prior train", "prior info"])
 def test_every_command_has_a_help_text(command: str) -> None:
     status, text, _ = zenocap(*command.split(), "--help")

@@ -43,7 +43,6 @@ def doctor(*arguments: object) -> tuple[int, dict[str, list[tuple[str, str]]]]:
     return result.exit_code, found
 
 
-@pytest.mark.slow
 def test_unreadable_rig_file_is_reported(tmp_path: Path) -> None:
     status, found = doctor(tmp_path / "none.toml")
     assert status == 1

@@ -60,7 +60,7 @@ def test_a_service_has_a_session_and_a_command_line_of_its_own_and_stops_on_a_si
     assert router.wait(10.0) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_killed_service_has_the_status_of_the_signal_and_others_go_on(server: ForkServer) -> None:
     killed, other = started(server, *ROUTER), started(server, *ROUTER)
     for router in (killed, other):

@@ -38,7 +38,6 @@ def test_one_moment_of_all_cameras_and_the_images_around_it():
     assert np.abs(middle.pixels - truth[middle.ids]).max() < 0.6
 
 
-@pytest.mark.slow
 def test_a_camera_that_sees_it_alone_is_searched_in_its_next_images_only():
     burst = searched(BOARD, [frames([image(BOARD)] * 5), frames([EMPTY] * 5)], [0.066] * 2, 0)
     assert len(burst.views[0]) == 3

@@ -73,7 +73,7 @@ def test_a_page_that_opens_later_gets_the_one_picture_of_a_source_that_gives_no_
     assert any(one["type"] == "picture" for one in found)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pictures_are_reduced_until_a_page_enlarges_the_camera():
     images = [picture(k, size=(1280, 720)) for k in range(2)]
     camera = camera_of(lambda: paced(lambda k: images[k % 2], 20.0))
@@ -165,7 +165,6 @@ def test_an_unknown_command_is_answered_and_the_page_lives():
         assert talk(page.address, act) == ["this page shows the cameras only"]
 
 
-@pytest.mark.slow
 def test_a_command_ends_when_no_camera_opens():
     def refused():
         raise OpenError("camera 0: no such camera")

@@ -108,7 +108,7 @@ def test_every_change_is_in_the_file_at_once_and_can_be_undone(take, manifest) -
     assert Pages(take, manifest).labels == []  # a manifest without rows is taken up
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_existing_manifest_is_taken_up_with_the_rows_of_other_takes(take, manifest) -> None:
     other = manifest.with_name("other.mcap")
     other.touch()

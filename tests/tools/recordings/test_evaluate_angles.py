@@ -181,7 +181,7 @@ def walk(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("suffix", [".bvh", ".mot", ".trc", ".mcap"])
 def test_an_export_evaluated_against_its_take_has_no_error(walk: Path, suffix: str) -> None:
     status, text, problems = zenocap("evaluate", walk, "--truth", walk.with_suffix(suffix), "--angles", "--json")
@@ -271,7 +271,7 @@ Frame Time: 0.1
 """
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
@@ -315,7 +315,6 @@ def test_a_mot_file_is_in_metres_with_y_up(walk: Path, tmp_path: Path, options: 
     assert not (tmp_path / "a.mot").exists()
 
 
-@pytest.mark.slow
 def test_a_person_lost_in_every_frame_gives_no_mot_file(tmp_path: Path) -> None:
     take = take_of(tmp_path / "a.mcap", walking_person(TEN_PARTS, 4, lost=(0, 1, 2, 3)))
     status, _, text = zenocap("export", take, "-o", tmp_path / "a.mot")

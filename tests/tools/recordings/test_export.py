@@ -154,7 +154,6 @@ def test_two_exports_give_equal_bytes(to: Format, take: Path, tmp_path: Path) ->
     assert (tmp_path / "a" / f"x.{to}").read_bytes() == (tmp_path / "b" / f"x.{to}").read_bytes()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments", [("--from", "-1"), ("--from", "2m"), ("--until", "1e3"), ("--fps", "0"), ("--axes", "up")]
 )
@@ -171,7 +170,6 @@ def test_empty_frame_range_is_a_one_line_error(take: Path, tmp_path: Path) -> No
     assert "frames 4 to 43" in err
 
 
-@pytest.mark.slow
 def test_intact_part_of_a_truncated_take_is_exported(take: Path, tmp_path: Path) -> None:
     data = take.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: int(0.75 * len(data))])

@@ -94,7 +94,6 @@ def test_a_take_without_confidence_is_refused_where_it_is_asked_for(tmp_path: Pa
     assert not (tmp_path / "sure.trc").exists()
 
 
-@pytest.mark.slow
 def test_formats_without_points_refuse(tracked: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"bvh has no points to leave out: allowed in trc, c3d, csv, parquet, npz"):
         export(tracked, tmp_path / "take.bvh", ExportOptions("bvh", min_confidence=0.5))

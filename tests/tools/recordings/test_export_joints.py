@@ -97,7 +97,7 @@ def test_c3d_describes_which_points_are_derived(tracked: Path, tmp_path: Path) -
     assert described["RWrist"] == "HALPE-26 RWrist, share"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("joints", CONVENTIONS)
 @pytest.mark.parametrize("to", ["trc", "c3d", "csv", "parquet", "npz"])
 def test_joints_of_the_spine_follow_the_points_of_the_convention(
@@ -146,7 +146,6 @@ def test_a_body_without_a_bend_in_the_spine_has_its_other_joints(two_view: Path,
         assert read_trc(tmp_path / "a.trc").names[-2:] == ("Pelvis", "Thorax")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("to", ["bvh", "mot", "glb"])
 def test_formats_without_points_refuse_the_spine(to: Format, two_view: Path, tmp_path: Path) -> None:
     status, out, err = run("export", two_view, "-o", tmp_path / f"a.{to}", "--spine")
@@ -177,7 +176,6 @@ def test_the_default_is_zenocaps_convention_byte_for_byte(
     assert written[0] == written[1]
 
 
-@pytest.mark.slow
 def test_points_that_the_body_lacks_are_named_in_one_line(two_view: Path, tmp_path: Path) -> None:
     status, _, err = run("export", two_view, "-o", tmp_path / "a.trc", "--joints", "halpe")
     assert (status, err) == (0, f"note: the take's body has no feet: left out: {', '.join(FEET)}\n")
@@ -223,7 +221,6 @@ def test_arrays_of_a_take_have_the_convention_of_its_export(joints: Convention, 
     np.testing.assert_array_equal(np.concatenate([part.joint_centres for part in parts]), poses_.joint_centres)
 
 
-@pytest.mark.slow
 def test_a_take_without_feet_has_the_other_points() -> None:
     take = zenocap.open_take(GOLDEN / "arms.mcap")
     found = take.poses(joints="halpe")

@@ -76,7 +76,6 @@ def test_a_place_that_cannot_be_written_is_one_line(suffix: str, take: Path) -> 
     assert f"/proc/a{suffix}: cannot be written" in text
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [

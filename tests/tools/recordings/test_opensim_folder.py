@@ -69,6 +69,7 @@ def test_opensim_scales_the_model_and_finds_the_motion(
     assert Path("ik.mot").read_text().count("\n") > COUNT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [

@@ -87,6 +87,7 @@ def test_the_decision_is_part_of_the_take(walk: Path, tmp_path: Path) -> None:
     assert found.frame_count
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("options", "words"),
     [

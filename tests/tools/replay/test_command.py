@@ -40,7 +40,6 @@ def test_file_that_is_not_a_take_is_one_error_line(tmp_path: Path) -> None:
     assert (status, "cannot be read" in text) == (1, True)
 
 
-@pytest.mark.slow
 def test_empty_selection_error_lists_the_keys_of_the_take(take: Path) -> None:
     status, text = error_line(take, "--topics", "viewer/7/**")
     assert status == 1
@@ -49,13 +48,11 @@ def test_empty_selection_error_lists_the_keys_of_the_take(take: Path) -> None:
         assert each.key in text
 
 
-@pytest.mark.slow
 def test_start_after_the_end_is_rejected(take: Path) -> None:
     status, text = error_line(take, "--from", "60s")
     assert (status, "--from 60s: allowed: below 0.492s" in text) == (1, True)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -27,7 +27,6 @@ def all_of(prefetch: Prefetch) -> list[int]:
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [0, 100, 20_000_000 // 16])
 def test_messages_are_returned_in_order(size: int) -> None:
     count = 50 if size > 1000 else 10_000

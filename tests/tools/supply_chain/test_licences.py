@@ -22,6 +22,7 @@ def licences(extras: tuple[str, ...]) -> dict[str, list[str]]:
     return {name: parts for name, parts in found.items() if parts}
 
 
+@pytest.mark.slow
 @needs_base
 def test_every_package_of_the_base_install_has_an_allowed_licence() -> None:
     assert licences(()) == {}

@@ -186,7 +186,7 @@ def test_the_exit_status_tells_the_class(rating: m.Rating, status: int, tmp_path
     assert _status(Tracked(1, 1, 1, (), {}, verdict=verdict)) == status
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("silhouettes", [True, False])
 def test_a_clock_that_was_set_by_decades_takes_neither_minutes_nor_the_memory(silhouettes: bool) -> None:

@@ -39,6 +39,7 @@ def ends(cylinder: Message, count: int) -> Floats:
     return points @ turn(cylinder.pose.orientation).T + xyz(cylinder.pose.position)
 
 
+@pytest.mark.slow
 @given(ANGLES)
 def test_cylinders_equal_their_parts(angles: Floats) -> None:
     (person,) = scene(angles, []).entities

@@ -57,7 +57,6 @@ def test_a_thousand_connections_without_a_request_keep_no_program_out(output: Fo
         assert output.counts()["displaced"] >= 1000 - MAX_WAITING
 
 
-@pytest.mark.slow
 def test_a_request_that_is_not_completed_is_closed(output: FoxgloveOutput, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gate_module, "HANDSHAKE_TIMEOUT_S", 0.2)
     assert answer_to(output, b"GET / HTTP/1.1\r\n") == b""
@@ -80,7 +79,6 @@ def test_pages_of_other_sites_are_refused_with_a_reason(output: FoxgloveOutput, 
     assert output.counts()["refused"] == 1
 
 
-@pytest.mark.slow
 def test_programs_beyond_the_maximum_are_refused_with_a_reason(output: FoxgloveOutput) -> None:
     with ExitStack() as stack:
         for _ in range(MAX_FOXGLOVE_CLIENTS):

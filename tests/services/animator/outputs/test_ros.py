@@ -57,7 +57,6 @@ def test_messages_are_byte_for_byte_those_of_rosbags(name: str, shares: Floats, 
         assert bytes(STORE.serialize_cdr(STORE.deserialize_cdr(data, kind), kind)) == data
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 @given(shares=SHARES, place=PLACES)
 @settings(max_examples=20, deadline=None)

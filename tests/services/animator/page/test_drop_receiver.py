@@ -112,6 +112,7 @@ def test_sizes(take: bytes, tmp_path: Path, folder: Path, monkeypatch: pytest.Mo
         assert (found, files_in(folder)) == ([], [])
 
 
+@pytest.mark.slow
 def test_one_take_at_a_time_and_a_page_that_leaves_frees_the_place(
     take: bytes, tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -84,6 +84,7 @@ def test_the_same_take_gives_the_same_picture(take: Path, tmp_path: Path) -> Non
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_errors_name_the_option_and_what_is_allowed(take: Path, tmp_path: Path) -> None:
     for output, wishes, text in (
         (
@@ -122,7 +123,7 @@ def test_an_interrupted_film_leaves_the_previous_file(take: Path, tmp_path: Path
     assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_render_command(take: Path, tmp_path: Path) -> None:
     status, out, err = zenocap("render", take, "-o", tmp_path / "a.mp4", "--size", "160x96", "--theme", "dark")
     assert (status, err) == (0, "")

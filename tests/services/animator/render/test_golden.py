@@ -21,6 +21,7 @@ OPTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OPTIONS)
 def test_a_picture_is_the_golden_one(name: str, tmp_path: Path) -> None:
     render(TAKE, tmp_path / "a.png", OPTIONS[name])

@@ -45,7 +45,6 @@ def at(image: Image, camera: Camera, point: Floats) -> tuple[int, int, int]:
     return blue, green, red
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("look", THEMES)
 @pytest.mark.parametrize("name", BODIES)
 def test_forearms_are_where_the_kinematics_put_them_left_orange_right_blue(name: str, look: str) -> None:

@@ -67,7 +67,7 @@ def test_a_body_surface_has_the_height_of_its_person(name: str) -> None:
     assert 1.70 < np.ptp(points[:, 1]) < 1.82
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", BODIES)
 @given(shares=SHARES, position=PLACES)
 @settings(deadline=None, max_examples=20)

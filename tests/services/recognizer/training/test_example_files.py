@@ -108,6 +108,7 @@ def test_frames_before_the_first_pose_are_omitted_without_start_and_end() -> Non
     assert len(span(Features(20.0, np.arange(60) / 20.0, features), None, None)) == 30
 
 
+@pytest.mark.slow
 @pytest.mark.clips
 @pytest.mark.skipif(not MOTIONS.is_dir(), reason="the shared motions are not beside the project")
 def test_motion_capture_data_have_all_features_after_their_rest_pose() -> None:

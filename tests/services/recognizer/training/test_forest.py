@@ -76,7 +76,7 @@ def test_figures_count_whole_examples() -> None:
         assert figures.strangers >= figures.refused
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("protocol", ["paper", "subjects"])
 def test_cross_validation_recognizes_separable_postures(protocol: str) -> None:
     outcome = cross_validate(examples(), FAST_FOREST, "paper" if protocol == "paper" else "subjects")
@@ -124,7 +124,7 @@ def test_few_windows_of_background_are_all_tried(count: int) -> None:
     assert len(trials_of(data, held_out_groups(ready, 2), 5, 0).background) == count
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_background_is_no_posture_of_cross_validation() -> None:
     assert cross_validate([*examples(), background(1)], FAST_FOREST, "subjects").labels == LABELS
 

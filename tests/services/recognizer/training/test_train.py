@@ -51,7 +51,6 @@ def test_one_example_per_posture_gives_a_model_without_thresholds() -> None:
     assert (model.labels[found.best], found.accepted) == ("kick", True)
 
 
-@pytest.mark.slow
 def test_repetitions_are_held_out_with_only_one_person() -> None:
     model = train(examples((1,), 3), FAST)
     assert [figures.held for figures in model.training.figures] == [3, 3, 3]

@@ -71,7 +71,6 @@ def test_choices_have_the_least_cost_of_all(seed: int, gaps: bool) -> None:
     assert total(sequence, best_choices(FOURTEEN_PARTS, sequence, FRAME_NS)) == pytest.approx(best)
 
 
-@pytest.mark.slow
 @given(seed=st.integers(0, 1000), gaps=st.booleans())
 @few_examples
 def test_time_reversed_gives_the_same_choices_in_reverse(seed: int, gaps: bool) -> None:

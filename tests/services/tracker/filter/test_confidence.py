@@ -70,6 +70,7 @@ def test_limb_that_is_not_where_its_silhouette_is_has_less_confidence_than_the_o
     assert found[limb] == found[2 * (limb // 2) : 2 * (limb // 2) + 2].min()
 
 
+@pytest.mark.nightly
 def test_limb_is_ambiguous_when_a_pose_with_another_place_of_it_fits_as_well() -> None:
     rays, _ = scene(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))
     one = detect_t_pose(rays)

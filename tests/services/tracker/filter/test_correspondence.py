@@ -67,6 +67,7 @@ def test_nearest_part_has_the_least_distance(seed: int) -> None:
         assert every[parts[i]] == pytest.approx(min(every), abs=2e-3)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(seeds)
 def test_ray_tangent_to_a_round_part_has_no_gap(seed: int) -> None:

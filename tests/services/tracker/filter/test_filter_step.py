@@ -52,7 +52,6 @@ def tracked(result: tuple[Tracking | Lost, Outcome]) -> Tracking:
     return result[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_filter_converges_from_a_nearby_pose(seed: int) -> None:
     start = moved(TRUE, np.random.default_rng(seed), 0.03, 0.12)

@@ -143,7 +143,7 @@ def test_turns_convert_to_world_axes_and_back() -> None:
     assert world[:3] == pytest.approx(step[:3])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(4))
 def test_force_has_the_fixed_point_of_gauss_newton(seed: int) -> None:
     true = upright(seed=seed, spread=0.2)
@@ -155,7 +155,7 @@ def test_force_has_the_fixed_point_of_gauss_newton(seed: int) -> None:
     assert distances[2] < 0.15 * distances[0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(4))
 def test_printed_force_reduces_the_misfit(seed: int) -> None:
     true = upright(seed=seed, spread=0.2)

@@ -58,7 +58,7 @@ def clear(frames: Floats, rays: Floats32) -> list[bool]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("linear", "closest"), [(False, False), (True, True)], ids=["default", "paper"])
 @settings(max_examples=5)
 @given(seed=seeds)

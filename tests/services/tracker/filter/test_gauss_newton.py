@@ -61,7 +61,7 @@ def rows_of(pose: RootedPose, rays: Floats32, weights: Weights) -> tuple[Floats,
     return np.array(residuals), np.array(jacobian)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(3))
 def test_one_iteration_is_the_least_squares_step(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -49,7 +49,6 @@ def searched(true: RootedPose, tracked: RootedPose, *, misfits: bool = False, su
     return before, after
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("anatomy", ANATOMIES.values(), ids=ANATOMIES)
 def test_four_limbs_with_placements_within_reach(anatomy: Anatomy) -> None:
     limbs, turned = limbs_of(anatomy), np.empty((3, 3))
@@ -72,7 +71,7 @@ def test_a_limb_that_is_elsewhere_loses_its_support() -> None:
     assert gone[2:] == pytest.approx(there[2:], abs=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_lost_arm_is_found_and_replaces_the_worst_particle() -> None:
     before, after = searched(raised(), lost())
     assert np.array_equal(after.values[:4], before.values[:4])

@@ -139,7 +139,7 @@ def test_empty_room_never_starts() -> None:
     assert describe(state) == "waiting for a person"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_clock_that_is_set_back_starts_the_time_again() -> None:
     config = setup(CAMERAS)
     state = initial_state(config)

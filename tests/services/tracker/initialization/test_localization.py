@@ -18,6 +18,7 @@ def rays_at(x: float, z: float) -> Floats32:
     return rays
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.7, -0.4)])
 def test_column_is_where_most_layers_are_occupied(place: tuple[float, float]) -> None:
     column = find_column(rays_at(*place))

@@ -89,7 +89,7 @@ def test_empty_scene_gives_no_pose() -> None:
     assert find(*shown(None)) is None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_preferred_heading_wins_unless_it_fits_worse() -> None:
     pose = place(neutral(simulated_person(SEED)), Placement(0.0, 0.0, 0.3))
     rays, field = shown(pose)

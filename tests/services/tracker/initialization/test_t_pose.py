@@ -120,6 +120,7 @@ def test_two_views_tell_the_direction_of_the_arms_and_mostly_the_front() -> None
     assert right >= len(yaws) - 1
 
 
+@pytest.mark.nightly
 def test_other_postures_are_not_measured() -> None:
     cameras = ring(4)
     arms = neutral(simulated_person(1)).arms.copy()

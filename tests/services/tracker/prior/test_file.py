@@ -93,7 +93,6 @@ def test_incomplete_file_is_refused(whole: bytes, change: Callable[[bytes], byte
         parse_prior(HERE, change(whole))
 
 
-@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=100)
 def test_every_changed_byte_and_cut_is_detected(whole: bytes, data: st.DataObject) -> None:

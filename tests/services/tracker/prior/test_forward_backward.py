@@ -63,7 +63,6 @@ def assert_equal(found: Expectation, expected: Expectation) -> None:
     assert np.allclose(found.xi, expected.xi, atol=1e-8)
 
 
-@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.integers(1, 6))
 @settings(max_examples=30)
 def test_expectation_equals_enumeration_of_all_paths(seed: int, states: int, frames: int) -> None:

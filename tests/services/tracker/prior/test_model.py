@@ -73,7 +73,6 @@ def test_centre_term_rejects_poses_far_along_a_subspace() -> None:
     assert distances(prior, far[None])[0, 0] > 1.0
 
 
-@pytest.mark.slow
 def test_error_of_drawn_poses_is_the_noise_off_the_subspaces() -> None:
     prior = known_prior()
     poses, _ = drawn(prior, 2000, np.random.default_rng(2))

@@ -77,7 +77,6 @@ def trc(folder: Path, anatomy: Anatomy = TEN_PARTS, count: int = 90) -> tuple[Pa
     return folder / "raise.trc", motion_of("raise", 60.0, anatomy, poses).coordinates
 
 
-@pytest.mark.slow
 def test_trc_round_trip_keeps_the_motion_or_a_range(tmp_path: Path) -> None:
     path, expected = trc(tmp_path)
     motion = read_motion(path, TEN_PARTS)
@@ -151,6 +150,7 @@ def test_take_has_its_motion_in_either_anatomy(anatomy: Anatomy) -> None:
         read_motion(GOLDEN, anatomy, range(90_000, 90_001))
 
 
+@pytest.mark.slow
 def test_take_in_its_own_anatomy_has_the_poses_of_its_messages() -> None:
     track = read_poses(GOLDEN).track()
     motion = read_motion(GOLDEN, TEN_PARTS)

@@ -43,7 +43,7 @@ def test_regions_are_limited_by_the_frames() -> None:
     assert max(row.regions for row in prior.training.errors) <= 48 // 5
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_hundred_frames_allow_twenty_regions() -> None:
     prior = train(COORDINATES, [Recording("first", 60.0, gait(100))], [], Plan(regions=20))
     assert 15 <= prior.regions <= 20  # those without poses are left out

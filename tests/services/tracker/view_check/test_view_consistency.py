@@ -22,6 +22,7 @@ from zenocap.services.tracker.view_check.view_consistency import (
     untrusted,
 )
 
+pytestmark = pytest.mark.slow
 FPS = 30.0
 FRAMES = 190
 BAD = 2
@@ -129,6 +130,7 @@ def test_frozen_view_is_reported_in_time_and_used_again_when_it_changes() -> Non
     assert "view cam03 is frozen" in results[named[0]][0].text
 
 
+@pytest.mark.nightly
 def test_a_person_standing_still_is_not_a_frozen_view() -> None:
     cameras, masks = film(4)
     assert set(findings_of(cameras, [[mask[50]] * FRAMES for mask in masks])) == {()}
@@ -160,7 +162,6 @@ def test_an_empty_scene_gives_no_finding() -> None:
     assert set(findings_of(cameras, [[None] * 60 for _ in cameras])) == {()}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", [lambda camera: turned(camera, 5.0), lambda camera: camera], ids=["bad", "good"])
 def test_same_input_gives_the_same_findings(fault: Callable[[Camera], Camera]) -> None:
     cameras, masks = film(4)

@@ -91,7 +91,7 @@ def test_faults_of_the_light_are_found(code: AdviceCode, share: object) -> None:
     assert code in {fault.code for message in advice for fault in message.faults}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_soft_image_is_found() -> None:
     assert A.FOCUS in codes([np.asarray(cv2.GaussianBlur(image, (0, 0), 4.0), dtype=np.uint8) for image in film()])
 

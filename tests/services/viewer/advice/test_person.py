@@ -72,7 +72,7 @@ def test_faint_trousers_are_no_mirror_image(size: tuple[int, int]) -> None:
     assert not any(measured(room, image, mask).mirrored for image, mask in shots)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_mirror_image_in_the_silhouette_is_found() -> None:
     room, shots = demo((320, 240), 4, STRETCHED_S, GLOSS)
     for image, mask in shots:

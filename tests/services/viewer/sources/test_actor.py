@@ -63,7 +63,6 @@ def test_viewers_that_started_at_different_times_see_the_same_frame():
         np.testing.assert_array_equal(a[index], b[index])
 
 
-@pytest.mark.slow
 def test_a_viewer_that_joins_late_sees_the_empty_scene_first():
     viewer = demo_rig("two-view").viewers[0]
     _, playback = live(EPOCH + 5 * S)
@@ -72,6 +71,7 @@ def test_a_viewer_that_joins_late_sees_the_empty_scene_first():
     assert person_pixels(frames[30], frames[0]) > 100
 
 
+@pytest.mark.slow
 def test_late_frames_are_skipped_in_live_playback():
     viewer = demo_rig("two-view").viewers[0]
     time, playback = live(EPOCH)

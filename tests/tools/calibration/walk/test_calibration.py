@@ -62,7 +62,7 @@ def test_a_straight_walk_is_poor():
     assert any("in curves" in reason for reason in reasons)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_person_in_one_place_is_refused():
     with pytest.raises(UserError, match="moves less than a metre"):
         found_with(0.05 * figure())
@@ -76,7 +76,7 @@ def test_a_camera_that_sees_no_whole_person_is_named():
         found_with(figure(), cam02=hulls)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_mirrored_camera_is_named():
     hulls = hulls_seen(CAMERAS["cam03"], figure())
     hulls.local[..., 0] *= -1.0

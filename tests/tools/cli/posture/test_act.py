@@ -33,6 +33,7 @@ def test_people_seed_selects_the_simulated_people(tmp_path: Path) -> None:
     assert {row.person for row in read_manifest(tmp_path / "manifest.csv")} == {"24"}
 
 
+@pytest.mark.slow
 def test_take_without_poses_is_reported_with_exit_status_3(tmp_path: Path) -> None:
     def generate_without_poses(_rig: Rig, _method: Method, script: MotionTimeline, _room: int, take: Path) -> Tracked:
         take.write_bytes(b"")
@@ -45,6 +46,7 @@ def test_take_without_poses_is_reported_with_exit_status_3(tmp_path: Path) -> No
     assert "no pose" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [

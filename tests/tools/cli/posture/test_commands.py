@@ -228,7 +228,6 @@ def test_posture_with_a_single_example_is_reported(manifest: Path, tmp_path: Pat
     assert "note: nothing to hold out: no movement will be rejected" in errors
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

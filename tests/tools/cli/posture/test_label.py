@@ -149,7 +149,6 @@ def test_unusable_input_is_a_one_line_error(
     assert len(error.strip().splitlines()) == 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("option", [("--ignore", "legs"), ("--false-per-hour", "6")])
 def test_options_of_training_are_wrong_usage_without_the_page(option: tuple[str, str], motion: Path) -> None:
     status, _, error = zenocap("posture", "label", motion, "--list", *option)

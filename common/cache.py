@@ -18,12 +18,17 @@ DAY_S = 86_400
 
 
 def cache_folder() -> Path:
-    """The folder of the environment variable ZENOCAP_CACHE, by default `zenocap` in the user's cache directory."""
+    """The folder of the environment variable ZENOCAP_CACHE, by default `zenocap` in the user's cache directory.
+
+    A user without a home has one among the temporary files.
+    """
     own = os.environ.get(VARIABLE)
     if own:
         return Path(own).expanduser().absolute()
-    user = os.environ.get("XDG_CACHE_HOME")
-    return (Path(user) if user else Path.home() / ".cache") / "zenocap"
+    if user := os.environ.get("XDG_CACHE_HOME"):
+        return Path(user) / "zenocap"
+    home = os.path.expanduser("~")
+    return Path(tempfile.gettempdir()) / f"zenocap-{os.geteuid()}" if home == "~" else Path(home) / ".cache" / "zenocap"
 
 
 def read_entry(path: Path) -> bytes | None:

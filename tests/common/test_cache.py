@@ -1,6 +1,7 @@
 """Entries of the user's cache: whole, of this user, or missing."""
 
 import os
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -19,6 +20,8 @@ def test_the_folder_is_that_of_the_variable_or_in_the_users_cache(tmp_path: Path
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     assert cache_folder() == tmp_path / "home" / ".cache" / "zenocap"
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)
+    assert cache_folder() == Path(tempfile.gettempdir()) / f"zenocap-{os.geteuid()}"
 
 
 @pytest.mark.parametrize("content", [b"", b"a", bytes(100_000)])

@@ -140,7 +140,7 @@ def _folder(source: Path) -> Path:
     """Folder of the entries of a source file."""
     inside = source.is_relative_to(PACKAGE)
     name = str(source.relative_to(PACKAGE)) if inside else source.name
-    digests = kernel_digests(PACKAGE)
+    digests = kernel_digests(PACKAGE, name if inside else None)
     # A file elsewhere, of a test say, may use any kernel.
     content = digests[name] if inside else "\0".join([source.read_text(encoding="utf-8"), *digests.values()])
     digest = hashlib.sha256(f"{VERSIONS}\0{content}".encode()).hexdigest()[:16]

@@ -55,14 +55,19 @@ class Sources:
         return found
 
 
-def kernel_digests(package: Path) -> Mapping[str, str]:
+def kernel_digests(package: Path, needed: str | None = None) -> Mapping[str, str]:
     """Digest of each file with compiled functions and of all that it imports, by its path inside the package.
 
     They are kept in the cache with the times and sizes of the files, so that a start does not read all sources.
+    needed: a file that must be among them; one that is new since then is not in what is kept.
     """
     record = cache_folder() / "sources" / f"{hashlib.sha256(str(package).encode()).hexdigest()[:16]}.json"
     kept = _read(record)
-    if kept is not None and all(_stamp(package / name) == stamp for name, stamp in kept["stamps"].items()):
+    if (
+        kept is not None
+        and needed in (None, *kept["digests"])
+        and all(_stamp(package / name) == stamp for name, stamp in kept["stamps"].items())
+    ):
         return kept["digests"]
     sources = Sources({PACKAGE: package})
     names = [name for name, text in sources.texts.items() if USES_KERNELS.search(text)]

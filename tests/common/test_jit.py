@@ -150,6 +150,12 @@ def test_only_files_that_depend_on_a_change_have_another_digest(package: Path, c
     assert kernel_digests(package) == after
 
 
+def test_a_new_file_with_kernels_is_not_missed(package: Path, cache: Path) -> None:
+    before = kernel_digests(package)
+    (package / "fresh.py").write_text(CALLEE)
+    assert set(kernel_digests(package, "fresh.py")) == {*before, "fresh.py"}
+
+
 def test_a_damaged_record_counts_as_missing(package: Path, cache: Path) -> None:
     before = kernel_digests(package)
     (record,) = (cache / "sources").iterdir()

@@ -1,4 +1,4 @@
-"""What tests keep in the cache is made again when its key, its sources or its entry differ."""
+"""Stored results of tests are made again when their key, sources or entry differ."""
 
 from pathlib import Path
 

@@ -156,7 +156,7 @@ class Times:
         self.rows: dict[str, dict[str, object]] = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        row = self.rows.setdefault(report.nodeid.split("@")[0], {"clock_s": 0.0})
+        row = self.rows.setdefault(report.nodeid, {"clock_s": 0.0})
         row["clock_s"] = round(float(str(row["clock_s"])) + report.duration, 3)
         row.update(*(value for name, value in report.user_properties if name == "time"))
 

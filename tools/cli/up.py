@@ -117,9 +117,12 @@ def warmup(part: Annotated[list[str] | None, typer.Option(hidden=True)] = None) 
         return
     from rich.console import Console
 
+    from zenocap.common.errors import UserError
     from zenocap.common.runtime.signals import stop_signals
     from zenocap.tools.warmup.parts import PARTS
-    from zenocap.tools.warmup.processes import compile_parts
+    from zenocap.tools.warmup.processes import cache_problem, compile_parts
 
-    with stop_signals() as stopped:
+    with one_line_errors(), stop_signals() as stopped:
+        if problem := cache_problem():
+            raise UserError(problem)
         raise typer.Exit(DONE if compile_parts(tuple(PARTS), stopped, Console(stderr=True)) else FAILED)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from rich.console import Console
 from rich.status import Status
 
+from zenocap.common.cache import cache_folder, write_entry
 from zenocap.common.runtime.compiled import is_compiled
 
 PROCESSES = 2  # at the same time: a third one would compile the same code again
@@ -20,6 +21,9 @@ def compile_parts(parts: Sequence[str], stopped: Callable[[], bool], console: Co
     """Compile the `parts` that are not in the cache; False when stopped or after a failure, which is printed."""
     missing = [part for part in parts if not is_compiled(part)]
     if not missing:
+        return True
+    if problem := cache_problem():
+        console.print(f"warning: {problem}; every service compiles for itself, at each start", markup=False)
         return True
     text = f"compiling {', '.join(missing)} (first run only)"
     running = [_start(group) for group in shared_out(missing, PROCESSES)]
@@ -48,6 +52,14 @@ def compile_parts(parts: Sequence[str], stopped: Callable[[], bool], console: Co
             return False
     console.print(f"compiled in {time.monotonic() - started_s:.0f} s", markup=False, highlight=False)
     return True
+
+
+def cache_problem() -> str | None:
+    """Reason why nothing that is compiled can be kept; None when it can."""
+    folder = cache_folder()
+    if write_entry(folder / "writable", b""):
+        return None
+    return f"the cache {folder} cannot be written: allowed: ZENOCAP_CACHE = a folder that can be written"
 
 
 def shared_out(parts: Sequence[str], count: int) -> list[list[str]]:

@@ -1,7 +1,15 @@
-"""Parts are distributed to processes by duration."""
+"""Parts are distributed to processes by duration; without a cache that can be written nothing is compiled in vain."""
 
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from zenocap.tools.cli.main import app
 from zenocap.tools.warmup.parts import PARTS
-from zenocap.tools.warmup.processes import WEIGHTS, shared_out
+from zenocap.tools.warmup.processes import WEIGHTS, compile_parts, shared_out
 
 
 def test_every_part_is_in_one_group() -> None:
@@ -13,3 +21,15 @@ def test_every_part_is_in_one_group() -> None:
 def test_longest_part_gets_its_own_process() -> None:
     assert shared_out(("silhouettes", "actor", "tracking"), 2) == [["tracking"], ["silhouettes", "actor"]]
     assert shared_out(("tracker",), 2) == [["tracker"]]
+
+
+def test_a_cache_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("ZENOCAP_CACHE", str(tmp_path / "file"))
+    words = f"the cache {tmp_path / 'file'} cannot be written: allowed: ZENOCAP_CACHE = "
+    shown = io.StringIO()
+    assert compile_parts(("tracker",), lambda: False, Console(file=shown, width=1000))
+    assert f"warning: {words}" in shown.getvalue()
+    found = CliRunner().invoke(app, ["warmup"], env={"COLUMNS": "1000"})
+    assert found.exit_code == 1
+    assert words in found.output

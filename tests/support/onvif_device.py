@@ -7,6 +7,7 @@ import socket
 import ssl
 import struct
 import threading
+import time
 from datetime import datetime
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
@@ -15,6 +16,7 @@ from xml.etree import ElementTree
 from zenocap.tools.cameras.onvif_discovery import GROUP
 
 LOOPBACK = "127.0.0.1"
+ALONE_S = 120.0  # until the device of another worker or clone on this machine has ended
 S = "{http://www.w3.org/2003/05/soap-envelope}"
 NAMES = (
     'xmlns:e="http://www.w3.org/2003/05/soap-envelope" xmlns:tds="http://www.onvif.org/ver10/device/wsdl" '
@@ -24,8 +26,26 @@ NAMES = (
 YEAR = 2001  # of the device's clock, which was never set
 
 
+def alone() -> socket.socket:
+    """A socket that one process of the machine can have: all devices would answer each other's probes.
+
+    It holds the probe's port as one of TCP, which nothing else uses.
+    """
+    held = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    end_s = time.monotonic() + ALONE_S
+    while True:
+        try:
+            held.bind((LOOPBACK, GROUP[1]))
+            return held
+        except OSError:
+            if time.monotonic() > end_s:
+                held.close()
+                raise
+            time.sleep(0.02)
+
+
 class SimulatedOnvif:
-    """A device with one profile.  streams: its RTSP addresses.  user: (name, password) that it wants.
+    """A device with one profile, alone on this machine.  streams: RTSP addresses.  user: (name, password) that it wants.
 
     matches: answer to a probe instead of its own.  replies: SOAP bodies by the name of the request, instead of its own.
     tls: for https.  digest: algorithms of HTTP digest that it wants of every request, instead of ONVIF's password.
@@ -67,6 +87,7 @@ class SimulatedOnvif:
 
             def log_message(self, format: str, *args: object) -> None: ...
 
+        self._alone = alone()
         self._http = ThreadingHTTPServer((LOOPBACK, 0), Handler)
         if tls is not None:
             self._http.socket = tls.wrap_socket(self._http.socket, server_side=True, do_handshake_on_connect=False)
@@ -100,6 +121,7 @@ class SimulatedOnvif:
             thread.join()
         self._http.server_close()
         self._udp.close()
+        self._alone.close()
 
     def _discovery(self) -> None:
         while not self._stop.is_set():

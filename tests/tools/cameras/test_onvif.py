@@ -1,6 +1,7 @@
 """ONVIF cameras: found by a probe, asked for their streams, against a simulated device on the loopback interface."""
 
 import json
+import threading
 
 import pytest
 
@@ -19,6 +20,23 @@ STREAMS = {"main": "rtsp://127.0.0.1:1/live?a=1&b=2", "sub": "rtsp://127.0.0.1:1
 def test_a_device_is_found_by_its_answer_with_name_and_the_address_at_its_own_host():
     with SimulatedOnvif(STREAMS) as device:
         assert found_devices(LOOPBACK, 0.6) == [OnvifDevice(device.address, "Hall camera", "X1")]
+
+
+def test_there_is_one_device_at_a_time_on_the_machine():
+    """Workers of pytest and clones beside this one, whose probes all devices would answer."""
+    ends = []
+
+    def second() -> None:
+        with SimulatedOnvif({}):
+            ends.append("second")
+
+    other = threading.Thread(target=second)
+    with SimulatedOnvif({}):
+        other.start()
+        other.join(0.1)
+        ends.append("first")
+    other.join()
+    assert ends == ["first", "second"]
 
 
 @pytest.mark.slow

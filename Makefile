@@ -44,7 +44,7 @@ demo: $(RUNTIME)
 	$(BIN)/zenocap demo $(ARGS)
 
 test: $(RUNTIME)
-	@$(MAKE) --no-print-directory -j2 compile check
+	@$(MAKE) --no-print-directory -j2 compile check ARGS=
 	$(PYTEST) -m "$(FAST)" $(PARALLEL) $(ARGS)
 
 test-unit: $(DEV)
@@ -54,7 +54,7 @@ test-core: $(DEV)
 	$(PYTEST) -m "$(CORE)" $(PARALLEL) $(ARGS)
 
 test-nightly: $(RUNTIME)
-	@$(MAKE) --no-print-directory -j2 compile check docs
+	@$(MAKE) --no-print-directory -j2 compile check docs ARGS=
 	$(PYTEST) $(PARALLEL) --hypothesis-profile nightly --durations=25 $(ARGS)
 
 coverage: $(DEV)

@@ -10,7 +10,9 @@ import resource
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -35,6 +37,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def tier_of(item: pytest.Item) -> str:
     return next((tier for tier in reversed(TIERS) if item.get_closest_marker(tier)), TIERS[0])
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    """Collect without the garbage collector.  Without bytecode, let each worker make another part of it first."""
+    gc.disable()
+    worker = getattr(session.config, "workerinput", None)
+    if worker is not None and session.config.args == session.config.getini("testpaths"):
+        files = sorted((ROOT / "tests").rglob("test_*.py"))
+        begin = int(worker["workerid"].removeprefix("gw")) * len(files) // worker["workercount"]
+        for file in files[begin:] if begin else ():
+            with suppress(Exception, pytest.skip.Exception):  # the collection reports them
+                import_module(".".join(file.relative_to(ROOT).with_suffix("").parts))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -83,6 +97,7 @@ def pytest_collection_finish() -> None:
     """Leave what the collection has made, hundreds of thousands of objects, out of each later garbage collection."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 class Compiling(event.Listener):

@@ -1,6 +1,7 @@
 """One step of the filter on scenes of a known pose: convergence, prediction, track loss."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,8 +23,12 @@ BODY = average_body(FOURTEEN_PARTS, 1.75)
 MODEL = model_of(FOURTEEN_PARTS, BODY)
 PERSON = Person(BODY, MODEL, 1.75, initial_shape(BODY, np.zeros(COUNT)), expected_support=0.9)
 TRUE = upright(seed=4)
-SCENE = tangent_rays(MODEL, TRUE, 400)
 SEEDS = range(5)
+
+
+@cache
+def seen() -> Floats32:
+    return tangent_rays(MODEL, TRUE, 400)
 
 
 def setup_with(**options: object) -> Setup:
@@ -55,7 +60,7 @@ def tracked(result: tuple[Tracking | Lost, Outcome]) -> Tracking:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_filter_converges_from_a_nearby_pose(seed: int) -> None:
     start = moved(TRUE, np.random.default_rng(seed), 0.03, 0.12)
-    results = steps(setup_with(), start, [SCENE] * 4, seed)
+    results = steps(setup_with(), start, [seen()] * 4, seed)
     assert error_mm(tracked(results[-1]).estimate) < min(12.0, 0.3 * error_mm(start))
     assert not results[-1][1].lost
 
@@ -64,8 +69,8 @@ def test_filter_converges_from_a_nearby_pose(seed: int) -> None:
 def test_particles_without_refinement_are_worse(seed: int) -> None:
     """The paper's Table II: 1000 particles, sampled and weighted only."""
     start = moved(TRUE, np.random.default_rng(seed), 0.03, 0.12)
-    refined = tracked(steps(setup_with(), start, [SCENE] * 2, seed)[-1]).estimate
-    sampled = tracked(steps(setup_with(method="particle-filter", particles=1000), start, [SCENE] * 2, seed)[-1]).estimate
+    refined = tracked(steps(setup_with(), start, [seen()] * 2, seed)[-1]).estimate
+    sampled = tracked(steps(setup_with(method="particle-filter", particles=1000), start, [seen()] * 2, seed)[-1]).estimate
     assert error_mm(refined) < 0.5 * error_mm(sampled)
 
 
@@ -88,7 +93,7 @@ def test_prediction_continues_the_motion() -> None:
 
 
 def test_empty_frames_keep_the_particles_and_report_track_loss() -> None:
-    few = SCENE[:, : MIN_TRACKING_RAYS - 1]
+    few = seen()[:, : MIN_TRACKING_RAYS - 1]
     phase, outcome = steps(setup_with(), TRUE, [few])[0]
     assert isinstance(phase, Tracking)
     assert phase.misfits_in_row == 1
@@ -110,7 +115,7 @@ def test_track_is_lost_after_consecutive_misfits() -> None:
 @pytest.mark.slow
 def test_tracking_continues_after_one_misfit() -> None:
     away = RootedPose(TRUE.position + np.array([3.0, 0.0, 0.0]), TRUE.rotation, TRUE.values)
-    results = steps(setup_with(), TRUE, [SCENE, tangent_rays(MODEL, away, 400), SCENE, SCENE, SCENE])
+    results = steps(setup_with(), TRUE, [seen(), tangent_rays(MODEL, away, 400), seen(), seen(), seen()])
     assert [tracked(one).misfits_in_row for one in results] == [0, 1, 0, 0, 0]
     assert error_mm(tracked(results[-1]).estimate) < 12.0
 
@@ -131,13 +136,13 @@ def test_unobserved_part_stays_at_the_prediction_with_larger_spread() -> None:
 @pytest.mark.parametrize("method", ["hybrid", "particle-filter"])
 def test_runs_are_equal_exactly_when_seeds_are(method: str) -> None:
     setup, start = setup_with(method=method), moved(TRUE, np.random.default_rng(0), 0.02, 0.08)
-    one, again, other = (tracked(steps(setup, start, [SCENE] * 2, seed)[-1]) for seed in (1, 1, 2))
+    one, again, other = (tracked(steps(setup, start, [seen()] * 2, seed)[-1]) for seed in (1, 1, 2))
     assert one.cloud.values.tobytes() == again.cloud.values.tobytes()
     assert not np.array_equal(one.cloud.values, other.cloud.values)
 
 
 def test_weights_sum_to_one_and_give_the_effective_number() -> None:
-    phase, outcome = steps(setup_with(), moved(TRUE, np.random.default_rng(1), 0.02, 0.05), [SCENE])[0]
+    phase, outcome = steps(setup_with(), moved(TRUE, np.random.default_rng(1), 0.02, 0.05), [seen()])[0]
     weights = tracked((phase, outcome)).cloud.weights
     assert weights.sum() == pytest.approx(1.0)
     assert outcome.effective == pytest.approx(1.0 / np.sum(weights**2))

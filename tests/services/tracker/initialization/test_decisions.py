@@ -8,9 +8,9 @@ import pytest
 from tests.services.tracker.initialization.test_heading import (
     BODY,
     MODEL,
-    RAYS,
     SETUP,
     STANDING,
+    rays,
     reversed_of,
     standing,
     tracking,
@@ -121,7 +121,7 @@ def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
 
 def test_opposite_pose_fills_the_same_space() -> None:
     person = tracking(STANDING).person
-    found = opposite_pose(Decided(SETUP, person, RAYS, no_distance_field()), STANDING)
+    found = opposite_pose(Decided(SETUP, person, rays(), no_distance_field()), STANDING)
     assert not faces(found, STANDING.rotation[:, 2])
     ends = [frames_of(MODEL, one)[[k for k, name in enumerate(FOURTEEN_PARTS.parts) if name in names], :, 3]
             for one, names in ((STANDING, ("right_lower_arm",)), (found, ("left_lower_arm",)))]  # fmt: skip
@@ -138,7 +138,7 @@ def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that
         (tracking(STANDING), 8, False),
         (tracking(reversed_of(STANDING)), 7, False),
     ):
-        after, _ = turned_as_decided(config, phase, outcome, captured_ns, RAYS, no_distance_field())
+        after, _ = turned_as_decided(config, phase, outcome, captured_ns, rays(), no_distance_field())
         assert (after is not phase) == is_turned
         assert faces(after.estimate, np.array(back)) == (captured_ns == 7)
         assert after.person.body is phase.person.body
@@ -146,5 +146,5 @@ def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that
 
 def test_without_a_decision_the_first_pose_stays() -> None:
     phase, outcome = tracking(STANDING), no_pose(SETUP, lost=False)
-    assert start_as_decided(SETUP, phase, outcome, 0, RAYS, no_distance_field()) == (phase, outcome)
+    assert start_as_decided(SETUP, phase, outcome, 0, rays(), no_distance_field()) == (phase, outcome)
     assert Options().front is None

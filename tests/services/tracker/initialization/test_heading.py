@@ -1,12 +1,14 @@
 """Front and back from the feet: the reach of a scene's feet, the running mean, a reversed pose that is put right."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from tests.support.tracker_ring import ring, setup
 from tests.support.tracker_scenes import tangent_rays, turn
+from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Pose
@@ -28,6 +30,11 @@ BODY = average_body(FOURTEEN_PARTS, STATURE_M)
 MODEL = model_of(FOURTEEN_PARTS, BODY)
 
 
+@cache
+def rays() -> Floats32:
+    return tangent_rays(MODEL, STANDING, 600)
+
+
 def standing(anatomy: Anatomy) -> RootedPose:
     """In the T-pose, facing between +Z and +X."""
     values = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
@@ -35,7 +42,6 @@ def standing(anatomy: Anatomy) -> RootedPose:
 
 
 STANDING = standing(FOURTEEN_PARTS)
-RAYS = tangent_rays(MODEL, STANDING, 600)
 SETUP = replace(setup(ring(4)), anatomy=FOURTEEN_PARTS)
 
 
@@ -52,8 +58,8 @@ def tracking(pose: RootedPose, known: bool = False) -> Tracking:
 def test_feet_reach_forward_and_for_a_reversed_pose_backwards(anatomy: Anatomy) -> None:
     model = model_of(anatomy, average_body(anatomy, STATURE_M))
     pose = standing(anatomy)
-    ahead = foot_reach(anatomy, model, RAYS, pose, STATURE_M)
-    behind = foot_reach(anatomy, model, RAYS, reversed_of(pose), STATURE_M)
+    ahead = foot_reach(anatomy, model, rays(), pose, STATURE_M)
+    behind = foot_reach(anatomy, model, rays(), reversed_of(pose), STATURE_M)
     assert ahead is not None
     assert behind is not None
     assert ahead > 0.03
@@ -61,7 +67,7 @@ def test_feet_reach_forward_and_for_a_reversed_pose_backwards(anatomy: Anatomy) 
 
 
 def test_without_feet_in_the_scene_nothing_changes() -> None:
-    above = np.ascontiguousarray(RAYS[:, midpoints(RAYS)[:, 1] > 0.3])
+    above = np.ascontiguousarray(rays()[:, midpoints(rays())[:, 1] > 0.3])
     phase = tracking(STANDING)
     assert foot_reach(FOURTEEN_PARTS, MODEL, above, STANDING, STATURE_M) is None
     assert with_toes(FOURTEEN_PARTS, phase, above) is phase
@@ -70,7 +76,7 @@ def test_without_feet_in_the_scene_nothing_changes() -> None:
 def test_heading_becomes_known_from_the_feet() -> None:
     phase = tracking(STANDING)
     for _ in range(20):
-        phase = with_toes(FOURTEEN_PARTS, phase, RAYS)
+        phase = with_toes(FOURTEEN_PARTS, phase, rays())
     assert phase.toes > HEADING_TOES
     assert phase.person.heading_known
 
@@ -78,11 +84,11 @@ def test_heading_becomes_known_from_the_feet() -> None:
 def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
     phase, frames = tracking(reversed_of(STANDING)), 0
     while phase.toes >= REVERSED_TOES:
-        phase, frames = with_toes(FOURTEEN_PARTS, phase, RAYS), frames + 1
+        phase, frames = with_toes(FOURTEEN_PARTS, phase, rays()), frames + 1
         assert frames < 15
     assert not phase.person.heading_known
     outcome = no_pose(SETUP, lost=False)
-    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, RAYS, no_distance_field())
+    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays(), no_distance_field())
     assert after.estimate.rotation[:, 2] @ STANDING.rotation[:, 2] > 0.9
     assert after.toes > REVERSED_TOES
 
@@ -90,7 +96,7 @@ def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
 def test_a_heading_that_the_feet_contradict_is_kept_where_the_opposite_one_has_feet_farther_back() -> None:
     phase = replace(tracking(STANDING), toes=0.9 * REVERSED_TOES)
     outcome = no_pose(SETUP, lost=False)
-    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, RAYS, no_distance_field())
+    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays(), no_distance_field())
     assert after.estimate is phase.estimate
     assert REVERSED_TOES < after.toes < HEADING_TOES  # not tried again at once, and still reported as uncertain
 

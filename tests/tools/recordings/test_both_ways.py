@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 import zenocap
+from tests.support.arms_takes import arms_rig, both_ways_take, forward_take
 from tests.tools.verify.test_verify import changed, totals, with_message
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
@@ -19,7 +20,6 @@ from zenocap.common.formats.take_poses import read_poses, summary_of
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
 from zenocap.common.rig.rig import Rig, demo_rig, demo_rig_file, load_rig
-from zenocap.common.rig.sources import Actor
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, VERDICT
 from zenocap.services.animator.playback import topics_shown
@@ -43,32 +43,29 @@ from zenocap.tools.recordings.redraw import frame_sets_again
 from zenocap.tools.recordings.track import TrackedFrameSet, track, with_tracker
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.nightly
 KEY = "zenocap/demo/tracker/both_ways"
 
 
 @pytest.fixture(scope="module")
-def rig() -> Rig:
-    rig = demo_rig()
-    return replace(rig, viewers=tuple(replace(viewer, source=Actor("raise-both-arms", 3)) for viewer in rig.viewers))
-
-
-@pytest.fixture(scope="module")
-def takes(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The same videos tracked forwards only, and both ways."""
+def takes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The same film tracked forwards only, and both ways."""
     folder = tmp_path_factory.mktemp("takes")
-    track(rig, folder / "forward.mcap")
+    return forward_take(folder / "forward"), both_ways_take(folder / "both")
+
+
+@pytest.mark.nightly
+def test_the_second_pass_names_what_it_does_and_leaves_the_take_alone(takes: tuple[Path, Path], tmp_path: Path) -> None:
     calls: list[tuple[str, int, int]] = []
-    result = track_both_ways(rig, folder / "both.mcap", watch=lambda *one: calls.append(one))
+    result = track_both_ways(arms_rig(), tmp_path / "both.mcap", watch=lambda *one: calls.append(one))
     assert result.problems == ()
     assert result.both_ways
     assert list(dict.fromkeys(activity for activity, *_ in calls)) == [BACKWARDS, CHOOSING, WRITING]
     assert all(done <= total == result.poses for _, done, total in calls)
-    assert sorted(path.name for path in folder.iterdir()) == ["both.mcap", "forward.mcap"]
-    return folder / "forward.mcap", folder / "both.mcap"
+    assert [path.name for path in tmp_path.iterdir()] == ["both.mcap"]
+    assert (tmp_path / "both.mcap").read_bytes() == takes[1].read_bytes()
 
 
-def arms_rig(folder: Path) -> Path:
+def arms_file(folder: Path) -> Path:
     """The demo's rig file with a person who raises both arms once."""
     for file in demo_rig().files:
         (folder / file.name).write_text(file.read_text().replace("actor:demo?seed=4", "actor:raise-both-arms?seed=3"))
@@ -79,6 +76,7 @@ def messages(path: Path) -> list[Envelope]:
     return [received for recorded in Take(path).messages() if (received := envelope(recorded)) is not None]
 
 
+@pytest.mark.slow
 def test_all_messages_of_the_forward_pass_stay_as_they_are(takes: tuple[Path, Path]) -> None:
     forward, both = (messages(path) for path in takes)
     kept = [one for one in both if one.topic is not BOTH_WAYS_POSE]
@@ -88,6 +86,7 @@ def test_all_messages_of_the_forward_pass_stay_as_they_are(takes: tuple[Path, Pa
     ]
 
 
+@pytest.mark.slow
 def test_every_pose_has_one_from_both_directions_behind_it(takes: tuple[Path, Path]) -> None:
     poses = [one for one in messages(takes[1]) if isinstance(one.message, m.TrackerPose)]
     assert len(poses) > 50
@@ -98,6 +97,7 @@ def test_every_pose_has_one_from_both_directions_behind_it(takes: tuple[Path, Pa
         assert set(fused.message.backward) == {"trunk", "right_arm", "left_arm", "right_leg", "left_leg"}
 
 
+@pytest.mark.slow
 def test_readers_use_the_better_poses_and_raw_ones_on_request(takes: tuple[Path, Path], tmp_path: Path) -> None:
     forward, both = takes
     raw = read_poses(forward).track()
@@ -116,6 +116,7 @@ def test_readers_use_the_better_poses_and_raw_ones_on_request(takes: tuple[Path,
     assert (tmp_path / "fused.csv").read_text() != (tmp_path / "raw.csv").read_text()
 
 
+@pytest.mark.slow
 def test_foxglove_and_the_page_show_the_better_poses(takes: tuple[Path, Path], tmp_path: Path) -> None:
     forward, both = takes
     scenes = [[one for one in Take(path).messages() if one.topic == "foxglove/demo/pose"] for path in takes]
@@ -132,6 +133,7 @@ def test_foxglove_and_the_page_show_the_better_poses(takes: tuple[Path, Path], t
         assert topics_shown(cut, TOPICS) == TOPICS
 
 
+@pytest.mark.nightly
 def test_both_directions_are_recomputed_to_equal_bytes(takes: tuple[Path, Path], tmp_path: Path) -> None:
     found = verify([takes[1]])
     assert found.complete
@@ -150,6 +152,7 @@ def test_both_directions_are_recomputed_to_equal_bytes(takes: tuple[Path, Path],
     assert (found.first.key, found.first.frame) == (KEY, frame)
 
 
+@pytest.mark.slow
 def test_a_cut_take_says_that_both_directions_were_not_checked(takes: tuple[Path, Path], tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(takes[1].read_bytes()[: takes[1].stat().st_size * 3 // 4])
@@ -158,33 +161,34 @@ def test_a_cut_take_says_that_both_directions_were_not_checked(takes: tuple[Path
     assert any("both directions: only of a whole take" in str(reason) for reason in found.reasons)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_the_take_does_not_depend_on_the_number_of_cores(
-    rig: Rig, takes: tuple[Path, Path], tmp_path: Path, jobs: int
-) -> None:
-    track_both_ways(rig, tmp_path / "again.mcap", jobs=jobs)
+def test_the_take_does_not_depend_on_the_number_of_cores(takes: tuple[Path, Path], tmp_path: Path, jobs: int) -> None:
+    track_both_ways(arms_rig(), tmp_path / "again.mcap", jobs=jobs)
     assert (tmp_path / "again.mcap").read_bytes() == takes[1].read_bytes()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("activity", [BACKWARDS, WRITING])
 def test_an_interrupted_second_pass_leaves_the_take_of_the_forward_pass(
-    rig: Rig, takes: tuple[Path, Path], tmp_path: Path, activity: str
+    takes: tuple[Path, Path], tmp_path: Path, activity: str
 ) -> None:
     def interrupt(now: str, done: int, _: int) -> None:
         if now == activity and done == 20:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        track_both_ways(rig, tmp_path / "a.mcap", watch=interrupt)
+        track_both_ways(arms_rig(), tmp_path / "a.mcap", watch=interrupt)
     assert (tmp_path / "a.mcap").read_bytes() == takes[0].read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
     assert "both ways   no: tracked in one pass" in lines_of(info(tmp_path / "a.mcap"))
     assert not zenocap.open_take(tmp_path / "a.mcap").both_ways
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("activity", [BACKWARDS, WRITING])
 def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
-    rig: Rig, takes: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, activity: str
+    takes: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, activity: str
 ) -> None:
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
@@ -193,7 +197,7 @@ def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
         if now == activity and done == 20:
             monkeypatch.setattr("zenocap.common.recording.writer.os.fsync", full)
 
-    result = track_both_ways(rig, tmp_path / "a.mcap", watch=fill)
+    result = track_both_ways(arms_rig(), tmp_path / "a.mcap", watch=fill)
     (problem,) = result.problems
     assert "second pass: " in problem
     assert "No space left on device" in problem
@@ -203,9 +207,8 @@ def test_a_full_disk_in_the_second_pass_leaves_the_take_of_the_forward_pass(
     assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
 
 
-def test_no_second_pass_follows_a_take_that_could_not_be_written(
-    rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.nightly
+def test_no_second_pass_follows_a_take_that_could_not_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
@@ -213,10 +216,11 @@ def test_no_second_pass_follows_a_take_that_could_not_be_written(
         monkeypatch.setattr("zenocap.common.recording.writer.os.fsync", full)
 
     calls: list[str] = []
-    result = track_both_ways(rig, tmp_path / "a.mcap", fill, lambda now, *_: calls.append(now))
+    result = track_both_ways(arms_rig(), tmp_path / "a.mcap", fill, lambda now, *_: calls.append(now))
     assert (calls, result.both_ways, result.complete, len(result.problems)) == ([], False, False, 1)
 
 
+@pytest.mark.nightly
 def test_a_take_without_silhouettes_cannot_be_tracked_backwards(takes: tuple[Path, Path], tmp_path: Path) -> None:
     path = changed(takes[1], tmp_path / "a.mcap", lambda one: None if isinstance(one.message, m.Silhouette) else one)
     found = verify([path])
@@ -224,6 +228,7 @@ def test_a_take_without_silhouettes_cannot_be_tracked_backwards(takes: tuple[Pat
     assert any("no silhouettes: they are needed for a second pass" in str(reason) for reason in found.reasons)
 
 
+@pytest.mark.nightly
 def test_poses_without_silhouettes_are_those_of_the_forward_pass(takes: tuple[Path, Path], tmp_path: Path) -> None:
     """A gap in the silhouettes: no pose is lost there."""
     poses = read_poses(takes[0])
@@ -242,12 +247,11 @@ def test_poses_without_silhouettes_are_those_of_the_forward_pass(takes: tuple[Pa
         assert not found[bap.captured_ns].lost
 
 
-def test_the_frame_sets_are_read_again_with_the_messages_of_the_take(
-    rig: Rig, takes: tuple[Path, Path], tmp_path: Path
-) -> None:
+@pytest.mark.nightly
+def test_the_frame_sets_are_read_again_with_the_messages_of_the_take(takes: tuple[Path, Path], tmp_path: Path) -> None:
     seen: list[TrackedFrameSet] = []
-    track(rig, tmp_path / "a.mcap", seen.append)
-    again = list(frame_sets_again(rig, takes[1]))
+    track(arms_rig(), tmp_path / "a.mcap", seen.append)
+    again = list(frame_sets_again(arms_rig(), takes[1]))
     assert len(again) == len(seen)
     for first, second in zip(seen, again, strict=True):
         for id, frame in first.frames.items():
@@ -259,15 +263,14 @@ def test_the_frame_sets_are_read_again_with_the_messages_of_the_take(
         assert poses in ([], [m.TrackerPose, m.BothWaysPose])
 
 
-def test_an_overlay_shows_the_pose_of_both_passes_on_the_last_body(
-    rig: Rig, takes: tuple[Path, Path], tmp_path: Path
-) -> None:
+@pytest.mark.nightly
+def test_an_overlay_shows_the_pose_of_both_passes_on_the_last_body(takes: tuple[Path, Path], tmp_path: Path) -> None:
     summary = summary_of(takes[1])
-    frame_set = list(frame_sets_again(rig, takes[1]))[-20]
+    frame_set = list(frame_sets_again(arms_rig(), takes[1]))[-20]
     (fused,) = (one for one in frame_set.messages if isinstance(one, m.BothWaysPose))
 
     def drawn(*messages: m.Message) -> NDArray[np.uint8]:
-        overlay = Overlay(rig, tmp_path, every=1)
+        overlay = Overlay(arms_rig(), tmp_path, every=1)
         overlay.use_body(summary.anatomy, summary.bdp)
         overlay.add(replace(frame_set, messages=messages))
         assert overlay.finish() == 1
@@ -279,8 +282,9 @@ def test_an_overlay_shows_the_pose_of_both_passes_on_the_last_body(
     assert (drawn(*raw) != drawn(*frame_set.messages)).any()
 
 
+@pytest.mark.nightly
 def test_the_command_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, Path], tmp_path: Path) -> None:
-    studio = str(arms_rig(tmp_path))
+    studio = str(arms_file(tmp_path))
 
     def run(*arguments: str) -> tuple[int, str]:
         found = CliRunner().invoke(app, list(arguments))
@@ -304,6 +308,7 @@ def test_the_command_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, P
     assert "both ways" in "\n".join(lines_of(info(tmp_path / "a.mcap")))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("function", "output", "words"),
     [
@@ -327,20 +332,22 @@ def test_an_interrupted_command_names_what_it_leaves(
     else:
         monkeypatch.setattr("zenocap.tools.recordings.redraw.frame_sets_again", interrupt_drawing)
     path, pictures = tmp_path / output, tmp_path / "pictures"
-    found = CliRunner().invoke(app, ["track", str(arms_rig(tmp_path)), "-o", str(path), "--overlay", str(pictures)])
+    found = CliRunner().invoke(app, ["track", str(arms_file(tmp_path)), "-o", str(path), "--overlay", str(pictures)])
     assert found.exit_code != 0
     assert ("interrupted" in found.output) is (words is not None)
     assert (words or "").format(path) in found.output
     assert path.exists() is (words is not None)
 
 
-def test_python_tracks_both_ways_unless_told_otherwise(rig: Rig, takes: tuple[Path, Path], tmp_path: Path) -> None:
-    assert zenocap.track(rig, tmp_path / "a.mcap").both_ways
+@pytest.mark.nightly
+def test_python_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, Path], tmp_path: Path) -> None:
+    assert zenocap.track(arms_rig(), tmp_path / "a.mcap").both_ways
     assert (tmp_path / "a.mcap").read_bytes() == takes[1].read_bytes()
-    assert not zenocap.track(rig, tmp_path / "b.mcap", both_ways=False).both_ways
+    assert not zenocap.track(arms_rig(), tmp_path / "b.mcap", both_ways=False).both_ways
     assert (tmp_path / "b.mcap").read_bytes() == takes[0].read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "preset", "default"),
     [("hybrid", "default", True), ("hybrid", "paper", False), ("image-force", "default", False), ("two-view", None, False)],
@@ -354,6 +361,7 @@ def test_only_the_method_hybrid_has_a_second_pass_by_default(method: str, preset
         assert has_second_pass(rig, True)
 
 
+@pytest.mark.slow
 def test_two_view_has_no_tracker(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="method = 'two-view': allowed with --both-ways: hybrid"):
         track_both_ways(demo_rig("two-view"), tmp_path / "a.mcap")

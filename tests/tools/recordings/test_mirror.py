@@ -1,6 +1,5 @@
 """A take is tracked again on its silhouettes: unchanged into itself, and with left and right exchanged from a time on."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,23 +7,17 @@ import pytest
 from typer.testing import CliRunner
 
 import zenocap
+from tests.support.arms_takes import both_ways_take, forward_take, reversed_take
 from tests.support.places import GOLDEN
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
-from zenocap.common.rig.rig import Rig, demo_rig
-from zenocap.common.rig.sources import Actor
-from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.tools.cli.main import app
-from zenocap.tools.recordings.both_ways import track_both_ways
 from zenocap.tools.recordings.info import info
 from zenocap.tools.recordings.mirror import mirror
 from zenocap.tools.recordings.retrack import retrack, take_like
-from zenocap.tools.recordings.track import track, with_tracker
 from zenocap.tools.verify.recompute import verify
-
-pytestmark = pytest.mark.nightly
 
 
 def yaws(path: Path, *, raw: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -40,29 +33,19 @@ def away(path: Path, right: Path, *, raw: bool = False) -> tuple[np.ndarray, np.
 
 
 @pytest.fixture(scope="module")
-def rig() -> Rig:
-    """The demo's cameras and a simulated person who faces +Z and raises both arms once."""
-    rig = demo_rig()
-    return replace(rig, viewers=tuple(replace(viewer, source=Actor("raise-both-arms", 3)) for viewer in rig.viewers))
-
-
-@pytest.fixture(scope="module")
-def takes(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def takes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """Tracked forwards only, and both ways."""
     folder = tmp_path_factory.mktemp("takes")
-    track_both_ways(rig, folder / "both.mcap")
-    track(rig, folder / "forward.mcap")
-    return folder / "forward.mcap", folder / "both.mcap"
+    return forward_take(folder / "forward"), both_ways_take(folder / "both")
 
 
 @pytest.fixture(scope="module")
-def wrong(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Tracked both ways from the wrong heading."""
-    path = tmp_path_factory.mktemp("wrong") / "wrong.mcap"
-    track_both_ways(with_tracker(rig, TrackerOverrides(heading=180.0)), path)
-    return path
+    return reversed_take(tmp_path_factory.mktemp("wrong") / "take")
 
 
+@pytest.mark.nightly
 def test_a_take_becomes_itself_again(takes: tuple[Path, Path], tmp_path: Path) -> None:
     source = Take(takes[0])
     first_ns = min(recorded.log_ns for recorded in source.messages())
@@ -72,12 +55,14 @@ def test_a_take_becomes_itself_again(takes: tuple[Path, Path], tmp_path: Path) -
     assert again.read_bytes() == takes[0].read_bytes()
 
 
+@pytest.mark.nightly
 def test_the_decision_at_the_start_holds_in_both_passes(takes: tuple[Path, Path], wrong: Path) -> None:
     times_s, is_away = away(wrong, takes[1])
     assert is_away[times_s < times_s[0] + 4.9].all()
     assert verify([wrong]).complete
 
 
+@pytest.mark.nightly
 def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
     takes: tuple[Path, Path],
     wrong: Path,
@@ -106,6 +91,7 @@ def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
     assert zenocap.open_take(tmp_path / "a.mcap").both_ways
 
 
+@pytest.mark.nightly
 def test_until_a_time_and_again_from_the_same_one(
     takes: tuple[Path, Path],
     wrong: Path,
@@ -129,6 +115,7 @@ def _attached(path: Path) -> bytes:
     return take.attachments[SETUP_FILE]
 
 
+@pytest.mark.nightly
 def test_the_command_says_that_the_silhouettes_turn_the_track_back(
     takes: tuple[Path, Path],
     wrong: Path,
@@ -146,6 +133,7 @@ def test_the_command_says_that_the_silhouettes_turn_the_track_back(
     assert "is the take itself: allowed: another file" in found.output
 
 
+@pytest.mark.slow
 def test_takes_and_times_that_cannot_be_mirrored_are_refused(
     takes: tuple[Path, Path],
     tmp_path: Path,

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from tests.common.recording.test_tracker_take import messages_of, with_attachments
 from tests.support.command_receivers import http_receiver
 from tests.support.recognizer_cases import small_model
+from tests.support.stored import stored_files
 from zenocap.common import messages as m
 from zenocap.common.errors import UserError
 from zenocap.common.recording.opening import attachments
@@ -25,7 +26,7 @@ from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.track import Tracked, track
 from zenocap.tools.verify.recompute import verify
 
-pytestmark = pytest.mark.nightly
+pytestmark = pytest.mark.slow
 
 POSTURES = "zenocap/demo/recognizer/posture"
 
@@ -37,17 +38,27 @@ def rig_with(model: Path) -> Rig:
     return replace(rig, viewers=viewers, recognizer=RecognizerSpec(model, "integrator"))
 
 
-@pytest.fixture(scope="module")
-def tracked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracked]:
-    folder = tmp_path_factory.mktemp("take")
+def tracked(folder: Path) -> Tracked:
     write_model(folder / "small.postures", small_model())
-    return folder / "a.mcap", track(rig_with(folder / "small.postures"), folder / "a.mcap")
+    return track(rig_with(folder / "small.postures"), folder / "a.mcap")
 
 
-def test_the_take_has_postures_and_their_model(tracked: tuple[Path, Tracked]) -> None:
-    path, found = tracked
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The take, beside its model."""
+    sources = [__name__, "zenocap.tools.recordings.track"]
+    return stored_files(tmp_path_factory.mktemp("take"), tracked, "recognizer", sources=sources) / "a.mcap"
+
+
+@pytest.mark.nightly
+def test_tracking_reports_the_state_of_the_recognizer(path: Path, tmp_path: Path) -> None:
+    found = tracked(tmp_path)
     assert found.problems == ()
     assert found.states["recognizer"].startswith("running")
+    assert (tmp_path / "a.mcap").read_bytes() == path.read_bytes()
+
+
+def test_the_take_has_postures_and_their_model(path: Path) -> None:
     posture_messages = [message for message in messages_of(path, m.Posture) if isinstance(message, m.Posture)]
     assert posture_messages
     assert all(set(one.log_likelihoods) == set(small_model().labels) for one in posture_messages)
@@ -60,16 +71,15 @@ def test_the_take_has_postures_and_their_model(tracked: tuple[Path, Tracked]) ->
     assert recorded.source == "integrator"
 
 
-def test_the_take_is_recomputed_byte_for_byte(tracked: tuple[Path, Tracked]) -> None:
-    path, _ = tracked
+@pytest.mark.nightly
+def test_the_take_is_recomputed_byte_for_byte(path: Path) -> None:
     found = verify([path])
     assert found.first is None
     assert (found.different.total(), found.unlogged.total(), found.unchecked.total()) == (0, 0, 0)
     assert found.equal[POSTURES] == len(messages_of(path, m.Posture))
 
 
-def test_info_counts_postures(tracked: tuple[Path, Tracked]) -> None:
-    path, _ = tracked
+def test_info_counts_postures(path: Path) -> None:
     result = CliRunner().invoke(app, ["info", str(path)])
     assert "recognizer/posture" in result.output
     assert "postures    " in result.output
@@ -77,8 +87,7 @@ def test_info_counts_postures(tracked: tuple[Path, Tracked]) -> None:
     assert counted["answers"] == len(messages_of(path, m.Posture))
 
 
-def test_a_take_with_another_model_cannot_be_recomputed(tracked: tuple[Path, Tracked], tmp_path: Path) -> None:
-    path, _ = tracked
+def test_a_take_with_another_model_cannot_be_recomputed(path: Path, tmp_path: Path) -> None:
     take = Take(path)
     list(take.messages())
     setup = take.attachments[SETUP_FILE]
@@ -88,8 +97,8 @@ def test_a_take_with_another_model_cannot_be_recomputed(tracked: tuple[Path, Tra
         verify([with_attachments(path, tmp_path / "c.mcap", {SETUP_FILE: setup, POSTURES_FILE: b"another"})])
 
 
-def test_a_take_without_its_model_is_recomputed_except_for_postures(tracked: tuple[Path, Tracked], tmp_path: Path) -> None:
-    path, _ = tracked
+@pytest.mark.nightly
+def test_a_take_without_its_model_is_recomputed_except_for_postures(path: Path, tmp_path: Path) -> None:
     take = Take(path)
     list(take.messages())
     recorded = read_setup(path, take.attachments[SETUP_FILE])
@@ -107,6 +116,7 @@ def test_a_model_on_another_machine_is_not_attached() -> None:
     assert POSTURES_FILE not in names
 
 
+@pytest.mark.nightly
 def test_tracking_and_verifying_perform_no_commands(tmp_path: Path) -> None:
     rig = demo_rig("two-view")
     viewers = tuple(replace(viewer, source=Actor("raise-both-arms", 3), preview=False) for viewer in rig.viewers)

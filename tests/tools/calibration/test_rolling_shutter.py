@@ -5,12 +5,13 @@ from dataclasses import replace
 import pytest
 
 from tests.support.board_views import BOARD, board_views, room
+from tests.support.stored import stored
 from zenocap.common.camera.lens import Lens
 from zenocap.tools.calibration.board_calibration import BoardCalibration, CalibratedCamera, calibrated_rig
 from zenocap.tools.calibration.board_report import report, report_data
 from zenocap.tools.calibration.parameters import LEAST_READOUT_S
 
-pytestmark = pytest.mark.nightly
+pytestmark = pytest.mark.slow
 
 
 def calibrated(readouts_s, delays_s=(), **options) -> BoardCalibration:
@@ -21,7 +22,8 @@ def calibrated(readouts_s, delays_s=(), **options) -> BoardCalibration:
 
 @pytest.fixture(scope="module")
 def rolled() -> BoardCalibration:
-    return calibrated((0.0, 0.025))
+    sources = ("tests.support.board_views", "zenocap.tools.calibration.board_calibration")
+    return stored(lambda: calibrated((0.0, 0.025)), "rolling shutter", sources=sources)
 
 
 def test_it_is_named_in_the_camera_that_has_it(rolled):
@@ -40,6 +42,7 @@ def test_the_report_names_camera_and_time(rolled):
     assert [one["rolling_shutter"] for one in cameras] == [False, True]  # type: ignore[attr-defined]
 
 
+@pytest.mark.nightly
 def test_cameras_that_are_only_late_have_none():
     found = calibrated((0.0, 0.0), (0.0, -0.06))
     assert [one.rolling_shutter for one in found.cameras] == [False, False]
@@ -60,6 +63,7 @@ def test_small_or_uncertain_times_are_not_named_and_turned_images_are(rolled):
     assert any("turned by 180 degrees" in line for line in lines)
 
 
+@pytest.mark.nightly
 def test_pictures_of_a_board_at_rest_have_none():
     rig = room(2, seed=4)
     views, _ = board_views(rig, seconds=16.0, fps=4.0)

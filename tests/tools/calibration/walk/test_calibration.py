@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.walk_calibration import errors, simulated
 from tests.support.simulated_cameras import look
+from tests.support.stored import stored
 from tests.support.upright import HEIGHT_M, figure, hulls_seen
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.walk.calibration import apart_m, calibrated_walk
@@ -24,7 +25,7 @@ def found_with(path, cameras=CAMERAS, **changes):
 
 @pytest.fixture(scope="module")
 def good():
-    return found_with(figure())
+    return stored(lambda: found_with(figure()), "walk", sources=(__name__, "zenocap.tools.calibration.walk.calibration"))
 
 
 @pytest.mark.nightly

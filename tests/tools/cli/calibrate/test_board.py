@@ -5,13 +5,14 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from tests.support.board_films import board_pictures
-from tests.support.board_views import places, rig_error_m
+from tests.support.board_films import SIZE, board_pictures
+from tests.support.board_views import places, rig_error_m, room
+from tests.support.stored import stored_files
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
 from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.cli.calibrate.commands import calibrate
 
-pytestmark = pytest.mark.nightly
+pytestmark = pytest.mark.slow
 BOARD = ("--square", "200", "--columns", "5", "--rows", "7")
 
 
@@ -22,9 +23,10 @@ def run(*arguments: object):
 @pytest.fixture(scope="module")
 def pictures(tmp_path_factory):
     folder = tmp_path_factory.mktemp("board")
-    return folder, board_pictures(folder)
+    return stored_files(folder, board_pictures, "board", sources=["tests.support.board_films"]), room(2, size=SIZE)
 
 
+@pytest.mark.nightly
 def test_pictures_of_a_board_give_a_calibration(pictures, tmp_path):
     folder, cameras = pictures
     result = run(folder, *BOARD, "-o", tmp_path / "a.toml", "--json")
@@ -54,6 +56,7 @@ def test_given_lenses_make_it_accurate_and_the_report_is_read_by_people(pictures
     assert rig_error_m(list(found.values()), cameras, places()) < 0.004
 
 
+@pytest.mark.nightly
 def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
     folder, cameras = pictures
     write_calibration(tmp_path / "lenses.toml", {one.name: one for one in cameras})
@@ -66,6 +69,7 @@ def test_the_floor_of_pictures_is_that_of_their_number(pictures, tmp_path):
         assert camera.centre == pytest.approx(true.centre, abs=0.02)
 
 
+@pytest.mark.nightly
 def test_an_april_grid_is_calibrated_and_its_wrong_spacing_named(tmp_path):
     cameras = board_pictures(tmp_path / "films", 12, checked_board("aprilgrid", 4, 5, 200.0), seed=2)
     write_calibration(tmp_path / "lenses.toml", {one.name: one for one in cameras})
@@ -109,7 +113,7 @@ def test_an_april_grid_is_calibrated_and_its_wrong_spacing_named(tmp_path):
         ),
         (("--square", "200", "--spacing", "0.3"), 1, "--spacing 0.3: allowed: with --kind aprilgrid"),
         (("--square", "200", "--kind", "aprilgrid", "--spacing", "3"), 1, "--spacing 3: allowed: 0.1 to 1"),
-        (("--square", "200", "--kind", "chessboard"), 1, "the board has markers"),
+        pytest.param(("--square", "200", "--kind", "chessboard"), 1, "the board has markers", marks=pytest.mark.nightly),
         (("--square", "200", "--lenses", "none.toml"), 1, "none.toml: no such calibration file"),
         ((), 2, "--square"),
     ],
@@ -120,6 +124,7 @@ def test_wrong_options_are_refused(pictures, tmp_path, options, status, text):
     assert not (tmp_path / "a.toml").exists()
 
 
+@pytest.mark.nightly
 def test_other_columns_and_mirrored_pictures_are_named(pictures, tmp_path):
     import cv2
 

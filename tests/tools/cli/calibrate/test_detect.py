@@ -9,11 +9,11 @@ from typer.testing import CliRunner
 
 from tests.support.board_films import board_videos
 from tests.support.board_views import places, rig_error_m
+from tests.support.stored import stored_files
 from zenocap.common.camera.calibration_files import read_calibration, write_calibration
 from zenocap.tools.calibration.board_films import board_films
 from zenocap.tools.cli.calibrate.commands import calibrate
 
-pytestmark = pytest.mark.nightly
 BOARD = ("--square", "200")
 
 
@@ -24,12 +24,14 @@ def run(command: str, *arguments: object):
 @pytest.fixture(scope="module")
 def films(tmp_path_factory) -> Path:
     """A folder with videos, the beginnings of both, and a file with the lenses."""
-    folder = tmp_path_factory.mktemp("board")
+    return stored_files(tmp_path_factory.mktemp("board"), make_films, "detect", sources=[__name__])
+
+
+def make_films(folder: Path) -> None:
     cameras = board_videos(folder)
     (folder / "sync.toml").write_text("[offset_s]\ncam01 = 0.0\ncam02 = 0.02\n")
     write_calibration(folder / "lenses.toml", {one.name: one for one in cameras})
     write_calibration(folder / "truth.toml", {one.name: one for one in cameras})
-    return folder
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +51,7 @@ def machines(films, tmp_path_factory) -> list[Path]:
     return folders
 
 
+@pytest.mark.nightly
 def test_the_calibration_is_that_from_the_videos_bit_for_bit(films, machines, tmp_path):
     options = ("--lenses", films / "lenses.toml", "--floor", "6", "--json")
     result = run("board", films, *BOARD, *options, "-o", tmp_path / "videos.toml")
@@ -76,6 +79,7 @@ def truth(films: Path):
     return list(read_calibration(films / "truth.toml").values())
 
 
+@pytest.mark.slow
 def test_corner_files_hold_no_picture(films, machines):
     for folder in machines:
         (path,) = (folder / "corners").iterdir()
@@ -83,6 +87,7 @@ def test_corner_files_hold_no_picture(films, machines):
         assert path.stat().st_size < (films / "videos" / f"{path.stem}.mp4").stat().st_size / 10
 
 
+@pytest.mark.slow
 def test_another_board_is_refused(machines, tmp_path):
     files = [folder / "corners" / f"{name}.corners" for folder, name in zip(machines, ("cam01", "cam02"), strict=True)]
     result = run("board", *files, "--square", "198", "-o", tmp_path / "a.toml")
@@ -91,6 +96,7 @@ def test_another_board_is_refused(machines, tmp_path):
     assert not (tmp_path / "a.toml").exists()
 
 
+@pytest.mark.slow
 def test_existing_corners_are_kept_without_force_and_json_names_them(machines, tmp_path):
     folder = machines[0]
     result = run("detect", folder, *BOARD)
@@ -105,6 +111,7 @@ def test_existing_corners_are_kept_without_force_and_json_names_them(machines, t
     assert board_films([tmp_path / "there"])[0][0].name == "cam01"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [

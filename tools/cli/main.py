@@ -1,9 +1,10 @@
 """`zenocap`: the table of commands."""
 
+import atexit
 import os
 import sys
 import threading
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -43,6 +44,7 @@ from zenocap.tools.cli.posture.commands import posture
 from zenocap.tools.cli.prior import prior
 from zenocap.tools.cli.suggestions import Commands
 
+UNWRITTEN = 120  # exit status, as of Python, where the last output could not be written
 OPENER = "zenoh-open"  # the thread of `common.bus.zenoh_session` that waits for a router
 
 app = typer.Typer(
@@ -131,16 +133,28 @@ def common_options(
     pass
 
 
+def leave(status: int) -> NoReturn:
+    """End the process, without the interpreter's own ending: a thread of a library that waits for it then would abort it.
+
+    Zenoh may still deliver a message after its session was closed, and cannot be stopped while it waits for a router.
+    """
+    if all(thread.name != OPENER for thread in threading.enumerate()):
+        threading._shutdown()  # type: ignore[attr-defined]  # waits for threads, as processes of multiprocessing do
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except OSError:
+            status = status or UNWRITTEN
+    os._exit(status)
+
+
 def main() -> None:
     try:
         app()
     except SystemExit as end:
-        if any(thread.name == OPENER for thread in threading.enumerate()):
-            # Zenoh cannot be stopped while it waits for a router; its thread would abort the interpreter's own ending.
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(end.code if isinstance(end.code, int) else int(end.code is not None))
-        raise
+        leave(end.code if isinstance(end.code, int) else int(end.code is not None))
     except ModuleNotFoundError as error:
         extra = EXTRAS.get((error.name or "").partition(".")[0])
         if extra is None:

@@ -91,6 +91,40 @@ def test_the_version_is_printed() -> None:
 
 
 @pytest.mark.slow
+def test_the_end_of_a_command_waits_for_threads_and_leaves_the_interpreter_as_it_is() -> None:
+    """A thread of a library that waited for the interpreter aborted it: status -6 of a page that was interrupted."""
+    code = """
+import atexit, sys, threading, time
+from zenocap.tools.cli.main import main
+
+class Module:
+    def __del__(self): print("taken apart")
+
+kept = Module()
+atexit.register(print, "at exit")
+threading.Thread(target=lambda: (time.sleep(0.2), print("thread"))).start()
+threading.Thread(target=time.sleep, args=(60,), daemon=True).start()
+sys.argv = ["zenocap", *sys.argv[1:]]
+main()
+"""
+    for arguments, status in ((["--version"], 0), (["fly"], 2)):
+        found = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
+        assert found.returncode == status
+        lines = found.stdout.splitlines()
+        assert lines[-1] == "at exit"
+        assert "thread" in lines
+        assert "taken apart" not in lines
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("redirection", [">&-", "2>&-"])
+def test_a_closed_output_is_no_error(redirection: str) -> None:
+    command = f'"{sys.executable}" -P -m zenocap --version {redirection}'
+    found = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stderr) == (0, "")
+
+
+@pytest.mark.slow
 def test_help_imports_no_heavy_modules() -> None:
     code = "import sys, zenocap.tools.cli.main; print(sorted({'numba', 'zenoh', 'scipy', 'mcap'} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

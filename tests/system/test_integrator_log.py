@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
-from tests.support.processes import PATIENCE_S, ended, output_of, started, wait_until
+from tests.support.processes import PATIENCE_S, all_run, ended, output_of, started, wait_for_frames, wait_until
 from tests.support.rig_process import sighting
 from tests.support.small_disk import small_disk
 from zenocap.common import messages as m
@@ -167,8 +167,8 @@ def test_up_says_what_a_full_disk_has_and_has_not(tmp_path: Path) -> None:
         started(["demo", "--method", "two-view", "--no-page", "--recordings", folder], tmp_path) as demo,
     ):
         wait_until(lambda: "recording stopped after" in output_of(tmp_path), tmp_path)
-        lines = output_of(tmp_path).count("\n")
-        wait_until(lambda: output_of(tmp_path).count("\n") > lines + 5, tmp_path)  # one a second, of the rig without a log
+        wait_until(lambda: all_run(tmp_path), tmp_path)
+        wait_for_frames(tmp_path, 60)  # of the rig without a log
         assert ended(demo, signal.SIGINT) == 3, output_of(tmp_path)
         (take,) = folder.glob("*.mcap")
         read = sum(1 for _ in Take(take).messages())

@@ -78,6 +78,8 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         "1",
         "--people",
         "3",
+        "--motions",
+        str(OUT / "no motions"),
         "--out",
         str(OUT / "recognition"),
     ),

@@ -28,7 +28,7 @@ from zenocap.tools.dataset.batch import people
 from zenocap.tools.dataset.generate import Method
 
 SETTINGS = TrainingSettings()
-FOREST_SEEDS = 3
+FOREST_SEEDS = 3  # no more than seeds of people
 FOLDS = 4  # groups of people that are held out in turn
 BACKGROUND_SEED = 12  # persons 144 and after, who are in no other part: half of them in training, half tested
 BACKGROUND_PEOPLE, BACKGROUND_MINUTES = 6, 1.5
@@ -113,19 +113,19 @@ def variants() -> dict[str, Ints]:
 
 def ablation(bench: Bench) -> Section:
     """Section of all sources of poses that are not too dear, and of real motion."""
-    tables = []
+    tables, forests = [], min(FOREST_SEEDS, bench.seeds)
     for method in [one for one in bench.poses if one != "hybrid"]:
         sets = [_simulated(bench, method, seed) for seed in range(bench.seeds)]
-        tables.append(_table(f"Poses by {method}", sets, _everyday(bench, method)))
+        tables.append(_table(f"Poses by {method}", sets, _everyday(bench, method), forests))
     if not missing_motions(bench.motions):
         examples = real_examples(bench)
         ready = prepare(examples, SETTINGS)
         groups = tuple(map(tuple, held_out_groups(ready, len(examples))))
-        tables.append(_table("Real motion", [_material(ready, groups)], None))
+        tables.append(_table("Real motion", [_material(ready, groups)], None, forests))
     notes = (
         f"Recognized: {bench.count} people x 15 postures x 2, {bench.seeds} seeds of people, in {FOLDS} groups of people "
         "that are held out in turn; real motion: as in the part real, a take or span held out. Examples without poses "
-        f"count as not recognized. {FOREST_SEEDS} seeds of the forest: mean (worst).",
+        f"count as not recognized. {forests} seeds of the forest: mean (worst).",
         "Margin: votes for the true posture minus those for the best other, % of the trees, mean over the examples.",
         "Taken: a forest is trained with the examples of one half of the people of the first seed and everyday movement of "
         f"{BACKGROUND_PEOPLE // 2} other people ({BACKGROUND_MINUTES:g} min of each); its threshold accepts "
@@ -159,13 +159,13 @@ def _everyday(bench: Bench, method: Method) -> Everyday:
     return Everyday(*(np.array([describe(rows, SETTINGS.rate) for rows in windows]) for windows in found))
 
 
-def _table(title: str, sets: Sequence[Material], everyday: Everyday | None) -> Table:
+def _table(title: str, sets: Sequence[Material], everyday: Everyday | None, forests: int) -> Table:
     missing = sum(one.missing for one in sets)
     rows: list[Row] = []
     total = 0
     for name, columns in variants().items():
         right, margins, taken = [], [], []
-        for seed in range(FOREST_SEEDS):
+        for seed in range(forests):
             tried = [pair for one in sets for pair in trials(one, columns, seed)]
             total = len(tried) + missing
             right.append(sum(margin > 0.0 for margin in tried))

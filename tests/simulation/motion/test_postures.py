@@ -8,7 +8,7 @@ from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.ground_truth import truth
 from zenocap.simulation.motion.postures import POSTURES, posture
 
-PEOPLE = [(1, 0), (4, 3), (9, 7), (23, 2)]
+PEOPLE = [(1, 0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((4, 3), (9, 7), (23, 2)))]
 RAISED = {
     "raise-right-arm": "R",
     "raise-left-arm": "L",

@@ -22,6 +22,7 @@ def test_a_device_is_found_by_its_answer_with_name_and_the_address_at_its_own_ho
         assert found_devices(LOOPBACK, 0.6) == [OnvifDevice(device.address, "Hall camera", "X1")]
 
 
+@pytest.mark.slow
 def test_there_is_one_device_at_a_time_on_the_machine():
     """Workers of pytest and clones beside this one, whose probes all devices would answer."""
     ends = []

@@ -165,6 +165,7 @@ def test_an_unknown_command_is_answered_and_the_page_lives():
         assert talk(page.address, act) == ["this page shows the cameras only"]
 
 
+@pytest.mark.slow
 def test_a_command_ends_when_no_camera_opens():
     def refused():
         raise OpenError("camera 0: no such camera")

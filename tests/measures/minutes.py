@@ -1,7 +1,7 @@
 """Minutes of the targets of make: python -m tests.measures.minutes [--cases NAME,...] [--rounds N] [--load] [--publish]
 
 Every round clones the last commit into another folder and runs the cases there, one after another.  Results are added to
-minutes.json beside this file; --publish writes the table of CONTRIBUTING.md from it.
+minutes.json beside this file, with the end of each part; --publish writes the table of CONTRIBUTING.md.
 """
 
 import argparse
@@ -26,6 +26,7 @@ PAGE = ROOT / "CONTRIBUTING.md"
 BEGIN, END = "<!-- minutes -->\n", "<!-- end of minutes -->\n"
 # Name: command, and text of the table.  Cold cases run in a clone of their own, without any cache.
 COLD = {
+    "demo-cold": (("make", "demo", "ARGS=--no-page --seconds 20"), "`make demo`, the first time, until a pose is shown"),
     "test-cold": (("make", "test"), "`make test`, the first time on a machine"),
     "ci-cold": (("bash", ".ci/run"), "`.ci/run`, the first time on a machine"),
 }
@@ -35,6 +36,11 @@ WARM = {
     "test-core": (("make", "test-core"), "`make test-core`"),
     "test-nightly": (("make", "test-nightly"), "`make test-nightly`"),
 }
+# Ends of parts, as the first line that matches; the seconds of demo-cold are those of its last part.
+PARTS = {
+    "packages": r"^compiling |^Installing development tools", "kernels": r"^compiled in", "checks": r"^Success: no issues",
+    "first pose": r" s \| .*°", "make test": r"^make test .*: \d+ s$", "make docs": r"^make docs: \d+ s$",
+}  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -83,13 +89,15 @@ def clone() -> Iterator[Path]:
         yield Path(folder) / "main"
 
 
-def run(command: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:
+def run(command: Sequence[str], folder: Path) -> tuple[int, list[tuple[float, str]]]:
+    """Run a command; its exit status, and the lines of its output with the seconds after which they came."""
     caches = {"ZENOCAP_CACHE": "zenocap", "UV_CACHE_DIR": "uv", "PIP_CACHE_DIR": "pip"}
     environment = {
         name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV", "MAKEFLAGS")
     }
     environment |= {name: str(folder.parent / "caches" / value) for name, value in caches.items()}
-    return subprocess.run(
+    start_s = time.monotonic()
+    with subprocess.Popen(
         command,
         cwd=folder,
         env=environment,
@@ -97,7 +105,21 @@ def run(command: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-    )
+        errors="replace",
+    ) as process:
+        assert process.stdout is not None
+        lines = [(time.monotonic() - start_s, line) for line in process.stdout]
+    return process.returncode, lines
+
+
+def parts_of(lines: Sequence[tuple[float, str]]) -> dict[str, float]:
+    """Seconds after which each part was done."""
+    found = {}
+    for name, pattern in PARTS.items():
+        done = [seconds for seconds, line in lines if re.search(pattern, line)]
+        if done:
+            found[name] = round(done[0], 1)
+    return found
 
 
 def timed(name: str, command: Sequence[str], folder: Path, *, load: bool) -> Mapping[str, object]:
@@ -106,40 +128,45 @@ def timed(name: str, command: Sequence[str], folder: Path, *, load: bool) -> Map
     ]
     try:
         start_s = time.monotonic()
-        done = run(command, folder)
+        status, lines = run(command, folder)
         seconds = time.monotonic() - start_s
     finally:
         for process in busy:
             process.kill()
             process.wait()
+    text, parts = "".join(line for _, line in lines), parts_of(lines)
     log = ROOT / "build" / "minutes" / f"{name}-{'load' if load else 'alone'}-{datetime.now(UTC):%H%M%S}.log"
     log.parent.mkdir(parents=True, exist_ok=True)
-    log.write_text(done.stdout)
-    tests = re.findall(r"^(\d+ (?:passed|failed).*?)(?: in [\d.]+s.*)?$", done.stdout, re.MULTILINE)
+    log.write_text(text)
+    if name == "demo-cold" and status == 0:
+        seconds = parts["first pose"]
+    tests = re.findall(r"^(\d+ (?:passed|failed).*?)(?: in [\d.]+s.*)?$", text, re.MULTILINE)
     return {
-        "case": name, "load": load, "seconds": round(seconds, 1), "status": done.returncode, "tests": "; ".join(tests),
-        "date": f"{datetime.now(UTC):%Y-%m-%d}", "cores": os.cpu_count(), "processor": processor(),
+        "case": name, "load": load, "seconds": round(seconds, 1), "status": status, "tests": "; ".join(tests),
+        "parts": parts, "date": f"{datetime.now(UTC):%Y-%m-%d}", "cores": os.cpu_count(), "processor": processor(),
     }  # fmt: skip
 
 
 def with_table(page: str, rows: Sequence[Mapping[str, object]]) -> str:
-    """The page with the medians of the last commit that each case was measured on."""
+    """The page with the medians of the last commit that each case was measured on, alone and beside load."""
     before, _, rest = page.partition(BEGIN)
     _, _, after = rest.partition(END)
     if not after:
         raise ValueError(f"{PAGE.name}: the lines {BEGIN.strip()} and {END.strip()} are missing")
-    lines = ["| command | minutes | beside a busy process a core | runs | commit |\n", "|---|--:|--:|--:|---|\n"]
+    lines = [
+        "| command | minutes | runs, commit | beside a busy process a core | runs, commit |\n",
+        "|---|--:|---|--:|---|\n",
+    ]
     for name, (_, text) in {**COLD, **WARM}.items():
-        own = [row for row in rows if row["case"] == name and row["status"] == 0]
-        if own:
+        cells = []
+        for load in (False, True):
+            own = [row for row in rows if row["case"] == name and row["status"] == 0 and row["load"] is load]
             last = [row for row in own if row["commit"] == own[-1]["commit"]]
-            alone, loaded = ([float(str(row["seconds"])) for row in last if row["load"] is load] for load in (False, True))
-            lines.append(f"| {text} | {_minutes(alone)} | {_minutes(loaded)} | {len(last)} | {last[0]['commit']} |\n")
+            seconds = [float(str(row["seconds"])) for row in last]
+            cells += [f"{statistics.median(seconds) / 60:.1f}", f"{len(last)}, {last[0]['commit']}"] if last else ["", ""]
+        if any(cells):
+            lines.append(f"| {' | '.join([text, *cells])} |\n")
     return before + BEGIN + "".join(lines) + END + after
-
-
-def _minutes(seconds: Sequence[float]) -> str:
-    return f"{statistics.median(seconds) / 60:.1f}" if seconds else ""
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import pytest
 from tests.support.places import ROOT
 from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
 from zenocap.common.rig.rig import load_rig
+from zenocap.tools.launcher.child_processes import STOPPED_S
 
 DEPLOY = ROOT / "deploy"
 UNITS = sorted((DEPLOY / "systemd").glob("*.service"))
@@ -23,6 +24,14 @@ def test_zenoh_reads_the_configurations(path: Path) -> None:
     assert json.loads(config.get_json("mode")) == {"peers": "peer"}.get(path.stem, path.stem)
     assert json.loads(config.get_json("scouting/multicast/enabled")) is False
     assert json.loads(config.get_json("transport/link/tx/lease")) == 2000  # zenocap's value, which the file does not set
+
+
+def test_a_service_has_as_long_to_end_as_the_launcher_gives_it() -> None:
+    files = [DEPLOY / "compose.yaml", *(unit for unit in UNITS if "Type=oneshot" not in unit.read_text())]
+    given = [
+        re.findall(r"^(?:  stop_grace_period: |TimeoutStopSec=)(\d+)", file.read_text(), re.MULTILINE) for file in files
+    ]
+    assert given == [[f"{STOPPED_S:g}"]] * len(files)
 
 
 def test_the_rig_of_several_machines_has_certificates_and_a_router() -> None:

@@ -390,5 +390,6 @@ def test_liveliness_tokens_with_invalid_names_are_ignored(routed: ZenohOptions) 
             assert isinstance(event, Alive)
             seen.append(event.id)
         assert seen == ["last"]
-        assert watching.counters.rejected == {"names": 2}
+        assert watching.counters.rejected.keys() == {"names"}
+        assert watching.counters.rejected["names"] >= 2  # a token that is there already may be told twice
         assert len(tokens) == len(keys)

@@ -100,6 +100,14 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+def pytest_sessionfinish() -> None:
+    """Write what coverage has counted: a worker is killed where its libraries do not let it end in time."""
+    coverage = sys.modules.get("coverage")
+    current = None if coverage is None else coverage.Coverage.current()
+    if current is not None:
+        current.save()
+
+
 class Compiling(event.Listener):
     """Processor time spent in compiling kernels (s)."""
 

@@ -4,6 +4,7 @@ import atexit
 import os
 import sys
 import threading
+from contextlib import suppress
 from typing import Annotated, NoReturn
 
 import typer
@@ -139,7 +140,8 @@ def leave(status: int) -> NoReturn:
     Zenoh may still deliver a message after its session was closed, and cannot be stopped while it waits for a router.
     """
     if all(thread.name != OPENER for thread in threading.enumerate()):
-        threading._shutdown()  # type: ignore[attr-defined]  # waits for threads, as processes of multiprocessing do
+        with suppress(KeyboardInterrupt):  # a second Ctrl-C
+            threading._shutdown()  # type: ignore[attr-defined]  # waits for threads, as processes of multiprocessing do
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         try:
@@ -154,7 +156,9 @@ def main() -> None:
     try:
         app()
     except SystemExit as end:
-        leave(end.code if isinstance(end.code, int) else int(end.code is not None))
+        if isinstance(end.code, str):
+            raise  # the interpreter prints it
+        leave(end.code or 0)
     except ModuleNotFoundError as error:
         extra = EXTRAS.get((error.name or "").partition(".")[0])
         if extra is None:

@@ -1,6 +1,8 @@
 """The command line: help texts, start-up, exit statuses, and user errors in one line."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -114,6 +116,42 @@ main()
         assert lines[-1] == "at exit"
         assert "thread" in lines
         assert "taken apart" not in lines
+
+
+@pytest.mark.slow
+def test_a_second_ctrl_c_ends_the_wait_for_threads() -> None:
+    code = """
+import threading, time
+from zenocap.tools.cli.main import leave
+
+def wait(waited=threading._shutdown):
+    print("waiting", flush=True)
+    waited()
+
+threading._shutdown = wait
+threading.Thread(target=time.sleep, args=(600,)).start()
+leave(3)
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "waiting\n"
+        process.send_signal(signal.SIGINT)
+        assert process.communicate() == ("", "")
+        assert process.returncode == 3
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize(("status", "expected"), [(0, 120), (3, 3)])
+def test_output_that_cannot_be_written_is_no_success(status: int, expected: int) -> None:
+    code = f"from zenocap.tools.cli.main import leave; print('lost'); leave({status})"
+    with open("/dev/full", "w") as full:
+        found = subprocess.run(
+            [sys.executable, "-c", code], stdout=full, env=os.environ | {"PYTHONUNBUFFERED": ""}, check=False
+        )
+    assert found.returncode == expected
 
 
 @pytest.mark.slow

@@ -5,19 +5,16 @@ An entry is named after its key and the sources that make it, so a change of the
 
 import hashlib
 import pickle
-import platform
 import time
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
 import zenocap
 from tests.support.places import ROOT
 from zenocap.common.cache import cache_folder, mark_used, read_entry, write_entry
-from zenocap.common.runtime.service_info import processor
+from zenocap.common.runtime.service_info import versions
 from zenocap.common.source_digests import Sources
 
 T = TypeVar("T")
@@ -69,8 +66,7 @@ def _sources() -> Sources:
 def _surroundings() -> str:
     """Digest of what every result depends on beside its sources: data of the package, versions, processor."""
     data = sorted(path for path in (ROOT / "zenocap" / "data").rglob("*") if path.is_file() and path.suffix != ".pyc")
-    versions = f"{platform.python_version()} {np.__version__} {processor()}"
-    return hashlib.sha256(b"\0".join([versions.encode(), *(path.read_bytes() for path in data)])).hexdigest()
+    return hashlib.sha256(b"\0".join([repr(versions()).encode(), *(path.read_bytes() for path in data)])).hexdigest()
 
 
 @cache

@@ -14,6 +14,8 @@ INSTALL = index=$${PIP_INDEX_URL:-$$($(PIP) config get global.index-url 2>/dev/n
 	$(PIP) install --no-compile $(1)
 PYTEST := $(BIN)/python -m pytest
 PARALLEL := -n auto --dist loadfile
+# One worker more than processors: half of the nightly tests wait for processes.
+NIGHTLY = -n $$($(BIN)/python -c 'import os; print((os.cpu_count() or 1) + 1)') --dist loadfile --hypothesis-profile nightly
 # A test belongs to the last tier of its marks: unit (no mark), slow, core, nightly.
 UNIT := not slow and not core and not nightly
 FAST := not core and not nightly
@@ -55,7 +57,7 @@ test-core: $(DEV)
 
 test-nightly: $(RUNTIME)
 	@$(MAKE) --no-print-directory -j2 compile check docs ARGS=
-	$(PYTEST) $(PARALLEL) --hypothesis-profile nightly --durations=25 $(ARGS)
+	$(PYTEST) $(NIGHTLY) --durations=25 $(ARGS)
 
 coverage: $(DEV)
 	$(BIN)/python -m tests.measures.coverage $(ARGS)

@@ -46,7 +46,7 @@ def measure(tier: str) -> int:
     for old in FOLDER.glob(f".{tier}*"):
         old.unlink()
     environment = os.environ | {"COVERAGE_FILE": str(FOLDER / f".{tier}"), "ZENOCAP_CACHE": str(FOLDER / "cache")}
-    pytest = ["-m", "pytest", "-m", TIERS[tier], "-n", "auto", "--dist", "loadfile"]
+    pytest = ["-m", "pytest", "-m", TIERS[tier], "-n", str((os.cpu_count() or 1) + 1), "--dist", "loadfile"]
     limits = ["--hypothesis-profile", "nightly", "--unit-limit", "0", "-o", "timeout=1200"]
     return subprocess.run([sys.executable, "-m", "coverage", "run", *pytest, *limits], cwd=ROOT, env=environment).returncode
 

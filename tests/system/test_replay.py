@@ -174,8 +174,8 @@ def test_live_integrator_reproduces_the_recorded_poses_without_losses(two_view_t
     assert "live services: integrator main" in output_of(tmp_path)
     before, again = poses_in(two_view_take), poses_in(log)
     assert len(before) > 20
-    # Poses differ, and one frame set more or fewer is complete, after the recorded integrator lost a message to a newer one,
-    # or received two in another order.
+    # Poses differ, and one more or less is made, after the recorded integrator lost a message to a newer one or
+    # received two in another order.
     equal = sum(one in again for one in before)
     assert len(again) > 0.9 * len(before)
     assert equal > (0.0 if superseded_in(two_view_take) else 0.9) * len(before)

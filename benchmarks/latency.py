@@ -18,13 +18,13 @@ import numpy as np
 
 from benchmarks.table import table
 from tests.support.simulated_cameras import paper_cameras
-from zenocap.common.bus.protocol import Envelope
+from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.camera.calibration_files import write_calibration
-from zenocap.common.messages import TrackerPose, UniversalBap
+from zenocap.common.messages import CameraInfo, TrackerPose, UniversalBap
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.topics import TRACKER_POSE, UNIVERSAL_BAP
+from zenocap.common.topics import CAMERA, TRACKER_POSE, UNIVERSAL_BAP
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
@@ -33,7 +33,7 @@ from zenocap.tools.launcher.peer_mesh import free_ports, peer_mesh
 EMPTY = 30  # frames of empty scene
 VIEWERS = 2
 METHODS = ("two-view", "hybrid")
-START_NS = 15_000_000_000  # until all processes have started and loaded their kernels (ns)
+START_S = 120.0  # limit of the time until all processes have started and loaded their kernels
 
 
 def main(methods: list[str], seconds: float, rates: list[float], size: tuple[int, int]) -> None:
@@ -80,26 +80,40 @@ def film(folder: Path, seconds: float, fps: float, size: tuple[int, int], method
 def measured(rig: Path, frames: int, seconds: float, fps: float, method: str) -> list[str]:
     """Poses, p50, p99 and maximum latency (ms), lost frames, expected frames."""
     clock = RealClock()
-    services = [["integrator"], ["viewer", "--id", "1"], ["viewer", "--id", "2"]]
-    services += [["tracker"]] if method == "hybrid" else []
-    places = peer_mesh(free_ports(len(services) + 1))
-    epoch_ns = clock.now_ns() + START_NS
-    processes = []
-    for (name, *arguments), place in zip(services, places, strict=False):
+    services = [["integrator", "--no-log"], *([["tracker"]] if method == "hybrid" else [])]
+    viewers = [["viewer", "--id", "1"], ["viewer", "--id", "2"]]
+    places = peer_mesh(free_ports(len(services) + len(viewers) + 1))
+    processes: list[subprocess.Popen[bytes]] = []
+
+    def start(name: str, *arguments: str) -> None:
+        place = places[len(processes)]
         zenoh = ["--listen", place.listen, "--no-multicast-scouting"]
         for endpoint in place.connect:
             zenoh += ["--connect", endpoint]
-        own = {"viewer": ["--epoch-ns", str(epoch_ns)], "integrator": ["--no-log"]}.get(name, [])
-        command = [sys.executable, "-m", "zenocap", name, str(rig), *arguments, *own, *zenoh]
+        command = [sys.executable, "-m", "zenocap", name, str(rig), *arguments, *zenoh]
         processes.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
+
     options = ZenohOptions(listen=(places[-1].listen,), connect=places[-1].connect, multicast_scouting=False)
     delays: dict[int, float] = {}
     first = None
     try:
         with ZenohBus.open(options, "latency", clock) as bus:
             bus.subscribe(TRACKER_POSE if method == "hybrid" else UNIVERSAL_BAP, every=True)
-            while clock.now_ns() < epoch_ns + (seconds + 1) * 1e9:
+            bus.subscribe(CAMERA)
+            bus.watch_alive()
+            for command in services:
+                start(*command)
+            started, end_ns = {command[0] for command in services}, clock.now_ns() + START_S * 1e9
+            while started and clock.now_ns() < end_ns:
+                match bus.receive(0.1):
+                    case Alive(service=service, alive=True):
+                        started.discard(service)
+            for command in viewers:  # they agree on the time of their first frame
+                start(*command)
+            while clock.now_ns() < end_ns:
                 event = bus.receive(0.1)
+                if isinstance(event, Envelope) and isinstance(event.message, CameraInfo):
+                    end_ns = event.message.captured_ns + (seconds + 1) * 1e9
                 if isinstance(event, Envelope) and isinstance(event.message, UniversalBap | TrackerPose):
                     message = event.message
                     if first is None:

@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tests.support.places import ROOT
 from zenocap.common.bus.zenoh_session import ZenohOptions, configuration
@@ -69,6 +70,17 @@ def test_every_container_has_limits() -> None:
     assert text.count("mem_limit: ") == 1
     services = text[text.index("\nservices:") : text.index("\nvolumes:")]
     assert services.count("\n    <<: *") == len(re.findall(r"\n  [a-z0-9\-]+:\n", services))
+
+
+def test_containers_are_made_after_the_one_that_fills_the_shared_volume() -> None:
+    """Docker copies the kernels of the image into an empty volume, and two copies at once fail."""
+    services = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]
+    sharing = {name for name, one in services.items() if "compiled:/var/cache/zenocap" in one["volumes"]}
+    first = {name for name in sharing if "depends_on" not in services[name]}
+    assert first == {"router", "secure-router"}
+    for name in sharing - first:
+        (before,) = services[name]["depends_on"]
+        assert services[before]["profiles"] == services[name]["profiles"] or name == "tracker"
 
 
 def test_the_page_has_the_smallest_share_of_the_processor() -> None:

@@ -16,6 +16,8 @@ from importlib import import_module
 from pathlib import Path, PurePosixPath
 
 import pytest
+from hypothesis import given, settings
+from hypothesis.strategies import from_regex
 from numba.core import event
 from xdist.scheduler import LoadScopeScheduling
 
@@ -93,8 +95,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Schedulin
     return Scheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
-def pytest_collection_finish() -> None:
-    """Leave what the collection has made, hundreds of thousands of objects, out of each later garbage collection."""
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Leave what the collection has made, hundreds of thousands of objects, out of each later garbage collection.
+
+    In a new clone the first text of hypothesis takes seconds, which are then in no test: it makes a table of all characters.
+    """
+    if any(item.get_closest_marker("hypothesis") for item in session.items):
+        given(from_regex("[a-z]"))(settings(max_examples=1, database=None)(lambda text: None))()
     gc.collect()
     gc.freeze()
     gc.enable()

@@ -98,7 +98,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Schedulin
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Leave what the collection has made, hundreds of thousands of objects, out of each later garbage collection.
 
-    In a new clone the first text of hypothesis takes seconds, which are then in no test: it makes a table of all characters.
+    In a new clone the first text of hypothesis takes seconds, for a table of all characters: they are in no test.
     """
     if any(item.get_closest_marker("hypothesis") for item in session.items):
         given(from_regex("[a-z]"))(settings(max_examples=1, database=None)(lambda text: None))()

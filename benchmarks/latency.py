@@ -108,6 +108,8 @@ def measured(rig: Path, frames: int, seconds: float, fps: float, method: str) ->
                 match bus.receive(0.1):
                     case Alive(service=service, alive=True):
                         started.discard(service)
+            if started:
+                raise RuntimeError(f"not on the network {START_S:g} s after their start: {', '.join(sorted(started))}")
             for command in viewers:  # they agree on the time of their first frame
                 start(*command)
             while clock.now_ns() < end_ns:

@@ -15,8 +15,8 @@ from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.synchronizer import FrameSet, Synchronizer
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.evidence.field import DistanceField
 from zenocap.services.tracker.filter.particles import Cloud, Refinement
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.localization import TPose
 from zenocap.services.tracker.initialization.online_shape import ShapeEstimate
 from zenocap.services.tracker.parameters import TOES_START

@@ -14,10 +14,10 @@ from zenocap.common.messages import Phase
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.evidence.field import DistanceField, distance_field
 from zenocap.services.tracker.filter.confidence import limb_features, smoothed_features
 from zenocap.services.tracker.filter.filter_step import filter_step
 from zenocap.services.tracker.hull.contour_rays import contour_rays, exclude_views, extract_outlines, scene_from
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
 from zenocap.services.tracker.initialization.any_posture import start_in_any_posture
 from zenocap.services.tracker.initialization.decisions import (
     by_decision,

@@ -9,8 +9,8 @@ from tests.support.simulated_cameras import look
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.camera.pinhole import Camera
+from zenocap.services.tracker.evidence.field import DistanceField, distance_field
 from zenocap.services.tracker.hull.contour_rays import contour_rays, extract_outlines, scene_from
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
 from zenocap.services.tracker.states import Options, Setup
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import PersonPose, Placement, place

@@ -11,10 +11,10 @@ import msgspec
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.services.tracker.body.body_model import RootedPose
-from zenocap.services.tracker.filter.correspondence import support_fraction
+from zenocap.services.tracker.evidence.field import DistanceField, distance_field
+from zenocap.services.tracker.evidence.rays import support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.contour_rays import contour_rays, extract_outlines, scene_from
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field
 from zenocap.services.tracker.initialization.relocalization import error_of
 from zenocap.services.tracker.parameters import DECIDED_NS, PARTICLE_HOLD
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Setup, Tracking

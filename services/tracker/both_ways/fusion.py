@@ -19,7 +19,7 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import matrix_to_vector
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
 from zenocap.services.tracker.both_ways.backward import Scene
-from zenocap.services.tracker.filter.correspondence import misfit
+from zenocap.services.tracker.evidence.rays import misfit
 from zenocap.services.tracker.parameters import (
     FUSION_ALIKE,
     FUSION_BLEND_S,

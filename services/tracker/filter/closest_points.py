@@ -8,7 +8,7 @@ import numpy as np
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, mean_square_outside
+from zenocap.services.tracker.evidence.field import DistanceField, mean_square_outside
 from zenocap.services.tracker.parameters import NORMAL_MODULATION, OUTSIDE_WEIGHT
 
 CLOSEST_LENGTH = 6

@@ -12,9 +12,9 @@ import numpy as np
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.filter.correspondence import misfit, support_fraction
+from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.rays import misfit, support_fraction
 from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.parameters import (
     AMBIGUITY_SCALE,
     ARM_CONFIDENCE,

@@ -13,7 +13,8 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of, pose_difference
-from zenocap.services.tracker.filter.correspondence import Weights, support_fraction
+from zenocap.services.tracker.evidence.field import DistanceField, no_distance_field
+from zenocap.services.tracker.evidence.rays import Weights, support_fraction
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.limb_search import UsualSupport, search_limbs
 from zenocap.services.tracker.filter.particles import (
@@ -28,7 +29,6 @@ from zenocap.services.tracker.filter.particles import (
     resized_cloud,
     uniform_cloud,
 )
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, no_distance_field
 from zenocap.services.tracker.initialization.online_shape import improved_body, is_new_posture, updated_shape
 from zenocap.services.tracker.parameters import (
     DYNAMIC_NOISE,

@@ -9,7 +9,7 @@ from zenocap.common.arrays import Floats, Floats32, Ints32
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step
-from zenocap.services.tracker.filter.correspondence import (
+from zenocap.services.tracker.evidence.rays import (
     CONTACT_LENGTH,
     Weights,
     contact_on_part,

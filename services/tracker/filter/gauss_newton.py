@@ -8,9 +8,9 @@ from zenocap.common.arrays import Floats, Floats32, Ints, Ints32
 from zenocap.common.jit import finite_leaf_kernel, kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step, joint_screws, normal_equations
+from zenocap.services.tracker.evidence.field import DistanceField, axis_point, outside_at
+from zenocap.services.tracker.evidence.rays import Weights, nearest_parts, ray_contact, robust_weight
 from zenocap.services.tracker.filter.cholesky import cholesky_solve
-from zenocap.services.tracker.filter.correspondence import Weights, nearest_parts, ray_contact, robust_weight
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, axis_point, outside_at
 from zenocap.services.tracker.parameters import AXIS_SAMPLES, CONVERGED_STEP, OUTSIDE_WEIGHT
 
 

@@ -18,10 +18,10 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import matrix_to_vector, vector_to_matrix
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import MAX_BALL_ANGLE, BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.filter.correspondence import misfit, nearest_parts, support_fraction
+from zenocap.services.tracker.evidence.field import DistanceField, axis_point, outside_at
+from zenocap.services.tracker.evidence.rays import misfit, nearest_parts, support_fraction
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.particles import Cloud, RefinementScene
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, axis_point, outside_at
 from zenocap.services.tracker.parameters import (
     AXIS_SAMPLES,
     LIKELIHOOD_INFORMATION,

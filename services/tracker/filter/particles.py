@@ -13,12 +13,12 @@ from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.common.jit import kernel
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.rays import Weights, misfit
 from zenocap.services.tracker.filter.closest_points import modulated_misfit
-from zenocap.services.tracker.filter.correspondence import Weights, misfit
 from zenocap.services.tracker.filter.force import refine_by_force
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
 from zenocap.services.tracker.filter.gauss_newton import refine
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.prior.sampling import CompiledPrior, assign, propose
 from zenocap.services.tracker.threads import in_threads
 

@@ -13,9 +13,9 @@ from zenocap.common.arrays import Floats32
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.filter.correspondence import support_fraction
+from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.rays import support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.decisions import Decided, by_decision, decided_front, faces, opposite_pose
 from zenocap.services.tracker.initialization.heading import foot_reach, reversed_pose
 from zenocap.services.tracker.initialization.localization import Column, find_column

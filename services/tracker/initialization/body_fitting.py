@@ -24,8 +24,8 @@ from zenocap.services.tracker.body.sizes import (
     scaled,
     values_of,
 )
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
 from zenocap.services.tracker.filter.cholesky import cholesky_solve
-from zenocap.services.tracker.filter.correspondence import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
 from zenocap.services.tracker.parameters import (
     FIT_GAP_TRUNCATION_M,
     FIT_INDEPENDENT_RAYS,

@@ -17,8 +17,8 @@ from zenocap.common.body.definition import Bdp
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.body.kinematics import joint_centres, part_frames
 from zenocap.services.tracker.body.body_model import RootedPose
+from zenocap.services.tracker.evidence.field import DistanceField
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
 from zenocap.services.tracker.parameters import DECIDED_NS, HEADING_TOES, PARTICLE_HOLD, REVERSED_TOES, SEARCH_ITERATIONS

@@ -15,10 +15,10 @@ from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker.body.average_body import ANKLE_HEIGHT
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.filter.correspondence import Weights
+from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.rays import Weights
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.relocalization import error_of, refined, search_postures
 from zenocap.services.tracker.parameters import (
     FOOT_HEIGHT,

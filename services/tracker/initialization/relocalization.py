@@ -15,11 +15,11 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
+from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.rays import Weights, misfit, support_fraction
 from zenocap.services.tracker.filter.confidence import ambiguity, limb_distances
-from zenocap.services.tracker.filter.correspondence import Weights, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.localization import find_column
 from zenocap.services.tracker.parameters import (
     EXPECTED_SUPPORT_DECAY,

@@ -15,10 +15,10 @@ from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, forward_kinematics, model_of
 from zenocap.services.tracker.body.sizes import SIZE_NAMES, SPREADS
-from zenocap.services.tracker.filter.correspondence import Weights, distances_of, misfit, support_fraction
+from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.rays import Weights, distances_of, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.body_fitting import BodyFit, FitSample, fit_body
 from zenocap.services.tracker.initialization.heading import foot_reach
 from zenocap.services.tracker.initialization.localization import (

@@ -11,6 +11,7 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.closest_points import (
     CLOSEST_LENGTH,
     corresponding_part,
@@ -18,7 +19,6 @@ from zenocap.services.tracker.filter.closest_points import (
     modulated_misfit,
     part_spheres,
 )
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.parameters import NORMAL_MODULATION
 
 MODEL = model_of(TEN_PARTS, average_body(TEN_PARTS, 1.75))

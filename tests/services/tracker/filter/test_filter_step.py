@@ -13,8 +13,8 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.filter_step import filter_step, start_tracking
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.parameters import LOST_FRAMES, MIN_TRACKING_RAYS
 from zenocap.services.tracker.states import Lost, Options, Outcome, Person, Setup, Tracking

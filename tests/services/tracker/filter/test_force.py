@@ -11,7 +11,8 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, joint_screws
-from zenocap.services.tracker.filter.correspondence import (
+from zenocap.services.tracker.evidence.field import no_distance_field
+from zenocap.services.tracker.evidence.rays import (
     CONTACT_LENGTH,
     Weights,
     contact_on_part,
@@ -23,7 +24,6 @@ from zenocap.services.tracker.filter.force import generalized_forces, refine_by_
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.particles import Refinement
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 
 MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
 DOF = ROOT + len(MODEL.low)

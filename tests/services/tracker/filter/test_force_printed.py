@@ -11,8 +11,8 @@ from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.body.jacobian import ROOT
+from zenocap.services.tracker.evidence.rays import Weights
 from zenocap.services.tracker.filter.closest_points import CLOSEST_LENGTH, closest_point
-from zenocap.services.tracker.filter.correspondence import Weights
 from zenocap.services.tracker.filter.force_printed import group_forces, refine_as_printed
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.parameters import FORCE_TRUNCATION_M, NORMAL_MODULATION

@@ -9,10 +9,10 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.filter.correspondence import Weights, misfit
+from zenocap.services.tracker.evidence.field import no_distance_field
+from zenocap.services.tracker.evidence.rays import Weights, misfit
 from zenocap.services.tracker.filter.limb_search import UsualSupport, limb_support, limbs_of, search_limbs
 from zenocap.services.tracker.filter.particles import Cloud, RefinementScene
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.parameters import LIMB_MAX_SWING
 
 NAMES = coordinates_of(FOURTEEN_PARTS).names

@@ -14,7 +14,8 @@ from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT
-from zenocap.services.tracker.filter.correspondence import Weights, misfit
+from zenocap.services.tracker.evidence.field import no_distance_field
+from zenocap.services.tracker.evidence.rays import Weights, misfit
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.particles import (  # fmt: skip
     DYNAMIC,
@@ -32,7 +33,6 @@ from zenocap.services.tracker.filter.particles import (  # fmt: skip
     resized_cloud,
     uniform_cloud,
 )
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.prior.sampling import assign, propose
 
 MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))

@@ -13,7 +13,7 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, apply_step
 from zenocap.services.tracker.body.sizes import COUNT, FACTORS, SPREADS, entries_of, scaled, values_of
-from zenocap.services.tracker.filter.correspondence import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
 from zenocap.services.tracker.initialization.body_fitting import FitSample, fit_body, fit_equations
 from zenocap.services.tracker.parameters import FIT_RESIDUAL_LIMIT_M, FIT_RESIDUAL_SCALE_M
 

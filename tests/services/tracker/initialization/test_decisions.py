@@ -22,8 +22,8 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
+from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.filter_step import no_pose
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.initialization.decisions import (
     Decided,
     by_decision,

@@ -16,9 +16,9 @@ from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
+from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, foot_reach, with_toes
 from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.parameters import HEADING_TOES, REVERSED_TOES

@@ -11,9 +11,9 @@ from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.filter.correspondence import misfit, support_fraction
+from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.rays import misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
 from zenocap.services.tracker.initialization.online_shape import initial_shape

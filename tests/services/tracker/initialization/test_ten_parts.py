@@ -14,8 +14,8 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
+from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.filter_step import residual_weights
-from zenocap.services.tracker.hull.silhouette_distance import no_distance_field
 from zenocap.services.tracker.initialization.localization import detect_t_pose
 from zenocap.services.tracker.initialization.t_pose import TPoseFit, fit_t_poses
 from zenocap.services.tracker.parameters import T_POSE_HOLD

@@ -8,10 +8,10 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import model_of
-from zenocap.services.tracker.filter.correspondence import Weights, misfit
+from zenocap.services.tracker.evidence.field import DistanceField, distance_field, no_distance_field, outside_at
+from zenocap.services.tracker.evidence.rays import Weights, misfit
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, distance_field, no_distance_field, outside_at
 
 FOCAL, AWAY, RADIUS_PX = 600.0, 4.0, 60
 MATRIX = np.array([[FOCAL, 0.0, 319.5], [0.0, FOCAL, 239.5], [0.0, 0.0, 1.0]])

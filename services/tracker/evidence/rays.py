@@ -12,7 +12,7 @@ import numpy as np
 from zenocap.common.arrays import Floats, Floats32, Ints32
 from zenocap.common.jit import finite_leaf_kernel, inlined_kernel, kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.hull.silhouette_distance import DistanceField, mean_square_outside
+from zenocap.services.tracker.evidence.field import DistanceField, mean_square_outside
 from zenocap.services.tracker.parameters import (
     CONTACT_SHIFT_M,
     LATERAL_SCALE_M,

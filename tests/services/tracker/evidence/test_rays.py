@@ -10,7 +10,7 @@ from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import model_of
-from zenocap.services.tracker.filter.correspondence import (
+from zenocap.services.tracker.evidence.rays import (
     CONTACT_LENGTH,
     contact_on_part,
     contact_weight,

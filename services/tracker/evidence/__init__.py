@@ -1,0 +1,1 @@
+"""Evidence of a frame set on a pose: contour rays, silhouette distances.  [Hybrid V-B]"""

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
@@ -15,7 +15,7 @@ from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.synchronizer import FrameSet, Synchronizer
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
-from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.particles import Cloud, Refinement
 from zenocap.services.tracker.initialization.localization import TPose
 from zenocap.services.tracker.initialization.online_shape import ShapeEstimate
@@ -91,14 +91,13 @@ def with_detail(setup: Setup, detail: float) -> Setup:
 class AwaitingPerson:
     """Waiting for a person in T-pose, or measuring the body.
 
-    scenes, fields, t_poses: rays, silhouette distances and T-pose of the frame sets so far.  rest: frame sets to skip.
+    seen, t_poses: evidence and T-pose of the frame sets so far.  rest: frame sets to skip.
     advice: instruction for the person, shown in health.  heights: capture time and height in metres of the person in every
     frame set since one came into view.  t_pose_only: a user requested the measurement, so nothing else starts the track.
     """
 
     advice: str = "waiting for a person"
-    scenes: tuple[Floats32, ...] = ()
-    fields: tuple[DistanceField, ...] = ()
+    seen: tuple[Evidence, ...] = ()
     t_poses: tuple[TPose, ...] = ()
     rest: int = 0
     heights: tuple[tuple[int, float], ...] = ()

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from zenocap.common.arrays import Floats32, Mask
+from zenocap.common.arrays import Mask
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import part_frames
@@ -14,10 +14,10 @@ from zenocap.common.messages import Phase
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.evidence.field import DistanceField, distance_field
+from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
 from zenocap.services.tracker.filter.confidence import limb_features, smoothed_features
 from zenocap.services.tracker.filter.filter_step import filter_step
-from zenocap.services.tracker.hull.contour_rays import contour_rays, exclude_views, extract_outlines, scene_from
+from zenocap.services.tracker.hull.contour_rays import exclude_views, extract_outlines
 from zenocap.services.tracker.initialization.any_posture import start_in_any_posture
 from zenocap.services.tracker.initialization.decisions import (
     by_decision,
@@ -103,13 +103,12 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     views, findings = check_views(state.consistency, contours, silhouettes)
     excluded = untrusted(findings)
     contours, silhouettes = exclude_views(contours, silhouettes, excluded)
-    scene = scene_from(contours, silhouettes)
-    rays, field = contour_rays(scene), distance_field(silhouettes)
-    phase, outcome = advance_phase(setup, state.phase, captured_ns, rays, field, state.count)
+    evidence, scene = evidence_of(contours, silhouettes)
+    phase, outcome = advance_phase(setup, state.phase, captured_ns, evidence, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
-        phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, rays, field)
+        phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, evidence)
         if _tries_other_postures(setup):  # else nothing tells how ambiguous a limb is
-            phase = _with_limb_features(setup, phase, rays, field)
+            phase = _with_limb_features(setup, phase, evidence)
         toes = phase.toes if setup.options.filter.relocalization else None  # else the feet are not looked at
         outcome = replace(outcome, limb_features=phase.limb_features, toes=toes)
     if not isinstance(phase, AwaitingPerson):
@@ -120,11 +119,11 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=scene.points)
 
 
-def _with_limb_features(setup: Setup, phase: Tracking, rays: Floats32, field: DistanceField) -> Tracking:
+def _with_limb_features(setup: Setup, phase: Tracking, evidence: Evidence) -> Tracking:
     """The running means of the limbs' features with this frame."""
     person, pose = phase.person, phase.estimate
     now = limb_features(
-        setup.anatomy, person.model, rays, field, pose, phase.limb_support, person.expected_support, phase.ambiguity
+        setup.anatomy, person.model, evidence, pose, phase.limb_support, person.expected_support, phase.ambiguity
     )
     return replace(phase, limb_features=smoothed_features(phase.limb_features, now))
 
@@ -137,8 +136,8 @@ def awaiting_person(state: TrackState) -> bool:
 def phase_of(state: TrackState) -> Phase:
     """Phase of the tracker, for its health."""
     match state.phase:
-        case AwaitingPerson(scenes=scenes):
-            return Phase.MEASURING_BODY if scenes else Phase.AWAITING_PERSON
+        case AwaitingPerson(seen=seen):
+            return Phase.MEASURING_BODY if seen else Phase.AWAITING_PERSON
         case Tracking():
             return Phase.TRACKING
         case Lost():
@@ -164,20 +163,19 @@ def advance_phase(
     setup: Setup,
     phase: AwaitingPerson | Tracking | Lost,
     captured_ns: int,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     count: int,
 ) -> tuple[AwaitingPerson | Tracking | Lost, Outcome]:
     """Next phase and the result of one frame set."""
     match phase:
         case AwaitingPerson():
             decided = partial(decided_front, setup)
-            awaiting, outcome = await_person(setup, phase, captured_ns, rays, field, decided)
+            awaiting, outcome = await_person(setup, phase, captured_ns, evidence, decided)
             if isinstance(awaiting, Tracking):
                 return _if_decided(setup, awaiting, captured_ns), outcome
-            if awaiting.scenes or not _starts_anywhere(setup, phase):
+            if awaiting.seen or not _starts_anywhere(setup, phase):
                 return awaiting, outcome
-            return start_in_any_posture(setup, awaiting, captured_ns, rays, field)
+            return start_in_any_posture(setup, awaiting, captured_ns, evidence)
         case (
             Tracking(person=Person(measuring=AwaitingPerson() as measuring))
             | Lost(person=Person(measuring=AwaitingPerson() as measuring))
@@ -185,13 +183,13 @@ def advance_phase(
             decided_ns = phase.decided_ns if isinstance(phase, Tracking) else None
             # The decision was about the start; since then the person may have turned, and the track with him or her.
             tracked = phase.estimate.rotation[:, 2] if isinstance(phase, Tracking) and decided_ns is not None else None
-            measured, outcome = await_person(setup, measuring, captured_ns, rays, field, lambda _: tracked)
+            measured, outcome = await_person(setup, measuring, captured_ns, evidence, lambda _: tracked)
             if isinstance(measured, Tracking):
                 return replace(measured, decided_ns=decided_ns), outcome
             phase = replace(phase, person=replace(phase.person, measuring=measured))
-            return _follow(setup, phase, captured_ns, rays, field, count)
+            return _follow(setup, phase, captured_ns, evidence, count)
         case Tracking() | Lost():
-            return _follow(setup, phase, captured_ns, rays, field, count)
+            return _follow(setup, phase, captured_ns, evidence, count)
 
 
 def _if_decided(setup: Setup, phase: Tracking, captured_ns: int) -> Tracking:
@@ -208,26 +206,26 @@ def _tries_other_postures(setup: Setup) -> bool:
 
 
 def _follow(
-    setup: Setup, phase: Tracking | Lost, captured_ns: int, rays: Floats32, field: DistanceField, count: int
+    setup: Setup, phase: Tracking | Lost, captured_ns: int, evidence: Evidence, count: int
 ) -> tuple[Tracking | Lost, Outcome]:
     """Track a person with known sizes, or search for one."""
     if isinstance(phase, Lost):
-        found, outcome = search(setup, phase, captured_ns, rays, field)
+        found, outcome = search(setup, phase, captured_ns, evidence)
         if phase.last is None and isinstance(found, Tracking):
-            return start_as_decided(setup, found, outcome, captured_ns, rays, field)
+            return start_as_decided(setup, found, outcome, captured_ns, evidence)
         return found, outcome
     rng = np.random.default_rng([setup.options.seed, count])
-    after, outcome = filter_step(setup, phase, captured_ns, rays, field, rng)
+    after, outcome = filter_step(setup, phase, captured_ns, evidence, rng)
     if not isinstance(after, Tracking) or outcome.pose is None or not setup.options.filter.relocalization:
         return after, outcome
-    after = with_toes(setup.anatomy, after, rays)
+    after = with_toes(setup.anatomy, after, evidence.rays)
     if after.misfits_in_row in RELOCALIZE_AFTER:
-        elsewhere, outcome = check_elsewhere(setup, after, outcome, captured_ns, rays, field)
+        elsewhere, outcome = check_elsewhere(setup, after, outcome, captured_ns, evidence)
         if faces(elsewhere.estimate, after.estimate.rotation[:, 2]):
             elsewhere = replace(elsewhere, decided_ns=after.decided_ns)
         return elsewhere, outcome
     if after.toes < least_toes(after, captured_ns):
-        return check_reversed_heading(setup, after, outcome, captured_ns, rays, field)
+        return check_reversed_heading(setup, after, outcome, captured_ns, evidence)
     if _tries_other_postures(setup) and count % OTHER_POSTURES_PERIOD == 0:
-        return check_other_postures(setup, after, outcome, captured_ns, rays, field)
+        return check_other_postures(setup, after, outcome, captured_ns, evidence)
     return after, outcome

@@ -6,11 +6,11 @@ from functools import lru_cache
 import numpy as np
 
 from tests.support.simulated_cameras import look
-from zenocap.common.arrays import Floats32, Mask
+from zenocap.common.arrays import Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.camera.pinhole import Camera
-from zenocap.services.tracker.evidence.field import DistanceField, distance_field
-from zenocap.services.tracker.hull.contour_rays import contour_rays, extract_outlines, scene_from
+from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
+from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.states import Options, Setup
 from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.body.pose import PersonPose, Placement, place
@@ -55,10 +55,10 @@ def rendered_masks(cameras: Mapping[str, Camera], seed: int, pose: PersonPose | 
     return {viewer: _simulated_camera(camera, seed).silhouette(pose) for viewer, camera in cameras.items()}
 
 
-def scene(cameras: Mapping[str, Camera], masks: Sequence[Mask | None], points: int = 300) -> tuple[Floats32, DistanceField]:
-    """Rays and distance field."""
+def seen(cameras: Mapping[str, Camera], masks: Sequence[Mask | None], points: int = 300) -> Evidence:
+    """Evidence of the masks."""
     contours, silhouettes = extract_outlines(masks, list(cameras.values()), points)
-    return contour_rays(scene_from(contours, silhouettes)), distance_field(silhouettes)
+    return evidence_of(contours, silhouettes)[0]
 
 
 _SIMULATED_CAMERAS: dict[tuple[int, int], SimulatedCamera] = {}

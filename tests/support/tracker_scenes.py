@@ -12,6 +12,8 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.evidence.evidence import Evidence
+from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.hull.contour_rays import Scene, contour_rays
 from zenocap.services.tracker.parameters import CONTACT_SHIFT_M
 
@@ -115,6 +117,11 @@ def tangent_rays(model: BodyModel, pose: RootedPose, count: int, seed: int = 0, 
             scene[:, 11].astype(np.int64), scene[:, 0:3], scene[:, 3:6], scene[:, 6:9], scene[:, 9], scene[:, 10],
         )
     )  # fmt: skip
+
+
+def rays_alone(rays: Floats32) -> Evidence:
+    """Evidence without silhouettes."""
+    return Evidence(rays, no_distance_field())
 
 
 def _tangent(

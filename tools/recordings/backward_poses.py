@@ -1,4 +1,4 @@
-"""The backward pass over the scenes of a take, and the poses of both directions by capture time."""
+"""The backward pass over a take, and the poses of both directions by capture time."""
 
 from collections.abc import Callable, Iterable, Iterator
 
@@ -9,13 +9,13 @@ from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.both_ways.backward import (
     Backward,
     Decided,
-    Scene,
     are_opposite,
     begin,
-    scene_of,
+    evidence_in,
     step_back,
 )
 from zenocap.services.tracker.both_ways.fusion import CHOICES, TwoPoses, two_poses
+from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.parameters import MIN_VIEWS
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import rooted_pose
@@ -33,12 +33,12 @@ def two_poses_of(
 ) -> dict[int, TwoPoses]:
     """Poses of both directions by capture time; the backward pass begins with the first of `backwards`."""
     model = model_of(setup.anatomy, body)
-    scenes = lookahead.ahead(_scenes(setup, backwards))
+    seen = lookahead.ahead(_seen(setup, backwards))
     found: dict[int, TwoPoses] = {}
-    poses = lookahead.ahead(_backward_poses(setup, body, scenes, decided))
-    for count, (captured_ns, ahead, back, scene) in enumerate(poses, 1):
-        if scene is not None:
-            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, scene)
+    poses = lookahead.ahead(_backward_poses(setup, body, seen, decided))
+    for count, (captured_ns, ahead, back, evidence) in enumerate(poses, 1):
+        if evidence is not None:
+            two = two_poses(setup.anatomy, model, captured_ns, ahead, back, evidence)
         else:
             two = None if ahead is None else TwoPoses(captured_ns, ahead, None, np.zeros(CHOICES))
         if two is not None:
@@ -47,24 +47,24 @@ def two_poses_of(
     return found
 
 
-def _scenes(setup: Setup, backwards: Iterable[SceneMasks]) -> Iterator[tuple[ForwardPose, Scene | None]]:
-    """Yield the poses with their scenes, None where too few views have a mask."""
+def _seen(setup: Setup, backwards: Iterable[SceneMasks]) -> Iterator[tuple[ForwardPose, Evidence | None]]:
+    """Yield the poses with their evidence, None where too few views have a mask."""
     for one, masks in backwards:
-        yield one, None if len(masks) < MIN_VIEWS else scene_of(setup, masks)
+        yield one, None if len(masks) < MIN_VIEWS else evidence_in(setup, masks)
 
 
 def _backward_poses(
-    setup: Setup, body: Bdp, scenes: Iterable[tuple[ForwardPose, Scene | None]], decided: Decided
-) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Scene | None]]:
-    """Yield capture time, forward and backward pose, None where there is none, and scene of each frame set."""
+    setup: Setup, body: Bdp, seen: Iterable[tuple[ForwardPose, Evidence | None]], decided: Decided
+) -> Iterator[tuple[int, RootedPose | None, RootedPose | None, Evidence | None]]:
+    """Yield capture time, forward and backward pose, None where there is none, and evidence of each frame set."""
     state: Backward | None = None
-    for one, scene in scenes:
+    for one, evidence in seen:
         ahead = None if one.lost else rooted_pose(setup, body, one.pose)
         back: RootedPose | None = None
-        if scene is not None and state is None and not one.lost:
-            state, back = begin(setup, body, one.pose, one.captured_ns, scene), ahead
-        elif scene is not None and state is not None:
-            state, back = step_back(setup, state, one.captured_ns, scene)
+        if evidence is not None and state is None and not one.lost:
+            state, back = begin(setup, body, one.pose, one.captured_ns, evidence), ahead
+        elif evidence is not None and state is not None:
+            state, back = step_back(setup, state, one.captured_ns, evidence)
             if ahead is not None and back is not None and decided.passed(one.captured_ns) and are_opposite(ahead, back):
-                state, back = begin(setup, body, one.pose, one.captured_ns, scene), ahead
-        yield one.captured_ns, ahead, back, scene
+                state, back = begin(setup, body, one.pose, one.captured_ns, evidence), ahead
+        yield one.captured_ns, ahead, back, evidence

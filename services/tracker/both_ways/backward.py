@@ -8,27 +8,18 @@ from dataclasses import dataclass, replace
 
 import msgspec
 
-from zenocap.common.arrays import Floats32, Mask
+from zenocap.common.arrays import Mask
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.services.tracker.body.body_model import RootedPose
-from zenocap.services.tracker.evidence.field import DistanceField, distance_field
-from zenocap.services.tracker.evidence.rays import support_fraction
+from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
-from zenocap.services.tracker.hull.contour_rays import contour_rays, extract_outlines, scene_from
+from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization.relocalization import error_of
 from zenocap.services.tracker.parameters import DECIDED_NS, PARTICLE_HOLD
 from zenocap.services.tracker.states import AwaitingPerson, Lost, Setup, Tracking
 from zenocap.services.tracker.tracking import advance_phase, known_person, rooted_pose
 
 FIRST_COUNT = 1 << 40  # of frame sets, for the random seeds: the forward pass never counts so far
-
-
-@dataclass(frozen=True)
-class Scene:
-    """Contour rays (11, n) and silhouette distances of one frame set."""
-
-    rays: Floats32
-    field: DistanceField
 
 
 @dataclass(frozen=True)
@@ -73,12 +64,12 @@ def are_opposite(one: RootedPose, other: RootedPose) -> bool:
     return float(one.rotation[:, 2] @ other.rotation[:, 2]) < 0.0
 
 
-def scene_of(setup: Setup, masks: Mapping[str, Mask]) -> Scene:
-    """Scene of the views that the forward pass has used.  masks: by viewer, (height, width), not 0 on the person."""
+def evidence_in(setup: Setup, masks: Mapping[str, Mask]) -> Evidence:
+    """Evidence of the views that the forward pass has used.  masks: by viewer, (height, width), not 0 on the person."""
     contours, silhouettes = extract_outlines(
         [masks.get(viewer) for viewer in setup.cameras], list(setup.cameras.values()), setup.options.points
     )
-    return Scene(contour_rays(scene_from(contours, silhouettes)), distance_field(silhouettes))
+    return evidence_of(contours, silhouettes)[0]
 
 
 def with_fixed_body(setup: Setup) -> Setup:
@@ -87,20 +78,18 @@ def with_fixed_body(setup: Setup) -> Setup:
     return replace(setup, options=replace(setup.options, filter=fixed))
 
 
-def begin(setup: Setup, body: Bdp, pose: Pose, captured_ns: int, scene: Scene) -> Backward:
-    """State at the last pose of the forward pass, captured at `captured_ns`, in its own scene."""
+def begin(setup: Setup, body: Bdp, pose: Pose, captured_ns: int, evidence: Evidence) -> Backward:
+    """State at the last pose of the forward pass, captured at `captured_ns`, with its own evidence."""
     person, last = known_person(setup, body), rooted_pose(setup, body, pose)
-    person = replace(person, expected_support=support_fraction(person.model, scene.rays, last))
-    error = error_of(person.model, scene.rays, scene.field, residual_weights(setup, PARTICLE_HOLD), last)
+    person = replace(person, expected_support=support_fraction(person.model, evidence, last))
+    error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), last)
     phase, _ = start_tracking(setup, person, last, 0, error)
     return Backward(phase, captured_ns)
 
 
-def step_back(setup: Setup, state: Backward, captured_ns: int, scene: Scene) -> tuple[Backward, RootedPose | None]:
+def step_back(setup: Setup, state: Backward, captured_ns: int, evidence: Evidence) -> tuple[Backward, RootedPose | None]:
     """State and pose of the next earlier frame set; no pose while the person is searched for."""
-    phase, outcome = advance_phase(
-        setup, state.phase, state.start_ns - captured_ns, scene.rays, scene.field, FIRST_COUNT + state.count
-    )
+    phase, outcome = advance_phase(setup, state.phase, state.start_ns - captured_ns, evidence, FIRST_COUNT + state.count)
     assert not isinstance(phase, AwaitingPerson), "a measured body is never forgotten"
     pose = phase.estimate if isinstance(phase, Tracking) and outcome.pose is not None else None
     return replace(state, phase=phase, count=state.count + 1), pose

@@ -18,8 +18,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import matrix_to_vector
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
-from zenocap.services.tracker.both_ways.backward import Scene
-from zenocap.services.tracker.evidence.rays import misfit
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit
 from zenocap.services.tracker.parameters import (
     FUSION_ALIKE,
     FUSION_BLEND_S,
@@ -61,7 +60,7 @@ def two_poses(
     captured_ns: int,
     forward: RootedPose | None,
     backward: RootedPose | None,
-    scene: Scene,
+    evidence: Evidence,
 ) -> TwoPoses | None:
     """Both poses of a frame with the misfits of all choices; None without a pose."""
     only = forward or backward
@@ -71,7 +70,7 @@ def two_poses(
     if forward is not None and backward is not None:
         for choice, backwards in enumerate(BACKWARD):
             pose = blended(anatomy, forward, backward, backwards.astype(np.float64))
-            misfits[choice] = misfit(model, scene.rays, scene.field, RESIDUAL_LIMIT_M, pose)
+            misfits[choice] = misfit(model, evidence, RESIDUAL_LIMIT_M, pose)
     return TwoPoses(captured_ns, forward, backward, misfits)
 
 

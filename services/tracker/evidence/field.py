@@ -1,4 +1,4 @@
-"""Distance from points of the body to the silhouettes, and the direction towards them.
+"""Silhouettes as evidence: distance from points of the body to them, and the direction towards them.
 
 Contour rays pull the body's surface to the contours, but a limb outside a silhouette without a contour near it has no
 residual; this term adds one.  It is not in the paper.
@@ -12,8 +12,15 @@ import numpy as np
 from zenocap.common.arrays import Floats, Floats32, Ints, Mask
 from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel
+from zenocap.services.tracker.evidence.residuals import Weights, add_residual
 from zenocap.services.tracker.hull.views import REACH, Silhouettes, distort
-from zenocap.services.tracker.parameters import AXIS_SAMPLES, DISTANCE_MAP_MARGIN_PX, DISTANCE_MAP_PX, MIN_DEPTH_M
+from zenocap.services.tracker.parameters import (
+    AXIS_SAMPLES,
+    DISTANCE_MAP_MARGIN_PX,
+    DISTANCE_MAP_PX,
+    MIN_DEPTH_M,
+    OUTSIDE_WEIGHT,
+)
 
 
 # Paper (added): [Hybrid V-B] has no term for parts of the body outside of the silhouettes.
@@ -149,6 +156,22 @@ def outside_at(field: DistanceField, k: int, x: float, y: float, z: float, found
     for row in range(3):
         found[1 + row] = -(r[0, row] * gu + r[1, row] * gv + r[2, row] * wz) / length
     return True
+
+
+@kernel
+def add_field(
+    model: BodyModel, frames: Floats, field: DistanceField, weights: Weights, matrices: Floats, gradients: Floats
+) -> None:
+    """Add the samples of every part outside of the silhouettes to its wrench matrix (p, 6, 6) and gradient (p, 6)."""
+    found, wrench = np.empty(4), np.empty(6)
+    for part in range(frames.shape[0]):
+        for n in range(len(AXIS_SAMPLES)):
+            x, y, z = axis_point(model, frames[part], part, AXIS_SAMPLES[n])
+            for k in range(field.at.shape[0]):
+                if outside_at(field, k, x, y, z, found) and found[0] < weights.limit:
+                    weight = OUTSIDE_WEIGHT * weights.ray_weight * min(1.0, weights.spread / found[0]) / weights.spread**2
+                    x0, y0, z0 = x - frames[0, 0, 3], y - frames[0, 1, 3], z - frames[0, 2, 3]
+                    add_residual(x0, y0, z0, found, weight, wrench, matrices[part], gradients[part])
 
 
 @kernel

@@ -1,40 +1,21 @@
-"""Correspondences of contour rays with the nearest surface of the body, and the error D of a pose.  [Hybrid V-B]
+"""Contour rays as evidence: contacts with the nearest surface of the body, residuals, and the error D.  [Hybrid V-B]
 
 A ray may slide along its surviving interval.  Its contact with a part is the point at which the part's tangent plane is
 parallel to that of the ray (viewing line and contour tangent), near the closest approach of ray and axis.  Motion of the
 contact along the axis does not count as distance.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32, Ints32
+from zenocap.common.arrays import Floats, Floats32, Ints, Ints32
 from zenocap.common.jit import finite_leaf_kernel, inlined_kernel, kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.evidence.field import DistanceField, mean_square_outside
+from zenocap.services.tracker.evidence.residuals import Weights, robust_weight
 from zenocap.services.tracker.parameters import (
     CONTACT_SHIFT_M,
-    LATERAL_SCALE_M,
-    ON_BODY_M,
-    OUTSIDE_WEIGHT,
 )
 
-
 # Paper (replaced): V-B takes the closest points of fixed scene points; here a ray slides along its surviving interval.
-class Weights(NamedTuple):
-    """Weights of residuals.
-
-    spread: residual beyond which the gradient is constant, metres.  limit: residual beyond which it is zero, metres.
-    precision: (6 + d,) 1 / variance about the target pose: 1 / m^2, then 1 / rad^2.  ray_weight: weight of one ray.
-    """
-
-    spread: float
-    limit: float
-    precision: Floats
-    ray_weight: float
-
-
 Contact = tuple[float, float, float, float, float, float, float, float, float]
 
 CONTACT_LENGTH = 9
@@ -192,15 +173,74 @@ def contact_weight(found: Floats, spread: float, limit: float) -> float:
     return float(robust_weight(found[0], found[1], spread, limit))
 
 
-@inlined_kernel
-def robust_weight(distance: float, gap: float, spread: float, limit: float) -> float:
-    """Weight of a ray in 1 / m^2: the gradient grows up to a gap of `spread` metres, then stays; zero beyond `limit`.
+@kernel
+def add_rays(
+    model: BodyModel,
+    frames: Floats,
+    rays: Floats32,
+    weights: Weights,
+    matrices: Floats,
+    gradients: Floats,
+    distances: Floats32,
+    parts: Ints32,
+) -> None:
+    """Write the wrench matrix (p, 6, 6) and gradient (p, 6) of the rays of every part that has some.
 
-    A ray that passes beside its contact, rather than before or behind it, has less weight.
+    distances, parts: (n,) of the rays, overwritten.
     """
-    aside = (distance * distance - gap * gap) / (LATERAL_SCALE_M * LATERAL_SCALE_M)
-    weight = min(1.0, spread / max(abs(gap), 1e-9)) / (spread * spread * (1.0 + max(aside, 0.0)))
-    return weight if distance < limit else 0.0
+    count = frames.shape[0]
+    nearest_parts(model, frames, rays, distances, parts)
+    first, order = np.zeros(count + 1, dtype=np.int64), np.empty(rays.shape[1], dtype=np.int64)
+    for i in range(rays.shape[1]):
+        first[parts[i] + 1] += 1
+    for part in range(count):
+        first[part + 1] += first[part]
+    filled = first[:count].copy()
+    for i in range(rays.shape[1]):
+        order[filled[parts[i]]] = i
+        filled[parts[i]] += 1
+    for part in range(count):
+        _add_part(model, frames, part, rays, order[first[part] : first[part + 1]], weights, matrices[part], gradients[part])
+
+
+@finite_leaf_kernel
+def _add_part(
+    model: BodyModel,
+    frames: Floats,
+    part: int,
+    rays: Floats32,
+    own: Ints,
+    weights: Weights,
+    matrix: Floats,
+    gradient: Floats,
+) -> None:
+    """Write the wrench matrix (6, 6) and gradient (6,) of the rays of one part, indices `own` (n,), summed in registers."""
+    f = frames[part]
+    ox, oy, oz = frames[0, 0, 3], frames[0, 1, 3], frames[0, 2, 3]
+    spread, limit, ray_weight = weights.spread, weights.limit, weights.ray_weight
+    p0 = p1 = p2 = p3 = p4 = p5 = 0.0
+    m00 = m10 = m11 = m20 = m21 = m22 = m30 = m31 = m32 = m33 = 0.0
+    m40 = m41 = m42 = m43 = m44 = m50 = m51 = m52 = m53 = m54 = m55 = 0.0
+    for k in range(own.shape[0]):
+        distance, gap, x, y, z, _, a, b, c = ray_contact(model, f, part, rays, own[k])
+        weight = ray_weight * robust_weight(distance, gap, spread, limit)
+        x, y, z = x - ox, y - oy, z - oz
+        d, e, g = y * c - z * b, z * a - x * c, x * b - y * a
+        wa, wb, wc, wd, we, wg = weight * a, weight * b, weight * c, weight * d, weight * e, weight * g
+        p0, p1, p2 = p0 + gap * wa, p1 + gap * wb, p2 + gap * wc
+        p3, p4, p5 = p3 + gap * wd, p4 + gap * we, p5 + gap * wg
+        m00, m10, m11 = m00 + wa * a, m10 + wb * a, m11 + wb * b
+        m20, m21, m22 = m20 + wc * a, m21 + wc * b, m22 + wc * c
+        m30, m31, m32, m33 = m30 + wd * a, m31 + wd * b, m32 + wd * c, m33 + wd * d
+        m40, m41, m42, m43, m44 = m40 + we * a, m41 + we * b, m42 + we * c, m43 + we * d, m44 + we * e
+        m50, m51, m52, m53 = m50 + wg * a, m51 + wg * b, m52 + wg * c, m53 + wg * d
+        m54, m55 = m54 + wg * e, m55 + wg * g
+    gradient[0], gradient[1], gradient[2], gradient[3], gradient[4], gradient[5] = p0, p1, p2, p3, p4, p5
+    matrix[0, 0], matrix[1, 0], matrix[1, 1] = m00, m10, m11
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = m20, m21, m22
+    matrix[3, 0], matrix[3, 1], matrix[3, 2], matrix[3, 3] = m30, m31, m32, m33
+    matrix[4, 0], matrix[4, 1], matrix[4, 2], matrix[4, 3], matrix[4, 4] = m40, m41, m42, m43, m44
+    matrix[5, 0], matrix[5, 1], matrix[5, 2], matrix[5, 3], matrix[5, 4], matrix[5, 5] = m50, m51, m52, m53, m54, m55
 
 
 @finite_leaf_kernel
@@ -223,23 +263,3 @@ def distances_of(model: BodyModel, rays: Floats32, pose: RootedPose) -> Floats32
     forward_kinematics(model, pose, frames)
     nearest_parts(model, frames, rays, distances, parts)
     return distances
-
-
-@kernel
-def misfit(model: BodyModel, rays: Floats32, field: DistanceField, limit: float, pose: RootedPose) -> float:
-    """D of a pose in m^2 [Hybrid Eq. 30], plus the mean square distance of the body outside of the silhouettes."""
-    frames = np.empty((model.parent.shape[0], 3, 4))
-    distances, parts = np.empty(rays.shape[1], dtype=np.float32), np.empty(rays.shape[1], dtype=np.int32)
-    forward_kinematics(model, pose, frames)
-    nearest_parts(model, frames, rays, distances, parts)
-    # Paper (added): Eq. 30 has no term for the body outside of the silhouettes.
-    return float(
-        mean_truncated_square(distances, limit) + OUTSIDE_WEIGHT * mean_square_outside(model, frames, field, limit)
-    )
-
-
-def support_fraction(model: BodyModel, rays: Floats32, pose: RootedPose) -> float:
-    """Fraction of the rays of a scene that are on the body."""
-    if not rays.shape[1]:
-        return 0.0
-    return float(np.mean(distances_of(model, rays, pose) < ON_BODY_M))

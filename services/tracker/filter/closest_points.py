@@ -8,7 +8,8 @@ import numpy as np
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.evidence.field import DistanceField, mean_square_outside
+from zenocap.services.tracker.evidence.evidence import Evidence
+from zenocap.services.tracker.evidence.field import mean_square_outside
 from zenocap.services.tracker.parameters import NORMAL_MODULATION, OUTSIDE_WEIGHT
 
 CLOSEST_LENGTH = 6
@@ -131,13 +132,11 @@ def mean_modulated_square(model: BodyModel, frames: Floats, rays: Floats32, limi
 
 
 @kernel
-def modulated_misfit(
-    model: BodyModel, rays: Floats32, field: DistanceField, limit: float, closest: bool, pose: RootedPose
-) -> float:
+def modulated_misfit(model: BodyModel, evidence: Evidence, limit: float, closest: bool, pose: RootedPose) -> float:
     """The printed D of a pose in m^2, plus the mean square distance of the body outside of the field's silhouettes."""
     frames = np.empty((model.parent.shape[0], 3, 4))
     forward_kinematics(model, pose, frames)
     return float(
-        mean_modulated_square(model, frames, rays, limit, closest)
-        + OUTSIDE_WEIGHT * mean_square_outside(model, frames, field, limit)
+        mean_modulated_square(model, frames, evidence.rays, limit, closest)
+        + OUTSIDE_WEIGHT * mean_square_outside(model, frames, evidence.field, limit)
     )

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.evidence.field import DistanceField
-from zenocap.services.tracker.evidence.rays import misfit, support_fraction
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.limb_search import limb_support, limbs_of
 from zenocap.services.tracker.parameters import (
     AMBIGUITY_SCALE,
@@ -35,8 +34,7 @@ MAX_DISTANCE_M = 0.5
 def limb_features(
     anatomy: Anatomy,
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     pose: RootedPose,
     usual: Floats | None,
     expected_support: float,
@@ -46,9 +44,9 @@ def limb_features(
 
     expected_support: of the body.  ambiguous: (4,) see `ambiguity`.
     """
-    support = limb_support(anatomy, model, rays, pose)
-    error = float(misfit(model, rays, field, RESIDUAL_LIMIT_M, pose))
-    body = support_fraction(model, rays, pose) / max(expected_support, LEAST_SUPPORT)
+    support = limb_support(anatomy, model, evidence, pose)
+    error = float(misfit(model, evidence, RESIDUAL_LIMIT_M, pose))
+    body = support_fraction(model, evidence, pose) / max(expected_support, LEAST_SUPPORT)
     features = np.ones((len(LIMBS), len(FEATURES)))
     if usual is not None:
         features[:, 1] = np.minimum(support / np.maximum(usual, LEAST_SUPPORT), MAX_RATIO)

@@ -13,8 +13,9 @@ from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of, pose_difference
-from zenocap.services.tracker.evidence.field import DistanceField, no_distance_field
-from zenocap.services.tracker.evidence.rays import Weights, support_fraction
+from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction, thinned
+from zenocap.services.tracker.evidence.field import no_distance_field
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.limb_search import UsualSupport, search_limbs
 from zenocap.services.tracker.filter.particles import (
@@ -77,27 +78,27 @@ def start_tracking(
 
 
 def filter_step(
-    setup: Setup, phase: Tracking, captured_ns: int, rays: Floats32, field: DistanceField, rng: np.random.Generator
+    setup: Setup, phase: Tracking, captured_ns: int, evidence: Evidence, rng: np.random.Generator
 ) -> tuple[Tracking | Lost, Outcome]:
     """Track the person in one scene; the track is lost after LOST_FRAMES misfits in a row."""
-    if rays.shape[1] < MIN_TRACKING_RAYS:
+    if evidence.rays.shape[1] < MIN_TRACKING_RAYS:
         return _empty_frame(setup, phase)
     options, person = setup.options, phase.person
     if len(phase.cloud.weights) != options.particles:
         phase = replace(phase, cloud=resized_cloud(phase.cloud, options.particles))
     if not options.filter.cost_terms:
-        field = no_distance_field()
+        evidence = evidence._replace(field=no_distance_field())
     periods = max(1.0, (captured_ns - phase.captured_ns) / setup.frame_ns)
     velocity = _velocity(setup, phase, periods)
-    found = _find_particles(setup, phase, periods, velocity, rays, field, rng)
+    found = _find_particles(setup, phase, periods, velocity, evidence, rng)
     expected = _predict(person.model, phase.estimate, velocity)
     prior_distance, costs = _costs(setup, phase, found, expected)
     # Paper (open): sigma^2 of Eq. 29 has no value; 1 / LIKELIHOOD_INFORMATION.
     cloud = found.cloud._replace(weights=likelihood_weights(costs, LIKELIHOOD_INFORMATION))
-    estimate = _estimate(setup, phase, cloud, rays, field, expected)
+    estimate = _estimate(setup, phase, cloud, evidence, expected)
     best = int(np.argmin(costs))
     error = float(found.errors[best])
-    support = support_fraction(person.model, rays, estimate)
+    support = support_fraction(person.model, evidence, estimate)
     misfits = support < LOST_SUPPORT_RATIO * person.expected_support or error > LOST_MISFIT_RATIO * RESIDUAL_LIMIT_M**2
     misfits_in_row = phase.misfits_in_row + 1 if misfits else 0
     # Paper (added): [Hybrid] does not detect a lost track.
@@ -108,7 +109,7 @@ def filter_step(
     body = None
     settled = captured_ns - corrected_ns >= SHAPE_PAUSE_NS
     if options.filter.shape_estimation and settled and support >= SHAPE_SUPPORT_RATIO * person.expected_support:
-        person, body = _update_shape(setup, person, rays, estimate)
+        person, body = _update_shape(setup, person, evidence.rays, estimate)
     if not misfits_in_row:
         person = replace(
             person, expected_support=person.expected_support + SUPPORT_RATE * (support - person.expected_support)
@@ -159,8 +160,7 @@ def _find_particles(
     phase: Tracking,
     periods: float,
     velocity: Floats,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     rng: np.random.Generator,
 ) -> _Found:
     """Propose particles, refine them on the scene, and search a limb that has lost its rays."""
@@ -175,10 +175,10 @@ def _find_particles(
     errors = np.empty(n)
     iterations = 0 if options.method == "particle-filter" else options.iterations
     deviations = _per_coordinate(d, DYNAMIC_NOISE) * np.sqrt(periods)
-    # Paper (added): particles are refined on every second ray, to save time.
-    thinned = np.ascontiguousarray(rays[:, ::PARTICLE_RAY_STRIDE])
     propose_particles(person.model, compiled, prior is not None, phase.cloud, draws, velocity, deviations, out)
-    scene = RefinementScene(person.model, thinned, field, residual_weights(setup, PARTICLE_HOLD, PARTICLE_RAY_STRIDE))
+    # Paper (added): particles are refined on every second ray, to save time.
+    weights = residual_weights(setup, PARTICLE_HOLD, PARTICLE_RAY_STRIDE)
+    scene = RefinementScene(person.model, thinned(evidence, PARTICLE_RAY_STRIDE), weights)
     refine_particles(scene, options.refinement, iterations, out, errors, options.filter)
     limb_support = phase.limb_support
     if _searches_limbs(setup):
@@ -233,9 +233,7 @@ def _at_rate(prior: Prior, frame_ns: int) -> Prior:
     return at_rate(prior, 1e9 / frame_ns)
 
 
-def _estimate(
-    setup: Setup, phase: Tracking, cloud: Cloud, rays: Floats32, field: DistanceField, expected: RootedPose
-) -> RootedPose:
+def _estimate(setup: Setup, phase: Tracking, cloud: Cloud, evidence: Evidence, expected: RootedPose) -> RootedPose:
     """Pose of the heaviest particle; with Gauss-Newton refined on all rays and held near the prediction."""
     # Paper (open): how the pose of a frame follows from the particles; the heaviest, an approximation of the MAP.
     k = int(np.argmax(cloud.weights))
@@ -243,7 +241,7 @@ def _estimate(
     if setup.options.method != "hybrid" or setup.options.refinement != "gauss-newton":
         return best
     weights = residual_weights(setup, ESTIMATE_HOLD)
-    refine(phase.person.model, rays, field, weights, ESTIMATE_ITERATIONS, best, expected)
+    refine(phase.person.model, evidence, weights, ESTIMATE_ITERATIONS, best, expected)
     return best
 
 

@@ -9,13 +9,8 @@ from zenocap.common.arrays import Floats, Floats32, Ints32
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.body.jacobian import ROOT, add_target_gradient, apply_step
-from zenocap.services.tracker.evidence.rays import (
-    CONTACT_LENGTH,
-    Weights,
-    contact_on_part,
-    contact_weight,
-    nearest_parts,
-)
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.parameters import FORCE_MOMENTUM
 
 

@@ -11,7 +11,7 @@ from zenocap.common.arrays import Floats, Floats32, Ints
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.evidence.rays import Weights
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.closest_points import CLOSEST_LENGTH, corresponding_part, part_spheres, scene_point
 from zenocap.services.tracker.parameters import (
     FORCE_GAIN,

@@ -12,14 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from zenocap.common.arrays import Bools, Floats, Floats32, Ints
+from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import matrix_to_vector, vector_to_matrix
 from zenocap.common.jit import kernel
 from zenocap.services.tracker.body.body_model import MAX_BALL_ANGLE, BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.evidence.field import DistanceField, axis_point, outside_at
-from zenocap.services.tracker.evidence.rays import misfit, nearest_parts, support_fraction
+from zenocap.services.tracker.evidence.rays import nearest_parts
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.particles import Cloud, RefinementScene
 from zenocap.services.tracker.parameters import (
@@ -98,13 +99,13 @@ def placements(reference: Floats, bends: tuple[float, ...], max_swing: float, ma
     return np.array(rows)
 
 
-def limb_support(anatomy: Anatomy, model: BodyModel, rays: Floats32, pose: RootedPose) -> Floats:
+def limb_support(anatomy: Anatomy, model: BodyModel, evidence: Evidence, pose: RootedPose) -> Floats:
     """(4,) share of the rays that are on each limb beyond its ball joint's part."""
-    n = rays.shape[1]
+    n = evidence.rays.shape[1]
     frames = np.empty((model.parent.shape[0], 3, 4))
     distances, parts = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int32)
     forward_kinematics(model, pose, frames)
-    nearest_parts(model, frames, rays, distances, parts)
+    nearest_parts(model, frames, evidence.rays, distances, parts)
     near = parts[distances < ON_BODY_M]
     return np.array([np.isin(near, limb.parts[1:]).sum() / max(n, 1) for limb in limbs_of(anatomy)])
 
@@ -125,8 +126,7 @@ def place_limb(
     limb: Limb,
     chosen: Ints,
     change_cost: float,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     limit: float,
     pose: RootedPose,
 ) -> float:
@@ -134,17 +134,17 @@ def place_limb(
 
     change_cost: m^2 per rad^2 of change of its coordinates.  limit: metres, of the truncated residuals.
     """
-    count, n, parts = model.parent.shape[0], rays.shape[1], limb.parts
+    count, n, parts = model.parent.shape[0], evidence.rays.shape[1], limb.parts
     frames = np.empty((count, 3, 4))
     forward_kinematics(model, pose, frames)
     others = _others(count, parts)
     rest, near = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.float32)
     nearest = np.empty(n, dtype=np.int32)
-    nearest_parts(_parts_of(model, others), frames[others], rays, rest, nearest)
+    nearest_parts(_parts_of(model, others), frames[others], evidence.rays, rest, nearest)
     unexplained = np.flatnonzero(rest > UNEXPLAINED_M)
-    few = np.ascontiguousarray(rays[:, unexplained])
+    few = np.ascontiguousarray(evidence.rays[:, unexplained])
     own_model, own = _parts_of(model, parts), np.empty((parts.shape[0], 3, 4))
-    trial, samples = pose.values.copy(), count * len(AXIS_SAMPLES) * max(field.at.shape[0], 1)
+    trial, samples = pose.values.copy(), count * len(AXIS_SAMPLES) * max(evidence.field.at.shape[0], 1)
     best, least = -1, np.inf
     for c in chosen:
         cost = 0.0
@@ -156,7 +156,7 @@ def place_limb(
         forward_kinematics(model, RootedPose(pose.position, pose.rotation, trial), frames)
         for k in range(parts.shape[0]):
             own[k] = frames[parts[k]]
-        cost += OUTSIDE_WEIGHT * _square_outside(own_model, own, field, limit) / samples
+        cost += OUTSIDE_WEIGHT * _square_outside(own_model, own, evidence.field, limit) / samples
         if cost >= least:
             continue
         nearest_parts(own_model, own, few, near, nearest)
@@ -201,22 +201,22 @@ def search_limbs(
     """
     best = int(np.argmin(errors))
     pose = RootedPose(out.positions[best].copy(), out.rotations[best].copy(), out.values[best].copy())
-    support = limb_support(anatomy, scene.model, scene.rays, pose)
+    support = limb_support(anatomy, scene.model, scene.evidence, pose)
     if usual.limbs is None:
         return support
     rising, decayed = usual.limbs + SUPPORT_RATE * (support - usual.limbs), usual.limbs * (1.0 - LIMB_SUPPORT_DECAY)
     after: Floats = np.where(support > usual.limbs, rising, decayed)
     bare = np.flatnonzero(support < LIMB_SUPPORT_RATIO * after)
-    fits = support_fraction(scene.model, scene.rays, pose) >= LIMB_BODY_SUPPORT_RATIO * usual.body
+    fits = support_fraction(scene.model, scene.evidence, pose) >= LIMB_BODY_SUPPORT_RATIO * usual.body
     worst = int(np.argmax(errors))
     if not len(bare) or usual.misfits or not fits or worst == best:
         return after
     limb = limbs_of(anatomy)[int(rng.choice(bare))]
     chosen = rng.permutation(len(limb.placements))[:LIMB_TRIALS]
     change_cost = 1.0 / (2.0 * LIKELIHOOD_INFORMATION * PREDICTION_DEVIATION[1] ** 2)
-    place_limb(scene.model, limb, chosen, change_cost, scene.rays, scene.field, scene.weights.limit, pose)
-    refine(scene.model, scene.rays, scene.field, scene.weights, iterations, pose, pose.copy())
-    error = float(misfit(scene.model, scene.rays, scene.field, scene.weights.limit, pose))
+    place_limb(scene.model, limb, chosen, change_cost, scene.evidence, scene.weights.limit, pose)
+    refine(scene.model, scene.evidence, scene.weights, iterations, pose, pose.copy())
+    error = float(misfit(scene.model, scene.evidence, scene.weights.limit, pose))
     if error < LIMB_MISFIT_RATIO * errors[best]:
         out.positions[worst], out.rotations[worst], out.values[worst], errors[worst] = *pose, error
     return after

@@ -8,13 +8,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32, Ints
+from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.common.jit import kernel
 from zenocap.common.rig.tracker import DEFAULT_FILTER, FilterOptions
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
-from zenocap.services.tracker.evidence.field import DistanceField
-from zenocap.services.tracker.evidence.rays import Weights, misfit
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.closest_points import modulated_misfit
 from zenocap.services.tracker.filter.force import refine_by_force
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
@@ -38,11 +38,10 @@ class Cloud(NamedTuple):
 
 
 class RefinementScene(NamedTuple):
-    """Data that poses are refined against: body, rays (11, n), silhouettes, weights of residuals."""
+    """Data that poses are refined against."""
 
     model: BodyModel
-    rays: Floats32
-    field: DistanceField
+    evidence: Evidence
     weights: Weights
 
 
@@ -179,8 +178,7 @@ def _copy(pose: RootedPose) -> RootedPose:
 @kernel
 def _refine_and_score(
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     weights: Weights,
     iterations: int,
     cloud: Cloud,
@@ -191,15 +189,14 @@ def _refine_and_score(
     for k in range(first, end):
         pose = _pose_of(cloud, k)
         if iterations > 0:
-            refine(model, rays, field, weights, iterations, pose, _copy(pose))
-        errors[k] = misfit(model, rays, field, weights.limit, pose)
+            refine(model, evidence, weights, iterations, pose, _copy(pose))
+        errors[k] = misfit(model, evidence, weights.limit, pose)
 
 
 @kernel
 def _refine_by_force(
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     weights: Weights,
     iterations: int,
     cloud: Cloud,
@@ -208,14 +205,13 @@ def _refine_by_force(
 ) -> None:
     for k in range(first, end):
         pose = _pose_of(cloud, k)
-        refine_by_force(model, rays, weights, iterations, pose, _copy(pose))
+        refine_by_force(model, evidence.rays, weights, iterations, pose, _copy(pose))
 
 
 @kernel
 def _refine_as_printed(
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     weights: Weights,
     linear: bool,
     closest: bool,
@@ -225,14 +221,13 @@ def _refine_as_printed(
     end: int,
 ) -> None:
     for k in range(first, end):
-        refine_as_printed(model, rays, weights, linear, closest, iterations, _pose_of(cloud, k))
+        refine_as_printed(model, evidence.rays, weights, linear, closest, iterations, _pose_of(cloud, k))
 
 
 @kernel
 def _score_modulated(
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     weights: Weights,
     closest: bool,
     cloud: Cloud,
@@ -241,7 +236,7 @@ def _score_modulated(
     end: int,
 ) -> None:
     for k in range(first, end):
-        errors[k] = modulated_misfit(model, rays, field, weights.limit, closest, _pose_of(cloud, k))
+        errors[k] = modulated_misfit(model, evidence, weights.limit, closest, _pose_of(cloud, k))
 
 
 @kernel

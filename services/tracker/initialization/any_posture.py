@@ -9,12 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from zenocap.common.arrays import Floats32
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.evidence.field import DistanceField
-from zenocap.services.tracker.evidence.rays import support_fraction
+from zenocap.services.tracker.evidence.evidence import Evidence, support_fraction
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.initialization.decisions import Decided, by_decision, decided_front, faces, opposite_pose
 from zenocap.services.tracker.initialization.heading import foot_reach, reversed_pose
@@ -40,11 +38,11 @@ from zenocap.services.tracker.states import AwaitingPerson, Outcome, Person, Set
 
 
 def start_in_any_posture(
-    setup: Setup, phase: AwaitingPerson, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup, phase: AwaitingPerson, captured_ns: int, evidence: Evidence
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
     """Start tracking an average body once a person is in view for START_AFTER_NS; tried again every START_RETRY_NS."""
     no_result = no_pose(setup, lost=False)
-    column = find_column(rays)
+    column = find_column(evidence.rays)
     height = 0.0 if column is None else column.top - max(column.low, -GROUND_TOLERANCE_M)
     if column is None or not MIN_STATURE_M <= height <= MAX_STATURE_M:
         return replace(phase, heights=()), no_result
@@ -53,17 +51,17 @@ def start_in_any_posture(
     if captured_ns - heights[0][0] < START_AFTER_NS:
         return replace(phase, heights=heights), no_result
     person = average_person(setup, float(np.percentile([one for _, one in heights], START_STATURE_PERCENTILE)), column)
-    pose = best_pose_anywhere(setup, person, None, None, rays, field)
+    pose = best_pose_anywhere(setup, person, None, None, evidence)
     recent = tuple(one for one in heights if captured_ns - one[0] <= START_AFTER_NS - START_RETRY_NS)
     if pose is None:
         return replace(phase, heights=recent), no_result
     front = decided_front(setup, pose.position)
     if front is None:
-        pose = _facing_where_feet_point(setup, person, pose, rays, field)
+        pose = _facing_where_feet_point(setup, person, pose, evidence)
     elif not faces(pose, front):
-        pose = opposite_pose(Decided(setup, person, rays, field), pose)
-    support = support_fraction(person.model, rays, pose)
-    error = error_of(person.model, rays, field, residual_weights(setup, PARTICLE_HOLD), pose)
+        pose = opposite_pose(Decided(setup, person, evidence), pose)
+    support = support_fraction(person.model, evidence, pose)
+    error = error_of(person.model, evidence, residual_weights(setup, PARTICLE_HOLD), pose)
     if support < START_SUPPORT or error > START_MISFIT_M2:  # furniture
         return replace(phase, heights=recent), no_result
     tracking, outcome = start_tracking(setup, replace(person, expected_support=support), pose, captured_ns, error)
@@ -86,15 +84,13 @@ def average_person(setup: Setup, stature: float, column: Column) -> Person:
     )
 
 
-def _facing_where_feet_point(
-    setup: Setup, person: Person, pose: RootedPose, rays: Floats32, field: DistanceField
-) -> RootedPose:
+def _facing_where_feet_point(setup: Setup, person: Person, pose: RootedPose, evidence: Evidence) -> RootedPose:
     """The pose, or one with the opposite heading whose feet reach farther forward unless it fits much worse."""
     weights, model = residual_weights(setup, PARTICLE_HOLD), person.model
     postures = (*search_postures(setup.anatomy), pose)
-    other = reversed_pose(model, rays, field, pose, postures, weights, SEARCH_ITERATIONS)
-    reaches = [foot_reach(setup.anatomy, model, rays, one, person.stature) for one in (pose, other)]
-    errors = [error_of(model, rays, field, weights, one) for one in (pose, other)]
+    other = reversed_pose(model, evidence, pose, postures, weights, SEARCH_ITERATIONS)
+    reaches = [foot_reach(setup.anatomy, model, evidence.rays, one, person.stature) for one in (pose, other)]
+    errors = [error_of(model, evidence, weights, one) for one in (pose, other)]
     if reaches[0] is None or reaches[1] is None or reaches[1] <= reaches[0]:
         return pose
     return other if errors[1] <= REVERSED_MISFIT_RATIO * errors[0] else pose

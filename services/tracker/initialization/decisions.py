@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp
 from zenocap.common.body.inverse_kinematics import poses_from_centres
 from zenocap.common.body.kinematics import joint_centres, part_frames
 from zenocap.services.tracker.body.body_model import RootedPose
-from zenocap.services.tracker.evidence.field import DistanceField
+from zenocap.services.tracker.evidence.evidence import Evidence
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.relocalization import error_of, search_postures
@@ -29,12 +29,11 @@ OPPOSITE = {"R": "L", "L": "R"}
 
 @dataclass(frozen=True)
 class Decided:
-    """A scene in which a pose is turned round.  rays: (11, n)."""
+    """A scene in which a pose is turned round."""
 
     setup: Setup
     person: Person
-    rays: Floats32
-    field: DistanceField
+    evidence: Evidence
 
 
 def decided_front(setup: Setup, place: Floats) -> Floats | None:
@@ -58,7 +57,7 @@ def opposite_pose(at: Decided, pose: RootedPose) -> RootedPose:
     """The pose with front and back, and left and right, exchanged, so that the body fills the same space."""
     weights = residual_weights(at.setup, PARTICLE_HOLD)
     postures = (*search_postures(at.setup.anatomy), pose, exchanged_limbs(at.setup.anatomy, at.person.body, pose))
-    return reversed_pose(at.person.model, at.rays, at.field, pose, postures, weights, SEARCH_ITERATIONS)
+    return reversed_pose(at.person.model, at.evidence, pose, postures, weights, SEARCH_ITERATIONS)
 
 
 def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose:
@@ -72,14 +71,14 @@ def exchanged_limbs(anatomy: Anatomy, body: Bdp, pose: RootedPose) -> RootedPose
 
 
 def start_as_decided(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """The first pose of a track facing as the user decides: itself, or the opposite one."""
     front = decided_front(setup, phase.estimate.position)
     if front is None:
         return phase, outcome
     if not faces(phase.estimate, front):
-        phase, outcome = _turned(Decided(setup, phase.person, rays, field), phase, outcome, captured_ns)
+        phase, outcome = _turned(Decided(setup, phase.person, evidence), phase, outcome, captured_ns)
     return by_decision(phase, captured_ns), outcome
 
 
@@ -89,12 +88,12 @@ def by_decision(phase: Tracking, captured_ns: int) -> Tracking:
 
 
 def turned_as_decided(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """The track turned round where a take is tracked again with the opposite heading from this frame set on."""
     for turn in setup.options.turns:
         if turn.captured_ns == captured_ns and not faces(phase.estimate, np.array(turn.front)):
-            phase, outcome = _turned(Decided(setup, phase.person, rays, field), phase, outcome, captured_ns)
+            phase, outcome = _turned(Decided(setup, phase.person, evidence), phase, outcome, captured_ns)
     return phase, outcome
 
 
@@ -112,6 +111,6 @@ def least_toes(phase: Tracking, captured_ns: int) -> float:
 def _turned(at: Decided, phase: Tracking, outcome: Outcome, captured_ns: int) -> tuple[Tracking, Outcome]:
     pose = opposite_pose(at, phase.estimate)
     weights = residual_weights(at.setup, PARTICLE_HOLD)
-    error = error_of(at.person.model, at.rays, at.field, weights, pose)
+    error = error_of(at.person.model, at.evidence, weights, pose)
     after, turned = start_tracking(at.setup, replace(at.person, heading_known=True), pose, captured_ns, error)
     return after, replace(turned, body=outcome.body)

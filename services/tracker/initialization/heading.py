@@ -15,8 +15,8 @@ from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.services.tracker.body.average_body import ANKLE_HEIGHT
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
-from zenocap.services.tracker.evidence.field import DistanceField
-from zenocap.services.tracker.evidence.rays import Weights
+from zenocap.services.tracker.evidence.evidence import Evidence
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.relocalization import error_of, refined, search_postures
@@ -79,24 +79,23 @@ def with_toes(anatomy: Anatomy, after: Tracking, rays: Floats32) -> Tracking:
 
 
 def check_reversed_heading(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose by one with the opposite heading whose feet reach farther forward, unless it fits much worse."""
     person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
     postures = (*search_postures(setup.anatomy), phase.estimate)
-    pose = reversed_pose(person.model, rays, field, phase.estimate, postures, weights, SEARCH_ITERATIONS)
-    error = error_of(person.model, rays, field, weights, pose)
-    reach = foot_reach(setup.anatomy, person.model, rays, pose, person.stature)
+    pose = reversed_pose(person.model, evidence, phase.estimate, postures, weights, SEARCH_ITERATIONS)
+    error = error_of(person.model, evidence, weights, pose)
+    reach = foot_reach(setup.anatomy, person.model, evidence.rays, pose, person.stature)
     worse = reach is None or reach < phase.toes * person.stature
-    if worse or error > REVERSED_MISFIT_RATIO * error_of(person.model, rays, field, weights, phase.estimate):
+    if worse or error > REVERSED_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
         return replace(phase, toes=TOES_REFUSED), outcome
     return start_tracking(setup, replace(person, heading_known=True), pose, captured_ns, error)
 
 
 def reversed_pose(
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     pose: RootedPose,
     postures: Sequence[RootedPose],
     weights: Weights,
@@ -107,15 +106,14 @@ def reversed_pose(
     candidates = [
         refined(
             model,
-            rays,
-            field,
+            evidence,
             RootedPose(pose.position.copy(), back, posture.values.copy()),
             weights,
             SEARCH_FIRST_ITERATIONS,
         )
         for posture in postures
     ]
-    best = min(candidates, key=lambda one: error_of(model, rays, field, weights, one))
+    best = min(candidates, key=lambda one: error_of(model, evidence, weights, one))
     for _ in range(SEARCH_PASSES):
-        best = refined(model, rays, field, best, weights, rounds)
+        best = refined(model, evidence, best, weights, rounds)
     return best

@@ -9,14 +9,14 @@ from operator import itemgetter
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose
-from zenocap.services.tracker.evidence.field import DistanceField
-from zenocap.services.tracker.evidence.rays import Weights, misfit, support_fraction
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.confidence import ambiguity, limb_distances
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
@@ -70,8 +70,7 @@ def search_postures(anatomy: Anatomy) -> tuple[RootedPose, ...]:
 
 def best_pose(
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     postures: Sequence[RootedPose],
     stature: float,
     weights: Weights,
@@ -83,15 +82,15 @@ def best_pose(
     postures: to start from, in every heading.  stature: metres, for the height of the hips.  rounds: iterations of a pass.
     facing: (3, 3) preferred orientation of the root.
     """
-    column = find_column(rays)
+    column = find_column(evidence.rays)
     if column is None:
         return None
     low = max(column.low, -GROUND_TOLERANCE_M)
     centre = np.array([column.centre[0], low + HIP_HEIGHT * stature, column.centre[1]])
     yaws = 2.0 * np.pi * np.arange(SEARCH_HEADINGS) / SEARCH_HEADINGS
     starts = [turned_start(posture, centre, float(yaw)) for posture in postures for yaw in yaws]
-    ended = searched(model, rays, field, starts, weights, rounds, (SEARCH_KEPT, SEARCH_PASSES))
-    return min(ended, key=lambda pose: error_of(model, rays, field, weights, pose) * _heading_penalty(pose, facing))
+    ended = searched(model, evidence, starts, weights, rounds, (SEARCH_KEPT, SEARCH_PASSES))
+    return min(ended, key=lambda pose: error_of(model, evidence, weights, pose) * _heading_penalty(pose, facing))
 
 
 def turned_start(posture: RootedPose, position: Floats, yaw: float) -> RootedPose:
@@ -103,8 +102,7 @@ def turned_start(posture: RootedPose, position: Floats, yaw: float) -> RootedPos
 
 def searched(
     model: BodyModel,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     starts: Sequence[RootedPose],
     weights: Weights,
     rounds: int,
@@ -115,12 +113,12 @@ def searched(
     wide = weights._replace(limit=SEARCH_RESIDUAL_LIMIT_M)
 
     def first(start: RootedPose) -> tuple[float, RootedPose]:
-        pose = refined(model, rays, field, start, wide, SEARCH_FIRST_ITERATIONS)
-        return error_of(model, rays, field, weights, pose), pose
+        pose = refined(model, evidence, start, wide, SEARCH_FIRST_ITERATIONS)
+        return error_of(model, evidence, weights, pose), pose
 
     def further(pose: RootedPose) -> RootedPose:
         for _ in range(passes):
-            pose = refined(model, rays, field, pose, weights, rounds)
+            pose = refined(model, evidence, pose, weights, rounds)
         return pose
 
     candidates = sorted(each_in_threads(starts, first), key=itemgetter(0))
@@ -134,31 +132,29 @@ def _heading_penalty(pose: RootedPose, facing: Floats | None, opposite: float = 
     return 1.0 + opposite * 0.5 * (1.0 - float(pose.rotation[:, 2] @ facing[:, 2]))
 
 
-def refined(
-    model: BodyModel, rays: Floats32, field: DistanceField, start: RootedPose, weights: Weights, rounds: int
-) -> RootedPose:
+def refined(model: BodyModel, evidence: Evidence, start: RootedPose, weights: Weights, rounds: int) -> RootedPose:
     moved = start.copy()
-    refine(model, rays, field, weights, rounds, moved, start)
+    refine(model, evidence, weights, rounds, moved, start)
     return moved
 
 
 def check_elsewhere(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose when a search of the whole scene finds a better one."""
     person, weights = phase.person, residual_weights(setup, PARTICLE_HOLD)
     facing = phase.estimate.rotation if person.heading_known else None
-    pose = best_pose_anywhere(setup, person, phase.estimate, facing, rays, field)
+    pose = best_pose_anywhere(setup, person, phase.estimate, facing, evidence)
     if pose is None:
         return phase, outcome
-    error = error_of(person.model, rays, field, weights, pose)
-    if error > REPLACE_MISFIT_RATIO * error_of(person.model, rays, field, weights, phase.estimate):
+    error = error_of(person.model, evidence, weights, pose)
+    if error > REPLACE_MISFIT_RATIO * error_of(person.model, evidence, weights, phase.estimate):
         return phase, outcome
     return start_tracking(setup, person, pose, captured_ns, error)
 
 
 def check_other_postures(
-    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, rays: Floats32, field: DistanceField
+    setup: Setup, phase: Tracking, outcome: Outcome, captured_ns: int, evidence: Evidence
 ) -> tuple[Tracking, Outcome]:
     """Replace the pose by one found from common postures near it, when that fits better."""
     person, weights, present = phase.person, residual_weights(setup, PARTICLE_HOLD), phase.estimate
@@ -170,15 +166,15 @@ def check_other_postures(
         for turn in turns
     ]
     effort = (OTHER_POSTURES_KEPT, OTHER_POSTURES_PASSES)
-    ended = searched(person.model, rays, field, starts, weights, SEARCH_ITERATIONS, effort)
+    ended = searched(person.model, evidence, starts, weights, SEARCH_ITERATIONS, effort)
     errors = np.array(
         [
-            error_of(person.model, rays, field, weights, pose)
+            error_of(person.model, evidence, weights, pose)
             * _heading_penalty(pose, present.rotation, OTHER_POSTURES_PENALTY)
             for pose in ended
         ]
     )
-    error = error_of(person.model, rays, field, weights, present)
+    error = error_of(person.model, evidence, weights, present)
     best = int(np.argmin(errors))
     distances = limb_distances(setup.anatomy, person.model, ended, ended[best] if errors[best] < error else present)
     phase = replace(phase, ambiguity=ambiguity(distances, errors, min(error, float(errors[best]))))
@@ -192,36 +188,34 @@ def check_other_postures(
 
 
 def best_pose_anywhere(
-    setup: Setup, person: Person, last: RootedPose | None, facing: Floats | None, rays: Floats32, field: DistanceField
+    setup: Setup, person: Person, last: RootedPose | None, facing: Floats | None, evidence: Evidence
 ) -> RootedPose | None:
     """Best pose in a scene, from common postures and the last one."""
     postures = search_postures(setup.anatomy)
     if last is not None:
         postures = (*postures, last._replace(rotation=np.eye(3)))
     weights = residual_weights(setup, PARTICLE_HOLD)
-    return best_pose(person.model, rays, field, postures, person.stature, weights, SEARCH_ITERATIONS, facing)
+    return best_pose(person.model, evidence, postures, person.stature, weights, SEARCH_ITERATIONS, facing)
 
 
-def search(
-    setup: Setup, phase: Lost, captured_ns: int, rays: Floats32, field: DistanceField
-) -> tuple[Tracking | Lost, Outcome]:
+def search(setup: Setup, phase: Lost, captured_ns: int, evidence: Evidence) -> tuple[Tracking | Lost, Outcome]:
     """Search the whole scene for the measured body, and start tracking when it is found."""
-    if phase.rest or rays.shape[1] < MIN_TRACKING_RAYS:
+    if phase.rest or evidence.rays.shape[1] < MIN_TRACKING_RAYS:
         return replace(phase, rest=max(0, phase.rest - 1)), no_pose(setup, lost=True)
     model, weights = phase.person.model, residual_weights(setup, PARTICLE_HOLD)
     recent = phase.person.heading_known and captured_ns - phase.seen_ns < HEADING_MEMORY_NS
     facing = phase.last.rotation if phase.last is not None and recent else None
-    pose = best_pose_anywhere(setup, phase.person, phase.last, facing, rays, field)
-    if pose is None or support_fraction(model, rays, pose) < FOUND_SUPPORT_RATIO * phase.person.expected_support:
+    pose = best_pose_anywhere(setup, phase.person, phase.last, facing, evidence)
+    if pose is None or support_fraction(model, evidence, pose) < FOUND_SUPPORT_RATIO * phase.person.expected_support:
         person = replace(
             phase.person, expected_support=max(MIN_EXPECTED_SUPPORT, EXPECTED_SUPPORT_DECAY * phase.person.expected_support)
         )
         return replace(phase, person=person, rest=RETRY_FRAMES), no_pose(setup, lost=True)
-    tracking, outcome = start_tracking(setup, phase.person, pose, captured_ns, error_of(model, rays, field, weights, pose))
+    tracking, outcome = start_tracking(setup, phase.person, pose, captured_ns, error_of(model, evidence, weights, pose))
     new_body = phase.person.body if phase.last is None else None
     return tracking, replace(outcome, body=new_body)
 
 
-def error_of(model: BodyModel, rays: Floats32, field: DistanceField, weights: Weights, pose: RootedPose) -> float:
+def error_of(model: BodyModel, evidence: Evidence, weights: Weights, pose: RootedPose) -> float:
     """Misfit of a pose in m^2 with residuals truncated as in a refinement.  [Hybrid Eq. 30]"""
-    return float(misfit(model, rays, field, weights.limit, pose))
+    return float(misfit(model, evidence, weights.limit, pose))

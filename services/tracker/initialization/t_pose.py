@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zenocap.common.arrays import Floats, Floats32
+from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.definition import Bdp, Pose
@@ -15,8 +15,9 @@ from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, forward_kinematics, model_of
 from zenocap.services.tracker.body.sizes import SIZE_NAMES, SPREADS
-from zenocap.services.tracker.evidence.field import DistanceField
-from zenocap.services.tracker.evidence.rays import Weights, distances_of, misfit, support_fraction
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
+from zenocap.services.tracker.evidence.rays import distances_of
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.filter_step import no_pose, residual_weights, start_tracking
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.initialization.body_fitting import BodyFit, FitSample, fit_body
@@ -84,14 +85,13 @@ class _Fit:
 
 def fit_t_poses(
     anatomy: Anatomy,
-    scenes: Sequence[Floats32],
-    fields: Sequence[DistanceField],
+    seen: Sequence[Evidence],
     t_poses: Sequence[TPose],
     weights: Weights,
     detail: float = 1.0,
     front: Floats | None = None,
 ) -> TPoseFit | str:
-    """Body from rays (11, n) and distance fields of several scenes of the T-pose, or a text with the reason of failure.
+    """Body from the evidence of several frame sets of the T-pose, or a text with the reason of failure.
 
     weights: of the residuals, with the target T_POSE_HOLD.  detail: see `Person`.  front: (3,) along which the person
     faces rather than away from it, where that is known.
@@ -102,10 +102,10 @@ def fit_t_poses(
     """
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
     stature = float(np.median([one.stature for one in t_poses]))
-    near_rays = [rays_near(rays, one) for rays, one in zip(scenes, t_poses, strict=True)]
+    near = [evidence_near(one, t_pose) for one, t_pose in zip(seen, t_poses, strict=True)]
     found = []
-    for starts in _starts(anatomy, near_rays, fields, t_poses, stature, weights):
-        found.append(_fit(anatomy, near_rays, fields, t_poses, starts, weights, detail))
+    for starts in _starts(anatomy, near, t_poses, stature, weights):
+        found.append(_fit(anatomy, near, t_poses, starts, weights, detail))
     best = max(found, key=lambda one: one.toes if front is None else float(one.poses[-1].rotation[:, 2] @ front))
     gap, most = best.measured.gap, max(MAX_GAP_M, FIT_RESIDUAL_SCALE_M / np.sqrt(detail))  # a pixel's size
     if not gap <= most:
@@ -117,10 +117,14 @@ def fit_t_poses(
     return TPoseFit(best.measured, best.poses, known, best.reliability)
 
 
+def evidence_near(evidence: Evidence, t_pose: TPose) -> Evidence:
+    """The evidence with the rays within the person's reach; silhouettes of others remain."""
+    return evidence._replace(rays=rays_near(evidence.rays, t_pose))
+
+
 def _starts(
     anatomy: Anatomy,
-    scenes: Sequence[Floats32],
-    fields: Sequence[DistanceField],
+    seen: Sequence[Evidence],
     t_poses: Sequence[TPose],
     stature: float,
     weights: Weights,
@@ -129,15 +133,15 @@ def _starts(
     model, half = model_of(anatomy, average_body(anatomy, stature)), T_POSE_HEADINGS // 2
     held = coordinates_of(anatomy).of_pose(Pose(np.zeros(3), t_pose_angles(anatomy)))
     errors, poses = np.zeros(T_POSE_HEADINGS), []
-    for rays, field, one in zip(scenes, fields, t_poses, strict=True):
+    for evidence, one in zip(seen, t_poses, strict=True):
         position = np.array([one.centre[0], one.low + HIP_HEIGHT * stature, one.centre[1]])
         tried = []
         for k in range(T_POSE_HEADINGS):
             yaw = 2.0 * np.pi * k / T_POSE_HEADINGS
             start = _upright(position, np.sin(yaw), np.cos(yaw), held)
             pose = start.copy()
-            refine(model, rays, field, weights, T_POSE_ITERATIONS, pose, start)
-            errors[k] += float(misfit(model, rays, field, FIT_RESIDUAL_LIMIT_M, pose))
+            refine(model, evidence, weights, T_POSE_ITERATIONS, pose, start)
+            errors[k] += float(misfit(model, evidence, FIT_RESIDUAL_LIMIT_M, pose))
             tried.append(pose)
         poses.append(tried)
     best = int(np.argmin(np.minimum(errors[:half], errors[half:])))
@@ -156,8 +160,7 @@ def _upright(position: Floats, x: float, z: float, values: Floats) -> RootedPose
 
 def _fit(
     anatomy: Anatomy,
-    scenes: Sequence[Floats32],
-    fields: Sequence[DistanceField],
+    seen: Sequence[Evidence],
     t_poses: Sequence[TPose],
     starts: Sequence[RootedPose],
     weights: Weights,
@@ -165,7 +168,7 @@ def _fit(
 ) -> _Fit:
     """Body fitted from the starts; then its poses, with the silhouettes, which tell where nothing is."""
     average = average_body(anatomy, float(np.median([one.stature for one in t_poses])))
-    samples = [FitSample(rays, start, start.values, T_POSE_DEVIATION) for rays, start in zip(scenes, starts, strict=True)]
+    samples = [FitSample(one.rays, start, start.values, T_POSE_DEVIATION) for one, start in zip(seen, starts, strict=True)]
     independent, reliability = detail * FIT_INDEPENDENT_RAYS, detail
     measured = fit_body(anatomy, average, samples, SHORT_ARMS, FIT_ITERATIONS, independent)
     if measured.gap > GOOD_GAP_M:
@@ -174,11 +177,12 @@ def _fit(
         independent = reliability * FIT_INDEPENDENT_RAYS
         measured = fit_body(anatomy, average, samples, SHORT_ARMS, FIT_ITERATIONS, independent)
     model, poses, toes = model_of(anatomy, measured.body), [], []
-    for sample, field, fitted, one in zip(samples, fields, measured.poses, t_poses, strict=True):
+    for sample, evidence, fitted, one in zip(samples, seen, measured.poses, t_poses, strict=True):
+        trusted = evidence._replace(rays=sample.rays)
         pose = fitted.copy()
         for _ in range(T_POSE_PASSES):
             held = _upright(pose.position, pose.rotation[0, 2], pose.rotation[2, 2], sample.held)
-            refine(model, sample.rays, field, weights, T_POSE_ITERATIONS, pose, held)
+            refine(model, trusted, weights, T_POSE_ITERATIONS, pose, held)
         poses.append(pose)
         toes.append(foot_reach(anatomy, model, sample.rays, pose, one.stature) or 0.0)
     return _Fit(measured, tuple(poses), float(np.mean(toes)), reliability)
@@ -211,8 +215,7 @@ def await_person(
     setup: Setup,
     phase: AwaitingPerson,
     captured_ns: int,
-    rays: Floats32,
-    field: DistanceField,
+    evidence: Evidence,
     front: Callable[[Floats], Floats | None] = lambda place: None,
 ) -> tuple[AwaitingPerson | Tracking, Outcome]:
     """Collect T_POSE_FRAMES frame sets of the T-pose, then fit the body and start tracking.
@@ -222,29 +225,29 @@ def await_person(
     no_result = no_pose(setup, lost=False)
     if phase.rest:
         return replace(phase, rest=phase.rest - 1), no_result
-    fresh = replace(phase, scenes=(), fields=(), t_poses=())
-    t_pose = detect_t_pose(rays)
+    fresh = replace(phase, seen=(), t_poses=())
+    t_pose = detect_t_pose(evidence.rays)
     if isinstance(t_pose, str):
         return replace(fresh, advice=t_pose), no_result
     if phase.t_poses and not _is_still(phase.t_poses, t_pose):
         phase = fresh
-    scenes, fields, t_poses = (*phase.scenes, rays), (*phase.fields, field), (*phase.t_poses, t_pose)
-    if len(scenes) < T_POSE_FRAMES:
-        advice = f"measuring the body ({len(scenes)} of {T_POSE_FRAMES})"
-        return replace(fresh, advice=advice, scenes=scenes, fields=fields, t_poses=t_poses), no_result
+    seen, t_poses = (*phase.seen, evidence), (*phase.t_poses, t_pose)
+    if len(seen) < T_POSE_FRAMES:
+        advice = f"measuring the body ({len(seen)} of {T_POSE_FRAMES})"
+        return replace(fresh, advice=advice, seen=seen, t_poses=t_poses), no_result
     detail = detail_at(setup, t_pose.centre)
     facing = front(np.array([t_pose.centre[0], 0.0, t_pose.centre[1]]))
     weights = residual_weights(setup, T_POSE_HOLD)
-    found = fit_t_poses(setup.anatomy, scenes, fields, t_poses, weights, detail, facing)
+    found = fit_t_poses(setup.anatomy, seen, t_poses, weights, detail, facing)
     if isinstance(found, str):
         return replace(fresh, advice=found, rest=T_POSE_RETRY_FRAMES), no_result
     measured = found.measured
     stature = float(np.median([one.stature for one in t_poses]))
     shape = initial_shape(average_body(setup.anatomy, stature), measured.logs)
-    for scene_rays, pose in zip(scenes, found.poses, strict=True):
-        shape = updated_shape(setup.anatomy, shape, scene_rays, pose, found.reliability * POSTURE_INDEPENDENT_RAYS)
+    for one, pose in zip(seen, found.poses, strict=True):
+        shape = updated_shape(setup.anatomy, shape, one.rays, pose, found.reliability * POSTURE_INDEPENDENT_RAYS)
     model = model_of(setup.anatomy, measured.body)
-    expected_support = support_fraction(model, rays_near(rays, t_pose), found.poses[-1])
+    expected_support = support_fraction(model, evidence_near(evidence, t_pose), found.poses[-1])
     person = Person(measured.body, model, stature, shape, expected_support, found.heading_known, detail)
     tracking, outcome = start_tracking(setup, person, found.poses[-1], captured_ns, measured.gap**2)
     return tracking, replace(outcome, body=measured.body)

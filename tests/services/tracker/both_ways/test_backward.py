@@ -5,7 +5,7 @@ import pytest
 
 from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, t_pose_at
 from zenocap.common.body.definition import Pose
-from zenocap.services.tracker.both_ways.backward import begin, scene_of, step_back, with_fixed_body
+from zenocap.services.tracker.both_ways.backward import begin, evidence_in, step_back, with_fixed_body
 from zenocap.services.tracker.tracking import initial_state, track
 from zenocap.tools.recordings.backward_scenes import ForwardPose
 from zenocap.tools.recordings.both_ways import fused_poses
@@ -33,9 +33,9 @@ def test_the_backward_pass_is_near_the_forward_pass(forward: tuple) -> None:
     first = next(k for k, pose in enumerate(poses) if pose is not None)
     assert first < 8
     fixed = with_fixed_body(made)
-    state = begin(fixed, body, poses[-1], (COUNT - 1) * FRAME_NS, scene_of(fixed, films[-1]))
+    state = begin(fixed, body, poses[-1], (COUNT - 1) * FRAME_NS, evidence_in(fixed, films[-1]))
     for k in range(COUNT - 2, first - 1, -1):
-        state, found = step_back(fixed, state, k * FRAME_NS, scene_of(fixed, films[k]))
+        state, found = step_back(fixed, state, k * FRAME_NS, evidence_in(fixed, films[k]))
         assert found is not None
         assert np.linalg.norm(found.position - poses[k].position) < 0.03
 

@@ -8,8 +8,9 @@ from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import model_of
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit
 from zenocap.services.tracker.evidence.field import DistanceField, distance_field, no_distance_field, outside_at
-from zenocap.services.tracker.evidence.rays import Weights, misfit
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.hull.contour_rays import extract_outlines
 
@@ -52,10 +53,10 @@ def test_body_outside_a_silhouette_is_refined_towards_it() -> None:
     pose = upright()
     pose.position[0] = 1.0
     weights = Weights(0.01, 3.0, np.full(6 + len(MODEL.low), 1.0), 0.25)
-    before = misfit(MODEL, NO_RAYS, disc_distance_field(), 3.0, pose)
+    before = misfit(MODEL, Evidence(NO_RAYS, disc_distance_field()), 3.0, pose)
     assert before > 0.05
-    assert misfit(MODEL, NO_RAYS, no_distance_field(), 3.0, pose) == 0.0
+    assert misfit(MODEL, Evidence(NO_RAYS, no_distance_field()), 3.0, pose) == 0.0
     target = pose.copy()
-    refine(MODEL, NO_RAYS, disc_distance_field(), weights, 10, pose, target)
-    after = misfit(MODEL, NO_RAYS, disc_distance_field(), 3.0, pose)
+    refine(MODEL, Evidence(NO_RAYS, disc_distance_field()), weights, 10, pose, target)
+    after = misfit(MODEL, Evidence(NO_RAYS, disc_distance_field()), 3.0, pose)
     assert after < 0.8 * before

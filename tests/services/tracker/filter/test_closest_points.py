@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import frames_of, tangent_rays, upright
+from tests.support.tracker_scenes import frames_of, rays_alone, tangent_rays, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.coordinates import coordinates_of
@@ -11,7 +11,6 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.body.proportions import t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.closest_points import (
     CLOSEST_LENGTH,
     corresponding_part,
@@ -63,12 +62,12 @@ def test_printed_distance_of_four_points_beside_an_arm() -> None:
     assert three == pytest.approx(expected / 3, rel=1e-3)
     four = mean_modulated_square(MODEL, frames_of(MODEL, pose), rays, LIMIT, True)
     assert four == pytest.approx((expected + min(0.5 * 0.4, LIMIT) ** 2) / 4, rel=1e-3)
-    assert modulated_misfit(MODEL, rays, no_distance_field(), LIMIT, True, pose) == pytest.approx(four)
+    assert modulated_misfit(MODEL, rays_alone(rays), LIMIT, True, pose) == pytest.approx(four)
 
 
 def test_a_scene_without_points_has_no_distance() -> None:
     pose = upright(TEN_PARTS, 0)
-    assert modulated_misfit(MODEL, np.empty((11, 0), np.float32), no_distance_field(), LIMIT, True, pose) == 0.0
+    assert modulated_misfit(MODEL, rays_alone(np.empty((11, 0), np.float32)), LIMIT, True, pose) == 0.0
 
 
 @pytest.mark.slow
@@ -76,7 +75,7 @@ def test_the_printed_distance_grows_with_the_displacement() -> None:
     pose = upright(TEN_PARTS, 1, spread=0.2)
     rays = tangent_rays(MODEL, pose, 200, 1)
     away = [pose._replace(position=pose.position + np.array([shift, 0.0, 0.0])) for shift in (0.0, 0.03, 0.06)]
-    errors = [modulated_misfit(MODEL, rays, no_distance_field(), LIMIT, True, one) for one in away]
+    errors = [modulated_misfit(MODEL, rays_alone(rays), LIMIT, True, one) for one in away]
     assert errors[0] < 0.5 * errors[1] < 0.5 * errors[2]
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.tracker_ring import rendered_masks, ring, scene, setup, t_pose_at
+from tests.support.tracker_ring import rendered_masks, ring, seen, setup, t_pose_at
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import model_of
 from zenocap.services.tracker.filter.confidence import (
@@ -55,25 +55,24 @@ def test_running_mean_starts_with_the_first_frame_and_follows() -> None:
 @pytest.mark.nightly
 @pytest.mark.parametrize("limb", range(len(LIMBS)))
 def test_limb_that_is_not_where_its_silhouette_is_has_less_confidence_than_the_others(limb: int) -> None:
-    rays, field = scene(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))
-    one = detect_t_pose(rays)
+    evidence = seen(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))
+    one = detect_t_pose(evidence.rays)
     assert isinstance(one, TPose)
-    fit = fit_t_poses(ANATOMY, [rays], [field], [one], residual_weights(setup(CAMERAS), T_POSE_HOLD))
+    fit = fit_t_poses(ANATOMY, [evidence], [one], residual_weights(setup(CAMERAS), T_POSE_HOLD))
     assert isinstance(fit, TPoseFit)
     model, pose = model_of(ANATOMY, fit.measured.body), fit.poses[0]
-    usual, clear = limb_support(ANATOMY, model, rays, pose), np.zeros(len(LIMBS))
-    right = limb_confidence(limb_features(ANATOMY, model, rays, field, pose, usual, 0.8, clear))
+    usual, clear = limb_support(ANATOMY, model, evidence, pose), np.zeros(len(LIMBS))
+    right = limb_confidence(limb_features(ANATOMY, model, evidence, pose, usual, 0.8, clear))
     wrong = pose.copy()
     wrong.values[limbs_of(ANATOMY)[limb].ball] += 1.2
-    found = limb_confidence(limb_features(ANATOMY, model, rays, field, wrong, usual, 0.8, clear))
+    found = limb_confidence(limb_features(ANATOMY, model, evidence, wrong, usual, 0.8, clear))
     assert found[limb] < right[limb]
     assert found[limb] == found[2 * (limb // 2) : 2 * (limb // 2) + 2].min()
 
 
 @pytest.mark.nightly
 def test_limb_is_ambiguous_when_a_pose_with_another_place_of_it_fits_as_well() -> None:
-    rays, _ = scene(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values()))
-    one = detect_t_pose(rays)
+    one = detect_t_pose(seen(CAMERAS, list(rendered_masks(CAMERAS, 3, t_pose_at(3)).values())).rays)
     assert isinstance(one, TPose)
     model = model_of(ANATOMY, average_body(ANATOMY, one.stature))
     pose = search_postures(ANATOMY)[0]

@@ -6,14 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import moved, positions_of, tangent_rays, upright
+from tests.support.tracker_scenes import moved, positions_of, rays_alone, tangent_rays, upright
 from tests.support.tracker_stand_in import FRAME_NS, cameras
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.filter_step import filter_step, start_tracking
 from zenocap.services.tracker.initialization.online_shape import initial_shape
 from zenocap.services.tracker.parameters import LOST_FRAMES, MIN_TRACKING_RAYS
@@ -45,9 +44,7 @@ def steps(setup: Setup, start: RootedPose, scenes: list[Floats32], seed: int = 0
     results: list[tuple[Tracking | Lost, Outcome]] = []
     for k, scene in enumerate(scenes, 1):
         assert isinstance(phase, Tracking)
-        results.append(
-            filter_step(setup, phase, k * FRAME_NS, scene, no_distance_field(), np.random.default_rng([seed, k]))
-        )
+        results.append(filter_step(setup, phase, k * FRAME_NS, rays_alone(scene), np.random.default_rng([seed, k])))
         phase = results[-1][0]
     return results
 

@@ -5,21 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.tracker_scenes import frames_of, moved, positions_of, tangent_rays, upright
+from tests.support.tracker_scenes import frames_of, moved, positions_of, rays_alone, tangent_rays, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, joint_screws
-from zenocap.services.tracker.evidence.field import no_distance_field
-from zenocap.services.tracker.evidence.rays import (
-    CONTACT_LENGTH,
-    Weights,
-    contact_on_part,
-    contact_weight,
-    misfit,
-    nearest_parts,
-)
+from zenocap.services.tracker.evidence.evidence import misfit
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_on_part, contact_weight, nearest_parts
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.force import generalized_forces, refine_by_force, rotate_turns
 from zenocap.services.tracker.filter.force_printed import refine_as_printed
 from zenocap.services.tracker.filter.gauss_newton import refine
@@ -37,7 +31,7 @@ def refined(
     pose = start.copy()
     match kind:
         case "gauss-newton":
-            refine(model, rays, no_distance_field(), weights, iterations, pose, start)
+            refine(model, rays_alone(rays), weights, iterations, pose, start)
         case "force":
             refine_by_force(model, rays, weights, iterations, pose, start)
         case "force-printed":
@@ -164,7 +158,7 @@ def test_printed_force_reduces_the_misfit(seed: int) -> None:
     found = refined("force-printed", MODEL, rays, 100, start)
 
     def error(pose: RootedPose) -> float:
-        return float(misfit(MODEL, rays, no_distance_field(), 0.15, pose))
+        return float(misfit(MODEL, rays_alone(rays), 0.15, pose))
 
     assert error(found) < 0.5 * error(start)
 

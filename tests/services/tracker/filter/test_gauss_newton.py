@@ -5,14 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.tracker_scenes import Touch, frames_of, moved, positions_of, tangent_rays, touch, upright
+from tests.support.tracker_scenes import Touch, frames_of, moved, positions_of, rays_alone, tangent_rays, touch, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT, apply_step
-from zenocap.services.tracker.evidence.field import no_distance_field
-from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, Weights, contact_weight, distances_of, misfit
+from zenocap.services.tracker.evidence.evidence import misfit
+from zenocap.services.tracker.evidence.rays import CONTACT_LENGTH, contact_weight, distances_of
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.gauss_newton import refine
 
 MODEL = model_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
@@ -24,7 +25,7 @@ def refined(
     model: BodyModel, rays: Floats32, weights: Weights, iterations: int, start: RootedPose, target: RootedPose
 ) -> RootedPose:
     pose = start.copy()
-    refine(model, rays, no_distance_field(), weights, iterations, pose, target)
+    refine(model, rays_alone(rays), weights, iterations, pose, target)
     return pose
 
 
@@ -130,4 +131,4 @@ def test_misfit_of_a_pose_is_that_of_its_distances() -> None:
     distances = distances_of(MODEL, rays, pose)
     assert distances == pytest.approx(plain, abs=2e-3)
     expected = np.mean(np.minimum(plain, 0.15) ** 2)
-    assert misfit(MODEL, rays, no_distance_field(), 0.15, pose) == pytest.approx(expected, rel=0.01)
+    assert misfit(MODEL, rays_alone(rays), 0.15, pose) == pytest.approx(expected, rel=0.01)

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_scenes import tangent_rays, upright
+from tests.support.tracker_scenes import rays_alone, tangent_rays, upright
 from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
-from zenocap.services.tracker.evidence.field import no_distance_field
-from zenocap.services.tracker.evidence.rays import Weights, misfit
+from zenocap.services.tracker.evidence.evidence import misfit
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.limb_search import UsualSupport, limb_support, limbs_of, search_limbs
 from zenocap.services.tracker.filter.particles import Cloud, RefinementScene
 from zenocap.services.tracker.parameters import LIMB_MAX_SWING
@@ -42,9 +42,9 @@ def searched(true: RootedPose, tracked: RootedPose, *, misfits: bool = False, su
         np.tile(tracked.position, (n, 1)), np.tile(tracked.rotation, (n, 1, 1)), values, np.zeros(n, int), np.full(n, 0.2)
     )
     after = Cloud(*(array.copy() for array in before))
-    scene = RefinementScene(MODEL, tangent_rays(MODEL, true, 500), no_distance_field(), WEIGHTS)
+    scene = RefinementScene(MODEL, rays_alone(tangent_rays(MODEL, true, 500)), WEIGHTS)
     poses = [RootedPose(before.positions[k], before.rotations[k], before.values[k]) for k in range(n)]
-    errors = np.array([misfit(MODEL, scene.rays, scene.field, 0.15, pose) for pose in poses])
+    errors = np.array([misfit(MODEL, scene.evidence, 0.15, pose) for pose in poses])
     search_limbs(FOURTEEN_PARTS, scene, 4, UsualSupport(USUAL, support, misfits), after, errors, np.random.default_rng(1))
     return before, after
 
@@ -65,7 +65,7 @@ def test_four_limbs_with_placements_within_reach(anatomy: Anatomy) -> None:
 @pytest.mark.slow
 def test_a_limb_that_is_elsewhere_loses_its_support() -> None:
     rays = tangent_rays(MODEL, raised(), 500)
-    there, gone = (limb_support(FOURTEEN_PARTS, MODEL, rays, pose) for pose in (raised(), lost()))
+    there, gone = (limb_support(FOURTEEN_PARTS, MODEL, rays_alone(rays), pose) for pose in (raised(), lost()))
     assert there.min() > 0.03
     assert gone[0] < 0.5 * there[0]
     assert gone[2:] == pytest.approx(there[2:], abs=0.02)

@@ -7,15 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.prior_cases import known_prior
-from tests.support.tracker_scenes import moved, tangent_rays, turn, upright
+from tests.support.tracker_scenes import moved, rays_alone, tangent_rays, turn, upright
 from zenocap.common.arrays import Floats, Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.rotations import vector_to_matrix
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.jacobian import ROOT
-from zenocap.services.tracker.evidence.field import no_distance_field
-from zenocap.services.tracker.evidence.rays import Weights, misfit
+from zenocap.services.tracker.evidence.evidence import misfit
+from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.gauss_newton import refine
 from zenocap.services.tracker.filter.particles import (  # fmt: skip
     DYNAMIC,
@@ -69,7 +69,7 @@ def advanced(
     out = Cloud(np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, D)), np.zeros(n, np.int64), np.empty(n))
     errors = np.empty(n)
     propose_particles(MODEL, PRIOR_TABLES if prior else NO_PRIOR, prior, cloud, draws, VELOCITY, DEVIATIONS, out)
-    refine_particles(RefinementScene(MODEL, rays, no_distance_field(), WEIGHTS), refinement, iterations, out, errors)
+    refine_particles(RefinementScene(MODEL, rays_alone(rays), WEIGHTS), refinement, iterations, out, errors)
     if prior and iterations:
         assign_regions(PRIOR_TABLES, out)
     return out, errors
@@ -91,9 +91,9 @@ def plainly_advanced(
     pose = RootedPose(position, rotation, np.clip(values, MODEL.low, MODEL.high))
     target = pose.copy()
     if iterations:
-        refine(MODEL, RAYS, no_distance_field(), WEIGHTS, iterations, pose, target)
+        refine(MODEL, rays_alone(RAYS), WEIGHTS, iterations, pose, target)
         region = assign(PRIOR_TABLES, pose.values) if prior else region
-    return pose, region, misfit(MODEL, RAYS, no_distance_field(), WEIGHTS.limit, pose)
+    return pose, region, misfit(MODEL, rays_alone(RAYS), WEIGHTS.limit, pose)
 
 
 @given(seeds, st.integers(2, 60))

@@ -16,13 +16,12 @@ from tests.services.tracker.initialization.test_heading import (
     tracking,
 )
 from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
-from tests.support.tracker_scenes import frames_of
+from tests.support.tracker_scenes import frames_of, rays_alone
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose
-from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.filter_step import no_pose
 from zenocap.services.tracker.initialization.decisions import (
     Decided,
@@ -121,7 +120,7 @@ def test_exchanged_limbs_are_where_the_others_were(anatomy: Anatomy) -> None:
 
 def test_opposite_pose_fills_the_same_space() -> None:
     person = tracking(STANDING).person
-    found = opposite_pose(Decided(SETUP, person, rays(), no_distance_field()), STANDING)
+    found = opposite_pose(Decided(SETUP, person, rays_alone(rays())), STANDING)
     assert not faces(found, STANDING.rotation[:, 2])
     ends = [frames_of(MODEL, one)[[k for k, name in enumerate(FOURTEEN_PARTS.parts) if name in names], :, 3]
             for one, names in ((STANDING, ("right_lower_arm",)), (found, ("left_lower_arm",)))]  # fmt: skip
@@ -138,7 +137,7 @@ def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that
         (tracking(STANDING), 8, False),
         (tracking(reversed_of(STANDING)), 7, False),
     ):
-        after, _ = turned_as_decided(config, phase, outcome, captured_ns, rays(), no_distance_field())
+        after, _ = turned_as_decided(config, phase, outcome, captured_ns, rays_alone(rays()))
         assert (after is not phase) == is_turned
         assert faces(after.estimate, np.array(back)) == (captured_ns == 7)
         assert after.person.body is phase.person.body
@@ -146,5 +145,5 @@ def test_turn_exchanges_at_its_frame_set_only_and_not_where_the_track_faces_that
 
 def test_without_a_decision_the_first_pose_stays() -> None:
     phase, outcome = tracking(STANDING), no_pose(SETUP, lost=False)
-    assert start_as_decided(SETUP, phase, outcome, 0, rays(), no_distance_field()) == (phase, outcome)
+    assert start_as_decided(SETUP, phase, outcome, 0, rays_alone(rays())) == (phase, outcome)
     assert Options().front is None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.tracker_ring import ring, setup
-from tests.support.tracker_scenes import tangent_rays, turn
+from tests.support.tracker_scenes import rays_alone, tangent_rays, turn
 from zenocap.common.arrays import Floats32
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
 from zenocap.common.body.coordinates import coordinates_of
@@ -16,7 +16,6 @@ from zenocap.common.body.proportions import HIP_HEIGHT, t_pose_angles
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.evidence.field import no_distance_field
 from zenocap.services.tracker.filter.filter_step import no_pose, start_tracking
 from zenocap.services.tracker.hull.contour_rays import midpoints
 from zenocap.services.tracker.initialization.heading import check_reversed_heading, foot_reach, with_toes
@@ -88,7 +87,7 @@ def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
         assert frames < 15
     assert not phase.person.heading_known
     outcome = no_pose(SETUP, lost=False)
-    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays(), no_distance_field())
+    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays_alone(rays()))
     assert after.estimate.rotation[:, 2] @ STANDING.rotation[:, 2] > 0.9
     assert after.toes > REVERSED_TOES
 
@@ -96,7 +95,7 @@ def test_a_reversed_pose_is_noticed_and_turned_round() -> None:
 def test_a_heading_that_the_feet_contradict_is_kept_where_the_opposite_one_has_feet_farther_back() -> None:
     phase = replace(tracking(STANDING), toes=0.9 * REVERSED_TOES)
     outcome = no_pose(SETUP, lost=False)
-    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays(), no_distance_field())
+    after, _ = check_reversed_heading(SETUP, phase, outcome, 0, rays_alone(rays()))
     assert after.estimate is phase.estimate
     assert REVERSED_TOES < after.toes < HEADING_TOES  # not tried again at once, and still reported as uncertain
 

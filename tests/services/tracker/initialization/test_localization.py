@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.tracker_ring import rendered_masks, ring, scene, simulated_person, t_pose_at
+from tests.support.tracker_ring import rendered_masks, ring, seen, simulated_person, t_pose_at
 from zenocap.common.arrays import Floats32
 from zenocap.services.tracker.hull.contour_rays import FAR, NEAR, midpoints
 from zenocap.services.tracker.initialization.localization import Column, find_column, rays_in_column, reliability
@@ -14,7 +14,7 @@ CAMERAS = ring(4)
 
 
 def rays_at(x: float, z: float) -> Floats32:
-    rays, _ = scene(CAMERAS, list(rendered_masks(CAMERAS, 1, t_pose_at(1, x, z)).values()))
+    rays = seen(CAMERAS, list(rendered_masks(CAMERAS, 1, t_pose_at(1, x, z)).values())).rays
     return rays
 
 

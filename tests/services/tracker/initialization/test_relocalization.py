@@ -5,14 +5,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.support.tracker_ring import rendered_masks, ring, scene, setup, simulated_person, t_pose_at
-from zenocap.common.arrays import Floats32
+from tests.support.tracker_ring import rendered_masks, ring, seen, setup, simulated_person, t_pose_at
 from zenocap.common.body.anatomy import ANATOMIES, FOURTEEN_PARTS, Anatomy
 from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
-from zenocap.services.tracker.evidence.field import DistanceField
-from zenocap.services.tracker.evidence.rays import misfit, support_fraction
+from zenocap.services.tracker.evidence.evidence import Evidence, misfit, support_fraction
 from zenocap.services.tracker.filter.filter_step import residual_weights, start_tracking
 from zenocap.services.tracker.initialization.heading import reversed_pose
 from zenocap.services.tracker.initialization.localization import TPose, detect_t_pose
@@ -38,22 +36,22 @@ ROUNDS = 4
 
 @lru_cache
 def model() -> BodyModel:
-    rays, field = shown(t_pose_at(SEED))
-    one = detect_t_pose(rays)
+    evidence = shown(t_pose_at(SEED))
+    one = detect_t_pose(evidence.rays)
     assert isinstance(one, TPose)
-    start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [one], HELD)
+    start = fit_t_poses(FOURTEEN_PARTS, [evidence], [one], HELD)
     assert isinstance(start, TPoseFit)
     return model_of(FOURTEEN_PARTS, start.measured.body)
 
 
-def shown(pose: PersonPose | None) -> tuple[Floats32, DistanceField]:
-    return scene(CAMERAS, list(rendered_masks(CAMERAS, SEED, pose).values()))
+def shown(pose: PersonPose | None) -> Evidence:
+    return seen(CAMERAS, list(rendered_masks(CAMERAS, SEED, pose).values()))
 
 
-def find(rays: Floats32, field: DistanceField, facing: RootedPose | None = None) -> RootedPose | None:
+def find(evidence: Evidence, facing: RootedPose | None = None) -> RootedPose | None:
     preferred = None if facing is None else facing.rotation
     height = simulated_person(SEED).height
-    return best_pose(model(), rays, field, search_postures(FOURTEEN_PARTS), height, WEIGHTS, ROUNDS, preferred)
+    return best_pose(model(), evidence, search_postures(FOURTEEN_PARTS), height, WEIGHTS, ROUNDS, preferred)
 
 
 def forward(yaw: float) -> np.ndarray:
@@ -77,44 +75,42 @@ def test_moving_person_is_found(name: str) -> None:
     for later_s in (0.5, 1.1):
         pose = script.pose_at(script.motion_from_s + later_s)
         assert pose is not None
-        rays, field = shown(pose)
-        found = find(rays, field)
+        evidence = shown(pose)
+        found = find(evidence)
         assert found is not None
         assert np.linalg.norm(found.position - truth(simulated_person(SEED), pose).joints["Hip"]) < 0.12
-        assert support_fraction(model(), rays, found) > 0.5
+        assert support_fraction(model(), evidence, found) > 0.5
 
 
 @pytest.mark.nightly
 def test_empty_scene_gives_no_pose() -> None:
-    assert find(*shown(None)) is None
+    assert find(shown(None)) is None
 
 
 @pytest.mark.nightly
 def test_preferred_heading_wins_unless_it_fits_worse() -> None:
     pose = place(neutral(simulated_person(SEED)), Placement(0.0, 0.0, 0.3))
-    rays, field = shown(pose)
-    free = find(rays, field)
+    evidence = shown(pose)
+    free = find(evidence)
     assert free is not None
-    with_it, against_it = find(rays, field, free), find(rays, field, RootedPose(free.position, -free.rotation, free.values))
+    with_it, against_it = find(evidence, free), find(evidence, RootedPose(free.position, -free.rotation, free.values))
     assert with_it is not None
     assert against_it is not None
     np.testing.assert_array_equal(with_it.rotation, free.rotation)
-    assert misfit(model(), rays, field, WEIGHTS.limit, against_it) <= 1.3 * misfit(
-        model(), rays, field, WEIGHTS.limit, free
-    )
+    assert misfit(model(), evidence, WEIGHTS.limit, against_it) <= 1.3 * misfit(model(), evidence, WEIGHTS.limit, free)
 
 
 def test_reversed_pose_fits_better_than_a_wrong_heading() -> None:
     script = motion_timeline(simulated_person(SEED), "walking", 0)
     pose = script.pose_at(script.motion_from_s + 0.5)
     assert pose is not None
-    rays, field = shown(pose)
-    right = find(rays, field)
+    evidence = shown(pose)
+    right = find(evidence)
     assert right is not None
-    wrong = reversed_pose(model(), rays, field, right, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
-    again = reversed_pose(model(), rays, field, wrong, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
+    wrong = reversed_pose(model(), evidence, right, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
+    again = reversed_pose(model(), evidence, wrong, search_postures(FOURTEEN_PARTS), WEIGHTS, ROUNDS)
     assert wrong.rotation[:, 2] @ right.rotation[:, 2] < 0.0
-    assert misfit(model(), rays, field, WEIGHTS.limit, right) < misfit(model(), rays, field, WEIGHTS.limit, wrong)
+    assert misfit(model(), evidence, WEIGHTS.limit, right) < misfit(model(), evidence, WEIGHTS.limit, wrong)
     assert again.rotation[:, 2] @ right.rotation[:, 2] > 0.8
 
 
@@ -128,16 +124,16 @@ def test_search_postures_differ_for_every_anatomy(anatomy: Anatomy) -> None:
 @pytest.mark.slow
 def test_common_posture_replaces_a_pose_that_fits_worse_and_keeps_one_that_fits() -> None:
     standing = place(neutral(simulated_person(SEED)), Placement(0.1, 0.2, 0.4))
-    rays, field = shown(standing)
+    evidence = shown(standing)
     config = setup(CAMERAS)
-    right = find(rays, field)
+    right = find(evidence)
     assert right is not None
     body = average_body(FOURTEEN_PARTS, simulated_person(SEED).height)
     person = Person(body, model(), simulated_person(SEED).height, initial_shape(body, np.zeros(COUNT)), 0.7)
     wrong = right._replace(values=search_postures(FOURTEEN_PARTS)[0].values.copy())  # arms stretched
     for pose, replaced in ((wrong, True), (right, False)):
         tracking, outcome = start_tracking(config, person, pose, 0, 0.0)
-        after, _ = check_other_postures(config, tracking, outcome, 33, rays, field)
+        after, _ = check_other_postures(config, tracking, outcome, 33, evidence)
         assert (after.cloud is not tracking.cloud) == replaced
         assert np.abs(after.estimate.values - right.values).max() < 0.5
         assert after.corrected_ns == (33 if replaced else 0)

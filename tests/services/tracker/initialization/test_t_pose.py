@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, scene, setup, simulated_person, t_pose_at
+from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, seen, setup, simulated_person, t_pose_at
 from zenocap.common.arrays import Floats32, Mask
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.services.tracker.filter.filter_step import residual_weights
@@ -22,8 +22,7 @@ YAWS = (0.1, 1.2, 2.9)
 
 def rays_of(seed: int, pose: PersonPose | None, views: int = 4) -> Floats32:
     cameras = ring(views)
-    rays, _ = scene(cameras, list(rendered_masks(cameras, seed, pose).values()))
-    return rays
+    return seen(cameras, list(rendered_masks(cameras, seed, pose).values())).rays
 
 
 @pytest.mark.nightly
@@ -77,11 +76,11 @@ def cluttered(masks: dict[str, Mask]) -> list[Mask]:
 @pytest.mark.parametrize("seed", [1, 2, 5])
 def test_t_pose_is_measured_among_clutter(seed: int) -> None:
     cameras = ring(4)
-    rays, field = scene(cameras, cluttered(rendered_masks(cameras, seed, t_pose_at(seed, 0.3, -0.2, 0.3))))
-    found = detect_t_pose(rays)
+    evidence = seen(cameras, cluttered(rendered_masks(cameras, seed, t_pose_at(seed, 0.3, -0.2, 0.3))))
+    found = detect_t_pose(evidence.rays)
     assert isinstance(found, TPose)
     assert np.linalg.norm(found.centre - [0.3, -0.2]) < 0.15
-    start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
+    start = fit_t_poses(FOURTEEN_PARTS, [evidence], [found], HELD)
     assert isinstance(start, TPoseFit)
     hip = truth(simulated_person(seed), t_pose_at(seed, 0.3, -0.2, 0.3)).joints["Hip"]
     assert np.linalg.norm(start.poses[0].position - hip) < 0.12
@@ -93,10 +92,10 @@ def test_t_pose_is_measured_among_clutter(seed: int) -> None:
 def test_heading_is_resolved(seed: int, views: int) -> None:
     cameras = ring(views)
     for yaw in YAWS:
-        rays, field = scene(cameras, list(rendered_masks(cameras, seed, t_pose_at(seed, yaw=yaw)).values()))
-        found = detect_t_pose(rays)
+        evidence = seen(cameras, list(rendered_masks(cameras, seed, t_pose_at(seed, yaw=yaw)).values()))
+        found = detect_t_pose(evidence.rays)
         assert isinstance(found, TPose)
-        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
+        start = fit_t_poses(FOURTEEN_PARTS, [evidence], [found], HELD)
         assert isinstance(start, TPoseFit)
         front = start.poses[0].rotation[:, 2]
         assert float(front @ [np.sin(yaw), 0.0, np.cos(yaw)]) > 0.9, yaw
@@ -108,10 +107,10 @@ def test_two_views_tell_the_direction_of_the_arms_and_mostly_the_front() -> None
     cameras, arm, right = ring(2), FOURTEEN_PARTS.index["right_upper_arm"], 0
     yaws = np.radians([0, 40, 130, 230, 320])
     for yaw in yaws:
-        rays, field = scene(cameras, list(rendered_masks(cameras, 2, t_pose_at(2, yaw=float(yaw))).values()))
-        found = detect_t_pose(rays)
+        evidence = seen(cameras, list(rendered_masks(cameras, 2, t_pose_at(2, yaw=float(yaw))).values()))
+        found = detect_t_pose(evidence.rays)
         assert isinstance(found, TPose)
-        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
+        start = fit_t_poses(FOURTEEN_PARTS, [evidence], [found], HELD)
         assert isinstance(start, TPoseFit), start
         forward = float(start.poses[0].rotation[:, 2] @ [np.sin(yaw), 0.0, np.cos(yaw)])
         assert abs(forward) > 0.9, yaw
@@ -126,10 +125,10 @@ def test_other_postures_are_not_measured() -> None:
     arms = neutral(simulated_person(1)).arms.copy()
     arms[:, 0], arms[:, 3] = np.radians(90.0), np.radians(90.0)  # elbows bent to the front
     bent = t_pose_at(1)
-    rays, field = scene(cameras, list(rendered_masks(cameras, 1, type(bent)(**{**vars(bent), "arms": arms})).values()))
-    found = detect_t_pose(rays)
+    evidence = seen(cameras, list(rendered_masks(cameras, 1, type(bent)(**{**vars(bent), "arms": arms})).values()))
+    found = detect_t_pose(evidence.rays)
     if isinstance(found, TPose):
-        start = fit_t_poses(FOURTEEN_PARTS, [rays], [field], [found], HELD)
+        start = fit_t_poses(FOURTEEN_PARTS, [evidence], [found], HELD)
         assert isinstance(start, str)
         assert "degrees off" in start or "no body fits" in start
     else:
@@ -152,12 +151,12 @@ def test_who_crouches_with_arms_spread_is_not_in_the_t_pose() -> None:
 
 def test_who_sinks_with_arms_spread_is_not_measured() -> None:
     cameras, phase = ring(4), AwaitingPerson()
-    rays, field = scene(cameras, list(rendered_masks(cameras, 1, t_pose_at(1, 0.3, -0.2, 0.3)).values()))
+    evidence = seen(cameras, list(rendered_masks(cameras, 1, t_pose_at(1, 0.3, -0.2, 0.3)).values()))
     for k, scale in enumerate([1.0, 0.97, 0.94, 0.91, 0.88, 0.85, 0.82]):
-        scaled = rays.copy()
+        scaled = evidence.rays.copy()
         scaled[:3] *= scale
         scaled[NEAR : FAR + 1] *= scale
-        after, _ = await_person(setup(cameras), phase, k * FRAME_NS, scaled, field)
+        after, _ = await_person(setup(cameras), phase, k * FRAME_NS, evidence._replace(rays=scaled))
         assert isinstance(after, AwaitingPerson)
         assert len(after.t_poses) < T_POSE_FRAMES
         phase = after

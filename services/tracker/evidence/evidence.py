@@ -1,0 +1,79 @@
+"""What a frame set shows of one person: contour rays of the visual hull, and distances from the silhouettes.
+
+A kind of evidence is one file: how it is made, its part of the normal equations, and its part of the misfit.  Filter,
+search and initialization take all kinds as one argument.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from zenocap.common.arrays import Floats, Floats32, Ints32
+from zenocap.common.jit import kernel
+from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
+from zenocap.services.tracker.evidence.field import DistanceField, add_field, distance_field, mean_square_outside
+from zenocap.services.tracker.evidence.rays import add_rays, distances_of, mean_truncated_square, nearest_parts
+from zenocap.services.tracker.evidence.residuals import Weights
+from zenocap.services.tracker.hull.contour_rays import Scene, contour_rays, scene_from
+from zenocap.services.tracker.hull.contours import Contours
+from zenocap.services.tracker.hull.views import Silhouettes
+from zenocap.services.tracker.parameters import ON_BODY_M, OUTSIDE_WEIGHT
+
+
+class Evidence(NamedTuple):
+    """rays: (11, n), C-contiguous and writable, so that kernels are compiled for one type.  field: of the silhouettes."""
+
+    rays: Floats32
+    field: DistanceField
+
+
+def evidence_of(contours: Contours, silhouettes: Silhouettes) -> tuple[Evidence, Scene]:
+    """Evidence of the views, and the scene of its rays."""
+    scene = scene_from(contours, silhouettes)
+    return Evidence(contour_rays(scene), distance_field(silhouettes)), scene
+
+
+def thinned(evidence: Evidence, step: int) -> Evidence:
+    """The evidence with every `step`-th ray."""
+    return evidence._replace(rays=np.ascontiguousarray(evidence.rays[:, ::step]))
+
+
+@kernel
+def add(
+    model: BodyModel,
+    frames: Floats,
+    evidence: Evidence,
+    weights: Weights,
+    matrices: Floats,
+    gradients: Floats,
+    distances: Floats32,
+    parts: Ints32,
+) -> None:
+    """Write every part's wrench matrix (p, 6, 6), lower triangle, and gradient (p, 6) about the root's origin.
+
+    distances, parts: (n,) of the rays, overwritten.
+    """
+    matrices[:] = 0.0
+    gradients[:] = 0.0
+    add_rays(model, frames, evidence.rays, weights, matrices, gradients, distances, parts)  # first: the others add
+    add_field(model, frames, evidence.field, weights, matrices, gradients)
+
+
+@kernel
+def misfit(model: BodyModel, evidence: Evidence, limit: float, pose: RootedPose) -> float:
+    """D of a pose in m^2 [Hybrid Eq. 30], plus the mean square distance of the body outside of the silhouettes."""
+    frames = np.empty((model.parent.shape[0], 3, 4))
+    distances, parts = np.empty(evidence.rays.shape[1], dtype=np.float32), np.empty(evidence.rays.shape[1], dtype=np.int32)
+    forward_kinematics(model, pose, frames)
+    nearest_parts(model, frames, evidence.rays, distances, parts)
+    # Paper (added): Eq. 30 has no term for the body outside of the silhouettes.
+    return float(
+        mean_truncated_square(distances, limit) + OUTSIDE_WEIGHT * mean_square_outside(model, frames, evidence.field, limit)
+    )
+
+
+def support_fraction(model: BodyModel, evidence: Evidence, pose: RootedPose) -> float:
+    """Fraction of the rays that are on the body."""
+    if not evidence.rays.shape[1]:
+        return 0.0
+    return float(np.mean(distances_of(model, evidence.rays, pose) < ON_BODY_M))

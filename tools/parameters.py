@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 from zenocap.common.recording.setup_file import Parameters
-from zenocap.common.rig.services import RigLike
+from zenocap.common.rig.services import RigLike, kinds_of
 from zenocap.services.integrator import parameters as integrator
 from zenocap.services.recognizer import parameters as recognizer
 from zenocap.services.tracker import parameters as tracker
@@ -30,5 +30,5 @@ OF_SERVICES: Mapping[str, Values] = {
 
 def service_parameters(rig: RigLike) -> Parameters:
     """Parameters of the services whose messages a rig's take has, by service and name."""
-    runs = {"viewer": True, "integrator": True, "tracker": rig.tracker, "recognizer": rig.recognizer}
-    return {service: values() for service, values in OF_SERVICES.items() if runs.get(service)}
+    runs = {kind.name for kind in kinds_of(rig)}
+    return {service: values() for service, values in OF_SERVICES.items() if service in runs}

@@ -3,13 +3,14 @@
 from pathlib import Path
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.file import DELAYS, TRACKER_METHODS, Delays, RigFile
+from zenocap.common.rig.file import DELAYS, Delays, RigFile
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.viewers import Viewer
 
 
 def delays_of(path: Path, content: RigFile, method: str) -> Delays:
     """Whether delays of the cameras are estimated and corrected.  Raises UserError."""
-    if content.delays == "follow" and method not in TRACKER_METHODS:
+    if content.delays == "follow" and not method_of(method).has_tracker:
         raise UserError(
             f"{path}: delays = 'follow': allowed for method {method!r}, without a tracker: off, report; "
             "zenocap sync TAKE finds delay_ms of the viewers"
@@ -22,7 +23,7 @@ def check_delays(path: Path, method: str, viewers: tuple[Viewer, ...]) -> None:
 
     Each of its viewers gets the assignment of a frame before its next frame only if the others have seen that instant.
     """
-    if method in TRACKER_METHODS:
+    if method_of(method).has_tracker:
         return
     early, *_, late = sorted(viewers, key=lambda viewer: viewer.delay_ns)
     period_ns = 1e9 / min(viewer.fps for viewer in viewers)

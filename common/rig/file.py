@@ -16,13 +16,11 @@ from zenocap.common.rig.animator import (
     smoothing_problem,
     vrchat_problem,
 )
+from zenocap.common.rig.methods import AUTO, METHODS
 from zenocap.common.rig.recognizer import RecognizerTable
 from zenocap.common.rig.table_errors import choice_problem, invalid_value, unknown_key
-from zenocap.common.rig.tracker import PARTICLES, TrackerTable
+from zenocap.common.rig.tracker import TrackerTable
 
-TRACKER_METHODS = tuple(PARTICLES)  # hybrid and the two methods it is compared with, for two or more views
-AUTO = "auto"  # the tracker, with any number of cameras
-METHODS = (AUTO, "two-view", *TRACKER_METHODS)
 MODES = ("peer", "client", "router")
 NAME = re.compile(r"[A-Za-z0-9_.\-]{1,64}")  # allowed in messages and keys
 NAME_ALLOWED = "1 to 64 letters, digits, _ . and -"
@@ -151,7 +149,7 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     except msgspec.ValidationError as error:
         raise UserError(f"{path}: {invalid_value(tables, str(error))}") from error
     _choice(path, "delays", content.delays, DELAYS)
-    _choice(path, "method", content.method, METHODS)
+    _choice(path, "method", content.method, (AUTO, *METHODS.names()))
     _choice(path, "up_axis", content.up_axis, ("y", "z"))
     _choice(path, "zenoh.mode", content.zenoh.mode, MODES)
     problem = open_page_problem(content.animator.page)

@@ -17,6 +17,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.messages import AssignQuery, HostedLens, HostedViewer
 from zenocap.common.rig.camera_settings import KEYS, LOCKED, CameraSettings, Setting, setting_problem
 from zenocap.common.rig.file import LogTable, ZenohTable
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import (
     AdaptiveBackground,
@@ -72,7 +73,7 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
         what="assign",
         rig=rig.name,
         digest=rig.digest,
-        tracker=rig.tracker is not None,
+        tracker=method_of(rig.method).has_tracker,
         additions=sorted(rig.additions),
         viewer=HostedViewer(
             id=id,

@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.commands import CommandError, PostureCommand, posture_commands
+from zenocap.common.rig.methods import method_of
 from zenocap.data import POSTURES
 
 Source = Literal["integrator", "tracker"]  # service that publishes the poses
@@ -51,12 +52,12 @@ class RecognizerError(UserError):
     """The text contains the key, its value and the allowed values."""
 
 
-def recognizer_spec(table: RecognizerTable, method: str, tracks: bool, base: Path, *, files: bool = True) -> RecognizerSpec:
+def recognizer_spec(table: RecognizerTable, method: str, base: Path, *, files: bool = True) -> RecognizerSpec:
     """Resolve a table of a rig in the folder `base` for a method.  Raises RecognizerError.
 
-    tracks: whether the method has a tracker, which is then the default source.  files: see `load_rig`.
+    files: see `load_rig`.
     """
-    source: Source = "tracker" if tracks else "integrator"
+    source: Source = method_of(method).pose_service
     if table.source not in (None, source):
         raise RecognizerError(
             f"source = {table.source!r}: allowed: {source!r}, which publishes the poses of method {method!r}"

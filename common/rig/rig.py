@@ -12,13 +12,15 @@ from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pai
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
 from zenocap.common.rig.delays import check_delays, delays_of
-from zenocap.common.rig.file import AUTO, METHODS, TRACKER_METHODS, Delays, LogTable, RigFile, ZenohTable, rig_file
+from zenocap.common.rig.file import Delays, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
+from zenocap.common.rig.methods import AUTO, HYBRID, METHODS, TWO_VIEW, method_of
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
 from zenocap.common.rig.viewers import Viewer, at_common_rate, rig_viewers, size_notes, video_notes
 from zenocap.common.toml_file import read_toml
+from zenocap.common.topics import SILHOUETTE
 from zenocap.data import DEMO_RIGS
 
 __all__ = ["Rig", "UserError", "Viewer", "demo_rig", "demo_rig_file", "load_rig", "rig_of_videos"]
@@ -145,8 +147,8 @@ class _Read:
 
 def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> Rig:
     """The rig.  method, variant, files: see `load_rig`."""
-    if method is not None and method not in METHODS:
-        raise UserError(f"method = {method!r}: allowed: {', '.join(METHODS)}")
+    if method not in (None, AUTO, *METHODS.names()):
+        raise UserError(f"method = {method!r}: allowed: {', '.join((AUTO, *METHODS.names()))}")
     path, base, content = read.path, read.base, read.content
     has_variant = content.variant != VARIANTS[0] or bool(content.additions) or bool(content.without)
     own_method = _resolved(content.method, has_variant)
@@ -159,7 +161,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
     cameras = read_calibration(calibration, content.up_axis)
     viewers = rig_viewers(path, base, content, cameras, files, read.used)
     tracker = None
-    if method in TRACKER_METHODS:
+    if method_of(method).table == "tracker":
         try:
             tracker = tracker_spec(content.tracker, method, own, base, files=files)
         except TrackerError as error:
@@ -167,7 +169,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
     recognizer = None
     if content.recognizer is not None:
         try:
-            recognizer = recognizer_spec(content.recognizer, method, tracker is not None, base, files=files)
+            recognizer = recognizer_spec(content.recognizer, method, base, files=files)
         except RecognizerError as error:
             raise UserError(f"{path}: recognizer.{error}") from error
     viewers, pair = _viewers_in_use(path, method, viewers)
@@ -208,7 +210,7 @@ def _resolved(method: str, variant: bool) -> str:
     """The method for "auto": that of the tracker.  variant: whether a variant of two-view is asked for."""
     if method != AUTO:
         return method
-    return "two-view" if variant else TRACKER_METHODS[0]
+    return TWO_VIEW.name if variant else HYBRID.name
 
 
 def demo_rig_file(method: str = AUTO) -> Path:
@@ -246,28 +248,32 @@ def _additions(path: Path, content: RigFile, method: str, variant: str | None) -
 
 
 def _viewers_in_use(path: Path, method: str, viewers: tuple[Viewer, ...]) -> tuple[tuple[Viewer, ...], tuple[str, ...]]:
-    """The viewers in use, and notes: two-view uses the most nearly orthogonal pair of more than two."""
-    if len(viewers) < 2:
-        raise UserError(f"{path}: {len(viewers)} viewer(s): allowed: 2 or more [[viewer]] for method {method!r}")
+    """The viewers in use, and notes: a method for two uses the most nearly orthogonal pair of more."""
+    row = method_of(method)
+    fewest, most = row.views
+    if len(viewers) < fewest:
+        raise UserError(f"{path}: {len(viewers)} viewer(s): allowed: {fewest} or more [[viewer]] for method {method!r}")
     without_silhouette = [f"viewer {viewer.id}" for viewer in viewers if not viewer.silhouette]
-    if method in TRACKER_METHODS and without_silhouette:
+    if SILHOUETTE in row.sends and without_silhouette:
         raise UserError(f"{path}: {', '.join(without_silhouette)}: silhouette = False: allowed: true for method {method!r}")
     fed = [f"viewer {viewer.id}" for viewer in viewers if viewer.feedback]
-    if method not in TRACKER_METHODS and fed:
+    if not row.has_tracker and fed:
         raise UserError(
             f"{path}: {', '.join(fed)}: feedback = true: allowed: false for method {method!r}, without a tracker"
         )
     kept = [f"viewer {viewer.id}" for viewer in viewers if viewer.keep_background]
-    if method not in TRACKER_METHODS and kept:
+    if not row.has_tracker and kept:
         raise UserError(f"{path}: {', '.join(kept)}: keep_background = true: allowed: false for method {method!r}")
-    if method != "two-view" or len(viewers) == 2:
+    if len(viewers) <= most:
         return viewers, ()
+    if most != 2:
+        raise UserError(f"{path}: {len(viewers)} viewers: allowed: {fewest} to {most} [[viewer]] for method {method!r}")
     by_id = {viewer.id: viewer for viewer in viewers}
     pair = most_orthogonal_pair({id: viewer.camera for id, viewer in by_id.items()})
     first, second = (by_id[id] for id in pair)
     angle = angle_between_deg(first.camera, second.camera)
     note = (
-        f"method two-view uses two of the {len(viewers)} cameras: {first.id} (front) and {second.id}, "
+        f"method {method} uses two of the {len(viewers)} cameras: {first.id} (front) and {second.id}, "
         f"{angle:.0f} degrees apart, the most nearly orthogonal pair"
     )
     return (first, second), (note,)

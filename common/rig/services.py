@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
+from zenocap.common.rig.methods import method_of
+
 if TYPE_CHECKING:  # keeps `--help` of the command line, which imports this module, fast
     from zenocap.common.rig.rig import Rig
 
@@ -30,7 +32,7 @@ class RigLike(Protocol):
     def viewers(self) -> Sequence[_HasId]: ...
 
     @property
-    def tracker(self) -> object | None: ...
+    def method(self) -> str: ...
 
     @property
     def recognizer(self) -> object | None: ...
@@ -59,17 +61,19 @@ def _always(rig: RigLike) -> tuple[str, ...]:
     return (MAIN,)
 
 
-def _is_two_view(rig: RigLike) -> bool:
-    return rig.tracker is None
-
-
 def _viewer_warmup(rig: Rig) -> tuple[str, ...]:
     actor = ("actor",) if any(viewer.is_synthetic for viewer in rig.viewers) else ()
-    return ("silhouettes", *actor, *_two_view_warmup(rig))
+    return ("silhouettes", *actor, *method_of(rig.method).viewer_warmup)
 
 
-def _two_view_warmup(rig: Rig) -> tuple[str, ...]:
-    return ("tracking",) if _is_two_view(rig) else ()
+def _pose_warmup(service: str) -> Callable[[Rig], tuple[str, ...]]:
+    """Parts that a service needs where it publishes the poses."""
+
+    def parts(rig: Rig) -> tuple[str, ...]:
+        method = method_of(rig.method)
+        return method.pose_warmup if method.pose_service == service else ()
+
+    return parts
 
 
 def _prior(rig: Rig) -> tuple[tuple[str, Path], ...]:
@@ -85,13 +89,18 @@ def _recognizer_files(rig: Rig) -> tuple[tuple[str, Path], ...]:
 
 
 SERVICES: tuple[ServiceKind, ...] = (
-    ServiceKind("viewer", lambda rig: tuple(viewer.id for viewer in rig.viewers), _is_two_view, warmup=_viewer_warmup),
-    ServiceKind("integrator", _always, lambda rig: True, warmup=_two_view_warmup),
+    ServiceKind(
+        "viewer",
+        lambda rig: tuple(viewer.id for viewer in rig.viewers),
+        lambda rig: method_of(rig.method).recomputes_viewers,
+        warmup=_viewer_warmup,
+    ),
+    ServiceKind("integrator", _always, lambda rig: True, warmup=_pose_warmup("integrator")),
     ServiceKind(
         "tracker",
-        lambda rig: () if rig.tracker is None else (MAIN,),
+        lambda rig: (MAIN,) if method_of(rig.method).has_tracker else (),
         lambda rig: True,
-        warmup=lambda rig: ("tracker",),
+        warmup=_pose_warmup("tracker"),
         files=_prior,
     ),
     ServiceKind(

@@ -55,6 +55,7 @@ class Service(Generic[Setup, State, F]):
     recovers: its own topics whose last message from before a restart the state lacks: queried, and passed to the step.
     answers: number of the frame of this service that a message of another one answers, None for other messages.
     derives: whether it publishes its input trace, so that its messages can be recomputed; False for display services.
+    load: loads what is compiled, before the first event of a process; may take a minute.
     max_failures: consecutive failures of the step, except on messages of other services, before the service ends.
     """
 
@@ -75,6 +76,7 @@ class Service(Generic[Setup, State, F]):
     result: type[Message] | None = None
     keeps_time: bool = False
     derives: bool = True
+    load: Callable[[], object] = lambda: None
     max_failures: int = 10
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 from zenocap.common.bus.protocol import Bus
 from zenocap.common.messages import Request
 from zenocap.common.rig.animator import PageTable
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.service_info import versions
-from zenocap.common.topics import Topic
+from zenocap.common.topics import TRACKER_POSE, Topic
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
@@ -32,7 +33,7 @@ class PageBridge:
 
     def __init__(self, rig: Rig, bus: Bus, clock: Clock, outputs: OutputGroup) -> None:
         self._rig, self._bus, self._clock, self.outputs = rig, bus, clock, outputs
-        self._source: Source = "tracker" if rig.tracker is not None else "two-view"
+        self._source: Source = "tracker" if method_of(rig.method).poses is TRACKER_POSE else "two-view"
         self._sent: Actor | None = None
         self._playback: Playback | None = None
         self._saving: SaveJob | None = None

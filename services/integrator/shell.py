@@ -15,6 +15,7 @@ from zenocap.common.recording.log import Log
 from zenocap.common.recording.opening import new_parts
 from zenocap.common.recording.parts import take_path
 from zenocap.common.recording.setup_file import Parameters, RecordedRig, recorded_rig
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service import Service, Subscription, run
@@ -66,6 +67,7 @@ def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
         tick_ns=DECISION_NS,
         recovers=_recovers,
         keeps_time=True,
+        load=lambda: limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral),
     )
 
 
@@ -112,7 +114,7 @@ def timekeeper_setup_of(rig: RecordedRig) -> TimekeeperSetup:
 
 def rate_setup_of(rig: RecordedRig) -> RateSetup:
     """Setup of the decision on the frame rate, from a rig or from that recorded in a take."""
-    return RateSetup(tuple(viewer.id for viewer in rig.viewers), 1e9 / rig.frame_ns(), rig.tracker is not None)
+    return RateSetup(tuple(viewer.id for viewer in rig.viewers), 1e9 / rig.frame_ns(), method_of(rig.method).has_tracker)
 
 
 def setup_of(rig: RecordedRig) -> Setup:
@@ -135,10 +137,11 @@ def run_integrator(
     must_log: raise RecordingError when the take cannot be opened; otherwise log the error and track without a take.
     Raises BusError, RecordingError and ValueError before the first frame.
     """
-    if rig.tracker is not None:
+    method = method_of(rig.method)
+    if method.pose_service != "integrator":
         return _run(timekeeper_service(rig), rig, options, take, stopped, parameters, must_log)
-    service = integrator_service(rig)
-    limb_angles(TEN_PARTS, limb_directions(TEN_PARTS, TEN_PARTS.neutral), TEN_PARTS.neutral)  # loads the compiled functions
+    service = method.new_pose_service(rig)
+    service.load()
     return _run(service, rig, options, take, stopped, parameters, must_log)
 
 

@@ -16,6 +16,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.messages import Message, Posture
 from zenocap.common.recording.setup_file import POSTURES_FILE, RecordedRig, recorded_rig
 from zenocap.common.rig.commands import CommandError, PostureCommand, check_postures, check_programs
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
@@ -61,7 +62,7 @@ def setup_for_poses(rig: Rig, model: PostureModel) -> Setup:
     recorded = recorded_rig(rig)
     if recorded.recognizer is not None:
         return setup_of(recorded, model)
-    source: Source = "integrator" if recorded.tracker is None else "tracker"
+    source: Source = method_of(recorded.method).pose_service
     return Setup(stream_setup(model), source, TEN_PARTS if recorded.tracker is None else _anatomy(recorded))
 
 

@@ -15,6 +15,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.messages import TrackerPose
 from zenocap.common.recording.setup_file import PRIOR_FILE, RecordedRig, recorded_rig
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
@@ -76,7 +77,13 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
         pending=pending,
         recovers=lambda state: (TRACKER_BDP, TRACKER_POSE) if awaiting_person(state) else (),
         result=TrackerPose,
+        load=lambda: _load(setup),
     )
+
+
+def _load(setup: Setup) -> None:
+    with compiling(logger, "tracker-service", "tracker"):
+        load_compiled(setup)
 
 
 def setup_of(rig: RecordedRig, prior: Prior | None) -> Setup:
@@ -129,9 +136,8 @@ def run_tracker(rig: Rig, options: ZenohOptions, stopped: Callable[[], bool]) ->
     """Run until `stopped`; returns the exit status.  Raises BusError, UserError, OSError and ValueError at start."""
     use_one_thread()
     clock = RealClock()
-    service = tracker_service(rig)
-    with compiling(logger, "tracker-service", "tracker"):
-        load_compiled(service.setup)
+    service = method_of(rig.method).new_pose_service(rig)
+    service.load()
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "tracker", ID, clock.now_ns()))
         return run(service, bus, clock, stopped=stopped)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeAlias, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -17,6 +17,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import OpenError
 from zenocap.common.messages import CameraInfo
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import BackgroundImage, Device, Stream
 from zenocap.common.rig.two_view import IMPROVED, Additions
@@ -25,6 +26,7 @@ from zenocap.common.runtime.compiled import compiling
 from zenocap.common.runtime.frame_rate import FrameChoice
 from zenocap.common.runtime.service import Service, Subscription, run
 from zenocap.common.runtime.service_info import service_info
+from zenocap.common.table import attribute
 from zenocap.common.topics import ASSIGNMENT, FRAME_RATE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.threads import use_one_thread
@@ -49,7 +51,9 @@ from zenocap.services.viewer.step import answered_frame, describe, initial_state
 
 logger = logging.getLogger(__name__)
 
+R = TypeVar("R")
 S = TypeVar("S")
+Factory: TypeAlias = Callable[[Rig, Viewer, PeopleSegmenter | None, Adaptive | None], Service[object, object, Frame]]
 
 
 def viewer_service(
@@ -91,6 +95,33 @@ def silhouette_service(
         describe=watching.describe,
         phase=watching.phase_of,
     )
+
+
+def two_view(
+    rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
+) -> Service[Setup, State, Frame]:
+    """Viewer of method two-view: `viewer_service`.  kept: always None there."""
+    service = viewer_service(viewer, rig.additions, people)
+
+    def load() -> None:
+        with compiling(logger, "viewer-service", "tracking"):
+            load_compiled(service.setup)
+
+    return replace(service, load=load)
+
+
+def silhouettes(
+    rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
+) -> Service[Setup, watching.State, Frame]:
+    """Viewer of the methods with a tracker: `silhouette_service`."""
+    return silhouette_service(viewer, people, kept)
+
+
+def service_of(
+    rig: Rig, viewer: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
+) -> Service[object, object, Frame]:
+    """Service of a viewer for the rig's method.  people, kept: see `silhouette_service`.  Raises as `viewer_service`."""
+    return cast("Factory", attribute(method_of(rig.method).viewer))(rig, viewer, people, kept)
 
 
 def people_of(viewer: Viewer, *, threaded: bool) -> PeopleSegmenter | None:
@@ -140,28 +171,25 @@ def run_viewer(
     permission = Permission(film=rig.film, read=allow_fetch or options.security is not None)
     people = people_of(viewer, threaded=True)
     try:
-        if rig.tracker is not None:
-            kept, keeper = None, None
-            if viewer.keep_background:
-                kept = read_kept(rig, viewer)
-                keeper = BackgroundKeeper(kept_path(rig, viewer), owner_of(rig, viewer), kept is not None, time.monotonic)
-            segmenting = silhouette_service(viewer, people, kept)
-            try:
-                return _run(segmenting, rig, viewer, options, stopped, epoch_ns, films, permission, detect, keeper)
-            finally:
-                if keeper is not None:
-                    keeper.close()
-        service = viewer_service(viewer, rig.additions, people)
-        with compiling(logger, "viewer-service", "tracking"):
-            load_compiled(service.setup)
-        return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission, detect)
+        kept, keeper = None, None
+        if viewer.keep_background:
+            kept = read_kept(rig, viewer)
+            keeper = BackgroundKeeper(kept_path(rig, viewer), owner_of(rig, viewer), kept is not None, time.monotonic)
+        service = service_of(rig, viewer, people, kept)
+        service.load()
+        try:
+            on_state = cast("Callable[[object], None] | None", keeper)
+            return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission, detect, on_state)
+        finally:
+            if keeper is not None:
+                keeper.close()
     finally:
         if people is not None:
             people.close()
 
 
 def _run(
-    service: Service[Setup, S, Frame],
+    service: Service[R, S, Frame],
     rig: Rig,
     viewer: Viewer,
     options: ZenohOptions,

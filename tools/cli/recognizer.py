@@ -65,7 +65,7 @@ def with_recognizer(rig: Rig, model: str | None, *, commands: bool = True) -> Ri
         spec = rig.recognizer
         if spec is None:
             table = RecognizerTable() if model is None else RecognizerTable(model=model)
-            spec = recognizer_spec(table, rig.method, rig.tracker is not None, Path())
+            spec = recognizer_spec(table, rig.method, Path())
         elif model is not None:
             spec = replace(spec, model=find_postures(model, Path()))
     except RecognizerError as error:

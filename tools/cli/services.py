@@ -65,7 +65,7 @@ def tracker(
     Example: `zenocap tracker studio.toml`
     """
     from zenocap.common.errors import UserError
-    from zenocap.common.rig.file import TRACKER_METHODS
+    from zenocap.common.rig.methods import method_of, tracker_methods
     from zenocap.common.runtime import logs
     from zenocap.common.runtime.signals import stop_signals
     from zenocap.services.tracker.shell import run_tracker
@@ -73,8 +73,8 @@ def tracker(
     logs.configure("tracker")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
         one = rig_at(rig, files=False)
-        if one.tracker is None:
-            raise UserError(f"{rig}: method = {one.method!r}: allowed for a tracker: {', '.join(TRACKER_METHODS)}")
+        if not method_of(one.method).has_tracker:
+            raise UserError(f"{rig}: method = {one.method!r}: allowed for a tracker: {', '.join(tracker_methods())}")
         options = zenoh.options(one, "tracker")
         raise typer.Exit(run_tracker(one, options, stopped))
 

@@ -11,6 +11,7 @@ from zenocap.common.arrays import Bytes
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import PartialBap, Sighting, Silhouette
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer, load_rig
 from zenocap.common.rig.sources import Rendered
 from zenocap.common.runtime.clock import ManualClock
@@ -43,7 +44,7 @@ def record_messages(rig_file: Path, watch: Callable[[int, int], None] = lambda d
     if all(messages_file(viewer).exists() for viewer in rig.viewers):
         return
     for viewer, recorded in zip(
-        rig.viewers, _tracked(rig, watch) if rig.tracker is None else _silhouettes(rig, watch), strict=True
+        rig.viewers, _silhouettes(rig, watch) if method_of(rig.method).has_tracker else _tracked(rig, watch), strict=True
     ):
         each = [[b"" if m is None else codec.encode(m) for m in (s.silhouette, s.sighting, s.bap)] for s in recorded]
         messages_file(viewer).write_bytes(msgspec.msgpack.encode(each))

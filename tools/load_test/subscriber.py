@@ -11,9 +11,10 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.messages import Health, Phase, Sighting, Silhouette, TrackerPose, UniversalBap
+from zenocap.common.rig.methods import method_of
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import printable
-from zenocap.common.topics import HEALTH, SIGHTING, SILHOUETTE, TRACKER_POSE, UNIVERSAL_BAP
+from zenocap.common.topics import HEALTH
 from zenocap.tools.load_test.latency import Arrivals
 from zenocap.tools.load_test.plan import Plan
 from zenocap.tools.load_test.processes import ProcessKey
@@ -29,8 +30,8 @@ class LoadSubscriber:
         self.healths: defaultdict[ProcessKey, list[tuple[int, Health]]] = defaultdict(list)
         self._own = ZenohBus.open(options, plan.rig_names[0], self._clock, stopped)
         self._bus = self._own.listener(f"zenocap/{plan.name}-$*/**")
-        results = UNIVERSAL_BAP if plan.method == "two-view" else TRACKER_POSE
-        views = SIGHTING if plan.method == "two-view" else SILHOUETTE
+        method = method_of(plan.method)
+        results, views = method.poses, method.sends[0]
         for topic in (results, views, HEALTH):
             self._bus.subscribe(topic, every=True)
 

@@ -24,7 +24,7 @@ from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
-from zenocap.common.rig.file import TRACKER_METHODS
+from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.topics import BOTH_WAYS_POSE, TOPICS, TRACKER_BDP, TRACKER_POSE, Topic, topic_at
 from zenocap.services.tracker.both_ways.backward import (
@@ -61,11 +61,12 @@ def has_second_pass(rig: Rig, wanted: bool | None = None) -> bool:
 
     Raises UserError when a second pass is wanted of a rig without tracker.
     """
-    if wanted and rig.tracker is None:
-        allowed = ", ".join(TRACKER_METHODS)
+    possible = method_of(rig.method).second_pass
+    if wanted and possible == "never":
+        allowed = ", ".join(name for name, one in METHODS.rows().items() if one.second_pass != "never")
         raise UserError(f"rig {rig.name}: method = {rig.method!r}: allowed with --both-ways: {allowed}")
     # The paper's baselines, and the method as printed, have one pass.
-    default = rig.tracker is not None and rig.method == "hybrid" and rig.tracker.preset == "default"
+    default = possible == "default" and (rig.tracker is None or rig.tracker.preset == "default")
     return default if wanted is None else wanted
 
 

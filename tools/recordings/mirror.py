@@ -23,7 +23,7 @@ from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import PRIOR_FILE, SETUP_FILE, RecordedRig, RecordedTurn, read_setup
 from zenocap.common.recording.writer import Recording
-from zenocap.common.rig.file import TRACKER_METHODS
+from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, topic_at
 from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.tracker.states import Setup
@@ -170,7 +170,7 @@ def _rig_of(take: Take) -> RecordedRig:
         raise UserError(f"{take.path}: no attachment {SETUP_FILE}: the set-up of its tracker is unknown")
     rig = read_setup(take.path, take.attachments[SETUP_FILE])
     if rig.tracker is None:
-        raise UserError(f"{take.path}: method {rig.method!r}: allowed for mirror: {', '.join(TRACKER_METHODS)}")
+        raise UserError(f"{take.path}: method {rig.method!r}: allowed for mirror: {', '.join(tracker_methods())}")
     silent = [viewer.id for viewer in rig.viewers if not viewer.silhouette]
     if silent:
         raise UserError(f"{take.path}: no silhouettes of {', '.join(silent)}: they are needed to track again")

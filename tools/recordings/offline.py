@@ -11,14 +11,13 @@ from typing import Generic, Protocol, TypeVar
 from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, RoundTrip, Tick
 from zenocap.common.messages import Message
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.service import Runner, Service
-from zenocap.common.topics import CAMERA
-from zenocap.services.integrator.shell import integrator_service
+from zenocap.common.topics import CAMERA, FRAME_RATE
 from zenocap.services.recognizer.shell import model_of, recognizer_service
-from zenocap.services.tracker.shell import tracker_service
 from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.shell import camera_info, people_of, silhouette_service, viewer_service
+from zenocap.services.viewer.shell import camera_info, people_of, service_of
 
 Setup = TypeVar("Setup")
 State = TypeVar("State")
@@ -133,22 +132,16 @@ class Offline:
     """The viewers, the integrator or tracker, and the recognizer if the rig has one."""
 
     def __init__(self, rig: Rig, network: LocalNetwork) -> None:
-        """Raises as `viewer_service`, `people_of`, `integrator_service`, `tracker_service` and `model_of` do."""
+        """Raises as the services of the rig's method, `people_of` and `model_of` do."""
         self._rig, self._network = rig, network
         self._viewers: dict[str, ViewerMember] = {}
         self._pose_service: Member
         for viewer in rig.viewers:
-            people = people_of(viewer, threaded=False)
-            if rig.tracker is None:
-                self._viewers[viewer.id] = AnsweredViewer(viewer_service(viewer, rig.additions, people), network)
-            elif viewer.feedback:
-                self._viewers[viewer.id] = AnsweredViewer(silhouette_service(viewer, people), network)
-            else:
-                self._viewers[viewer.id] = SilhouetteViewer(silhouette_service(viewer, people), network)
-        if rig.tracker is None:
-            self._pose_service = Running(integrator_service(rig), network)
-        else:
-            self._pose_service = Running(tracker_service(rig), network)
+            service = service_of(rig, viewer, people_of(viewer, threaded=False))
+            # Frames are all that a viewer needs where nobody answers it: offline there is no frame rate to follow.
+            alone = all(one.topic is FRAME_RATE for one in service.subscriptions)
+            self._viewers[viewer.id] = (SilhouetteViewer if alone else AnsweredViewer)(service, network)
+        self._pose_service = Running(method_of(rig.method).new_pose_service(rig), network)
         self._others: list[Member] = []
         if rig.recognizer is not None:
             self._others.append(Running(recognizer_service(rig, model_of(rig)), network))

@@ -19,7 +19,7 @@ from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
-from zenocap.common.rig.file import TRACKER_METHODS
+from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import Actor, Images, Rendered, VideoFile
 from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_front_of, with_overrides
@@ -217,7 +217,7 @@ def with_tracker(rig: Rig, overrides: TrackerOverrides) -> Rig:
         if overrides != TrackerOverrides():
             raise UserError(
                 f"rig {rig.name}: method = {rig.method!r} has no tracker: allowed with "
-                f"{', '.join(f'--{name}' for name in vars(overrides))}: {', '.join(TRACKER_METHODS)}"
+                f"{', '.join(f'--{name}' for name in vars(overrides))}: {', '.join(tracker_methods())}"
             )
         return rig
     try:

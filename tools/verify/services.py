@@ -7,6 +7,7 @@ from typing import Generic, Protocol, TypeVar
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.messages import Message
 from zenocap.common.recording.setup_file import POSTURES_FILE, PRIOR_FILE, RecordedRig, RecordedViewer
+from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.services import MAIN, ServiceKey, kinds_of
 from zenocap.common.rig.sources import FirstFrames
 from zenocap.common.rig.two_view import Additions
@@ -81,7 +82,7 @@ def _viewers(rig: RecordedRig, path: Path, attached: Mapping[str, bytes]) -> dic
 
 
 def _integrator(rig: RecordedRig, path: Path, attached: Mapping[str, bytes]) -> dict[str, RecomputedService]:
-    if rig.tracker is not None:  # clock, log, frame rate, delays
+    if method_of(rig.method).pose_service != "integrator":  # clock, log, frame rate, delays
         return {MAIN: SteppedService(timekeeper_setup_of(rig), TimekeeperState(), _timekeeper_step)}
     setup = setup_of(rig)
     return {MAIN: SteppedService(setup, integrator.initial_state(setup), _integrator_step)}

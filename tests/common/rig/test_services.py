@@ -26,7 +26,7 @@ from zenocap.tools.warmup.parts import PARTS
 
 TWO_VIEW = replace(demo_rig("two-view"), recognizer=None)
 HYBRID = replace(TWO_VIEW, method="hybrid", tracker=tracker_spec(TrackerTable(), "hybrid", True, Path()))
-WITH_RECOGNIZER = replace(TWO_VIEW, recognizer=recognizer_spec(RecognizerTable(), "two-view", False, Path()))
+WITH_RECOGNIZER = replace(TWO_VIEW, recognizer=recognizer_spec(RecognizerTable(), "two-view", Path()))
 RIGS = (TWO_VIEW, HYBRID, WITH_RECOGNIZER)
 
 

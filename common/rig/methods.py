@@ -1,0 +1,101 @@
+"""The table of methods: how a rig finds the pose of a person."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Never, cast
+
+from zenocap.common.table import Table, attribute
+from zenocap.common.topics import (
+    PARTIAL_BAP,
+    PARTIAL_BDP,
+    SIGHTING,
+    SILHOUETTE,
+    TRACKER_BDP,
+    TRACKER_POSE,
+    UNIVERSAL_BAP,
+    UNIVERSAL_BDP,
+    Topic,
+)
+
+if TYPE_CHECKING:
+    from zenocap.common.rig.rig import Rig
+    from zenocap.common.runtime.service import Service
+
+MOST_VIEWS = 64  # of a method for any number of cameras: what a pose message can name
+
+
+@dataclass(frozen=True)
+class Method:
+    """poses, body: topics of its result.  pose_service: name of the service that publishes it.
+
+    views: fewest and most cameras.  viewer, pose: factories, "module:function": of the service of a viewer, called with
+    rig, viewer, network for people and kept background; of the pose service, called with the rig.
+    sends: topics of its viewers, the one of every frame first.
+    table: name of its table in the rig file, None without one.  second_pass: whether a take can be tracked backwards too;
+    "default": and is, unless its preset is another one.  recomputes_viewers: whether a take holds all inputs of a viewer.
+    viewer_warmup, pose_warmup: parts of `zenocap warmup` of a viewer, besides silhouettes, and of the pose service.
+    """
+
+    name: str
+    poses: Topic
+    body: Topic
+    pose_service: Literal["integrator", "tracker"]
+    views: tuple[int, int]
+    viewer: str
+    pose: str
+    sends: tuple[Topic, ...]
+    table: str | None = None
+    second_pass: Literal["never", "possible", "default"] = "never"
+    recomputes_viewers: bool = False
+    viewer_warmup: tuple[str, ...] = ()
+    pose_warmup: tuple[str, ...] = ()
+
+    @property
+    def has_tracker(self) -> bool:
+        return self.pose_service == "tracker"
+
+    def new_pose_service(self, rig: Rig) -> Service[object, object, Never]:
+        """The service that publishes the poses of a rig.  Raises as its factory does."""
+        return cast("Callable[[Rig], Service[object, object, Never]]", attribute(self.pose))(rig)
+
+
+def _with_tracker(name: str, second_pass: Literal["possible", "default"] = "possible") -> Method:
+    """A method of the tracker, which gets silhouettes."""
+    return Method(
+        name, TRACKER_POSE, TRACKER_BDP, "tracker", (2, MOST_VIEWS), "zenocap.services.viewer.shell:silhouettes",
+        "zenocap.services.tracker.shell:tracker_service", (SILHOUETTE,), "tracker", second_pass, pose_warmup=("tracker",),
+    )  # fmt: skip
+
+
+TWO_VIEW = Method(
+    "two-view", UNIVERSAL_BAP, UNIVERSAL_BDP, "integrator", (2, 2), "zenocap.services.viewer.shell:two_view",
+    "zenocap.services.integrator.shell:integrator_service", (SIGHTING, PARTIAL_BAP, PARTIAL_BDP), recomputes_viewers=True,
+    viewer_warmup=("tracking",), pose_warmup=("tracking",),
+)  # fmt: skip
+HYBRID = _with_tracker("hybrid", "default")
+IMAGE_FORCE = _with_tracker("image-force")
+PARTICLE_FILTER = _with_tracker("particle-filter")
+
+METHODS = Table(
+    Method,
+    "zenocap.methods",
+    {
+        "two-view": f"{__name__}:TWO_VIEW",
+        "hybrid": f"{__name__}:HYBRID",
+        "image-force": f"{__name__}:IMAGE_FORCE",
+        "particle-filter": f"{__name__}:PARTICLE_FILTER",
+    },
+)
+AUTO = "auto"  # the hybrid method, or two-view where a variant of it is asked for
+
+
+def method_of(name: str) -> Method:
+    """Row of a method.  Raises UserError."""
+    return METHODS.row(name)
+
+
+def tracker_methods() -> tuple[str, ...]:
+    """Names of the methods whose pose comes from the tracker."""
+    return tuple(name for name, method in METHODS.rows().items() if method.has_tracker)

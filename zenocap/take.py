@@ -17,7 +17,7 @@ from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.body.keypoints import Keypoints, keypoints
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.take_poses import Bap, Summary, envelopes_of, is_lost, limbs_of, pose_of, summary_of
+from zenocap.common.formats.take_poses import TOPICS_USED, Bap, Summary, is_lost, limbs_of, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.reader import Take as Recording
@@ -188,7 +188,7 @@ class Take:
         waiting: dict[int, Bap] = {}
         heap: list[int] = []
         newest_ns = self._summary.start_ns - 1  # of those given out
-        for envelope in envelopes_of(Recording(self.path)):
+        for envelope in Recording(self.path).envelopes(TOPICS_USED):
             bap = envelope.message
             if not isinstance(bap, UniversalBap | TrackerPose) or type(bap) is not self._summary.kind:
                 continue

@@ -13,12 +13,11 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.codec import BadMessage
 from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, lost_parts
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import Take
 from zenocap.common.topics import (
     BOTH_WAYS_POSE,
     CAMERA,
@@ -26,8 +25,6 @@ from zenocap.common.topics import (
     TRACKER_POSE,
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
-    Topic,
-    topic_at,
 )
 
 Bap: TypeAlias = m.UniversalBap | m.TrackerPose
@@ -125,7 +122,7 @@ def summary_of(path: Path, *, raw: bool = False, envelopes: Iterable[Envelope] |
     bodies: dict[type[Bap], m.Body] = {}
     frames: dict[type[Bap], dict[int, int]] = {m.UniversalBap: {}, m.TrackerPose: {}, m.BothWaysPose: {}}
     cameras: dict[str, int] = {}
-    for received in envelopes_of(take) if envelopes is None else envelopes:
+    for received in take.envelopes(TOPICS_USED) if envelopes is None else envelopes:
         match received.message:
             case m.UniversalBdp(body=found):
                 bodies[m.UniversalBap] = found
@@ -170,7 +167,7 @@ def read_poses(path: Path, *, raw: bool = False) -> Poses:
     Raises UserError for a take without poses and for a file that is not a take.
     """
     take = Take(path)
-    return poses_of(path, envelopes_of(take), take, raw=raw)
+    return poses_of(path, take.envelopes(TOPICS_USED), take, raw=raw)
 
 
 def poses_of(path: Path, envelopes: Iterable[Envelope], take: Take, *, raw: bool = False) -> Poses:
@@ -246,16 +243,3 @@ def pose_of(anatomy: Anatomy, bap: Bap) -> Pose:
     Raises ValueError for an angle that the anatomy does not have.
     """
     return Pose(np.array(bap.position, dtype=np.float64), angles_of(anatomy, bap.angles, anatomy.neutral))
-
-
-def envelopes_of(take: Take, topics: Collection[Topic] = TOPICS_USED) -> Iterable[Envelope]:
-    """Yield the messages of a take with bodies, poses and cameras, except those that this version cannot decode."""
-    for recorded in take.messages():
-        if topic_at(recorded.topic) not in topics:
-            continue
-        try:
-            received = envelope(recorded)
-        except BadMessage:
-            continue  # of another schema version
-        if received is not None:
-            yield received

@@ -1,9 +1,9 @@
 """Reader of takes, also of truncated and damaged ones: all intact messages, and a description of the losses."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 
@@ -11,7 +11,7 @@ from zenocap.common import codec
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.recording.mcap_records import ChunkEnd, Damage, Item, NotMcap, Records
-from zenocap.common.topics import topic_at
+from zenocap.common.topics import TOPICS, Topic, topic_at
 
 MAX_KEPT = 256 << 20  # bytes of metadata, attachments, schemas and channels held at once; chosen by hand
 MAX_DAMAGES = 1000  # described individually; chosen by hand
@@ -132,6 +132,25 @@ class Take:
                     self.losses.add(item)
         if self.losses:
             self.cut = f"{self.path}: {self.losses.description(count)}"
+
+    def envelopes(
+        self, topics: Collection[Topic] = TOPICS, *, invalid: Literal["skip", "raise"] = "skip"
+    ) -> Iterator[Envelope]:
+        """Decoded messages of some topics; the others are not decoded.  Raises as `messages`.
+
+        invalid: what becomes of a message that this version cannot decode; "raise": raises BadMessage.
+        """
+        for recorded in self.messages():
+            if topic_at(recorded.topic) not in topics:
+                continue
+            try:
+                received = envelope(recorded)
+            except codec.BadMessage:
+                if invalid == "raise":
+                    raise
+                continue
+            if received is not None:
+                yield received
 
 
 def items_of(path: Path, watch: Callable[[int], None] = lambda _: None) -> Iterator[Item]:

@@ -14,7 +14,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import angles_of, lost_parts
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import PoseTrack, rate_of
-from zenocap.common.formats.take_poses import TOPICS_USED, Bap, envelopes_of, is_lost, summary_of
+from zenocap.common.formats.take_poses import TOPICS_USED, Bap, is_lost, summary_of
 from zenocap.common.messages import TrackerPose, UniversalBap
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.summary import read_summary
@@ -117,7 +117,7 @@ def _read(path: Path, raw: bool, stopped: Stopped, rows: dict[type[Bap], dict[in
     Raises ReadingStopped, and UserError.
     """
     names: dict[tuple[str, ...], tuple[str, ...]] = {}  # one object each
-    for envelope in envelopes_of(Take(path), _topics(path, raw)):
+    for envelope in Take(path).envelopes(_topics(path, raw)):
         if stopped():
             raise ReadingStopped
         bap = envelope.message

@@ -9,11 +9,9 @@ import numpy as np
 
 from zenocap.common import messages as m
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.codec import BadMessage
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline, outline_of
-from zenocap.common.recording.reader import Take, envelope
-from zenocap.common.topics import topic_at
+from zenocap.common.recording.reader import Take
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.tools.calibration.drift import Drift, drift_of
 from zenocap.tools.calibration.parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
@@ -25,14 +23,7 @@ from zenocap.tools.verdict.view_figures import camera_of
 
 def messages_of(path: Path) -> Iterator[m.Message]:
     """The messages of a take that the check needs.  Raises UserError for a file that is no take."""
-    for recorded in Take(path).messages():
-        if recorded.encoding == "msgpack" and topic_at(recorded.topic) in USED:
-            try:
-                received = envelope(recorded)
-            except BadMessage:  # damaged
-                continue
-            if received is not None:
-                yield received.message
+    return (received.message for received in Take(path).envelopes(USED))
 
 
 def take_drift(path: Path, messages: Iterable[m.Message]) -> tuple[Drift, dict[str, Camera]]:

@@ -4,7 +4,7 @@ The take of the forward pass is complete before the second pass begins, and stay
 passes is complete and replaces it.  The silhouettes are read from the take, a chunk at a time; in memory are the poses.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,12 +21,12 @@ from zenocap.common.conversion import angles_by_name, bdp_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.opening import new_recording
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.rig import Rig
-from zenocap.common.topics import BOTH_WAYS_POSE, TOPICS, TRACKER_BDP, TRACKER_POSE, Topic, topic_at
+from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_BDP, TRACKER_POSE
 from zenocap.services.tracker.both_ways.backward import (
     Decided,
     with_fixed_body,
@@ -126,7 +126,7 @@ def with_both_ways(
         recording = open_take(unfinished)
         with closing(recording):
             written = 0
-            for received in _envelopes(take):
+            for received in Take(take).envelopes(invalid="raise"):
                 end_ns = received.received_ns
                 if isinstance(received.message, m.Verdict):  # of the forward pass
                     continue
@@ -218,7 +218,7 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
     poses: dict[int, ForwardPose] = {}
     views: dict[tuple[str, ...], tuple[str, ...]] = {}  # equal ones are stored once
     body: Bdp | None = None
-    for received in _envelopes(take, (TRACKER_POSE, TRACKER_BDP)):
+    for received in Take(take).envelopes((TRACKER_POSE, TRACKER_BDP), invalid="raise"):
         match received.message:
             case m.TrackerPose() as one:
                 used = views.setdefault(tuple(one.views), tuple(one.views))
@@ -226,13 +226,3 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
             case m.TrackerBdp(body=found):
                 body = bdp_of(setup.anatomy, found)
     return [poses[captured_ns] for captured_ns in sorted(poses)], body
-
-
-def _envelopes(take: Path, topics: Sequence[Topic] = TOPICS) -> Iterator[Envelope]:
-    """Messages of some topics; the others are not decoded."""
-    for recorded in Take(take).messages():
-        if topic_at(recorded.topic) not in topics:
-            continue
-        received = envelope(recorded)
-        if received is not None:
-            yield received

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from zenocap.common.messages import Message
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import CAMERA
@@ -23,7 +23,7 @@ def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[
     clock, inputs = ManualClock(EPOCH_NS), Inputs()
     with limited_threads(jobs), Lookahead(jobs) as lookahead:
         sources = {id: lookahead.ahead(frames) for id, frames in opened(rig, clock, inputs).items()}
-        received = (found for recorded in Take(take).messages() if (found := envelope(recorded)) is not None)
+        received = Take(take).envelopes(invalid="raise")
         following = next(received, None)
         for frames in inputs.frame_sets(sources, tolerance_ns(rig)):
             now_ns = max(frame.captured_ns for frame in frames.values())

@@ -14,7 +14,7 @@ from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import (
     PARAMETERS_FILE,
     POSTURES_FILE,
@@ -72,7 +72,7 @@ def retrack(
     ValueError for another prior or model than the recorded one.
     """
     take = Take(source)
-    received = (found for recorded in take.messages() if (found := envelope(recorded)) is not None)
+    received = take.envelopes(invalid="raise")
     first = next(received, None)
     if first is None:
         raise UserError(f"{source}: no message of zenocap in it")

@@ -1,7 +1,6 @@
 """The verdict on a take: classes of its stretches and of the whole, with reasons."""
 
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -9,8 +8,7 @@ from typing import Literal
 import numpy as np
 
 from zenocap.common import messages as m
-from zenocap.common.codec import BadMessage
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import Take
 from zenocap.common.topics import (
     BOTH_WAYS_POSE,
     CAMERA,
@@ -20,7 +18,6 @@ from zenocap.common.topics import (
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
     VERDICT,
-    topic_at,
 )
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.features import Stretch, stretches_of
@@ -123,30 +120,15 @@ class TakeVerdict:
 def evidence_in(path: Path) -> Evidence:
     """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
     evidence = Evidence()
-    for recorded in Take(path).messages():
-        topic = topic_at(recorded.topic) if recorded.encoding == "msgpack" else None
-        if topic not in USED:
-            continue
-        with suppress(BadMessage):
-            received = envelope(recorded)
-            if received is not None:
-                evidence.add(received.message)
+    for received in Take(path).envelopes(USED):
+        evidence.add(received.message)
     return evidence
 
 
 def verdict_in(path: Path) -> TakeVerdict:
     """The verdict that a take has, or else that on its messages.  Raises UserError for a file that is no take."""
     evidence = Evidence()
-    for recorded in Take(path).messages():
-        topic = topic_at(recorded.topic) if recorded.encoding == "msgpack" else None
-        if topic not in (*USED, VERDICT):
-            continue
-        try:
-            received = envelope(recorded)
-        except BadMessage:
-            continue
-        if received is None:
-            continue
+    for received in Take(path).envelopes((*USED, VERDICT)):
         if isinstance(received.message, m.Verdict):
             return TakeVerdict(received.message, stored=True)
         evidence.add(received.message)

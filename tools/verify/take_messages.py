@@ -5,11 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
-from zenocap.common.recording.reader import Take, envelope
+from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig, read_setup
 from zenocap.common.topics import Queueing
 
@@ -32,13 +31,7 @@ def first_trace_ns(path: Path) -> int:
 def messages_of(take: Take) -> Iterator[Envelope]:
     """Valid messages of zenocap, without those that a part repeats from the parts before."""
     number = 0
-    for recorded in take.messages():
-        try:
-            received = envelope(recorded)
-        except codec.BadMessage:
-            continue  # cannot be an input of a service
-        if received is None:
-            continue
+    for received in take.envelopes():  # what cannot be decoded cannot be an input of a service
         number += 1
         part = take.metadata.get("part", {})
         if part.get("number", "1") != "1" and number <= int(part.get("repeated", "0")):

@@ -7,10 +7,9 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Image
-from zenocap.common.codec import BadMessage
 from zenocap.common.messages import Posture
-from zenocap.common.recording.reader import Take, envelope
-from zenocap.common.topics import POSTURE, topic_at
+from zenocap.common.recording.reader import Take
+from zenocap.common.topics import POSTURE
 from zenocap.services.animator.parameters import CAPTION_HEIGHT_PX, FONT_OVERSAMPLING
 from zenocap.services.animator.render.theme import Bgr, Theme, bgr
 
@@ -80,14 +79,8 @@ class PostureSpan:
 def read_labels(take: Path) -> tuple[PostureSpan, ...]:
     """Return the recognized postures of a take, by their start.  Raises UserError."""
     found = []
-    for recorded in Take(take).messages():
-        if topic_at(recorded.topic) is not POSTURE:
-            continue
-        try:
-            received = envelope(recorded)
-        except BadMessage:
-            continue  # of a version that this one cannot read
-        if received is not None and isinstance(received.message, Posture) and received.message.label is not None:
+    for received in Take(take).envelopes([POSTURE]):
+        if isinstance(received.message, Posture) and received.message.label is not None:
             found.append(PostureSpan(received.message.label, received.message.start_ns, received.message.end_ns))
     return tuple(sorted(found, key=lambda span: span.start_ns))
 

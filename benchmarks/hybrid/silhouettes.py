@@ -19,8 +19,8 @@ from zenocap.common.messages import Silhouette
 from zenocap.common.rig.rig import Rig, Viewer, load_rig
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service import Stepper
 from zenocap.common.vision.mask_codec import unpack
-from zenocap.services.viewer import silhouette_step
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.playback import Playback
@@ -116,15 +116,13 @@ def _silhouettes(rig: Rig) -> Iterator[Instant]:
     """Silhouettes of all viewers, grouped by capture time as in `zenocap track`."""
     cv2.setNumThreads(1)
     clock = ManualClock(EPOCH_NS)
-    services = {viewer.id: silhouette_service(viewer) for viewer in rig.viewers}
-    states: dict[str, silhouette_step.State] = {id: service.state for id, service in services.items()}
+    steppers = {viewer.id: Stepper(silhouette_service(viewer)) for viewer in rig.viewers}
     sources = {viewer.id: open_source(viewer, Playback(EPOCH_NS, clock, live=False)) for viewer in rig.viewers}
     inputs = Inputs()
     for frames in inputs.frame_sets(sources, tolerance_ns(rig)):
         masks: dict[str, Bytes] = {}
         for id, frame in frames.items():
-            states[id], messages = silhouette_step.step(services[id].setup, states[id], frame)
-            for message in messages:
+            for message in steppers[id].step(frame):
                 if isinstance(message, Silhouette):
                     masks[id] = np.packbits(unpack(message.size, message.region, message.data) != 0, axis=1)
         if masks:

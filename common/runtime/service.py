@@ -46,7 +46,9 @@ class Subscription:
 
 @dataclass(frozen=True)
 class Service(Generic[Setup, State, F]):
-    """name, id: as in its health and liveliness.  phase: of the state, for programs; describe: text for display.  count:
+    """initial: makes the first state, a new one each time.
+
+    name, id: as in its health and liveliness.  phase: of the state, for programs; describe: text for display.  count:
     counters of the state.
 
     tick_ns: period of Ticks, 0 for never.  keeps_time: this is the integrator, whose clock the others use.
@@ -62,7 +64,7 @@ class Service(Generic[Setup, State, F]):
     name: str
     id: str
     setup: Setup
-    state: State
+    initial: Callable[[], State]
     step: Step[Setup, State, F]
     subscriptions: tuple[Subscription, ...] = ()
     describe: Callable[[State], str] = lambda state: type(state).__name__
@@ -84,6 +86,23 @@ class TooManyFailures(Exception):
     """The step failed `max_failures` times in a row."""
 
 
+class Stepper(Generic[Setup, State, F]):
+    """A service's pure step and its state: no bus, no clock."""
+
+    def __init__(self, service: Service[Setup, State, F]) -> None:
+        self._service = service
+        self.state = service.initial()
+
+    def restart(self) -> None:
+        """Return to the initial state."""
+        self.state = self._service.initial()
+
+    def step(self, event: Event[F]) -> Sequence[Message]:
+        """Messages published for an input.  Raises as the step does, and then keeps the state before it."""
+        self.state, messages = self._service.step(self._service.setup, self.state, event)
+        return messages
+
+
 class Runner(Generic[Setup, State, F]):
     """One service on one bus: its state and the handling of one event.  Used by `run`, and directly offline."""
 
@@ -91,12 +110,16 @@ class Runner(Generic[Setup, State, F]):
         self.service = service
         self.bus = bus
         self.clock = clock
-        self.state = service.state
+        self._stepper = Stepper(service)
         self.meter = Meter(service.name, service.id)
         self._trace = Trace(service.name, service.id)
         self._failures = 0
         self._frame = -1
         self._log_once = OncePerSource(logger)
+
+    @property
+    def state(self) -> State:
+        return self._stepper.state
 
     def subscribe(self) -> None:
         for subscription in self.service.subscriptions:
@@ -116,7 +139,7 @@ class Runner(Generic[Setup, State, F]):
             self._trace.add(event)
         started_ns = self.clock.elapsed_ns()
         try:
-            self.state, messages = self.service.step(self.service.setup, self.state, event)
+            messages = self._stepper.step(event)
         except Exception as error:  # one bad frame must not end a take; the previous state is kept
             self._failures += not isinstance(event, Envelope)
             self.meter.counts["step_errors"] += 1

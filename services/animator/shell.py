@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Never
 
@@ -53,7 +54,7 @@ def animator_service(
         "animator",
         ID,
         setup,
-        initial_state(setup),
+        partial(initial_state, setup),
         observed_step,
         tuple(Subscription(topic) for topic in TOPICS),
         lambda state: f"{describe(state)}{health_text()}",

@@ -1,6 +1,7 @@
 """Process of the integrator: rig, bus, log, service loop."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Never, TypeVar
 
@@ -51,13 +52,17 @@ LOSS = 3  # exit status: completed, but the log is incomplete
 
 def integrator_service(rig: Rig) -> Service[Setup, State, Never]:
     """Integrator of a rig.  Raises ValueError for cameras that do not suit the method."""
-    setup = setup_of(recorded_rig(rig))
+    return service_of(setup_of(recorded_rig(rig)))
+
+
+def service_of(setup: Setup) -> Service[Setup, State, Never]:
+    """Service of the integrator of a method without a tracker."""
     topics = (SIGHTING, PARTIAL_BDP, PARTIAL_BAP, REQUEST, FRAME_RATE)
     return Service(
         "integrator",
         ID,
         setup,
-        initial_state(setup),
+        partial(initial_state, setup),
         step,
         (*(Subscription(topic) for topic in topics), Subscription(HEALTH, names={"service": "viewer"})),
         describe,
@@ -78,8 +83,13 @@ def _recovers(state: State) -> tuple[Topic, ...]:
 
 def timekeeper_service(rig: Rig) -> Service[TimekeeperSetup, TimekeeperState, Never]:
     """Integrator of a rig with a tracker: clock, frame rate under overload, delays of the cameras, and the log."""
+    return timekeeper_of(recorded_rig(rig))
+
+
+def timekeeper_of(rig: RecordedRig) -> Service[TimekeeperSetup, TimekeeperState, Never]:
+    """The same of a rig that was recorded in a take."""
     text = f"method {rig.method}: clock and log; the pose comes from the tracker"
-    setup = timekeeper_setup_of(recorded_rig(rig))
+    setup = timekeeper_setup_of(rig)
 
     def describe_timekeeper(state: TimekeeperState) -> str:
         more = timekeeper.describe(setup, state)
@@ -89,7 +99,7 @@ def timekeeper_service(rig: Rig) -> Service[TimekeeperSetup, TimekeeperState, Ne
         "integrator",
         ID,
         setup,
-        TimekeeperState(),
+        TimekeeperState,
         timekeeper.step,
         (
             *(Subscription(HEALTH, names={"service": name}) for name in ("viewer", "tracker")),

@@ -5,6 +5,7 @@ import logging
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Never
 
@@ -45,7 +46,8 @@ def recognizer_service(rig: Rig, model: PostureModel) -> Service[Setup, State, N
 def service_of(setup: Setup) -> Service[Setup, State, Never]:
     """Service of a recognizer."""
     topics = (Subscription(SOURCES[setup.source]),)
-    return Service("recognizer", ID, setup, initial_state(setup), step, topics, describe, counts, phase_of, result=Posture)
+    initial = partial(initial_state, setup)
+    return Service("recognizer", ID, setup, initial, step, topics, describe, counts, phase_of, result=Posture)
 
 
 def setup_of(rig: RecordedRig, model: PostureModel) -> Setup:

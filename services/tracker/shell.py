@@ -4,6 +4,7 @@ import hashlib
 import logging
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Never, get_args
 
@@ -68,7 +69,7 @@ def service_of(setup: Setup) -> Service[Setup, State, Never]:
         "tracker",
         ID,
         setup,
-        initial_state(setup),
+        partial(initial_state, setup),
         step,
         topics,
         describe,

@@ -69,7 +69,7 @@ def viewer_service(
     setup.level.warp(np.zeros(viewer.camera.size[::-1], np.uint8))  # its tables are made now, not at the first frame
     subscriptions = tuple(map(Subscription, (ASSIGNMENT, UNIVERSAL_BDP, UNIVERSAL_BAP, FRAME_RATE)))
     return Service(
-        "viewer", viewer.id, setup, initial_state(setup), step, subscriptions, describe, phase=phase_of,
+        "viewer", viewer.id, setup, partial(initial_state, setup), step, subscriptions, describe, phase=phase_of,
         answers=partial(answered_frame, viewer.id),
     )  # fmt: skip
 
@@ -89,7 +89,7 @@ def silhouette_service(
         "viewer",
         viewer.id,
         setup,
-        watching.initial_state(setup),
+        partial(watching.initial_state, setup),
         watching.step,
         (Subscription(FRAME_RATE), *fed),
         describe=watching.describe,

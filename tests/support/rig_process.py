@@ -101,7 +101,7 @@ def main(role: str, endpoint: str, *arguments: str) -> int:
                 match role:
                     case "viewer":
                         id, rate = arguments
-                        service = Service("viewer", id, id, 0, viewer_step)
+                        service = Service("viewer", id, id, lambda: 0, viewer_step)
                         return run(service, bus, clock, images(float(rate)), stopped)
                     case "integrator":
                         (path,) = arguments
@@ -110,7 +110,7 @@ def main(role: str, endpoint: str, *arguments: str) -> int:
                         recorder.start()
                         try:
                             answering: Service[None, int, Image] = Service(
-                                "integrator", "main", None, 0, integrator_step, topics, keeps_time=True
+                                "integrator", "main", None, lambda: 0, integrator_step, topics, keeps_time=True
                             )
                             return run(answering, bus, clock, stopped=stopped, extra_counts=recorder.counts)
                         finally:

@@ -15,6 +15,7 @@ from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer, load_rig
 from zenocap.common.rig.sources import Rendered
 from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service import Stepper
 from zenocap.common.topics import PARTIAL_BAP, SIGHTING, SILHOUETTE
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.shell import silhouette_service
@@ -122,13 +123,11 @@ def _collect(bus: LocalBus, last: dict[str, RecordedMessages]) -> None:
 def _silhouettes(rig: Rig, watch: Callable[[int, int], None]) -> Iterator[tuple[RecordedMessages, ...]]:
     """Messages by viewer, silhouettes only."""
     for number, viewer in enumerate(rig.viewers):
-        service = silhouette_service(viewer)
-        state, recorded = service.state, []
+        stepper, recorded = Stepper(silhouette_service(viewer)), []
         for frame in _learning_then_all(viewer):
-            state, messages = service.step(service.setup, state, frame)
             recorded += [
                 RecordedMessages(message)
-                for message in messages
+                for message in stepper.step(frame)
                 if isinstance(message, Silhouette) and frame.frame >= LEARNING_FRAMES
             ]
         watch(number + 1, len(rig.viewers))

@@ -92,7 +92,7 @@ def run_stand_in(viewer: Viewer, rig: str, epoch_ns: int, options: ZenohOptions)
     """Run until stopped; return the exit status.  rig: its name.  Raises BusError and OSError."""
     setup, clock = Setup(viewer.id, read_messages(messages_file(viewer)), viewer.fps), RealClock()
     service: Service[Setup, DueFrame | None, DueFrame] = Service(
-        "viewer", viewer.id, setup, None, step, (Subscription(ASSIGNMENT), Subscription(FRAME_RATE)),
+        "viewer", viewer.id, setup, lambda: None, step, (Subscription(ASSIGNMENT), Subscription(FRAME_RATE)),
         describe=lambda _: "stand-in",
     )  # fmt: skip
     with stop_signals(with_parent=True) as stopped, ZenohBus.open(options, rig, clock, stopped) as bus:
@@ -112,7 +112,7 @@ def run_subscriber(rig: str, id: str, priority: Priority, options: ZenohOptions)
         "subscriber",
         id,
         None,
-        0,
+        lambda: 0,
         _count,
         topics,
         describe=lambda count: f"{count} messages",

@@ -104,7 +104,7 @@ class SilhouetteViewer(Running[Setup, State, Frame]):
         )  # of frames still to process
 
     def read(self, frames: Iterator[Frame]) -> Iterator[Frame]:
-        state = self._service.state
+        state = self._service.initial()
         for frame in frames:
             try:
                 state, messages = self._service.step(self._service.setup, state, frame)

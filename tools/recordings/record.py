@@ -142,7 +142,7 @@ class _Progress:
 def _wait(selection: RecordingSelection, bus: Bus, clock: Clock, id: str, log: Log, ended: Callable[[], bool]) -> int:
     if selection.rig is not None:
         service: Service[None, None, Never] = Service(
-            "recorder", id, None, None, _no_step, describe=lambda _: f"recording {selection.expression}"
+            "recorder", id, None, lambda: None, _no_step, describe=lambda _: f"recording {selection.expression}"
         )
         return run(service, bus, clock, stopped=ended, extra_counts=log.counts)
     while not ended():

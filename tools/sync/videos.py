@@ -14,9 +14,9 @@ from zenocap.common.messages import Silhouette
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import VideoFile
 from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service import Stepper
 from zenocap.common.video.reader import VideoReader
 from zenocap.common.vision.mask_codec import unpack
-from zenocap.services.viewer import silhouette_step
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -40,8 +40,7 @@ def outlines_of(
     found: dict[str, list[Outline]] = {}
     try:
         for id, viewer in viewers.items():
-            service, outlines = silhouette_service(viewer), found.setdefault(id, [])
-            state: silhouette_step.State = service.state
+            stepper, outlines = Stepper(silhouette_service(viewer)), found.setdefault(id, [])
             frames = open_source(viewer, Playback(0, ManualClock(0), live=False))
             while True:
                 try:
@@ -50,8 +49,7 @@ def outlines_of(
                     break  # a cut file: what was read of it counts
                 if frame is None or frame.captured_ns > seconds * 1e9:
                     break
-                state, messages = silhouette_step.step(service.setup, state, frame)
-                for message in messages:
+                for message in stepper.step(frame):
                     if isinstance(message, Silhouette) and message.data:
                         mask = unpack(message.size, message.region, message.data)
                         if (outline := outline_of(viewer.camera, mask, frame.captured_ns / 1e9)) is not None:

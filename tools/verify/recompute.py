@@ -25,7 +25,7 @@ from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of
 from zenocap.tools.verify.both_ways import verify_both_ways
 from zenocap.tools.verify.result import Difference, Reason, Verification, difference
-from zenocap.tools.verify.services import Event, RecomputedService, services_of
+from zenocap.tools.verify.services import Event, Recomputed, is_learning, services_of
 from zenocap.tools.verify.take_messages import DERIVED, MessageStore, first_trace_ns, messages_of, setup_in
 from zenocap.tools.verify.verdict import verify_verdict
 
@@ -37,7 +37,7 @@ UPDATE_EVERY = 256  # messages between two calls of `watch`
 class _Recomputed:
     """A service and the number of its next input, None while inputs are missing."""
 
-    service: RecomputedService
+    service: Recomputed
     next: int | None = None
 
 
@@ -158,7 +158,7 @@ class _Check:
     def _add_reason(self, name: ServiceKey, text: str) -> None:
         self.found.reasons.append(Reason(name, text))
 
-    def _event(self, name: ServiceKey, service: RecomputedService, entry: str, time_ns: int) -> Event:
+    def _event(self, name: ServiceKey, service: Recomputed, entry: str, time_ns: int) -> Event:
         """Input of one entry of a trace.  Raises MissingInput."""
         kind, _, subject = entry.partition("/")
         if entry == TICK:
@@ -173,9 +173,9 @@ class _Check:
             raise MissingInput(f"its input {entry} of {time_ns} is not in the take")
         return logged.received
 
-    def _masked(self, viewer: str, service: RecomputedService, time_ns: int) -> SegmentedFrame:
+    def _masked(self, viewer: str, service: Recomputed, time_ns: int) -> SegmentedFrame:
         """A frame with the recorded silhouette in place of the image.  Raises MissingInput."""
-        if service.learning:
+        if is_learning(service):
             return SegmentedFrame(0, time_ns, None)
         silhouette = self._store.message(SILHOUETTE.at(self.rig.name, viewer=viewer), time_ns)
         if isinstance(silhouette, Silhouette):
@@ -191,7 +191,7 @@ class _Check:
             raise MissingInput("its silhouettes are not in the take, because its rig has silhouette = false")
         raise MissingInput(f"its silhouette of {time_ns} is not in the take")
 
-    def _step(self, service: RecomputedService, event: Event) -> None:
+    def _step(self, service: Recomputed, event: Event) -> None:
         try:
             messages = service.step(event)
         except Exception:  # live, a step that fails publishes nothing and keeps the state before

@@ -44,7 +44,7 @@ def test_timekeeper_publishes_the_full_frame_rate_and_nothing_else_while_no_view
     assert {subscription.topic for subscription in service.subscriptions} == {
         HEALTH, FRAME_RATE, TRACKER_DETAIL, CAMERA_DELAYS, SILHOUETTE,
     }  # fmt: skip
-    state, published = service.state, []
+    state, published = service.initial(), []
     for second in range(1, 10):
         state, messages = service.step(service.setup, state, Tick(second * 10**9))
         published += messages

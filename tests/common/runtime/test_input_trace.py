@@ -62,7 +62,7 @@ def test_a_runner_publishes_full_traces_at_once_and_the_rest_on_request() -> Non
     network = LocalNetwork("test", ManualClock(9))
     reader = network.bus()
     reader.subscribe(HANDLED)
-    service: Service[None, int, Picture] = Service("counter", "1", None, 0, lambda _, state, event: (state + 1, ()))
+    service: Service[None, int, Picture] = Service("counter", "1", None, lambda: 0, lambda _, state, event: (state + 1, ()))
     runner = Runner(service, network.bus(), network.clock)
     for k in range(FULL + 3):
         runner.handle(Picture(k, 100 + k))
@@ -84,7 +84,7 @@ def test_an_event_of_a_failed_step_is_in_the_trace() -> None:
     network = LocalNetwork("test", ManualClock(9))
     reader = network.bus()
     reader.subscribe(HANDLED)
-    runner = Runner(Service("counter", "1", None, 0, fail), network.bus(), network.clock)
+    runner = Runner(Service("counter", "1", None, lambda: 0, fail), network.bus(), network.clock)
     runner.handle(Tick(5))
     runner.report_handled()
     event = reader.receive()

@@ -56,7 +56,7 @@ def step(setup: Setup, state: RecordedEvents, event: Event[Image]) -> tuple[Reco
 
 def viewer(**changes: object) -> Service[Setup, RecordedEvents, Image]:
     service: Service[Setup, RecordedEvents, Image] = Service(
-        "viewer", "1", Setup(), RecordedEvents(), step, (Subscription(UNIVERSAL_BAP),), watch_alive=True
+        "viewer", "1", Setup(), RecordedEvents, step, (Subscription(UNIVERSAL_BAP),), watch_alive=True
     )
     return replace(service, **changes)
 
@@ -122,7 +122,7 @@ def test_failures_on_received_messages_do_not_end_a_service() -> None:
         return state + 1, []
 
     network = LocalNetwork("studio", ManualClock(1))
-    service: Service[None, int, Image] = Service("viewer", "1", None, 0, refuse)
+    service: Service[None, int, Image] = Service("viewer", "1", None, lambda: 0, refuse)
     runner = Runner(service, network.bus(), ManualClock(1))
     for frame in range(100):
         runner.handle(Envelope("key", UNIVERSAL_BAP, bap(frame), 1))
@@ -312,7 +312,7 @@ def deferring_step(_: Setup, state: DeferredWork, event: Event[Image]) -> tuple[
 
 def test_deferred_work_starts_when_all_messages_are_received(network: LocalNetwork) -> None:
     service: Service[Setup, DeferredWork, Image] = Service(
-        "tracker", "main", Setup(), DeferredWork(), deferring_step, (Subscription(UNIVERSAL_BAP, every=True),),
+        "tracker", "main", Setup(), DeferredWork, deferring_step, (Subscription(UNIVERSAL_BAP, every=True),),
         pending=lambda state: bool(state.waiting), result=m.Sighting, describe=lambda state: f"{state.done}",
     )  # fmt: skip
     bus, others = network.bus(), network.bus()

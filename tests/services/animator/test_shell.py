@@ -23,7 +23,7 @@ def test_page_and_outputs_get_the_same_poses(smooth: str) -> None:
     rig = replace(demo_rig("two-view"), animator=AnimatorTable(smooth=smooth))
     seen: list[Envelope] = []
     service = animator_service(rig, on_message=seen.append)
-    state, changed = service.state, 0
+    state, changed = service.initial(), 0
     for message in raw:
         state, published = service.step(service.setup, state, received(message, message.captured_ns))
         assert list(published) == []

@@ -89,7 +89,7 @@ def test_a_track_starts_in_the_first_images_of_seven_large_views(tmp_path: Path,
     record_messages(recording_rig_file(tmp_path, plan))
     rig = load_rig(rig_files(tmp_path, plan)[0])
     service = tracker_service(rig)
-    state = service.state
+    state = service.initial()
     films = {viewer.id: read_messages(messages_file(viewer)) for viewer in rig.viewers}
     for image in range(0, 16, 2):
         for viewer, each in films.items():

@@ -1,6 +1,6 @@
 """Messages that viewers publish for the films, recorded beforehand for the stand-ins."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,7 +8,6 @@ import msgspec
 
 from zenocap.common import codec
 from zenocap.common.arrays import Bytes
-from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import PartialBap, Sighting, Silhouette
 from zenocap.common.rig.methods import method_of
@@ -16,12 +15,13 @@ from zenocap.common.rig.rig import Rig, Viewer, load_rig
 from zenocap.common.rig.sources import Rendered
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import Stepper
+from zenocap.common.session.session import Session
 from zenocap.common.topics import PARTIAL_BAP, SIGHTING, SILHOUETTE
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.rendered import opened
 from zenocap.tools.load_test.scene import FILM_FPS
-from zenocap.tools.recordings.offline import Offline
+from zenocap.tools.recordings.members import cameras, members
 
 LEARNING_FRAMES = 12  # repetitions of the first image, to learn the background and find the pose
 EPOCH_NS = 1_000_000_000_000
@@ -86,18 +86,14 @@ def _pictures(viewer: Viewer) -> Bytes:
 def _tracked(rig: Rig, watch: Callable[[int, int], None]) -> Iterable[tuple[RecordedMessages, ...]]:
     """Messages by viewer, with sightings and partial BAPs, as published together with an integrator."""
     clock = ManualClock(EPOCH_NS)
-    network = LocalNetwork(rig.name, clock)
-    offline, bus = Offline(rig, network), network.bus()
-    for topic in (SILHOUETTE, SIGHTING, PARTIAL_BAP):
-        bus.subscribe(topic, every=True)
-    offline.publish_cameras(EPOCH_NS)
+    session = Session(rig.name, clock, members(rig), (SILHOUETTE, SIGHTING, PARTIAL_BAP))
+    for camera in cameras(rig, EPOCH_NS):
+        session.publish(camera)
     count = LEARNING_FRAMES + len(_pictures(rig.viewers[0]))
     recorded: dict[str, list[RecordedMessages]] = {viewer.id: [] for viewer in rig.viewers}
     last: dict[str, RecordedMessages] = {}
     for index, frames in enumerate(zip(*(_learning_then_all(viewer) for viewer in rig.viewers), strict=True)):
-        clock.set(frames[0].captured_ns)
-        offline.process({viewer.id: frame for viewer, frame in zip(rig.viewers, frames, strict=True)})
-        _collect(bus, last)
+        _collect(session.frames({viewer.id: frame for viewer, frame in zip(rig.viewers, frames, strict=True)}), last)
         if index >= LEARNING_FRAMES:
             for viewer, messages in recorded.items():
                 messages.append(last[viewer])
@@ -107,16 +103,16 @@ def _tracked(rig: Rig, watch: Callable[[int, int], None]) -> Iterable[tuple[Reco
     return [tuple(messages) for messages in recorded.values()]
 
 
-def _collect(bus: LocalBus, last: dict[str, RecordedMessages]) -> None:
-    while (event := bus.receive()) is not None:
-        match event:
-            case Envelope(message=Silhouette() as silhouette):
+def _collect(received: Sequence[Envelope], last: dict[str, RecordedMessages]) -> None:
+    for envelope in received:
+        match envelope.message:
+            case Silhouette() as silhouette:
                 last[silhouette.viewer] = replace(
                     last.get(silhouette.viewer) or RecordedMessages(silhouette), silhouette=silhouette
                 )
-            case Envelope(message=Sighting() as sighting):
+            case Sighting() as sighting:
                 last[sighting.viewer] = replace(last[sighting.viewer], sighting=sighting)
-            case Envelope(message=PartialBap() as bap):
+            case PartialBap() as bap:
                 last[bap.viewer] = replace(last[bap.viewer], bap=bap)
 
 

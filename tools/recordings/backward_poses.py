@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from zenocap.common.body.definition import Bdp
+from zenocap.common.session.lookahead import Lookahead
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.both_ways.backward import (
     Backward,
@@ -20,7 +21,6 @@ from zenocap.services.tracker.parameters import MIN_VIEWS
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import rooted_pose
 from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks
-from zenocap.tools.recordings.lookahead import Lookahead
 
 
 def two_poses_of(

@@ -26,6 +26,7 @@ from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.session.lookahead import Lookahead, limited_threads
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_BDP, TRACKER_POSE
 from zenocap.services.tracker.both_ways.backward import (
     Decided,
@@ -38,7 +39,6 @@ from zenocap.services.tracker.states import Setup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.recordings.backward_poses import two_poses_of
 from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, scenes_backwards
-from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, available_cores, record_verdict, track
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of

@@ -7,10 +7,10 @@ from zenocap.common.messages import Message
 from zenocap.common.recording.reader import Take
 from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.session.lookahead import Lookahead, limited_threads
 from zenocap.common.topics import CAMERA
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.inputs import Inputs
-from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
 from zenocap.tools.recordings.track import TrackedFrameSet, available_cores, opened, tolerance_ns
 
 

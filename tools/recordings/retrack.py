@@ -4,13 +4,13 @@ Everything that the viewers published is copied byte for byte, at its own time, 
 again: with the set-up of the take itself, a take of `zenocap track` becomes itself again.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import cast
 
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
-from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.errors import UserError
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
@@ -27,7 +27,9 @@ from zenocap.common.recording.setup_file import (
 from zenocap.common.recording.writer import Attachment, Recording, RecordingError, no_conversion
 from zenocap.common.rig.services import MAIN, ServiceKey
 from zenocap.common.runtime.clock import ManualClock
+from zenocap.common.runtime.service import Service
 from zenocap.common.runtime.service_info import versions
+from zenocap.common.session.session import Session
 from zenocap.common.topics import (
     BOTH_WAYS_POSE,
     CAMERA,
@@ -46,8 +48,8 @@ from zenocap.common.topics import (
 )
 from zenocap.services.recognizer import shell as recognizer_shell
 from zenocap.services.tracker import shell as tracker_shell
+from zenocap.services.viewer.frame import Frame
 from zenocap.tools.parameters import service_parameters
-from zenocap.tools.recordings.offline import Member, Running
 from zenocap.tools.recordings.track import record_verdict
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of
@@ -77,16 +79,14 @@ def retrack(
     if first is None:
         raise UserError(f"{source}: no message of zenocap in it")
     clock = ManualClock(first.received_ns)
-    network = LocalNetwork(rig.name, clock)
-    services = _services(source, rig, take.attachments, network)
-    recorder, bus = network.bus(), network.bus()
-    for topic in OUTPUTS:
-        recorder.subscribe(topic, every=True)
+    services = _services(source, rig, take.attachments)
+    session = Session(rig.name, clock, services, OUTPUTS)
+    again = {(one.name, one.id) for one in services}
     recording, evidence = open_take(), Evidence()
     with closing(recording):
 
-        def record() -> None:
-            for one in _received(recorder):
+        def record(made: Sequence[Envelope]) -> None:
+            for one in made:
                 recording.record(one)
                 evidence.add(one.message)
                 on_message(one.message)
@@ -96,21 +96,15 @@ def retrack(
             service = service_at(one.key)
             if one.topic in (BOTH_WAYS_POSE, VERDICT):
                 continue
-            if service in services:
+            if service in again:
                 if one.topic is HANDLED:
-                    services[service].report_handled()
-                    record()
+                    record(session.report(service))
                 continue
             recording.record(one)
             evidence.add(one.message)
             if one.topic in INPUTS:
-                bus.forward(one.topic, one.key, one.data)
-                while any([member.drain() for member in services.values()]):
-                    pass
-                record()
-        for member in services.values():
-            member.report_handled()
-        record()
+                record(session.replay(one))
+        record(session.report())
         record_verdict(recording, rig.name, verdict_of(evidence), clock.now_ns())
     if recording.failure:
         raise RecordingError(recording.failure)
@@ -154,26 +148,17 @@ def has_foxglove(path: Path) -> bool:
     return False
 
 
-def _services(
-    source: Path, rig: RecordedRig, attached: Mapping[str, bytes], network: LocalNetwork
-) -> dict[ServiceKey, Member]:
+def _services(source: Path, rig: RecordedRig, attached: Mapping[str, bytes]) -> list[Service[object, object, Frame]]:
     """The services that run again; the recognizer only where its model is in the take."""
     setup = tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, source, attached.get(PRIOR_FILE)))
-    services: dict[ServiceKey, Member] = {TRACKER: Running(tracker_shell.service_of(setup), network)}
+    services: list[object] = [tracker_shell.service_of(setup)]
     if rig.recognizer is not None and rig.recognizer.source == "tracker":
         model = recognizer_shell.model_in(rig, source, attached.get(POSTURES_FILE))
         if model is not None:
-            recognizer = recognizer_shell.service_of(recognizer_shell.setup_of(rig, model))
-            services[RECOGNIZER] = Running(recognizer, network)
-    return services
+            services.append(recognizer_shell.service_of(recognizer_shell.setup_of(rig, model)))
+    return cast("list[Service[object, object, Frame]]", services)
 
 
 def _with_first(first: Envelope, others: Iterator[Envelope]) -> Iterator[Envelope]:
     yield first
     yield from others
-
-
-def _received(bus: LocalBus) -> Iterator[Envelope]:
-    while (event := bus.receive()) is not None:
-        if isinstance(event, Envelope):
-            yield event

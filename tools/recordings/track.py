@@ -12,28 +12,29 @@ from functools import partial
 from pathlib import Path
 
 from zenocap.common import codec
-from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.opening import new_recording
 from zenocap.common.recording.writer import Recording
-from zenocap.common.rig.methods import tracker_methods
+from zenocap.common.rig.methods import method_of, tracker_methods
 from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.services import MAIN
 from zenocap.common.rig.sources import Actor, Images, Rendered, VideoFile
 from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_front_of, with_overrides
 from zenocap.common.rig.viewers import at_rate
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
+from zenocap.common.session.lookahead import Lookahead, limited_threads
+from zenocap.common.session.session import Session
 from zenocap.common.topics import TOPICS, VERDICT, Topic
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.recordings.inputs import Inputs
-from zenocap.tools.recordings.lookahead import Lookahead, limited_threads
-from zenocap.tools.recordings.offline import Offline
+from zenocap.tools.recordings.members import cameras, members
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of
 
@@ -132,12 +133,8 @@ def _track_frames(
     lookahead: Lookahead,
     inputs: Inputs,
 ) -> Tracked:
-    network = LocalNetwork(rig.name, clock)
-    offline = Offline(rig, network)
-    sources = {id: lookahead.ahead(offline.read(id, source)) for id, source in frames.items()}
-    recorder = network.bus()
-    for topic in logged:
-        recorder.subscribe(topic, every=True)
+    session = Session(rig.name, clock, members(rig), logged)
+    sources = {id: lookahead.ahead(session.ahead(id, source)) for id, source in frames.items()}
     groups = inputs.frame_sets(sources, tolerance_ns(rig))
     first = next(groups, None)
     if first is None or inputs.problems:
@@ -148,15 +145,15 @@ def _track_frames(
     advice = TakeAdvice()
     report_ns = EPOCH_NS + HEALTH_NS
     with closing(recording):
-        offline.publish_cameras(EPOCH_NS)
+        for camera in cameras(rig, EPOCH_NS):
+            session.publish(camera)
         current: dict[str, Frame] | None = first
         while current is not None:
-            clock.set(max(frame.captured_ns for frame in current.values()))
-            offline.process(current)
+            received = [*session.frames(current)]
             if clock.now_ns() >= report_ns:
-                offline.report_handled()
+                received += session.report()
                 report_ns += HEALTH_NS
-            messages = tuple(_record(recorder, recording))
+            messages = _record(received, recording)
             for message in messages:
                 evidence.add(message)
                 if isinstance(message, CameraAdvice):
@@ -164,15 +161,14 @@ def _track_frames(
             poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
             measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
             count += 1
-            on_frame_set(TrackedFrameSet(current, messages, offline.state()))
+            on_frame_set(TrackedFrameSet(current, messages, session.describe((method_of(rig.method).pose_service, MAIN))))
             current = next(groups, None)
-        offline.report_handled()
-        _record(recorder, recording)
+        _record(session.report(), recording)
         if VERDICT in logged:
             verdict = verdict_of(evidence)
             record_verdict(recording, rig.name, verdict, clock.now_ns())
     written = recording.statistics
-    problems = inputs.problems + [f"{count} {kind}" for kind, count in offline.failures().items() if count]
+    problems = inputs.problems + [f"{count} {kind}" for kind, count in session.failures().items() if count]
     if written.failure:
         problems.append(f"{written.failure}; {written.lost} messages lost")
     return Tracked(
@@ -180,7 +176,7 @@ def _track_frames(
         poses,
         written.messages,
         tuple(problems),
-        offline.states(),
+        session.states(),
         measured,
         complete=written.failure is None,
         verdict=None if written.failure else verdict,
@@ -265,10 +261,7 @@ def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float 
     return at_rate(viewer, fps)
 
 
-def _record(bus: LocalBus, recording: Recording) -> Sequence[Message]:
-    messages = []
-    while (event := bus.receive()) is not None:
-        if isinstance(event, Envelope):
-            recording.record(event)
-            messages.append(event.message)
-    return messages
+def _record(received: Sequence[Envelope], recording: Recording) -> tuple[Message, ...]:
+    for one in received:
+        recording.record(one)
+    return tuple(one.message for one in received)

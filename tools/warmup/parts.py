@@ -14,7 +14,6 @@ from zenocap.common.arrays import Image
 from zenocap.common.body.anatomy import TEN_PARTS
 from zenocap.common.body.definition import Pose, neutral_pose
 from zenocap.common.body.kinematics import end_ellipses, part_frames
-from zenocap.common.bus.local import LocalNetwork
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.rig.file import LogTable, ZenohTable
 from zenocap.common.rig.rig import Rig, Viewer
@@ -22,6 +21,7 @@ from zenocap.common.rig.sources import FirstFrames, VideoFile
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.compiled import record_compiled
+from zenocap.common.session.session import Session
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import start
 from zenocap.common.vision.background import learn, update
@@ -42,7 +42,7 @@ from zenocap.simulation.ground_truth import true_bdp
 from zenocap.simulation.motion.timeline import t_pose
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.recordings.offline import Offline
+from zenocap.tools.recordings.members import members
 
 EMPTY, STILL, MOVING, AWAY = 4, 14, 6, 4  # frames of the empty scene, the T-pose, lowering the arms, a jump
 FPS = 15.0
@@ -115,14 +115,12 @@ def _rig() -> Rig:
 
 def _steps(rig: Rig, report: Callable[[str], None]) -> None:
     """Run the services of a rig on drawn images."""
-    clock = ManualClock(EPOCH_NS)
-    offline = Offline(rig, LocalNetwork(rig.name, clock))
+    session = Session(rig.name, ManualClock(EPOCH_NS), members(rig), ())
     for k, pose in enumerate(_poses()):
         captured_ns = EPOCH_NS + round(k * 1e9 / FPS)
-        clock.set(captured_ns)
         images = {viewer.id: _drawn(viewer.camera, pose, k) for viewer in rig.viewers}
-        offline.process({id: Frame(k, captured_ns, image) for id, image in images.items()})
-        report(", ".join(f"{name}: {state}" for name, state in offline.states().items()))
+        session.frames({id: Frame(k, captured_ns, image) for id, image in images.items()})
+        report(", ".join(f"{name}: {state}" for name, state in session.states().items()))
 
 
 def _cameras() -> tuple[Camera, Camera]:

@@ -7,7 +7,7 @@ import cv2
 import numba
 import pytest
 
-from zenocap.tools.recordings.lookahead import DEPTH, Lookahead, limited_threads
+from zenocap.common.session.lookahead import DEPTH, Lookahead, limited_threads
 
 
 def numbers(count: int, error: Exception | None = None) -> Iterator[int]:

@@ -1,0 +1,1 @@
+"""The steps of a rig's services without a network."""

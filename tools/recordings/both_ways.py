@@ -5,7 +5,6 @@ passes is complete and replaces it.  The silhouettes are read from the take, a c
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -39,9 +38,8 @@ from zenocap.services.tracker.states import Setup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.recordings.backward_poses import two_poses_of
 from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, scenes_backwards
-from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, available_cores, record_verdict, track
-from zenocap.tools.verdict.evidence import Evidence
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.recordings.take_writer import TakeWriter
+from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, available_cores, track
 
 BACKWARDS, CHOOSING, WRITING = "tracking backwards", "choosing the better poses", "writing the take"
 Watch = Callable[[str, int, int], None]  # called with the activity, the number of poses done, and of all
@@ -121,27 +119,24 @@ def with_both_ways(
 ) -> tuple[int, m.Verdict]:
     """As `add_both_ways`.  rig: its name.  open_take: opens a take with the files of `take`."""
     found = both_ways(take, rig, setup, watch, jobs)
-    evidence, end_ns = Evidence(), EPOCH_NS
+    end_ns = EPOCH_NS
     with atomic_file(take.resolve()) as unfinished:
         recording = open_take(unfinished)
-        with closing(recording):
+        with TakeWriter(recording, rig) as writer:
             written = 0
             for received in Take(take).envelopes(invalid="raise"):
                 end_ns = received.received_ns
                 if isinstance(received.message, m.Verdict):  # of the forward pass
                     continue
-                evidence.add(received.message)
                 replaced = isinstance(received.message, m.TrackerPose) and bool(found)
-                recording.record(received, converted=not replaced)  # Foxglove channels have the better poses
+                writer.record(received, converted=not replaced)  # Foxglove channels have the better poses
                 if isinstance(received.message, m.TrackerPose) and found:
                     written += 1
                     watch(WRITING, written, len(found))
                     message = both_ways_message(setup, received.message, found[received.message.captured_ns])
-                    evidence.add(message)
                     key, data = BOTH_WAYS_POSE.at(rig), codec.encode(message)
-                    recording.record(Envelope(key, BOTH_WAYS_POSE, message, received.received_ns, data))
-            verdict = verdict_of(evidence)
-            record_verdict(recording, rig, verdict, end_ns)
+                    writer.record(Envelope(key, BOTH_WAYS_POSE, message, received.received_ns, data))
+            verdict = writer.judge(end_ns)
         if recording.failure:
             raise RecordingError(recording.failure)
     return recording.statistics.messages, verdict

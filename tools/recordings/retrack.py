@@ -5,7 +5,6 @@ again: with the set-up of the take itself, a take of `zenocap track` becomes its
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import cast
 
@@ -50,9 +49,7 @@ from zenocap.services.recognizer import shell as recognizer_shell
 from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.parameters import service_parameters
-from zenocap.tools.recordings.track import record_verdict
-from zenocap.tools.verdict.evidence import Evidence
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.recordings.take_writer import TakeWriter
 
 # Not the detail of an overloaded tracker: now there is time for all points.
 INPUTS = (SILHOUETTE, CAMERA, HEALTH, FRAME_RATE, CAMERA_DELAYS, REQUEST)
@@ -82,13 +79,12 @@ def retrack(
     services = _services(source, rig, take.attachments)
     session = Session(rig.name, clock, services, OUTPUTS)
     again = {(one.name, one.id) for one in services}
-    recording, evidence = open_take(), Evidence()
-    with closing(recording):
+    recording = open_take()
+    with TakeWriter(recording, rig.name) as writer:
 
         def record(made: Sequence[Envelope]) -> None:
             for one in made:
-                recording.record(one)
-                evidence.add(one.message)
+                writer.record(one)
                 on_message(one.message)
 
         for one in _with_first(first, received):
@@ -100,12 +96,11 @@ def retrack(
                 if one.topic is HANDLED:
                     record(session.report(service))
                 continue
-            recording.record(one)
-            evidence.add(one.message)
+            writer.record(one)
             if one.topic in INPUTS:
                 record(session.replay(one))
         record(session.report())
-        record_verdict(recording, rig.name, verdict_of(evidence), clock.now_ns())
+        writer.judge(clock.now_ns())
     if recording.failure:
         raise RecordingError(recording.failure)
     return recording

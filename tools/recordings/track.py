@@ -6,18 +6,15 @@ Time is that of the frames, so that two runs give equal bytes.
 import logging
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from zenocap.common import codec
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.opening import new_recording
-from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.methods import method_of, tracker_methods
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.services import MAIN
@@ -35,8 +32,7 @@ from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.members import cameras, members
-from zenocap.tools.verdict.evidence import Evidence
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.recordings.take_writer import TakeWriter
 
 logger = logging.getLogger(__name__)
 
@@ -141,10 +137,9 @@ def _track_frames(
         raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
     recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
     count, poses, measured = 0, 0, True
-    evidence, verdict = Evidence(), None
-    advice = TakeAdvice()
+    advice, verdict = TakeAdvice(), None
     report_ns = EPOCH_NS + HEALTH_NS
-    with closing(recording):
+    with TakeWriter(recording, rig.name) as writer:
         for camera in cameras(rig, EPOCH_NS):
             session.publish(camera)
         current: dict[str, Frame] | None = first
@@ -153,9 +148,8 @@ def _track_frames(
             if clock.now_ns() >= report_ns:
                 received += session.report()
                 report_ns += HEALTH_NS
-            messages = _record(received, recording)
+            messages = _record(received, writer)
             for message in messages:
-                evidence.add(message)
                 if isinstance(message, CameraAdvice):
                     advice.add(message)
             poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
@@ -163,10 +157,9 @@ def _track_frames(
             count += 1
             on_frame_set(TrackedFrameSet(current, messages, session.describe((method_of(rig.method).pose_service, MAIN))))
             current = next(groups, None)
-        _record(session.report(), recording)
+        _record(session.report(), writer)
         if VERDICT in logged:
-            verdict = verdict_of(evidence)
-            record_verdict(recording, rig.name, verdict, clock.now_ns())
+            verdict = writer.judge(clock.now_ns())
     written = recording.statistics
     problems = inputs.problems + [f"{count} {kind}" for kind, count in session.failures().items() if count]
     if written.failure:
@@ -182,11 +175,6 @@ def _track_frames(
         verdict=None if written.failure else verdict,
         advice=tuple(advice.faults()),
     )
-
-
-def record_verdict(recording: Recording, rig: str, verdict: Verdict, now_ns: int) -> None:
-    """Write the verdict as the last message of a take.  rig: its name.  now_ns: log time."""
-    recording.record(Envelope(VERDICT.at(rig), VERDICT, verdict, now_ns, codec.encode(verdict)))
 
 
 def tolerance_ns(rig: Rig) -> int:
@@ -261,7 +249,7 @@ def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float 
     return at_rate(viewer, fps)
 
 
-def _record(received: Sequence[Envelope], recording: Recording) -> tuple[Message, ...]:
+def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:
     for one in received:
-        recording.record(one)
+        writer.record(one)
     return tuple(one.message for one in received)

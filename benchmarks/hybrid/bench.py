@@ -19,10 +19,7 @@ from benchmarks.hybrid.silhouettes import ROOT, Clip, load_clip
 from benchmarks.simulated_clip import cycle_clip
 from zenocap.services.tracker.prior.file import read_prior
 
-TRACKER_CODE = (
-    "services/tracker", "common/body", "common/camera", "common/rig/tracker.py", "tools/recordings/both_ways.py",
-    "tools/recordings/backward_scenes.py",
-)  # fmt: skip
+TRACKER_CODE = ("services/tracker", "common/body", "common/camera", "common/rig/tracker.py")
 CACHE_VERSION = 3  # version of cached runs: increased when the definition of a figure changes
 
 

@@ -4,10 +4,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from benchmarks.hybrid.runs import Case, Film, Run, TrackedPath, scored, setup_of, track_clip
+from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.states import Setup
-from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks
-from zenocap.tools.recordings.both_ways import fused_poses
 
 
 def run_both_ways(clip: Film, case: Case, prior: Prior | None) -> Run:
@@ -34,7 +33,7 @@ def both_ways_path(clip: Film, setup: Setup, path: TrackedPath) -> TrackedPath:
             masks = clip.masks(instant, setup.cameras)
             yield one, {viewer: masks[viewer] for viewer in setup.cameras if viewer in one.views}
 
-    found = fused_poses(setup, body, forward, backwards())
+    found = two_passes(setup, body, forward, backwards())
     poses = {
         instant.frame: (body, found[instant.captured_ns].pose)
         for instant in instants

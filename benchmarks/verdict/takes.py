@@ -28,11 +28,11 @@ from zenocap.common.bus.protocol import Tick
 from zenocap.common.conversion import bdp_of
 from zenocap.common.formats.take_poses import pose_of
 from zenocap.services.tracker import step as tracker
+from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks, two_passes
 from zenocap.services.tracker.states import Options, Setup
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.skeleton import Bones
-from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks
-from zenocap.tools.recordings.both_ways import both_ways_message, fused_poses
+from zenocap.tools.recordings.both_ways import both_ways_message
 
 FPS, LONGEST_S = 25.0, 4.0
 Method = Literal["hybrid", "two-view"]
@@ -182,7 +182,7 @@ def _both_ways(setup: Setup, scene: Scene, forward: Sequence[m.Message]) -> Iter
             k = frames[one.captured_ns]
             yield one, {view: scene.masks[view][k] for view in setup.cameras if view in one.views}
 
-    found = fused_poses(setup, bdp_of(setup.anatomy, bodies[-1].body), kept, backwards())
+    found = two_passes(setup, bdp_of(setup.anatomy, bodies[-1].body), kept, backwards())
     for message in forward:
         yield message
         if isinstance(message, m.TrackerPose):

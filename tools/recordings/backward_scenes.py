@@ -1,7 +1,6 @@
 """The silhouettes of a take from its end to its beginning, by the poses that used them; a chunk of the file at a time."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -10,26 +9,13 @@ from mcap.reader import SeekingReader
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.arrays import Mask
-from zenocap.common.body.definition import Pose
 from zenocap.common.errors import UserError
 from zenocap.common.topics import SILHOUETTE
 from zenocap.common.vision.mask_codec import unpack
+from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks
 from zenocap.services.tracker.states import Setup
 
 WAIT_FRAMES = 3  # frame periods by which silhouettes may be recorded out of the order of their capture; by hand
-
-
-@dataclass(frozen=True, slots=True)
-class ForwardPose:
-    """Pose of the forward pass.  views: the viewers that it used."""
-
-    captured_ns: int
-    pose: Pose
-    lost: bool
-    views: tuple[str, ...]
-
-
-SceneMasks = tuple[ForwardPose, Mapping[str, Mask]]  # masks: by viewer, (height, width), not 0 on the person
 
 
 def scenes_backwards(take: Path, rig: str, setup: Setup, forward: Sequence[ForwardPose]) -> Iterator[SceneMasks]:

@@ -4,17 +4,16 @@ The take of the forward pass is complete before the second pass begins, and stay
 passes is complete and replaces it.  The silhouettes are read from the take, a chunk at a time; in memory are the poses.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from zenocap.common import codec
 from zenocap.common import messages as m
-from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
-from zenocap.common.body.definition import Bdp, Pose
+from zenocap.common.body.definition import Bdp
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import angles_by_name, bdp_of
 from zenocap.common.errors import UserError
@@ -25,33 +24,18 @@ from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.rig import Rig
-from zenocap.common.session.lookahead import Lookahead, limited_threads
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_BDP, TRACKER_POSE
-from zenocap.services.tracker.both_ways.backward import (
-    Decided,
-    with_fixed_body,
-)
-from zenocap.services.tracker.both_ways.fusion import SECTIONS, TwoPoses, fused
+from zenocap.services.tracker.both_ways.fusion import SECTIONS
+from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, Watch, two_passes
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.shell import anatomy_in, setup_of
 from zenocap.services.tracker.states import Setup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
-from zenocap.tools.recordings.backward_poses import two_poses_of
-from zenocap.tools.recordings.backward_scenes import ForwardPose, SceneMasks, scenes_backwards
+from zenocap.tools.recordings.backward_scenes import scenes_backwards
 from zenocap.tools.recordings.take_writer import TakeWriter
 from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, available_cores, track
 
-BACKWARDS, CHOOSING, WRITING = "tracking backwards", "choosing the better poses", "writing the take"
-Watch = Callable[[str, int, int], None]  # called with the activity, the number of poses done, and of all
-
-
-@dataclass(frozen=True, slots=True)
-class FusedPose:
-    """Pose from both directions.  shares: (sections,) of the backward pass.  lost: in both directions."""
-
-    pose: Pose
-    shares: Floats
-    lost: bool = False
+WRITING = "writing the take"
 
 
 def has_second_pass(rig: Rig, wanted: bool | None = None) -> bool:
@@ -152,45 +136,7 @@ def both_ways(take: Path, rig: str, setup: Setup, watch: Watch = lambda *_: None
     while_tracked = forward[: 1 + max((k for k, one in enumerate(forward) if not one.lost), default=-1)]
     if body is None or not while_tracked:
         return {}
-    return fused_poses(setup, body, forward, scenes_backwards(take, rig, setup, while_tracked), watch, jobs)
-
-
-def fused_poses(
-    setup: Setup,
-    body: Bdp,
-    forward: Sequence[ForwardPose],
-    backwards: Iterable[SceneMasks],
-    watch: Watch = lambda *_: None,
-    jobs: int = 1,
-) -> Mapping[int, FusedPose]:
-    """Poses from both directions by capture time, one for each of the forward pass.
-
-    forward: by capture time.  backwards: poses with the masks that they used, from the last tracked one to the first.
-    jobs: see `both_ways`.
-    """
-    decided = Decided.of(setup, next(one.captured_ns for one in forward if not one.lost))
-    with limited_threads(jobs), Lookahead(jobs) as lookahead:
-        both = two_poses_of(
-            with_fixed_body(setup), body, backwards, lambda done: watch(BACKWARDS, done, len(forward)), lookahead, decided
-        )
-    watch(CHOOSING, 0, len(forward))
-    result: dict[int, FusedPose] = {}
-    stretch: list[TwoPoses] = []
-    last = next(one.pose for one in forward if not one.lost)
-    for one in (*forward, None):
-        two = both.pop(one.captured_ns, None) if one is not None else None
-        if two is not None:
-            stretch.append(two)
-            continue
-        if stretch:
-            watch(CHOOSING, len(result), len(forward))
-            for ended, (rooted, shares) in zip(stretch, fused(setup.anatomy, stretch, setup.frame_ns), strict=True):
-                last = rooted.pose(setup.anatomy)
-                result[ended.captured_ns] = FusedPose(last, shares)
-            stretch = []
-        if one is not None:  # lost in both directions: the last pose, as the tracker does
-            result[one.captured_ns] = FusedPose(last, np.zeros(len(SECTIONS)), lost=True)
-    return result
+    return two_passes(setup, body, forward, scenes_backwards(take, rig, setup, while_tracked), watch, jobs)
 
 
 def both_ways_message(setup: Setup, forward: m.TrackerPose, found: FusedPose) -> m.BothWaysPose:

@@ -26,9 +26,10 @@ from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, topic_at
 from zenocap.services.tracker import shell as tracker_shell
+from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import rooted_pose
-from zenocap.tools.recordings.both_ways import BACKWARDS, CHOOSING, WRITING, Watch, with_both_ways
+from zenocap.tools.recordings.both_ways import WRITING, with_both_ways
 from zenocap.tools.recordings.retrack import retrack, take_like
 
 TRACKING = "tracking again"

@@ -6,9 +6,8 @@ import pytest
 from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, t_pose_at
 from zenocap.common.body.definition import Pose
 from zenocap.services.tracker.both_ways.backward import begin, evidence_in, step_back, with_fixed_body
+from zenocap.services.tracker.both_ways.passes import ForwardPose, two_passes
 from zenocap.services.tracker.tracking import initial_state, track
-from zenocap.tools.recordings.backward_scenes import ForwardPose
-from zenocap.tools.recordings.both_ways import fused_poses
 
 pytestmark = pytest.mark.slow
 SEED, COUNT = 3, 24
@@ -52,7 +51,7 @@ def test_equal_input_gives_equal_poses_and_lost_frames_are_filled(forward: tuple
         known.append(ForwardPose(k * FRAME_NS, pose, k in gone, views))
 
     def run() -> dict:
-        return dict(fused_poses(made, body, known, ((one, films[one.captured_ns // FRAME_NS]) for one in reversed(known))))
+        return dict(two_passes(made, body, known, ((one, films[one.captured_ns // FRAME_NS]) for one in reversed(known))))
 
     found, again = run(), run()
     assert list(found) == [one.captured_ns for one in known]

@@ -7,15 +7,10 @@ from rich.table import Table
 from rich.text import Text
 
 from zenocap.common import messages as m
+from zenocap.common.observe.losses import lost as lost_of
 from zenocap.common.rig.services import ServiceKey, title
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.tools.launcher.rig_status import RigStatus, lost_text, posture_label, view_of
-
-# Counts that are displayed; the others are only in the take.
-LOSSES = (
-    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "rejected_version",
-    "step_errors", "unsendable", "log_lost",
-)  # fmt: skip
 
 # Processing stage of each service that runs once per frame.
 STAGES = (
@@ -63,7 +58,7 @@ def _row(status: RigStatus, service: ServiceKey) -> list[str | Text]:
     if health is None:
         return [title(service), "", "", "", "", "", "starting"]
     view, score = _view(status, service)
-    lost = dropped(health)
+    lost = lost_of(health.counts)
     return [
         title(service),
         f"{health.rate:.1f}",
@@ -79,10 +74,6 @@ def stage_times(health: m.Health) -> str:
     """Median times of the stages that run once per frame."""
     shown = ((label, health.stages_ms.get(stage)) for stage, label in STAGES)
     return "  ".join(f"{label} {ms:.1f}" for label, ms in shown if ms is not None)
-
-
-def dropped(health: m.Health) -> int:
-    return sum(health.counts.get(name, 0) for name in LOSSES)
 
 
 def _view(status: RigStatus, service: ServiceKey) -> tuple[str, str]:

@@ -17,6 +17,7 @@ from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
+from zenocap.common.observe.losses import lost
 from zenocap.common.recording.summary import messages_in
 from zenocap.common.rig.hosted import assignment, hosted_cameras
 from zenocap.common.rig.rig import Rig
@@ -26,7 +27,7 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
 from zenocap.common.topics import HEALTH, POSTURE, TRACKER_BDP, TRACKER_POSE, UNIVERSAL_BAP, UNIVERSAL_BDP
 from zenocap.tools.launcher.child_processes import ChildProcess, ChildProcesses
-from zenocap.tools.launcher.display import dropped, plain_line, table
+from zenocap.tools.launcher.display import plain_line, table
 from zenocap.tools.launcher.fork_server import fork_server
 from zenocap.tools.launcher.hosted_viewers import HostedViewers, secured_advice
 from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
@@ -233,7 +234,7 @@ class Supervisor:
                     self._first_s = elapsed_s
 
     def _dropped(self) -> int:
-        return sum(dropped(health) for health in self._status.health.values())
+        return sum(lost(health.counts) for health in self._status.health.values())
 
     def _display(self) -> AbstractContextManager[Live | None]:
         if not self._console.is_terminal:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from zenocap.common.messages import Health
+from zenocap.common.observe.losses import OF_LOAD
 from zenocap.tools.load_test.latency import Figures
 from zenocap.tools.load_test.plan import Plan
 from zenocap.tools.load_test.processes import ITSELF, ProcessKey, Sample
@@ -12,10 +13,6 @@ MACHINE_LIMIT, SERVICE_LIMIT = (
     0.95,
     0.85,
 )  # shares, chosen by hand: of all cores; of a loop's time or its core
-LOSSES = (
-    "dropped_frames", "skipped_frames", "late_answers", "dropped_superseded", "dropped_queue_full", "dropped_instants",
-    "step_errors", "log_lost",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -77,7 +74,7 @@ def _with_health(cost: Cost, reports: Sequence[Health]) -> Cost:
     if not reports:
         return cost
     first, last = reports[0].counts, reports[-1].counts
-    lost = {name: last.get(name, 0) - first.get(name, 0) for name in LOSSES}
+    lost = {name: last.get(name, 0) - first.get(name, 0) for name in OF_LOAD}
     return Cost(
         cost.key, cost.cores, cost.memory_bytes, cost.handles, cost.threads,
         busy=sum(health.busy for health in reports) / len(reports),

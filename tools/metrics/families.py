@@ -11,6 +11,7 @@ from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamil
 from prometheus_client.registry import Collector
 
 from zenocap.common.messages import Health
+from zenocap.common.observe.losses import EXPORTED
 from zenocap.common.runtime.service_info import versions
 from zenocap.tools.metrics import parameters
 from zenocap.tools.metrics.observations import Histogram, Observations
@@ -104,7 +105,7 @@ class RigCollector(Collector):
                 for key, counter in counters.items():
                     if key in health.counts:
                         counter.add_metric(labels, health.counts[key])
-                for reason in parameters.LOSS_REASONS:
+                for reason in EXPORTED:
                     if reason in health.counts:
                         losses.add_metric([*labels, reason], health.counts[reason])
                 if row.service == "animator":

@@ -27,14 +27,6 @@ STAGES = (
     "frame_age", "result_age", "publish", "step_frame", "step_tick", "step_alive",
     *(f"step_{topic.name}" for topic in TOPICS),
 )  # fmt: skip
-_OF_PAIRS = ("late", "doubled", "out_of_order", "unpaired", "unknown", "began_anew")  # of synchronizers
-# Counts of a health message that mean that something was lost, left out or not understood.
-LOSS_REASONS = (
-    "dropped_frames", "skipped_frames", "dropped_instants", "late_answers", "dropped_queue_full", "dropped_too_many_keys",
-    "rejected_invalid", "rejected_version", "rejected_names", "rejected_size", "step_errors", "unsendable",
-    "unusable", "log_lost", "log_unshown", "log_rejected", "late", "gap", "other_body", "alone", "damaged",
-    *(f"{kind}_{reason}" for kind in ("silhouette", "sighting", "bap", "bdp") for reason in _OF_PAIRS),
-)  # fmt: skip
 OUTPUTS = tuple(name for name in WITHIN if name != "page")
 OUTPUT_RESULTS = ("sent", "refused", "dropped", "failed", "errors")
 MAX_CONNECTIONS = 32  # to the HTTP server at a time; by hand

@@ -8,6 +8,7 @@ from typing import Literal
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.camera_advice import marks
 from zenocap.common.messages import CameraAdvice, Health
+from zenocap.common.observe.losses import lost
 from zenocap.common.rig.services import ServiceKey, sort_key, title
 
 Status = Literal["up", "starting", "silent", "gone", "missing"]
@@ -15,10 +16,6 @@ Status = Literal["up", "starting", "silent", "gone", "missing"]
 SILENT_NS = 3_000_000_000  # time without a health message, which is published every second
 KEPT_RATES = 30
 MAX_SERVICES = 256  # stored of each rig beside those of its rig file; chosen by hand
-LOSSES = (
-    "dropped_frames", "skipped_frames", "dropped_instants", "dropped_queue_full", "rejected_invalid", "rejected_version",
-    "rejected_names", "rejected_size", "step_errors", "unsendable", "log_lost",
-)  # fmt: skip
 TROUBLE: tuple[Status, ...] = ("silent", "gone", "missing")
 
 
@@ -117,7 +114,7 @@ class Network:
 
 def _with_health(state: ServiceState, health: Health, ns: int) -> ServiceState:
     """State after a health message.  A count that decreased means that the service was restarted."""
-    lately = _lost(health) - (_lost(state.health) if state.health else 0)
+    lately = lost(health.counts) - (lost(state.health.counts) if state.health else 0)
     rates = (*state.rates, health.rate)[-KEPT_RATES:]
     return replace(state, health=health, health_ns=ns, rates=rates, lately=max(0, lately) if state.health else 0)
 
@@ -134,7 +131,7 @@ def _row(rig: str, service: str, id: str, state: ServiceState, now_ns: int) -> R
     return Row(
         rig, service, id, status, health.rate, state.rates, ages[0] if ages else None,
         f"{longest.removeprefix('step_')} {steps[longest]:.1f}" if longest else "",
-        _lost(health), state.lately, health.counts.get("dropped_superseded", 0),
+        lost(health.counts), state.lately, health.counts.get("dropped_superseded", 0),
         health.clock_offset_ns / 1e6 if clock else None, health.clock_error_ns / 1e6 if clock else None,
         health.memory_bytes / 1e6, health.cores, health.busy, health.phase, health.state,
         health.counts.get("certificate_days"), marks(state.advice) if state.advice else "",
@@ -148,10 +145,6 @@ def _status(state: ServiceState, now_ns: int) -> Status:
     if now_ns - last_ns > SILENT_NS:
         return "silent"
     return "up" if state.health is not None else "starting"
-
-
-def _lost(health: Health) -> int:
-    return sum(health.counts.get(name, 0) for name in LOSSES)
 
 
 def _order(key: tuple[str, str, str]) -> tuple[str, tuple[int, str, int, str]]:

@@ -15,6 +15,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, neutral_pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera_advice import change_text, found_text
+from zenocap.common.observe.losses import described
 from zenocap.common.runtime.frame_rate import reduced_text
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
@@ -230,28 +231,9 @@ def _service_row(status: ServiceStatus) -> pm.ServiceRow:
     offset_ms = health.clock_offset_ns / 1e6 if health.clock_error_ns else None
     return pm.ServiceRow(
         status.service, status.id, status.condition, silent_s, health.phase, health.state, round(health.rate, 1),
-        None if age is None else round(age, 1), _losses(health.counts), None if offset_ms is None else round(offset_ms, 3),
-        round(health.memory_bytes / 1e6, 1),
+        None if age is None else round(age, 1), described(health.counts),
+        None if offset_ms is None else round(offset_ms, 3), round(health.memory_bytes / 1e6, 1),
     )  # fmt: skip
-
-
-def _losses(counts: Mapping[str, int]) -> list[tuple[str, int, int]]:
-    """Return the losses of a service: text, number, and total, 0 where the total is not counted."""
-    received, frames = counts.get("received", 0), counts.get("frames", 0)
-    logged, unlogged = counts.get("log_messages", 0), counts.get("log_lost", 0)
-    dropped, skipped = counts.get("dropped_frames", 0), counts.get("skipped_frames", 0)
-    found = [
-        ("camera frames dropped", dropped, frames + dropped + skipped),
-        ("camera frames skipped under overload", skipped, frames + dropped + skipped),
-        ("frame sets skipped", counts.get("dropped_instants", 0), 0),
-        ("messages dropped", counts.get("dropped_queue_full", 0), received),
-        ("messages invalid", counts.get("rejected_invalid", 0), received),
-        ("steps failed", counts.get("step_errors", 0), 0),
-        ("messages not recorded", unlogged, logged + unlogged),
-        ("commands failed", counts.get("commands_failed", 0), 0),
-        ("commands dropped", counts.get("commands_dropped", 0), 0),
-    ]
-    return [(text, count, total) for text, count, total in found if count]
 
 
 def _background_finding(health: m.Health | None) -> Finding:

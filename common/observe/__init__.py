@@ -1,0 +1,1 @@
+"""The one reader of what the services of a rig publish about themselves."""

@@ -9,7 +9,7 @@ import pytest
 
 import zenocap
 from tests.support.person_films import small_film
-from tests.support.places import CLIPS, GOLDEN
+from tests.support.places import CLIPS, GOLDEN, ROOT
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.rig.rig import demo_rig_file
 
@@ -28,6 +28,27 @@ def test_importing_the_package_loads_no_heavy_modules() -> None:
     code = "import sys, zenocap; print(sorted({'numpy', 'numba', 'cv2', 'zenoh', 'scipy'} & set(sys.modules)))"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+@pytest.mark.slow
+def test_the_package_is_found_beside_a_folder_of_its_name(tmp_path: Path) -> None:
+    """Where a user's clone, named zenocap, lies in the current folder.  Installed as `make` does, by a path."""
+    (tmp_path / "zenocap").symlink_to(ROOT)
+    found = subprocess.run(
+        [sys.executable, "-c", "import zenocap; print(zenocap.__file__)"],
+        cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(found.stdout.strip()).samefile(zenocap.__file__ or "")
+
+
+def test_takes_and_poses_are_shown_in_one_line() -> None:
+    take = zenocap.open_take(ARMS)
+    assert repr(take) == f"<Take {str(ARMS)!r}: {take.frame_count} poses, 15 frames/s>"
+    poses = take.poses()
+    end = f"{poses.times_s[-1]:.2f} s, 0 lost>"
+    assert repr(poses).startswith(f"<Poses: {len(poses)} of {len(take.joint_names)} joints, frames {poses.frames[0]} to ")
+    assert repr(poses).endswith(end)
+    assert "\n" not in repr(poses) + repr(take)
 
 
 def test_a_take_has_the_arrays_of_its_export() -> None:

@@ -57,6 +57,11 @@ class LivePose:
     limbs: Mapping[str, float]
     heading: float | None
 
+    def __repr__(self) -> str:
+        place = ", ".join(f"{value:.2f}" for value in self.position)
+        lost = ", lost" if self.lost else ""
+        return f"<LivePose: frame {self.frame}, navel at ({place}) m, {len(self.joint_names)} joints{lost}>"
+
 
 class Subscription:
     """The poses of a rig as they come: `for pose in subscription` or `async for pose in subscription`.

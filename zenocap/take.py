@@ -57,6 +57,12 @@ class Poses:
     def __len__(self) -> int:
         return len(self.frames)
 
+    def __repr__(self) -> str:
+        if not len(self):
+            return "<Poses: none>"
+        span = f"frames {self.frames[0]} to {self.frames[-1]}, {self.times_s[0]:.2f} to {self.times_s[-1]:.2f} s"
+        return f"<Poses: {len(self)} of {len(self.joint_names)} joints, {span}, {np.count_nonzero(self.lost)} lost>"
+
 
 @dataclass(frozen=True)
 class Take:
@@ -69,6 +75,11 @@ class Take:
     path: Path
     _summary: Summary
     raw: bool = False
+
+    def __repr__(self) -> str:
+        ways = ", both ways" if self.both_ways else ""
+        damage = "" if self.missing is None else ", incomplete"
+        return f"<Take {str(self.path)!r}: {self.frame_count} poses, {self.rate:.4g} frames/s{ways}{damage}>"
 
     @property
     def joint_names(self) -> tuple[str, ...]:

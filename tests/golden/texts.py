@@ -20,15 +20,16 @@ from msgspec import to_builtins
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip, Tick
+from zenocap.common.observe.view import RigView, observed, rows
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.services import ServiceKey, sort_key
+from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.topics import service_at
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
 from zenocap.services.animator.states import Setup
 from zenocap.services.animator.step import initial_state, step
 from zenocap.tools.metrics.observations import Observations
 from zenocap.tools.monitor.display import as_json
-from zenocap.tools.monitor.table import Network
 from zenocap.tools.recordings.export import ExportOptions, Format, export
 from zenocap.tools.recordings.info import info
 from zenocap.tools.traces.instants import Instants
@@ -99,13 +100,12 @@ def _exports(path: Path, formats: Sequence[str]) -> str:
 
 def top_text(path: Path) -> str:
     """Services of `zenocap top --json` at each second."""
-    rig = rig_of(path)
-    network = Network({rig: services(path)})
+    view = RigView(rig_of(path), services(path))
     lines: list[str] = []
     for event, now_ns in seconds(path):
-        network = network.updated(rig, event)
+        view = observed(view, event, event.received_ns)
         if now_ns is not None:
-            lines += [str(now_ns), *map(json.dumps, as_json(list(network.rows(now_ns)))["services"])]
+            lines += [str(now_ns), *map(json.dumps, as_json(rows(view, now_ns))["services"])]
     return "\n".join([*lines, ""])
 
 
@@ -123,7 +123,7 @@ def metrics_text(path: Path) -> str:
         observations.rigs[rig].receive(RoundTrip(now_ns, now_ns, now_ns), now_ns)
         observations.rigs[rig].receive(event, now_ns)
     registry = CollectorRegistry()
-    registry.register(RigCollector(observations, threading.Lock(), lambda: now_ns))
+    registry.register(RigCollector(observations, threading.Lock(), ManualClock(now_ns)))
     return "".join(line for line in generate_latest(registry).decode().splitlines(True) if "build_info{" not in line)
 
 

@@ -6,15 +6,14 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from zenocap.common.bus.protocol import Alive, BusError, Envelope, RoundTrip
+from zenocap.common.bus.protocol import BusError
 from zenocap.common.bus.security import Security
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
-from zenocap.common.messages import CameraAdvice, Health
+from zenocap.common.observe.view import RigView, observed
 from zenocap.common.rig.security import host_of
-from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
-from zenocap.common.runtime.clock_offset import ClockFilter, observe, offset_at
+from zenocap.common.runtime.clock_offset import offset_at
 from zenocap.common.topics import CAMERA_ADVICE, HEALTH
 from zenocap.tools.doctor.machine_checks import Endpoint
 from zenocap.tools.doctor.network_checks import Network
@@ -22,7 +21,6 @@ from zenocap.tools.doctor.network_checks import Network
 OPEN_S, CALL_S = 4.0, 2.0
 LISTEN_S = 2.5  # health is published once a second
 TRIPS = 5
-MAX_SERVICES = 1024  # largest number of services stored
 
 
 def look_at_network(options: ZenohOptions, rig: str) -> Network:
@@ -34,26 +32,17 @@ def look_at_network(options: ZenohOptions, rig: str) -> Network:
             bus.watch_alive()
             bus.subscribe(HEALTH)
             bus.subscribe(CAMERA_ADVICE)
-            alive: set[ServiceKey] = set()
-            health: dict[ServiceKey, Health] = {}
-            advice: dict[str, CameraAdvice] = {}
-            trips, sent_queries = ClockFilter(), 0
+            view, sent_queries = RigView(rig), 0
             started_s = time.monotonic()
             while (elapsed_s := time.monotonic() - started_s) < LISTEN_S:
                 if elapsed_s > (1 + sent_queries) * LISTEN_S / (TRIPS + 1):
                     bus.query_clock()
                     sent_queries += 1
-                match bus.receive(0.1):
-                    case Alive(service=service, id=id, alive=is_alive) if len(alive) < MAX_SERVICES:
-                        (alive.add if is_alive else alive.discard)((service, id))
-                    case Envelope(message=Health() as report) if len(health) < MAX_SERVICES:
-                        health[(report.service, report.id)] = report
-                    case Envelope(message=CameraAdvice() as one) if len(advice) < MAX_SERVICES:
-                        advice[one.viewer] = one
-                    case RoundTrip() as trip:
-                        trips = observe(trips, trip)
+                if (event := bus.receive(0.1)) is not None:
+                    view = observed(view, event, clock.elapsed_ns())
             about = bus.query_service_info(1.0)
-            return Network(None, frozenset(alive), about, health, offset_at(trips, clock.now_ns()), advice)
+            advice = {id: one.advice for (_, id), one in view.services.items() if one.advice is not None}
+            return Network(None, view.alive, about, view.health, offset_at(view.trips, clock.now_ns()), advice)
     except BusError as error:
         return Network(str(error))
 

@@ -12,6 +12,7 @@ from prometheus_client.registry import Collector
 
 from zenocap.common.messages import Health
 from zenocap.common.observe.losses import EXPORTED
+from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.service_info import versions
 from zenocap.tools.metrics import parameters
 from zenocap.tools.metrics.observations import Histogram, Observations
@@ -54,8 +55,8 @@ class RigCollector(Collector):
     lock: held while the observations are read, and by the thread that writes them.
     """
 
-    def __init__(self, observations: Observations, lock: threading.Lock, now_ns: Callable[[], int]) -> None:
-        self._observations, self._lock, self._now_ns = observations, lock, now_ns
+    def __init__(self, observations: Observations, lock: threading.Lock, clock: Clock) -> None:
+        self._observations, self._lock, self._clock = observations, lock, clock
         self._versions = versions()
 
     def describe(self) -> list[Metric]:
@@ -78,7 +79,6 @@ class RigCollector(Collector):
         yield ignored
 
     def _services(self) -> Iterator[Metric]:
-        now_ns = self._now_ns()
         up = GaugeMetricFamily("zenocap_up", "1 while the service publishes its health, else 0.", labels=SERVICE)
         phases = GaugeMetricFamily("zenocap_phase", "1 for the phase of the service.", labels=(*SERVICE, "phase"))
         stages = GaugeMetricFamily(
@@ -95,7 +95,7 @@ class RigCollector(Collector):
         )
         for rig in self._observations.rigs.values():
             states = rig.services()
-            for row in rig.rows(now_ns):
+            for row in rig.rows(self._clock.elapsed_ns()):
                 labels = [row.rig, row.service, row.id]
                 up.add_metric(labels, float(row.status == "up"))
                 state = states.get((row.service, row.id))
@@ -134,13 +134,12 @@ class RigCollector(Collector):
             "Median of the viewer's capture times minus the nearest of the first viewer, on the integrator's clock.",
             labels=("rig", "viewer"),
         )
-        now_ns = self._now_ns()
         for rig in self._observations.rigs.values():
-            for row in rig.rows(now_ns):
+            for row in rig.rows(self._clock.elapsed_ns()):
                 if row.status == "up" and row.offset_ms is not None and row.error_ms is not None:
                     offsets.add_metric([row.rig, row.service, row.id], row.offset_ms / 1e3)
                     errors.add_metric([row.rig, row.service, row.id], row.error_ms / 1e3)
-            own = rig.own_offset(now_ns)
+            own = rig.own_offset(self._clock.now_ns())
             if own is not None:
                 offsets.add_metric([rig.rig, "metrics", "main"], own.offset_ns / 1e9)
                 errors.add_metric([rig.rig, "metrics", "main"], own.error_ns / 1e9)

@@ -12,8 +12,9 @@ from typing import Literal
 
 from zenocap.common.bus.protocol import Alive, Envelope, RoundTrip
 from zenocap.common.messages import Handled, Health, TrackerPose, UniversalBap
+from zenocap.common.observe.view import RigView, ServiceRow, ServiceView, observed, rows, without
 from zenocap.common.rig.services import ServiceKey, sort_key
-from zenocap.common.runtime.clock_offset import ClockFilter, Offset, observe, offset_at, offset_in, to_integrator_ns
+from zenocap.common.runtime.clock_offset import Offset, offset_at, offset_in, to_integrator_ns
 from zenocap.common.topics import NAME, SIGHTING, SILHOUETTE, topic_at
 from zenocap.tools.metrics.parameters import (
     FORGET_NS,
@@ -24,7 +25,6 @@ from zenocap.tools.metrics.parameters import (
     SERVICE_NAMES,
     TIMES_KEPT,
 )
-from zenocap.tools.monitor.table import Network, Row, ServiceState
 
 PoseSource = Literal["two-view", "tracker"]
 PAIRING: frozenset[ServiceKey] = frozenset({("integrator", "main"), ("tracker", "main")})  # their traces have all viewers
@@ -54,18 +54,17 @@ class RigObservations:
         self.latency: dict[PoseSource, Histogram] = {}
         self.ignored = 0
         self._expected = frozenset(expected)
-        self._network = Network({rig: expected})
-        self._trips = ClockFilter()
+        self._view = RigView(rig, tuple(expected))
         self._times_ns: dict[str, tuple[int, ...]] = {}  # capture times of viewers, of the last input trace
 
     def receive(self, event: Envelope | Alive | RoundTrip, now_ns: int) -> None:
-        """Add an event.  now_ns: this machine's clock."""
+        """Add an event.  now_ns: monotonic clock of this process."""
         match event:
             case RoundTrip():
-                self._trips = observe(self._trips, event)
+                self._view = observed(self._view, event, now_ns)
             case Alive(service=service, id=id) | Envelope(message=Health(service=service, id=id)):
                 if self._admitted((service, id), now_ns):
-                    self._network = self._network.updated(self.rig, event)
+                    self._view = observed(self._view, event, now_ns)
                 else:
                     self.ignored += 1
             case Envelope(message=UniversalBap(lost=lost) as pose):
@@ -77,16 +76,16 @@ class RigObservations:
             case _:
                 pass
 
-    def services(self) -> Mapping[ServiceKey, ServiceState]:
-        return {(service, id): state for (_, service, id), state in self._network.known.items()}
+    def services(self) -> Mapping[ServiceKey, ServiceView]:
+        return self._view.services
 
-    def rows(self, now_ns: int) -> list[Row]:
+    def rows(self, now_ns: int) -> Sequence[ServiceRow]:
         """Status of every service, including missing ones of the rig file."""
-        return list(self._network.rows(now_ns))
+        return rows(self._view, now_ns)
 
     def own_offset(self, now_ns: int) -> Offset | None:
         """This machine's clock minus the integrator's; None while unknown."""
-        return offset_at(self._trips, now_ns)
+        return offset_at(self._view.trips, now_ns)
 
     def skews_s(self) -> Mapping[str, float]:
         """Median distance (s) of each viewer's capture times from the nearest ones of the first viewer.
@@ -106,20 +105,19 @@ class RigObservations:
 
     def forget(self, now_ns: int) -> None:
         """Remove services that are not of the rig file and have been silent for FORGET_NS."""
-        kept = {
-            key: state
-            for key, state in self._network.known.items()
-            if key[1:] in self._expected or now_ns - max(state.health_ns, state.since_ns) <= FORGET_NS
-        }
-        self._network = Network(self._network.expected, kept)
+        old = [
+            key for key, one in self._view.services.items()
+            if key not in self._expected and now_ns - max(one.health_ns, one.since_ns) > FORGET_NS
+        ]  # fmt: skip
+        self._view = without(self._view, old)
 
     def _admitted(self, service: ServiceKey, now_ns: int) -> bool:
-        if service in self._expected or (self.rig, *service) in self._network.known:
+        if service in self._expected or service in self._view.services:
             return True
         if service[0] not in SERVICE_NAMES or not re.fullmatch(NAME, service[1]):
             return False
         self.forget(now_ns)
-        others = sum(key[1:] not in self._expected for key in self._network.known)
+        others = sum(key not in self._expected for key in self._view.services)
         return others < MAX_SERVICES
 
     def _add_pose(self, source: PoseSource, lost: bool, captured_ns: int, received_ns: int) -> None:
@@ -135,7 +133,7 @@ class RigObservations:
             topic = topic_at(key)
             if topic is SILHOUETTE or topic is SIGHTING:
                 viewer = (topic.names(key) or {}).get("viewer", "")
-                if (self.rig, "viewer", viewer) in self._network.known:
+                if ("viewer", viewer) in self._view.services:
                     viewers[number] = viewer
         times_ns: dict[str, list[int]] = {}
         for number, time_ns in handled.events:

@@ -52,7 +52,7 @@ class Exporter:
 
     @property
     def collector(self) -> RigCollector:
-        return RigCollector(self._observations, self._lock, self._clock.now_ns)
+        return RigCollector(self._observations, self._lock, self._clock)
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Receive events until `stopped`."""
@@ -91,7 +91,7 @@ class Exporter:
                 event = reader.receive(0.0)
                 if event is None:
                     return
-                observed.receive(event, self._clock.now_ns())
+                observed.receive(event, self._clock.elapsed_ns())
 
 
 def run_metrics(

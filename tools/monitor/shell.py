@@ -8,16 +8,15 @@ import msgspec
 from rich.console import Console
 from rich.live import Live
 
-from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
+from zenocap.common.observe.view import TROUBLE, RigView, ServiceRow, observed, rows
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.runtime.keyboard import Key, keyboard
 from zenocap.common.topics import CAMERA_ADVICE, HEALTH
 from zenocap.tools.monitor.display import as_json, shown, words
-from zenocap.tools.monitor.table import TROUBLE, Network, Row
 
 DONE, FAILED = 0, 1
 ONCE_S = 2.5  # every service publishes its health once a second
@@ -35,11 +34,11 @@ class Top:
         self._clock = RealClock()
         self._stack = ExitStack()
         self._own = self._stack.enter_context(ZenohBus.open(options, OWN_RIG, self._clock, stopped))
-        self._network = Network(rigs)
         self._search, self._searched_s = not rigs, -SEARCH_S
         self._readers: dict[str, ZenohBus] = {}
-        for rig in rigs:
-            self._read(rig)
+        self._views: dict[str, RigView] = {}
+        for rig, services in rigs.items():
+            self._read(rig, services)
 
     def __enter__(self) -> "Top":
         return self
@@ -47,7 +46,8 @@ class Top:
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
-    def _read(self, rig: str) -> None:
+    def _read(self, rig: str, services: Sequence[ServiceKey] = ()) -> None:
+        self._views[rig] = RigView(rig, tuple(services))
         reader = self._readers[rig] = self._stack.enter_context(self._own.reader_of(rig))
         reader.subscribe(HEALTH)
         reader.subscribe(CAMERA_ADVICE)
@@ -63,12 +63,13 @@ class Top:
                     self._read(rig)
             for rig, reader in self._readers.items():
                 while (event := reader.receive(0.0)) is not None:
-                    if isinstance(event, Envelope | Alive):
-                        self._network = self._network.updated(rig, event)
+                    self._views[rig] = observed(self._views[rig], event, self._clock.elapsed_ns())
             time.sleep(min(0.05, max(0.0, end_s - time.monotonic())))
 
-    def rows(self) -> list[Row]:
-        return list(self._network.rows(self._clock.now_ns()))
+    def rows(self) -> list[ServiceRow]:
+        """By rig and service."""
+        now_ns = self._clock.elapsed_ns()
+        return [row for _, view in sorted(self._views.items()) for row in rows(view, now_ns)]
 
 
 def run_top(
@@ -82,12 +83,12 @@ def run_top(
     with Top(options, rigs, stopped) as top:
         if json or once:
             top.listen(ONCE_S)
-            rows = top.rows()
+            found = top.rows()
             if json:
-                print(msgspec.json.encode(as_json(rows)).decode())
+                print(msgspec.json.encode(as_json(found)).decode())
             else:
-                console.print(shown(rows, ""))
-            return FAILED if not rows or any(row.status in TROUBLE for row in rows) else DONE
+                console.print(shown(found, ""))
+            return FAILED if not found or any(row.status in TROUBLE for row in found) else DONE
         if console.is_terminal:
             _live(top, stopped, console)
         else:
@@ -104,7 +105,7 @@ def _live(top: Top, stopped: Callable[[], bool], console: Console) -> None:
             live.update(shown(top.rows(), "q or Ctrl-C ends"), refresh=True)
 
 
-def plain_line(row: Row) -> str:
+def plain_line(row: ServiceRow) -> str:
     """One service as a line of text, without a terminal."""
     text = printable(f"{row.rig} {row.title}: {row.status}")
     if row.status in ("missing", "starting"):

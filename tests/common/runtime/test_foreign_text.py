@@ -13,13 +13,13 @@ from tests.tools.launcher.test_rig_status import SERVICES, health, status_after
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.inbox import Inbox
+from zenocap.common.observe.view import ServiceRow
 from zenocap.common.runtime import logs
 from zenocap.common.runtime.foreign_text import MAX_TEXT, printable
 from zenocap.common.topics import HEALTH
 from zenocap.tools.launcher.display import plain_line, table
 from zenocap.tools.monitor.display import shown
 from zenocap.tools.monitor.shell import plain_line as top_line
-from zenocap.tools.monitor.table import Row
 from zenocap.tools.recordings.info_text import lines_of
 from zenocap.tools.verdict.text import verdict_lines
 
@@ -88,7 +88,7 @@ def test_health_of_others_neither_changes_the_terminal_nor_is_markup() -> None:
     hostile = m.Health(frame=0, captured_ns=0, service="viewer", id="1", state=HOSTILE, rate=1.0, stages_ms={}, counts={})
     assert health("1").id == hostile.id
     status = status_after(hostile, alive=(("viewer", "1"),))
-    row = Row("studio", "viewer", "1", "up", words=HOSTILE)
+    row = ServiceRow("studio", "viewer", "1", "up", words=HOSTILE)
     for text in (
         rendered(table(status, SERVICES, 1.0, "take.mcap")), plain_line(status, SERVICES, 1.0), rendered(shown([row], "q")),
         top_line(row),

@@ -16,6 +16,7 @@ from tests.support.places import ROOT
 from tests.tools.metrics.test_observations import EXPECTED, MS, NOW_NS, S, pose, traced
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import RoundTrip
+from zenocap.common.runtime.clock import ManualClock
 from zenocap.tools.metrics.families import RigCollector
 from zenocap.tools.metrics.observations import Observations
 from zenocap.tools.metrics.parameters import PHASES
@@ -26,7 +27,7 @@ Samples = Mapping[tuple[str, frozenset[tuple[str, str]]], float]
 def scraped(observations: Observations, now_ns: int = NOW_NS) -> Samples:
     """Samples by name and labels, after encoding and parsing."""
     registry = CollectorRegistry()
-    registry.register(RigCollector(observations, threading.Lock(), lambda: now_ns))
+    registry.register(RigCollector(observations, threading.Lock(), ManualClock(now_ns)))
     text = generate_latest(registry).decode()
     return {
         (sample.name, frozenset(sample.labels.items())): sample.value

@@ -35,8 +35,8 @@ def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: flo
     """The status in one line."""
     parts = [f"{elapsed_s:5.1f} s"]
     for service in services:
-        health = status.health.get(service)
-        if service not in status.alive or health is None:
+        health = status.services.health.get(service)
+        if service not in status.services.alive or health is None:
             parts.append(f"{title(service)}: not running")
             continue
         view, score = _view(status, service)
@@ -52,8 +52,8 @@ def plain_line(status: RigStatus, services: Sequence[ServiceKey], elapsed_s: flo
 
 
 def _row(status: RigStatus, service: ServiceKey) -> list[str | Text]:
-    health = status.health.get(service)
-    if service not in status.alive:
+    health = status.services.health.get(service)
+    if service not in status.services.alive:
         return [title(service), "", "", "", "", "", Text("not running" if health else "starting", style="yellow")]
     if health is None:
         return [title(service), "", "", "", "", "", "starting"]

@@ -1,16 +1,15 @@
 """Status of a rig from its messages, for the live table and the plain lines."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees
 from types import MappingProxyType
 
 from zenocap.common import messages as m
-from zenocap.common.bus.protocol import Alive, Envelope
-from zenocap.common.rig.services import ServiceKey
+from zenocap.common.bus.protocol import Envelope, Received
+from zenocap.common.observe.view import RigView, observed
 from zenocap.common.runtime.foreign_text import printable
 
-MAX_SERVICES = 256  # services stored that the rig does not have; chosen by hand
 MAX_POSTURES = 256  # labels that are counted, as many as a model may have
 
 # Joint angles that are easy to recognize; degrees, a straight elbow or knee is 0.
@@ -25,38 +24,24 @@ SHOWN_ANGLES = (
 
 @dataclass(frozen=True)
 class RigStatus:
-    """health: last of each service.  alive: running services.  pose: last universal BAP or pose of the tracker.  bodies:
-    number received.  complete: number of poses to which every viewer contributes.  posture, postures: last one; number by
-    label.  own: the services of the rig, which are always stored; of other names MAX_SERVICES."""
+    """services: presence and health.  pose: last universal BAP or pose of the tracker.  bodies: number received.
+    complete: number of poses to which every viewer contributes.  posture, postures: last one; number by label."""
 
-    health: Mapping[ServiceKey, m.Health] = field(default_factory=lambda: MappingProxyType({}))
-    alive: frozenset[ServiceKey] = frozenset()
+    services: RigView
     pose: m.UniversalBap | m.TrackerPose | None = None
     poses: int = 0
     complete: int = 0
     bodies: int = 0
     posture: m.Posture | None = None
     postures: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
-    own: frozenset[ServiceKey] = frozenset()
 
-    def updated(self, event: Envelope | Alive) -> "RigStatus":
-        """The status after one event."""
+    def updated(self, event: Received, at_ns: int) -> "RigStatus":
+        """The status after one event.  at_ns: see `zenocap.common.observe.view`."""
         match event:
-            case Alive(service=service, id=id, alive=alive):
-                sender = (service, id)
-                if not alive:
-                    return replace(self, alive=self.alive - {sender})
-                return replace(self, alive=self.alive | {sender}) if self._stores(sender, self.alive) else self
-            case Envelope(message=m.Health() as health):
-                sender = (health.service, health.id)
-                if not self._stores(sender, self.health):
-                    return self
-                healths = {**self.health, sender: health}
-                return replace(self, health=MappingProxyType(healths))
             case Envelope(message=m.UniversalBap() as bap):
                 return replace(self, pose=bap, poses=self.poses + 1, complete=self.complete + (not bap.stale))
             case Envelope(message=m.TrackerPose() as pose):
-                viewers = {id for service, id in self.alive if service == "viewer"}
+                viewers = {id for service, id in self.services.alive if service == "viewer"}
                 return replace(self, pose=pose, poses=self.poses + 1, complete=self.complete + (viewers <= {*pose.views}))
             case Envelope(message=m.UniversalBdp() | m.TrackerBdp()):
                 return replace(self, bodies=self.bodies + 1)
@@ -67,10 +52,8 @@ class RigStatus:
                 postures = {**self.postures, label: self.postures.get(label, 0) + 1}
                 return replace(self, posture=posture, postures=MappingProxyType(postures))
             case _:
-                return self
-
-    def _stores(self, sender: ServiceKey, stored: Collection[ServiceKey]) -> bool:
-        return sender in self.own or sender in stored or sum(one not in self.own for one in stored) < MAX_SERVICES
+                services = observed(self.services, event, at_ns)
+                return self if services is self.services else replace(self, services=services)
 
     def angles(self) -> dict[str, int]:
         """The displayed joint angles of the last pose, integer degrees."""

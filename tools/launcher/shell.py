@@ -18,6 +18,7 @@ from zenocap.common.bus.zenoh_film import FilmSession
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.observe.losses import lost
+from zenocap.common.observe.view import RigView
 from zenocap.common.recording.summary import messages_in
 from zenocap.common.rig.hosted import assignment, hosted_cameras
 from zenocap.common.rig.rig import Rig
@@ -124,7 +125,7 @@ class Supervisor:
         self._hosted = hosted
         self._children, self._bus, self._services = children, bus, services
         self._take, self._console = take, console
-        self._status = RigStatus(own=frozenset(services))
+        self._status = RigStatus(RigView(bus.rig, tuple(services)))
         self._first_s: float | None = None
         for topic in (HEALTH, UNIVERSAL_BDP, UNIVERSAL_BAP, TRACKER_BDP, TRACKER_POSE, POSTURE):
             bus.subscribe(topic)
@@ -196,10 +197,10 @@ class Supervisor:
         """Handle what the services published until they ended, such as the integrator's last health."""
         while (event := self._bus.receive(POLL_S)) is not None:
             if isinstance(event, Envelope | Alive):
-                self._status = self._status.updated(event)
+                self._status = self._status.updated(event, time.monotonic_ns())
 
     def _log_counts(self) -> Mapping[str, int]:
-        health = self._status.health.get((TIMEKEEPER, MAIN))
+        health = self._status.services.health.get((TIMEKEEPER, MAIN))
         return health.counts if health is not None else {}
 
     def _lost(self, status: int | None) -> int | None:
@@ -229,12 +230,12 @@ class Supervisor:
         while (left_s := until_s - time.monotonic()) > 0:
             event = self._bus.receive(left_s)
             if isinstance(event, Envelope | Alive):
-                self._status = self._status.updated(event)
+                self._status = self._status.updated(event, time.monotonic_ns())
                 if self._status.pose is not None and self._first_s is None:
                     self._first_s = elapsed_s
 
     def _dropped(self) -> int:
-        return sum(lost(health.counts) for health in self._status.health.values())
+        return sum(lost(health.counts) for health in self._status.services.health.values())
 
     def _display(self) -> AbstractContextManager[Live | None]:
         if not self._console.is_terminal:

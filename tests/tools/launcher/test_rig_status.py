@@ -6,20 +6,21 @@ from rich.console import Console
 
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope
+from zenocap.common.observe.view import MOST_OTHERS, RigView
 from zenocap.common.topics import topic_of
 from zenocap.tools.launcher.display import plain_line, table
-from zenocap.tools.launcher.rig_status import MAX_POSTURES, MAX_SERVICES, RigStatus, lost_text
+from zenocap.tools.launcher.rig_status import MAX_POSTURES, RigStatus, lost_text
 
 SERVICES = [("viewer", "1"), ("viewer", "2"), ("integrator", "main")]
 
 
 def status_after(*messages: m.Message, alive: tuple[tuple[str, str], ...] = ()) -> RigStatus:
-    status = RigStatus()
+    status = RigStatus(RigView("studio"))
     for service, id in alive:
-        status = status.updated(Alive(service, id, True, 0))
+        status = status.updated(Alive(service, id, True, 0), 0)
     for message in messages:
         topic = topic_of(type(message))
-        status = status.updated(Envelope("key", topic, message, 0))
+        status = status.updated(Envelope("key", topic, message, 0), 0)
     return status
 
 
@@ -72,7 +73,7 @@ def test_table_shows_the_missing_initial_posture_before_the_first_pose() -> None
 
 
 def test_stopped_service_is_shown_as_not_there() -> None:
-    status = status_after(health("1"), alive=(("viewer", "1"),)).updated(Alive("viewer", "1", False, 0))
+    status = status_after(health("1"), alive=(("viewer", "1"),)).updated(Alive("viewer", "1", False, 0), 0)
     assert "viewer 1: not running" in plain_line(status, SERVICES, 1.0)
 
 
@@ -131,25 +132,27 @@ def test_the_last_posture_is_shown_and_all_are_counted() -> None:
 
 
 def test_number_of_stored_health_messages_is_bounded() -> None:
-    status = status_after(*(health(f"unknown{number}") for number in range(MAX_SERVICES + 10)))
-    assert len(status.health) == MAX_SERVICES
-    again = status.updated(Envelope("key", topic_of(m.Health), health("unknown0", rate=7.0), 0))
-    assert again.health[("viewer", "unknown0")].rate == 7.0
+    status = status_after(*(health(f"unknown{number}") for number in range(MOST_OTHERS + 10)))
+    assert len(status.services.health) == MOST_OTHERS
+    again = status.updated(Envelope("key", topic_of(m.Health), health("unknown0", rate=7.0), 0), 0)
+    assert again.services.health[("viewer", "unknown0")].rate == 7.0
 
 
 def test_the_tables_are_bounded_and_the_own_services_always_in_them() -> None:
-    status = RigStatus(own=frozenset(SERVICES))
-    for number in range(3 * MAX_SERVICES):
-        status = status.updated(Alive("viewer", f"unknown{number}", True, 0))
-        status = status.updated(Envelope("key", topic_of(m.Health), health(f"unknown{number}"), 0))
-        status = status.updated(Envelope("key", topic_of(m.Posture), posture(f"label {number}"), 0))
-    status = status.updated(Alive("viewer", "1", True, 0)).updated(Envelope("key", topic_of(m.Health), health("1"), 0))
-    assert len(status.alive) <= MAX_SERVICES + len(SERVICES)
-    assert len(status.health) <= MAX_SERVICES + len(SERVICES)
+    status = RigStatus(RigView("studio", tuple(SERVICES)))
+    for number in range(3 * MOST_OTHERS):
+        status = status.updated(Alive("viewer", f"unknown{number}", True, 0), 0)
+        status = status.updated(Envelope("key", topic_of(m.Health), health(f"unknown{number}"), 0), 0)
+        status = status.updated(Envelope("key", topic_of(m.Posture), posture(f"label {number}"), 0), 0)
+    status = status.updated(Alive("viewer", "1", True, 0), 0).updated(
+        Envelope("key", topic_of(m.Health), health("1"), 0), 0
+    )
+    assert len(status.services.alive) <= MOST_OTHERS + len(SERVICES)
+    assert len(status.services.health) <= MOST_OTHERS + len(SERVICES)
     assert len(status.postures) <= MAX_POSTURES + 1
-    assert sum(status.postures.values()) == 3 * MAX_SERVICES
-    assert ("viewer", "1") in status.alive
-    assert ("viewer", "1") in status.health
+    assert sum(status.postures.values()) == 3 * MOST_OTHERS
+    assert ("viewer", "1") in status.services.alive
+    assert ("viewer", "1") in status.services.health
 
 
 def posture(label: str) -> m.Posture:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heappop, heappush
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +15,13 @@ from zenocap.common.body.definition import Bdp
 from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.body.keypoints import Keypoints, keypoints
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import FORMATS, format_of
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.take_poses import TOPICS_USED, Bap, Summary, is_lost, limbs_of, pose_of, summary_of
 from zenocap.common.formats.trajectories import Axes, Unit
 from zenocap.common.messages import BothWaysPose, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.reader import Take as Recording
-from zenocap.tools.recordings.export import Exported, ExportOptions, Format, export
-from zenocap.tools.recordings.suffixes import OTHER_SUFFIXES, format_name
+from zenocap.tools.recordings.export import Exported, ExportOptions, export
 
 CHUNK = 1000  # frames: 40 s at 25 frames/s, about 1 MB of arrays
 REORDERED = 64  # poses that may be recorded out of the order of their capture times
@@ -171,14 +170,13 @@ class Take:
         right are blank.  The file appears whole or not at all.  Raises UserError.
         """
         path = Path(output)
-        kind = next((name for name in get_args(Format) if format_name(path.suffix) == name), None)
-        if kind is None:
-            raise UserError(
-                f"{path}: suffix {path.suffix!r}: allowed: .{', .'.join(get_args(Format))}, {', '.join(OTHER_SUFFIXES)}"
-            )
+        form = format_of(path.suffix)
+        if form is None:
+            allowed = ", ".join(suffix for one in FORMATS.rows().values() for suffix in one.suffixes)
+            raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {allowed}")
         options = ExportOptions(
-            kind, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw, min_confidence=min_confidence,
-            spine=spine,
+            form.name, fps=fps, axes=axes, unit=unit, joints=joints, smooth=smooth, raw=self.raw,
+            min_confidence=min_confidence, spine=spine,
         )  # fmt: skip
         return export(self.path, path, options)
 

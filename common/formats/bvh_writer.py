@@ -13,6 +13,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.rotations import matrix_to_euler
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.pose_track import PoseTrack, holding
 from zenocap.common.formats.skeleton import Skeleton, bone_rotations, skeleton_of
 from zenocap.common.formats.trajectories import DIGITS, MATRICES, Axes, Unit, convert
@@ -79,3 +80,8 @@ def _hierarchy(skeleton: Skeleton, bone: int, indent: str, axes: Axes, unit: Uni
 
 def _triple(values: Floats) -> str:
     return " ".join(f"{value:.6f}" for value in values + 0.0)
+
+
+def export(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`."""
+    write_bvh(path, request.track, axes=request.axes, unit=request.unit)

@@ -8,7 +8,9 @@ import ezc3d
 import numpy as np
 
 from zenocap.common.atomic_write import atomic_file
+from zenocap.common.body.joint_conventions import SPINE, TITLES, origin_of, points_of
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.trajectories import Axes, Trajectories, Unit, axis_directions, convert
 
 BYTES_PER_POINT = 16
@@ -63,3 +65,20 @@ def write_c3d(
             named.replace(unfinished)
         finally:
             named.unlink(missing_ok=True)
+
+
+def export(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`."""
+    write_c3d(
+        path, request.points(), axes=request.axes, unit=request.unit, descriptions=_descriptions(request),
+        smoothing=request.smoothing,
+    )  # fmt: skip
+
+
+def _descriptions(request: ExportRequest) -> list[str]:
+    """Of every point: its convention, and whether it is measured; empty for the default of `write_c3d`."""
+    if request.joints == "zenocap" and not request.spine:
+        return []
+    title, anatomy = TITLES[request.joints], request.track.anatomy
+    points = points_of(request.joints, anatomy, spine=request.spine)
+    return [f"{'spine' if p in SPINE else title} {p.name}, {origin_of(p, anatomy)}" for p in points]

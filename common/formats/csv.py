@@ -8,6 +8,7 @@ import numpy as np
 
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.joint_conventions import Convention
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.trajectories import DIGITS, Axes, Unit, convert
 
@@ -56,3 +57,11 @@ def write_csv(
 
 def _number(value: float, digits: int) -> str:
     return "" if np.isnan(value) else f"{value:.{digits}f}"
+
+
+def export(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`."""
+    write_csv(
+        path, request.track, axes=request.axes, unit=request.unit, angle=request.angle, joints=request.joints,
+        min_confidence=request.min_confidence, spine=request.spine,
+    )  # fmt: skip

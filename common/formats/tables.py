@@ -16,6 +16,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.joint_conventions import TITLES, Convention
 from zenocap.common.formats.csv import Angle
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.trajectories import Axes, Unit, axis_directions, convert
 
@@ -124,3 +125,19 @@ def metadata(track: PoseTrack, layout: TableLayout) -> Mapping[str, object]:
 
 def _angles(track: PoseTrack, layout: TableLayout) -> Floats:
     return np.degrees(track.angles) if layout.angle == "deg" else track.angles
+
+
+def export_parquet(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`."""
+    write_parquet(path, request.track, _layout(request))
+
+
+def export_npz(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`."""
+    write_npz(path, request.track, _layout(request))
+
+
+def _layout(request: ExportRequest) -> TableLayout:
+    return TableLayout(
+        request.axes, request.unit, request.angle, request.joints, request.min_confidence, request.smoothing, request.spine
+    )

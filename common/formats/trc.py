@@ -6,6 +6,7 @@ import numpy as np
 
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.trajectories import DIGITS, Axes, Trajectories, Unit, convert
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
@@ -86,3 +87,8 @@ def read_trc(path: Path) -> Trajectories:
 def _number(cell: str) -> float:
     text = cell.strip()
     return float(text) if text else np.nan
+
+
+def export(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`."""
+    write_trc(path, request.points(), axes=request.axes, unit=request.unit)

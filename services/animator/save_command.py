@@ -8,13 +8,12 @@ import msgspec
 import numpy as np
 
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import FORMATS
 from zenocap.common.recording.summary import read_summary
 from zenocap.services.animator.page.save_messages import DRAWN, FILMS, SaveTake
 from zenocap.services.animator.replay_process import ERROR_PREFIX
 
-SUFFIXES = {"usd": ".usdc"}  # of kinds that are not their own suffix
-WITH_JOINTS = ("trc", "c3d", "csv", "parquet", "npz")
-WITHOUT_AXES = ("glb", "usd")
+BINARY_USD = ".usdc"  # .usd says not which kind it is
 EDGE_S = 0.0005  # by which a part is longer at either end: the page gives milliseconds, poses have nanoseconds
 NOTES = ("note: ", "lost: ")  # prefixes of lines on what a file lacks
 
@@ -32,7 +31,7 @@ def file_name(take: str, request: SaveTake) -> str:
     if request.start_s is not None or request.end_s is not None:
         start = f"{request.start_s or 0.0:.2f}"
         part = f"_{start}s" if request.end_s is None else f"_{start}-{request.end_s:.2f}s"
-    return f"{take}{part}{SUFFIXES.get(request.kind, f'.{request.kind}')}"
+    return f"{take}{part}{BINARY_USD if request.kind == 'usd' else f'.{request.kind}'}"
 
 
 def shift_s(take: Path, request: SaveTake, *, raw: bool) -> float:
@@ -74,8 +73,9 @@ def command_line(take: Path, output: Path, request: SaveTake, shift: float, *, r
         line += ["--follow"] if request.follow and request.kind in FILMS else []
         return line
     line += ["--to", request.kind]
-    line += ["--joints", request.joints] if request.kind in WITH_JOINTS else []
-    line += ["--axes", request.axes] if request.kind not in WITHOUT_AXES else []
+    to = FORMATS.row(request.kind)
+    line += ["--joints", request.joints] if to.points else []
+    line += ["--axes", request.axes] if to.axes is None or len(to.axes) > 1 else []
     return line
 
 

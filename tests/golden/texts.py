@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
-from typing import cast
 
 from msgspec import json as msgspec_json
 from msgspec import to_builtins
@@ -30,7 +29,7 @@ from zenocap.services.animator.states import Setup
 from zenocap.services.animator.step import initial_state, step
 from zenocap.tools.metrics.observations import Observations
 from zenocap.tools.monitor.display import as_json
-from zenocap.tools.recordings.export import ExportOptions, Format, export
+from zenocap.tools.recordings.export import ExportOptions, export
 from zenocap.tools.recordings.info import info
 from zenocap.tools.traces.instants import Instants
 
@@ -93,7 +92,7 @@ def _exports(path: Path, formats: Sequence[str]) -> str:
     with tempfile.TemporaryDirectory() as name:
         for to in formats:
             file = Path(name) / f"take.{to}"
-            rows = export(path, file, ExportOptions(cast(Format, to))).rows
+            rows = export(path, file, ExportOptions(to)).rows
             lines.append(f"{to:8} {rows:5} rows  {hashlib.sha256(file.read_bytes()).hexdigest()}")
     return "\n".join([*lines, ""])
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
+from zenocap.common.formats.export_format import FORMATS, ExportFormat, format_of
 from zenocap.tools.cli.frame_range import FrameRange
 from zenocap.tools.cli.options import (
     DONE,
@@ -20,27 +21,19 @@ from zenocap.tools.cli.options import (
     smoothing,
 )
 from zenocap.tools.cli.progress import progress
-from zenocap.tools.recordings.suffixes import OTHER_SUFFIXES, format_name
-
-if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.tools.recordings.export import Format
-
-FORMATS: tuple[Format, ...] = ("trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "glb", "usd")
-WITHOUT_POSE = {
-    "bvh": "last pose repeated", "mot": "left out", "opensim": "left out", "glb": "last pose repeated",
-    "usd": "last pose repeated, invisible",
-}  # fmt: skip
 
 
 def export(
     take: TakePath,
     output: OutputOption,
     to: Annotated[
-        Literal["trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "opensim", "glb", "usd"] | None,
+        str | None,
         typer.Option(
+            metavar="|".join(FORMATS.own),
             help="Format; default: by the name of the output. trc, c3d: joint centres. bvh: animated skeleton. "
             "csv, parquet, npz: joint angles, scores and joint centres. mot: OpenSim's coordinates. "
-            "opensim: a folder that scales --model and finds its motion. glb, usd: body, skeleton, animation."
+            "opensim: a folder that scales --model and finds its motion. glb, usd: body, skeleton, animation. "
+            "Installed packages may bring others.",
         ),
     ] = None,
     fps: Annotated[
@@ -127,26 +120,23 @@ def export(
     """
     start, end = span.bounds()
     cutoff_hz = smoothing("--smooth", smooth)
-    to = to or next((name for name in FORMATS if format_name(output.suffix) == name), None)
-    if to is None:
-        allowed = ", ".join([*(f".{name}" for name in FORMATS), *OTHER_SUFFIXES])
-        raise typer.BadParameter(f"--output {output}: allowed: a name ending in {allowed}, or any with --to")
+    form = chosen_format(output, to)
     with one_line_errors(), progress(f"exporting {take}", remote=remote):
         from zenocap.tools.recordings.export import ExportOptions
         from zenocap.tools.recordings.export import export as run_export
 
         options = ExportOptions(
-            to, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones, model, spine
+            form.name, start, end, fps, axes, units, angles, joints, cutoff_hz, raw, min_confidence, bones, model, spine
         )
         written = run_export(checked_take(take), output, options)
-    axes = "opensim" if to == "opensim" else axes
+    axes = "opensim" if form.model else axes
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}, {axes}"
     )
     if written.empty:
-        typer.echo(f"note: {written.empty} frames without pose: {WITHOUT_POSE.get(to, 'blank')}", err=True)
+        typer.echo(f"note: {written.empty} frames without pose: {form.empty}", err=True)
     if written.left_out:
-        lacking = "the model has no arms" if to == "opensim" else f"the take's body has {missing_parts(written.left_out)}"
+        lacking = "the model has no arms" if form.model else f"the take's body has {missing_parts(written.left_out)}"
         typer.echo(f"note: {lacking}: left out: {', '.join(written.left_out)}", err=True)
     if written.unsmoothed[0]:
         stretches, frames = written.unsmoothed
@@ -154,6 +144,19 @@ def export(
     if written.cut:
         typer.echo(f"lost: {written.cut}", err=True)
     raise typer.Exit(LOSS if written.cut else DONE)
+
+
+def chosen_format(output: Path, to: str | None) -> ExportFormat:
+    """The format of that name, or else of the output's suffix.  Raises typer.BadParameter."""
+    if to is not None:
+        if to not in FORMATS.names():
+            raise typer.BadParameter(f"--to {to!r}: allowed: {', '.join(FORMATS.names())}")
+        return FORMATS.row(to)
+    found = format_of(output.suffix)
+    if found is None:
+        allowed = ", ".join(suffix for one in FORMATS.rows().values() for suffix in one.suffixes)
+        raise typer.BadParameter(f"--output {output}: allowed: a name ending in {allowed}, or any with --to")
+    return found
 
 
 def missing_parts(names: tuple[str, ...]) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from zenocap.common.formats.export_format import ExportFormat, format_of
 from zenocap.common.rig.sources import VIDEO_SUFFIXES
 from zenocap.tools.cli.decisions import Decisions
 from zenocap.tools.cli.options import DONE, LOSS, UNUSABLE, Method, Variant, one_line_errors, rig_at
@@ -20,7 +21,6 @@ from zenocap.tools.cli.suggestions import WrongArgument
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
-    from zenocap.tools.recordings.export import Format
     from zenocap.tools.recordings.overlay import Overlay
     from zenocap.tools.recordings.track import Tracked, TrackedFrameSet
 
@@ -29,7 +29,6 @@ Refinement = Literal["gauss-newton", "force", "force-printed"]
 PICTURES = 20  # of an overlay, about
 VIDEOS = "Videos of no rig"
 TRACKER = "Tracker (methods hybrid, image-force and particle-filter)"
-EXPORTED: dict[str, Format] = {".trc": "trc", ".bvh": "bvh", ".c3d": "c3d", ".csv": "csv", ".glb": "glb", ".usd": "usd"}
 
 
 def track(
@@ -213,7 +212,7 @@ def track(
         loaded = decoded_by_hardware(loaded) if hardware_decoding else loaded
         one = at_working_size(with_people(loaded) if people else loaded, working_size, fps)
         output = Path(f"{one.name}.mcap") if output is None else output
-        to = EXPORTED.get(output.suffix.lower())
+        to = format_of(output.suffix)
         front, heading = decisions.front, decisions.heading
         overrides = TrackerOverrides(prior, particles, points, iterations, refinement, seed, preset, front, heading)
         one = with_tracker(one, overrides)
@@ -391,7 +390,7 @@ def _draw(rig: Rig, take: Path, drawing: Overlay, result: Tracked, jobs: int | N
         update(count)
 
 
-def _exported(work: Work, output: Path, to: Format) -> Tracked:
+def _exported(work: Work, output: Path, to: ExportFormat) -> Tracked:
     """Track into a temporary take and export it; nothing is exported without poses."""
     from zenocap.tools.recordings.export import ExportOptions, export
 
@@ -401,7 +400,7 @@ def _exported(work: Work, output: Path, to: Format) -> Tracked:
         if not result.poses:
             typer.echo(f"{result.frame_sets} frames, 0 poses")
             return result
-        written = export(take, output, ExportOptions(to))
+        written = export(take, output, ExportOptions(to.name))
     typer.echo(
         f"{output}: {written.rows} frames, {written.first} to {written.last}, {written.rate:.5g}/s, {written.unit}"
         f"{', tracked both ways' if result.both_ways else ''}; the take was temporary: give -o FILE.mcap to keep it"

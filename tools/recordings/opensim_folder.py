@@ -15,6 +15,7 @@ from zenocap.common.body.joint_conventions import limb_of
 from zenocap.common.body.keypoints import keypoints
 from zenocap.common.body.kinematics import part_frames
 from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.opensim_model import read_model
 from zenocap.common.formats.opensim_setup import PELVIS_TOP, ik_setup, marker_set, markers_of, scale_setup
 from zenocap.common.formats.pose_track import PoseTrack
@@ -128,3 +129,12 @@ def _of_markers(data: Trajectories, markers: Container[str]) -> Trajectories:
     kept = [k for k, name in enumerate(data.names) if name in markers]
     names = tuple(data.names[k] for k in kept)
     return Trajectories(names, data.frames, data.times_s, data.points[:, kept], data.rate)
+
+
+def export(folder: Path, request: ExportRequest) -> tuple[str, ...]:
+    """For `zenocap export`: points that the model lacks."""
+    assert request.model is not None, "checked before"
+    return write_opensim(
+        folder, request.track, request.model, take=request.take, smoothing=request.smoothing,
+        min_confidence=request.min_confidence,
+    )  # fmt: skip

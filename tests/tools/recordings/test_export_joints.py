@@ -24,7 +24,7 @@ from zenocap.common.conversion import angles_by_name, body_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.trc import read_trc
 from zenocap.services.tracker.body.average_body import average_body
-from zenocap.tools.recordings.export import ExportOptions, Format, export
+from zenocap.tools.recordings.export import ExportOptions, export
 
 FEET = ("RBigToe", "RSmallToe", "RHeel", "LBigToe", "LSmallToe", "LHeel")
 SPINE_NAMES = ("Pelvis", "Spine", "Thorax", "UpperNeck")
@@ -65,9 +65,7 @@ def two_view(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 @pytest.mark.parametrize("joints", CONVENTIONS)
 @pytest.mark.parametrize("to", ["trc", "c3d", "csv"])
-def test_every_format_has_the_points_of_the_convention(
-    joints: Convention, to: Format, tracked: Path, tmp_path: Path
-) -> None:
+def test_every_format_has_the_points_of_the_convention(joints: Convention, to: str, tracked: Path, tmp_path: Path) -> None:
     path = tmp_path / f"a.{to}"
     status, _, err = run("export", tracked, "-o", path, "--joints", joints)
     assert (status, "left out" in err) == (0, False)
@@ -101,7 +99,7 @@ def test_c3d_describes_which_points_are_derived(tracked: Path, tmp_path: Path) -
 @pytest.mark.parametrize("joints", CONVENTIONS)
 @pytest.mark.parametrize("to", ["trc", "c3d", "csv", "parquet", "npz"])
 def test_joints_of_the_spine_follow_the_points_of_the_convention(
-    joints: Convention, to: Format, tracked: Path, tmp_path: Path
+    joints: Convention, to: str, tracked: Path, tmp_path: Path
 ) -> None:
     """Names and places as ezc3d, pandas, NumPy and the own reader of TRC find them, against the frames of the parts."""
     path = tmp_path / f"a.{to}"
@@ -147,7 +145,7 @@ def test_a_body_without_a_bend_in_the_spine_has_its_other_joints(two_view: Path,
 
 
 @pytest.mark.parametrize("to", ["bvh", "mot", "glb"])
-def test_formats_without_points_refuse_the_spine(to: Format, two_view: Path, tmp_path: Path) -> None:
+def test_formats_without_points_refuse_the_spine(to: str, two_view: Path, tmp_path: Path) -> None:
     status, out, err = run("export", two_view, "-o", tmp_path / f"a.{to}", "--spine")
     assert (status, out) == (1, "")
     assert err.rstrip().endswith(f"a.{to}: spine: {to} has no points: allowed in trc, c3d, csv, parquet, npz")
@@ -165,7 +163,7 @@ def test_arrays_of_a_take_have_the_joints_of_the_spine(smooth: float | None, tra
 @pytest.mark.parametrize("to", ["trc", "c3d", "csv"])
 @pytest.mark.parametrize("take", ["two_view", "tracked"])
 def test_the_default_is_zenocaps_convention_byte_for_byte(
-    to: Format, take: str, tmp_path: Path, request: pytest.FixtureRequest
+    to: str, take: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     path: Path = request.getfixturevalue(take)
     written = []
@@ -196,7 +194,7 @@ def test_a_take_is_evaluated_in_the_convention_of_the_truth(tracked: Path, tmp_p
 
 @pytest.mark.slow
 @pytest.mark.parametrize("to", ["bvh", "mot"])
-def test_formats_without_points_refuse_a_convention(to: Format, two_view: Path, tmp_path: Path) -> None:
+def test_formats_without_points_refuse_a_convention(to: str, two_view: Path, tmp_path: Path) -> None:
     status, out, err = run("export", two_view, "-o", tmp_path / f"a.{to}", "--joints", "halpe")
     assert (status, out) == (1, "")
     assert err.rstrip().endswith(f"a.{to}: joints halpe: {to} has no points: allowed in trc, c3d, csv, parquet, npz")

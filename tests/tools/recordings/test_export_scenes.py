@@ -12,7 +12,7 @@ from tests.common.formats.test_take_poses import messages_of_track, write_take
 from tests.support.pose_tracks import moving
 from tests.tools.recordings.test_export import FIRST, zenocap
 from zenocap.common.errors import UserError
-from zenocap.tools.recordings import export as export_module
+from zenocap.common.formats import export_format
 
 needs_usd = pytest.mark.skipif(find_spec("pxr") is None, reason="usd-core is not installed: pip install 'zenocap[usd]'")
 
@@ -79,8 +79,8 @@ def test_a_place_that_cannot_be_written_is_one_line(suffix: str, take: Path) -> 
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
-        (("-o", "a.glb", "--units", "cm"), "a.glb: units cm, axes y-up: allowed in glb: m, y-up; importers convert"),
-        (("-o", "a.glb", "--axes", "unity"), "a.glb: units m, axes unity: allowed in glb: m, y-up"),
+        (("-o", "a.glb", "--units", "cm"), "a.glb: units cm, axes y-up: allowed in glb: units m, axes y-up"),
+        (("-o", "a.glb", "--axes", "unity"), "a.glb: units m, axes unity: allowed in glb: units m, axes y-up"),
         (("-o", "a.bvh", "--bones", "vrm"), "a.bvh: bones vrm: allowed in glb, usd"),
         (("-o", "a.glb", "--joints", "coco"), "a.glb: joints coco: glb has no points: allowed in trc, c3d, csv"),
         (("-o", "a.x", "--to", "usd"), "a.x: suffix '.x': allowed in usd: .usd, .usda, .usdc, .usdz"),
@@ -98,7 +98,7 @@ def test_a_wrong_input_is_one_line(
 
 
 def test_a_missing_package_is_named(take: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(export_module, "find_spec", lambda name: None)
+    monkeypatch.setattr(export_format, "find_spec", lambda name: None)
     for suffix, package, extra in ((".glb", "pygltflib", "gltf"), (".usd", "usd-core", "usd")):
         with pytest.raises(UserError, match=rf"needs the package {package}: pip install 'zenocap\[{extra}\]'"):
             zenocap_api.open_take(take).export(tmp_path / f"a{suffix}")

@@ -75,7 +75,7 @@ def test_opensim_scales_the_model_and_finds_the_motion(
     [
         ((), "model not given: allowed: an .osim file with --to opensim"),
         (("--model", "missing.osim"), "missing.osim: cannot be read"),
-        (("--model", "small.osim", "--units", "mm"), "units mm: allowed with --to opensim: none"),
+        (("--model", "small.osim", "--units", "mm"), "units mm, axes y-up: allowed in opensim: units m"),
         (("--model", "small.osim", "--axes", "unity"), "axes unity"),
         (("--model", "small.osim", "--joints", "halpe"), "joints halpe: opensim has no points"),
         (("--model", "small.osim", "--smooth", "20"), "smooth = 20 Hz: allowed: 0.1 to 13.5"),

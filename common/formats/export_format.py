@@ -1,0 +1,127 @@
+"""The table of export formats: what a file of each may have, and what writes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from zenocap.common.errors import UserError
+from zenocap.common.table import Table, attribute
+
+if TYPE_CHECKING:  # `zenocap --help` reads the names alone
+    from zenocap.common.body.joint_conventions import Convention
+    from zenocap.common.formats.bone_names import BoneNames
+    from zenocap.common.formats.csv import Angle
+    from zenocap.common.formats.pose_track import PoseTrack
+    from zenocap.common.formats.trajectories import Axes, Trajectories, Unit
+
+
+@dataclass(frozen=True)
+class ExportRequest:
+    """What is to be written.  track: rows of the file.  smoothing: description of the filter, "none" without one.
+
+    joints, min_confidence, spine: of the points.  bones: names of the bones.  model: a file that the format needs.
+    take: name of the take's file.
+    """
+
+    track: PoseTrack
+    axes: Axes
+    unit: Unit
+    angle: Angle
+    joints: Convention
+    min_confidence: float
+    spine: bool
+    bones: BoneNames
+    model: Path | None
+    smoothing: str
+    take: str
+
+    def points(self) -> Trajectories:
+        return self.track.trajectories(self.joints, self.min_confidence, spine=self.spine)
+
+
+@dataclass(frozen=True)
+class ExportFormat:
+    """One format.
+
+    write: "module:function", called with file and `ExportRequest`; returns points that a model lacks, or None.
+    suffixes: of its files, the usual one first; none: only with --to.  suffix_decides: whether each is a kind of its own.
+    unit: customary one.  units, axes: allowed ones, None: all.  points: whether it has joint centres, of any convention.
+    numbered: whether rows have frame numbers or times; else row k is frame k.  confidence: whether uncertain points can be
+    left out.  bones: whether its bones have names to choose.  model: the file that it needs, in words; "" for none.
+    empty: what a row without pose is, in words.  needs: module, package and extra of zenocap that write it.
+    """
+
+    name: str
+    write: str
+    suffixes: tuple[str, ...]
+    unit: Unit = "m"
+    units: tuple[Unit, ...] | None = None
+    axes: tuple[Axes, ...] | None = None
+    points: bool = False
+    numbered: bool = True
+    confidence: bool = False
+    bones: bool = False
+    model: str = ""
+    suffix_decides: bool = False
+    empty: str = "blank"
+    needs: tuple[str, str, str] | None = None
+
+    def written(self, output: Path, request: ExportRequest) -> Sequence[str]:
+        """Write the file.  Raises UserError for a package that is missing, and OSError."""
+        if self.needs is not None and find_spec(self.needs[0]) is None:
+            _, package, extra = self.needs
+            raise UserError(f"{output}: {self.name} needs the package {package}: pip install 'zenocap[{extra}]'")
+        return cast("Callable[[Path, ExportRequest], Sequence[str] | None]", attribute(self.write))(output, request) or ()
+
+
+TRC = ExportFormat("trc", "zenocap.common.formats.trc:export", (".trc",), points=True, confidence=True)
+BVH = ExportFormat(
+    "bvh", "zenocap.common.formats.bvh_writer:export", (".bvh",), "cm", numbered=False, empty="last pose repeated"
+)
+C3D = ExportFormat(
+    "c3d", "zenocap.common.formats.c3d:export", (".c3d",), "mm", points=True, numbered=False, confidence=True
+)
+CSV = ExportFormat("csv", "zenocap.common.formats.csv:export", (".csv",), points=True, confidence=True)
+MOT = ExportFormat(
+    "mot", "zenocap.common.formats.mot:export", (".mot",), units=("m",), axes=("y-up", "opensim"), empty="left out"
+)
+PARQUET = ExportFormat(
+    "parquet", "zenocap.common.formats.tables:export_parquet", (".parquet",), points=True, confidence=True
+)
+NPZ = ExportFormat("npz", "zenocap.common.formats.tables:export_npz", (".npz",), points=True, confidence=True)
+OPENSIM = ExportFormat(
+    "opensim", "zenocap.tools.recordings.opensim_folder:export", (), units=("m",), axes=("y-up", "opensim"),
+    confidence=True, model="an .osim file", empty="left out",
+)  # fmt: skip
+GLB = ExportFormat(
+    "glb", "zenocap.tools.recordings.export_scene:export_glb", (".glb", ".vrma"), units=("m",), axes=("y-up",),
+    numbered=False, bones=True, empty="last pose repeated", needs=("pygltflib", "pygltflib", "gltf"),
+)  # fmt: skip
+USD = ExportFormat(
+    "usd", "zenocap.tools.recordings.export_scene:export_usd", (".usd", ".usda", ".usdc", ".usdz"), units=("m",),
+    axes=("y-up",), numbered=False, bones=True, suffix_decides=True, empty="last pose repeated, invisible",
+    needs=("pxr", "usd-core", "usd"),
+)  # fmt: skip
+
+FORMATS = Table(
+    ExportFormat,
+    "zenocap.formats",
+    {
+        name: f"{__name__}:{name.upper()}"
+        for name in ("trc", "bvh", "c3d", "csv", "mot", "parquet", "npz", "opensim", "glb", "usd")
+    },
+)
+
+
+def format_of(suffix: str) -> ExportFormat | None:
+    """The format of files with a suffix, such as ".bvh"; None for another one."""
+    return next((one for one in FORMATS.rows().values() if suffix.lower() in one.suffixes), None)
+
+
+def names_with(has: Callable[[ExportFormat], bool]) -> tuple[str, ...]:
+    """Names of the formats of a kind."""
+    return tuple(name for name, one in FORMATS.rows().items() if has(one))

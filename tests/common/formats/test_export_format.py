@@ -1,0 +1,38 @@
+"""The table of export formats: every row writes, no suffix is of two, and the page offers only what the table has."""
+
+from collections import Counter
+from typing import get_args
+
+import pytest
+
+from tests.support.places import GOLDEN
+from zenocap.common.errors import UserError
+from zenocap.common.formats.export_format import FORMATS, format_of
+from zenocap.common.table import attribute
+from zenocap.services.animator.page.save_messages import DRAWN, Kind
+from zenocap.tools.recordings.export import ExportOptions, export
+
+
+@pytest.mark.parametrize("name", FORMATS.names())
+def test_a_row_names_what_writes_it(name: str) -> None:
+    row = FORMATS.row(name)
+    assert row.name == name
+    assert callable(attribute(row.write))
+    assert row.unit in (row.units or (row.unit,))
+    assert row.suffixes or row.model
+
+
+def test_a_suffix_belongs_to_one_format() -> None:
+    suffixes = Counter(suffix for row in FORMATS.rows().values() for suffix in row.suffixes)
+    assert max(suffixes.values()) == 1
+    assert {format_of(suffix.upper()) for suffix in suffixes} == {row for row in FORMATS.rows().values() if row.suffixes}
+    assert format_of(".fbx") is None
+
+
+def test_the_page_saves_only_formats_of_the_table() -> None:
+    assert set(get_args(Kind)) - set(DRAWN) <= set(FORMATS.names())
+
+
+def test_an_unknown_format_is_an_error_with_the_allowed_ones() -> None:
+    with pytest.raises(UserError, match="'fbx': allowed: trc, bvh, "):
+        export(GOLDEN / "arms.mcap", GOLDEN / "arms.fbx", ExportOptions("fbx"))

@@ -126,6 +126,16 @@ def test_dependencies_run_one_way(layer: str) -> None:
     assert wrong == []
 
 
+@pytest.mark.slow
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """A module is read after those that it imports: no order of reading has a circle."""
+    left = {module: internal_imports(module) - {module} for module in MODULES}
+    while free := [module for module, needed in left.items() if not needed & left.keys()]:
+        for module in free:
+            del left[module]
+    assert sorted(left) == []
+
+
 @pytest.mark.nightly
 def test_services_do_not_import_each_other() -> None:
     wrong = [

@@ -2,7 +2,6 @@
 
 import csv
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -10,9 +9,7 @@ from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.joint_conventions import Convention
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.trajectories import DIGITS, Axes, Unit, convert
-
-Angle = Literal["deg", "rad"]
+from zenocap.common.formats.trajectories import DIGITS, Angle, Axes, Unit, convert
 
 
 def write_csv(

@@ -14,9 +14,8 @@ from zenocap.common.table import Table, attribute
 if TYPE_CHECKING:  # `zenocap --help` reads the names alone
     from zenocap.common.body.joint_conventions import Convention
     from zenocap.common.formats.bone_names import BoneNames
-    from zenocap.common.formats.csv import Angle
     from zenocap.common.formats.pose_track import PoseTrack
-    from zenocap.common.formats.trajectories import Axes, Trajectories, Unit
+    from zenocap.common.formats.trajectories import Angle, Axes, Trajectories, Unit
 
 
 @dataclass(frozen=True)
@@ -87,8 +86,9 @@ C3D = ExportFormat(
 )
 CSV = ExportFormat("csv", "zenocap.common.formats.csv:export", (".csv",), points=True, confidence=True)
 MOT = ExportFormat(
-    "mot", "zenocap.common.formats.mot:export", (".mot",), units=("m",), axes=("y-up", "opensim"), empty="left out"
-)
+    "mot", "zenocap.common.formats.opensim_coordinates:export_mot", (".mot",), units=("m",), axes=("y-up", "opensim"),
+    empty="left out",
+)  # fmt: skip
 PARQUET = ExportFormat(
     "parquet", "zenocap.common.formats.tables:export_parquet", (".parquet",), points=True, confidence=True
 )

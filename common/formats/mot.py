@@ -9,7 +9,6 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
-from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.trc import MAX_BYTES
 
 END_OF_HEADER = "endheader"
@@ -99,13 +98,3 @@ def _row(path: Path, number: int, line: str, names: tuple[str, ...]) -> list[flo
             raise UserError(f"{path}: line {number}: {name} = {cell.strip()!r}: allowed: a finite number")
         row.append(value)
     return row
-
-
-def export(path: Path, request: ExportRequest) -> None:
-    """For `zenocap export`.  Raises UserError without a tracked pose."""
-    if not request.track.known.any():
-        raise UserError(f"{path}: the person is lost in every frame: no row to write")
-    from zenocap.common.formats.opensim_coordinates import coordinates_of  # it reads files of this format
-
-    notes = [] if request.smoothing == "none" else [f"Smoothing: {request.smoothing}.", ""]
-    write_mot(path, *coordinates_of(request.track, request.axes), notes)

@@ -16,7 +16,8 @@ from zenocap.common.arrays import Floats
 from zenocap.common.body.clinical_angles import JOINT_AXES, SIDES, JointRotations, joint_rotations
 from zenocap.common.body.rotations import euler_to_matrix, matrix_to_euler
 from zenocap.common.errors import UserError
-from zenocap.common.formats.mot import Mot
+from zenocap.common.formats.export_format import ExportRequest
+from zenocap.common.formats.mot import Mot, write_mot
 from zenocap.common.formats.pose_track import PoseTrack
 from zenocap.common.formats.trajectories import MATRICES, Axes, convert
 
@@ -149,3 +150,11 @@ def _flexion_is_negative(mot: Mot) -> bool:
         return False
     values = np.concatenate(knees) if mot.in_degrees else np.degrees(np.concatenate(knees))
     return bool(values.min() < NEGATIVE_KNEE_DEG and values.max() < -NEGATIVE_KNEE_DEG)
+
+
+def export_mot(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`.  Raises UserError without a tracked pose."""
+    if not request.track.known.any():
+        raise UserError(f"{path}: the person is lost in every frame: no row to write")
+    notes = [] if request.smoothing == "none" else [f"Smoothing: {request.smoothing}.", ""]
+    write_mot(path, *coordinates_of(request.track, request.axes), notes)

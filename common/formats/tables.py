@@ -15,10 +15,9 @@ import numpy as np
 from zenocap.common.arrays import Floats, Ints
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.joint_conventions import TITLES, Convention
-from zenocap.common.formats.csv import Angle
 from zenocap.common.formats.export_format import ExportRequest
 from zenocap.common.formats.pose_track import PoseTrack
-from zenocap.common.formats.trajectories import Axes, Unit, axis_directions, convert
+from zenocap.common.formats.trajectories import Angle, Axes, Unit, axis_directions, convert
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from zenocap.common.arrays import Floats, Ints
 
 Axes = Literal["y-up", "z-up", "ros", "opensim", "unity", "unreal"]
 Unit = Literal["m", "cm", "mm"]
+Angle = Literal["deg", "rad"]
 PER_METRE: Mapping[Unit, float] = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 DIGITS: Mapping[Unit, int] = {"m": 6, "cm": 4, "mm": 3}  # decimals written: to the micrometre
 

@@ -20,7 +20,6 @@ from zenocap.common.topics import (
 )
 
 if TYPE_CHECKING:
-    from zenocap.common.rig.rig import Rig
     from zenocap.common.runtime.service import Service
 
 MOST_VIEWS = 64  # of a method for any number of cameras: what a pose message can name
@@ -56,9 +55,9 @@ class Method:
     def has_tracker(self) -> bool:
         return self.pose_service == "tracker"
 
-    def new_pose_service(self, rig: Rig) -> Service[object, object, Never]:
-        """The service that publishes the poses of a rig.  Raises as its factory does."""
-        return cast("Callable[[Rig], Service[object, object, Never]]", attribute(self.pose))(rig)
+    def new_pose_service(self, rig: object) -> Service[object, object, Never]:
+        """The service that publishes the poses of a `Rig`.  Raises as its factory does."""
+        return cast("Callable[[object], Service[object, object, Never]]", attribute(self.pose))(rig)
 
 
 def _with_tracker(name: str, second_pass: Literal["possible", "default"] = "possible") -> Method:

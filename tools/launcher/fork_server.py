@@ -15,18 +15,19 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import IO
+from typing import IO, cast
 
 from zenocap.common.runtime.compiled import is_compiled
-from zenocap.tools.cli.main import main as command_line
+from zenocap.common.table import attribute
 from zenocap.tools.launcher.child_processes import Process, Spawn, spawn
 
 COMMAND = ("-P", "-m", "zenocap")  # after the interpreter: what can be forked
 ROOM = 4096  # bytes of the command line of a forked service
+COMMAND_LINE = "zenocap.tools.cli.main:main"  # by name: it starts this server itself
 STARTED_S = 60.0  # longest wait for the answer to a request; importing takes a second
 IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by the server, which its parent ends by closing the connection
 UNKNOWN = 1  # exit status of a service whose fork server ended before
@@ -253,6 +254,7 @@ def main() -> None:
     """Entry point of the server.  Arguments: descriptor of its connection, services, parts, and room for command lines."""
     before = {number: signal.signal(number, signal.SIG_IGN) for number in IGNORED}
     connection = socket.socket(fileno=int(sys.argv[1]))
+    command_line = cast("Callable[[], None]", attribute(COMMAND_LINE))  # imported before anything is forked
     for name in sys.argv[2].split():
         import_module(f"zenocap.services.{name}.shell")
     for part in filter(is_compiled, sys.argv[3].split()):

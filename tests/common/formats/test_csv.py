@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.support.pose_tracks import NAMES, moving
-from zenocap.common.formats.csv import Angle, write_csv
-from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Axes, Unit, convert
+from zenocap.common.formats.csv import write_csv
+from zenocap.common.formats.trajectories import MATRICES, PER_METRE, Angle, Axes, Unit, convert
 
 
 def read(path: Path) -> list[dict[str, str]]:

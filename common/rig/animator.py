@@ -4,8 +4,6 @@ Each output has its own table.  A table that is present enables its output, unle
 Without a table nothing is sent and no port is opened.
 """
 
-import re
-from collections.abc import Mapping
 from ipaddress import ip_address
 from typing import Annotated, Literal
 
@@ -39,32 +37,35 @@ class PageTable(msgspec.Struct, frozen=True, kw_only=True):
     origins: tuple[Origin, ...] = ()
 
 
-class VmcTable(msgspec.Struct, frozen=True, kw_only=True):
-    """Output in the Virtual Motion Capture protocol, to a program that displays an avatar."""
+class OutputTable(msgspec.Struct, frozen=True, kw_only=True):
+    """Of any output.  enabled: whether it is opened."""
 
     enabled: bool = True
+
+
+class VmcTable(OutputTable, frozen=True, kw_only=True):
+    """Output in the Virtual Motion Capture protocol, to a program that displays an avatar."""
+
     host: Host = "127.0.0.1"
     port: Port = 39539  # default port of a "marionette" (receiver) in that protocol
 
 
-class VrchatTable(msgspec.Struct, frozen=True, kw_only=True):
+class VrchatTable(OutputTable, frozen=True, kw_only=True):
     """Output of trackers to VRChat, by OSC.
 
     trackers: body parts that are sent; the number of each in VRChat is its place in TRACKERS, from 1.
     head: what VRChat aligns its tracking space with: nothing, the position of the head, or also its heading.
     """
 
-    enabled: bool = True
     host: Host = "127.0.0.1"
     port: Port = 9000  # on which VRChat receives by default
     trackers: tuple[str, ...] = TRACKERS
     head: str = "position"
 
 
-class UdpTable(msgspec.Struct, frozen=True, kw_only=True):
+class UdpTable(OutputTable, frozen=True, kw_only=True):
     """Output of JSON lines, one UDP datagram per pose."""
 
-    enabled: bool = True
     host: Host = "127.0.0.1"
     port: Port = 39600
 
@@ -73,27 +74,25 @@ class UdpTable(msgspec.Struct, frozen=True, kw_only=True):
 FOXGLOVE_ORIGINS = ("https://app.foxglove.dev", "file://")
 
 
-class FoxgloveTable(msgspec.Struct, frozen=True, kw_only=True):
+class FoxgloveTable(OutputTable, frozen=True, kw_only=True):
     """WebSocket server for Foxglove and Lichtblick.  host: the local address to listen on.
 
     origins: of web pages that may connect beside those of this machine; "*" for all.  Programs have no origin.
     """
 
-    enabled: bool = True
     host: Host = "127.0.0.1"
     port: Port = 8765
     origins: tuple[Origin, ...] = FOXGLOVE_ORIGINS
 
 
-class LslTable(msgspec.Struct, frozen=True, kw_only=True):
+class LslTable(OutputTable, frozen=True, kw_only=True):
     """A Lab Streaming Layer outlet.  stream: its name; default: the rig's.  reach: network scope in which it is visible."""
 
-    enabled: bool = True
     stream: StreamName | None = None
     reach: Literal["machine", "network"] = "machine"
 
 
-class RosTable(msgspec.Struct, frozen=True, kw_only=True):
+class RosTable(OutputTable, frozen=True, kw_only=True):
     """Publisher for ROS 2 with rmw_zenoh.
 
     connect: Zenoh endpoint of a router that the nodes of ROS use.  domain: ROS_DOMAIN_ID.  namespace: of the node, of its
@@ -101,7 +100,6 @@ class RosTable(msgspec.Struct, frozen=True, kw_only=True):
     ROS 2 Humble receives, whose keys have no type hashes.
     """
 
-    enabled: bool = True
     connect: str = "tcp/127.0.0.1:7447"  # where rmw_zenoh's own nodes connect
     domain: Annotated[int, Meta(ge=0, le=232)] = 0
     namespace: str | None = None
@@ -113,63 +111,17 @@ class AnimatorTable(msgspec.Struct, frozen=True, kw_only=True):
     """smooth: filter of the live poses on the page and in all outputs; the published and recorded poses stay as they are.
 
     smooth_hz: cut-off frequency at rest (Hz).  smooth_beta: by how much it rises per m/s or rad/s (Hz).
+    outputs: by the name of their tables; see `zenocap.common.rig.outputs`.
     """
 
     smooth: str = "off"
     smooth_hz: float | None = None
     smooth_beta: float | None = None
     page: PageTable = PageTable()
-    vmc: VmcTable | None = None
-    vrchat: VrchatTable | None = None
-    udp: UdpTable | None = None
-    foxglove: FoxgloveTable | None = None
-    lsl: LslTable | None = None
-    ros: RosTable | None = None
-
-
-# The tables inside, to detect unknown keys in them.
-WITHIN: Mapping[str, type[msgspec.Struct]] = {
-    "page": PageTable,
-    "vmc": VmcTable,
-    "vrchat": VrchatTable,
-    "udp": UdpTable,
-    "foxglove": FoxgloveTable,
-    "lsl": LslTable,
-    "ros": RosTable,
-}
+    outputs: dict[str, OutputTable] = {}
 
 
 HEAD_ALIGNMENTS = ("off", "position", "position-and-yaw")  # values of `head` of VRChat
-
-
-def vrchat_problem(table: VrchatTable | None) -> str | None:
-    """Text for a value of the table that is not allowed, which begins with its key; None without one."""
-    if table is None:
-        return None
-    for number, name in enumerate(table.trackers):
-        if name not in TRACKERS:
-            return choice_problem(f"trackers[{number}]", name, TRACKERS)
-        if name in table.trackers[:number]:
-            return f"trackers[{number}] = {name!r}: allowed: each name once"
-    if table.head not in HEAD_ALIGNMENTS:
-        return choice_problem("head", table.head, HEAD_ALIGNMENTS)
-    return None
-
-
-ROS_NAME = r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*"
-
-
-def ros_problem(table: RosTable | None) -> str | None:
-    """Text for a value of the table that is not allowed, which begins with its key; None without one."""
-    if table is None:
-        return None
-    if not re.fullmatch(r"[a-z][a-z\-]*/[^\s\"]+", table.connect):
-        return f"connect = {table.connect!r}: allowed: PROTOCOL/ADDRESS, such as tcp/192.168.1.2:7447"
-    if table.namespace and not re.fullmatch(rf"/?{ROS_NAME}(/{ROS_NAME})*", table.namespace):
-        return f"namespace = {table.namespace!r}: allowed: letters, digits and single '_', such as lab or lab/studio"
-    if not re.fullmatch(rf"{ROS_NAME}(/{ROS_NAME})*", table.frame):
-        return f"frame = {table.frame!r}: allowed: letters, digits and single '_', such as map"
-    return None
 
 
 def smoothing_problem(smooth: str, hz: float | None, beta: float | None) -> str | None:

@@ -9,16 +9,16 @@ from msgspec import Meta
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import (
-    WITHIN,
     AnimatorTable,
+    OutputTable,
+    PageTable,
     open_page_problem,
-    ros_problem,
     smoothing_problem,
-    vrchat_problem,
 )
 from zenocap.common.rig.methods import AUTO, METHODS
+from zenocap.common.rig.outputs import OUTPUTS, outputs_in
 from zenocap.common.rig.recognizer import RecognizerTable
-from zenocap.common.rig.table_errors import choice_problem, invalid_value, unknown_key
+from zenocap.common.rig.table_errors import choice_problem, invalid_value, no_such_key, unknown_key
 from zenocap.common.rig.tracker import TrackerTable
 
 MODES = ("peer", "client", "router")
@@ -127,7 +127,7 @@ class RigFile(msgspec.Struct, frozen=True, kw_only=True):
 
 TABLES: tuple[tuple[str, type[msgspec.Struct]], ...] = (
     ("tracker", TrackerTable), ("recognizer", RecognizerTable), ("zenoh", ZenohTable), ("log", LogTable),
-    ("animator", AnimatorTable), ("security", SecurityTable),
+    ("security", SecurityTable),
 )  # fmt: skip
 
 
@@ -136,9 +136,7 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     _known(path, "", tables, RigFile)
     for key, kind in TABLES:
         _known(path, key, tables.get(key), kind)
-    animator = tables.get("animator")
-    for key, within in WITHIN.items():
-        _known(path, f"animator.{key}", animator.get(key) if isinstance(animator, dict) else None, within)
+    tables, outputs = _without_outputs(path, tables)
     viewers = tables.get("viewer")
     if isinstance(viewers, dict):
         raise UserError(f"{path}: [viewer] is one table: allowed: [[viewer]], once per viewer")
@@ -158,12 +156,7 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
     problem = smoothing_problem(content.animator.smooth, content.animator.smooth_hz, content.animator.smooth_beta)
     if problem:
         raise UserError(f"{path}: animator.{problem}")
-    problem = vrchat_problem(content.animator.vrchat)
-    if problem:
-        raise UserError(f"{path}: animator.vrchat.{problem}")
-    problem = ros_problem(content.animator.ros)
-    if problem:
-        raise UserError(f"{path}: animator.ros.{problem}")
+    content = msgspec.structs.replace(content, animator=msgspec.structs.replace(content.animator, outputs=outputs))
     _name(path, "name", content.name)
     seen: dict[str, int] = {}
     for number, table in enumerate(content.viewer):
@@ -173,6 +166,20 @@ def rig_file(path: Path, tables: dict[str, object]) -> RigFile:
             raise UserError(f"{path}: viewer[{number}].id = {table.id!r}: allowed: an id that {other} does not have")
         seen[table.id] = number
     return content
+
+
+def _without_outputs(path: Path, tables: dict[str, object]) -> tuple[dict[str, object], dict[str, OutputTable]]:
+    """The tables without the outputs of the animator, whose kinds are in a table of their own; and these."""
+    animator = tables.get("animator")
+    if not isinstance(animator, dict):
+        return tables, {}
+    own = tuple(name for name in AnimatorTable.__struct_fields__ if name != "outputs")
+    for key, value in animator.items():
+        if key not in (*own, *OUTPUTS.names()):
+            raise UserError(f"{path}: {no_such_key('animator', key, value, (*own, *OUTPUTS.names()))}")
+    _known(path, "animator.page", animator.get("page"), PageTable)
+    rest = {key: value for key, value in animator.items() if key in own}
+    return {**tables, "animator": rest}, outputs_in(path, animator)
 
 
 def _choice(path: Path, key: str, value: str, allowed: tuple[str, ...]) -> None:

@@ -29,9 +29,14 @@ def unknown_key(where: str, table: object, kind: type[msgspec.Struct], more: tup
     known = (*more, *kind.__struct_fields__)
     for key, value in table.items():
         if key not in known:
-            full = f"{where}.{key}" if where else key
-            return f"{full} = {value!r}: no such key; allowed: {', '.join(known)}{did_you_mean(key, known)}"
+            return no_such_key(where, key, value, known)
     return None
+
+
+def no_such_key(where: str, key: str, value: object, known: tuple[str, ...]) -> str:
+    """Text for an unknown key of the table `where`, "" for the file."""
+    full = f"{where}.{key}" if where else key
+    return f"{full} = {value!r}: no such key; allowed: {', '.join(known)}{did_you_mean(key, known)}"
 
 
 def invalid_value(tables: Mapping[str, object], text: str, where: str = "") -> str:

@@ -7,6 +7,7 @@ from socket import gethostname
 
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.messages import ServiceInfo
+from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN, SERVICES, kinds_of, services_of
 from zenocap.common.runtime.compiled import is_compiled
@@ -82,11 +83,11 @@ def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: s
 
 def _ports(rig: Rig, *, ours: bool) -> list[Port]:
     """Ports on which the animator listens."""
-    page, foxglove = rig.animator.page, rig.animator.foxglove
+    page, foxglove = rig.animator.page, rig.animator.outputs.get("foxglove")
     found = []
     if page.enabled and page.port:
         found.append(look_at_port("page", "animator.page.port", page.host, page.port, ours=ours))
-    if foxglove is not None and foxglove.enabled:
+    if isinstance(foxglove, FoxgloveTable) and foxglove.enabled:
         found.append(look_at_port("Foxglove output", "animator.foxglove.port", foxglove.host, foxglove.port, ours=ours))
     return found
 

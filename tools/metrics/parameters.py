@@ -5,7 +5,7 @@ of unknown origin cannot create series without bound.
 """
 
 from zenocap.common.messages import Phase
-from zenocap.common.rig.animator import WITHIN
+from zenocap.common.rig.outputs import OUTPUTS as OUTPUT_KINDS
 from zenocap.common.rig.services import ORDER
 from zenocap.common.topics import TOPICS
 
@@ -27,7 +27,7 @@ STAGES = (
     "frame_age", "result_age", "publish", "step_frame", "step_tick", "step_alive",
     *(f"step_{topic.name}" for topic in TOPICS),
 )  # fmt: skip
-OUTPUTS = tuple(name for name in WITHIN if name != "page")
+OUTPUTS = OUTPUT_KINDS.names()
 OUTPUT_RESULTS = ("sent", "refused", "dropped", "failed", "errors")
 MAX_CONNECTIONS = 32  # to the HTTP server at a time; by hand
 CONNECTION_TIMEOUT_S = 5.0  # of a read or write of one; by hand

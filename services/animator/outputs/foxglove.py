@@ -19,6 +19,7 @@ from zenocap.common.formats.foxglove.channels import FoxgloveMessage
 from zenocap.common.formats.foxglove.converter import FoxgloveConverter
 from zenocap.common.recording.writer import Channel
 from zenocap.common.rig.animator import FoxgloveTable
+from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.services.animator.outputs.gate import Gate, hidden_host, listening_problem
 from zenocap.services.animator.outputs.output import OutputError
@@ -137,3 +138,8 @@ class FoxgloveOutput:
             self._repeated[channel] = message.data
         out.log(message.data, log_time=now_ns)
         self._counts["sent"] += 1
+
+
+def opened(table: FoxgloveTable, rig: str, clock: Clock) -> FoxgloveOutput:
+    """The output of a rig.  Raises OutputError."""
+    return FoxgloveOutput(table, rig)

@@ -2,21 +2,23 @@
 
 import logging
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.rig.animator import AnimatorTable, FoxgloveTable, LslTable, RosTable, UdpTable, VmcTable, VrchatTable
+from zenocap.common.rig.animator import AnimatorTable, OutputTable
+from zenocap.common.rig.outputs import OUTPUTS
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.logs import OncePerSource
+from zenocap.common.table import attribute
 from zenocap.services.animator.outputs.output import Output, OutputError
 from zenocap.services.animator.states import Actor
 
 logger = logging.getLogger(__name__)
 
 
-OutputTable: TypeAlias = VmcTable | VrchatTable | UdpTable | FoxgloveTable | LslTable | RosTable
+Open: TypeAlias = Callable[[OutputTable, str, Clock], Output]
 
 
 class OutputGroup:
@@ -72,9 +74,9 @@ def open_outputs(table: AnimatorTable, rig: str, clock: Clock) -> OutputGroup:
     """Open the enabled outputs of the table; those that fail are logged and listed.  rig: its name."""
     opened: list[Output] = []
     failed: list[str] = []
-    for output_table in _enabled(table):
+    for name, output_table in _enabled(table).items():
         try:
-            output = _open_output(output_table, rig, clock)
+            output = cast("Open", attribute(OUTPUTS.row(name).open))(output_table, rig, clock)
         except OutputError as error:
             logger.error("%s; the other outputs are not affected", error)
             failed.append(str(error))
@@ -89,35 +91,5 @@ def has_outputs(table: AnimatorTable) -> bool:
     return bool(_enabled(table))
 
 
-def _enabled(table: AnimatorTable) -> list[OutputTable]:
-    outputs = (table.vmc, table.vrchat, table.udp, table.foxglove, table.lsl, table.ros)
-    return [output for output in outputs if output is not None and output.enabled]
-
-
-def _open_output(table: OutputTable, rig: str, clock: Clock) -> Output:
-    """Open one output; its libraries are imported only here.  Raises OutputError."""
-    match table:
-        case VmcTable():
-            from zenocap.services.animator.outputs.vmc import VmcOutput
-
-            return VmcOutput(table)
-        case VrchatTable():
-            from zenocap.services.animator.outputs.vrchat import VrchatOutput
-
-            return VrchatOutput(table)
-        case UdpTable():
-            from zenocap.services.animator.outputs.udp import UdpOutput
-
-            return UdpOutput(table, rig)
-        case FoxgloveTable():
-            from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
-
-            return FoxgloveOutput(table, rig)
-        case LslTable():
-            from zenocap.services.animator.outputs.lsl import LslOutput
-
-            return LslOutput(table, rig, clock)
-        case RosTable():
-            from zenocap.services.animator.outputs.ros import RosOutput
-
-            return RosOutput(table, rig, clock)
+def _enabled(table: AnimatorTable) -> dict[str, OutputTable]:
+    return {name: one for name, one in table.outputs.items() if one.enabled}

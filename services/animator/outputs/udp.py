@@ -10,6 +10,7 @@ from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.conversion import angles_by_name
 from zenocap.common.rig.animator import UdpTable
+from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import DatagramSender
 from zenocap.services.animator.states import Actor, Source
 
@@ -87,3 +88,8 @@ class UdpOutput:
 
     def close(self) -> None:
         self._sender.close()
+
+
+def opened(table: UdpTable, rig: str, clock: Clock) -> UdpOutput:
+    """The output of a rig.  Raises OutputError."""
+    return UdpOutput(table, rig)

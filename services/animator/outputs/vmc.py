@@ -23,6 +23,7 @@ from zenocap.common.formats.osc import osc_bundles, osc_message, osc_string
 from zenocap.common.formats.skeleton import skeleton_of, turned_bones
 from zenocap.common.formats.trajectories import MATRICES, convert
 from zenocap.common.rig.animator import VmcTable
+from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import DatagramSender
 from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
 from zenocap.services.animator.states import Actor
@@ -99,3 +100,8 @@ class VmcOutput:
         """Send "not loaded", so that the receiver shows that the stream has ended."""
         self._sender.send(NOT_LOADED)
         self._sender.close()
+
+
+def opened(table: VmcTable, rig: str, clock: Clock) -> VmcOutput:
+    """The output of a rig.  Raises OutputError."""
+    return VmcOutput(table)

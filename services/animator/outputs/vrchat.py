@@ -22,6 +22,7 @@ from zenocap.common.formats.osc import osc_bundles, osc_string
 from zenocap.common.formats.skeleton import skeleton_of
 from zenocap.common.formats.trajectories import MATRICES, convert
 from zenocap.common.rig.animator import TRACKERS, VrchatTable
+from zenocap.common.runtime.clock import Clock
 from zenocap.services.animator.outputs.output import DatagramSender
 from zenocap.services.animator.parameters import MAX_DATAGRAM_BYTES
 from zenocap.services.animator.states import Actor
@@ -112,3 +113,8 @@ class VrchatOutput:
 
     def close(self) -> None:
         self._sender.close()
+
+
+def opened(table: VrchatTable, rig: str, clock: Clock) -> VrchatOutput:
+    """The output of a rig.  Raises OutputError."""
+    return VrchatOutput(table)

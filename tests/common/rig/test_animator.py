@@ -10,7 +10,6 @@ from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.live_smoothing import animator_smoothing
 from zenocap.common.rig.animator import (
-    WITHIN,
     AnimatorTable,
     FoxgloveTable,
     LslTable,
@@ -19,7 +18,9 @@ from zenocap.common.rig.animator import (
     VmcTable,
     VrchatTable,
 )
+from zenocap.common.rig.outputs import OUTPUTS
 from zenocap.common.rig.rig import load_rig
+from zenocap.common.table import attribute
 
 TABLES = """
 [animator.vmc]
@@ -44,16 +45,15 @@ def test_poses_are_smoothed_only_on_request(tmp_path: Path) -> None:
 
 
 def test_outputs_are_off_without_a_table(tmp_path: Path) -> None:
-    assert load_rig(write_rig(tmp_path, RIG)).animator == AnimatorTable(vmc=None, udp=None, foxglove=None, lsl=None)
+    assert load_rig(write_rig(tmp_path, RIG)).animator == AnimatorTable()
 
 
 def test_an_output_with_a_table_is_on_by_default(tmp_path: Path) -> None:
     table = load_rig(write_rig(tmp_path, RIG + TABLES + "[animator.foxglove]\n")).animator
-    assert table.vmc == VmcTable(enabled=True, host="192.168.1.20", port=39540)
-    assert table.udp is not None
-    assert not table.udp.enabled
-    assert table.foxglove == FoxgloveTable(enabled=True, host="127.0.0.1", port=8765)
-    assert table.lsl == LslTable(stream="walk", reach="network")
+    assert table.outputs["vmc"] == VmcTable(enabled=True, host="192.168.1.20", port=39540)
+    assert not table.outputs["udp"].enabled
+    assert table.outputs["foxglove"] == FoxgloveTable(enabled=True, host="127.0.0.1", port=8765)
+    assert table.outputs["lsl"] == LslTable(stream="walk", reach="network")
 
 
 def test_outputs_go_to_this_machine_by_default() -> None:
@@ -108,16 +108,18 @@ def test_errors_name_file_key_value_and_what_is_allowed(tmp_path: Path, text: st
 def test_documentation_and_example_rig_have_valid_tables(tmp_path: Path) -> None:
     (block,) = re.findall(r"```toml\n(\[animator\.vmc\].*?)```", (ROOT / "docs" / "outputs.md").read_text(), re.DOTALL)
     table = load_rig(write_rig(tmp_path, RIG + block)).animator
-    assert (table.vmc, table.vrchat) == (VmcTable(), VrchatTable())
-    assert (table.udp, table.foxglove, table.lsl, table.ros) == (UdpTable(), FoxgloveTable(), LslTable(), RosTable())
+    assert table.outputs == {name: OUTPUTS.row(name).table() for name in OUTPUTS.own}
     example = (ROOT / "deploy" / "rigs" / "studio.toml").read_text()
     outputs = example[example.index("# [animator.vmc]") :]
     table = load_rig(write_rig(tmp_path, RIG + re.sub(r"^# ", "", outputs, flags=re.MULTILINE))).animator
-    assert (table.vmc, table.vrchat) == (VmcTable(), VrchatTable())
-    assert table.lsl == LslTable(stream="studio")
-    assert table.ros == RosTable()
+    assert (table.outputs["vmc"], table.outputs["vrchat"]) == (VmcTable(), VrchatTable())
+    assert table.outputs["lsl"] == LslTable(stream="studio")
+    assert table.outputs["ros"] == RosTable()
 
 
-def test_every_output_has_its_keys_checked() -> None:
-    outputs = {name for name in AnimatorTable.__struct_fields__ if name != "page" and not name.startswith("smooth")}
-    assert outputs <= set(WITHIN)
+@pytest.mark.parametrize("name", OUTPUTS.names())
+def test_a_row_has_defaults_and_names_what_opens_it(name: str) -> None:
+    row = OUTPUTS.row(name)
+    assert row.name == name
+    assert row.problem(row.table()) is None
+    assert callable(attribute(row.open))

@@ -41,7 +41,9 @@ def test_an_empty_table_opens_nothing() -> None:
 
 
 def test_a_disabled_output_is_not_opened() -> None:
-    table = AnimatorTable(vmc=VmcTable(enabled=False), udp=UdpTable(enabled=False), foxglove=FoxgloveTable(enabled=False))
+    table = AnimatorTable(
+        outputs={"vmc": VmcTable(enabled=False), "udp": UdpTable(enabled=False), "foxglove": FoxgloveTable(enabled=False)}
+    )
     assert open_outputs(table, "studio", CLOCK).titles == ()
 
 
@@ -55,10 +57,12 @@ def test_outputs_that_cannot_be_opened_are_listed_and_the_others_send(
         listening.bind(("127.0.0.1", 0))
         listening.settimeout(2.0)
         table = AnimatorTable(
-            vmc=VmcTable(host="no.such.host.invalid"),
-            udp=UdpTable(port=listening.getsockname()[1]),
-            foxglove=FoxgloveTable(port=taken.getsockname()[1]),
-            lsl=LslTable(),
+            outputs={
+                "vmc": VmcTable(host="no.such.host.invalid"),
+                "udp": UdpTable(port=listening.getsockname()[1]),
+                "foxglove": FoxgloveTable(port=taken.getsockname()[1]),
+                "lsl": LslTable(),
+            }
         )
         outputs = open_outputs(table, "studio", CLOCK)
         outputs.send(stretched("ten-parts", frame=4), "wave")
@@ -76,7 +80,7 @@ def test_outputs_that_cannot_be_opened_are_listed_and_the_others_send(
 def test_an_output_that_fails_while_sending_does_not_affect_the_others(caplog: pytest.LogCaptureFixture) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
         listening.bind(("127.0.0.1", 0))
-        working = open_outputs(AnimatorTable(udp=UdpTable(port=listening.getsockname()[1])), "studio", CLOCK)
+        working = open_outputs(AnimatorTable(outputs={"udp": UdpTable(port=listening.getsockname()[1])}), "studio", CLOCK)
         outputs = OutputGroup([Broken(), *working._outputs])
         for frame in range(5):
             outputs.send(stretched("ten-parts", frame=frame), None)
@@ -90,8 +94,8 @@ def test_an_output_that_fails_while_sending_does_not_affect_the_others(caplog: p
     ("table", "found"),
     [
         (AnimatorTable(), False),
-        (AnimatorTable(udp=UdpTable(enabled=False)), False),
-        (AnimatorTable(udp=UdpTable()), True),
+        (AnimatorTable(outputs={"udp": UdpTable(enabled=False)}), False),
+        (AnimatorTable(outputs={"udp": UdpTable()}), True),
     ],
 )
 def test_an_enabled_output_is_found(table: AnimatorTable, found: bool) -> None:

@@ -2,13 +2,17 @@
 
 import os
 import shutil
+import socket
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.common.rig.test_animator import RIG as RIG_TEXT
+from tests.common.rig.test_animator import write_rig
 from tests.support.places import GOLDEN, ROOT
+from tests.support.processes import PATIENCE_S
 
 PLUGINS = ROOT / "examples" / "plugin"
 
@@ -46,3 +50,38 @@ def test_a_suffix_that_nobody_writes_lists_that_of_the_package(installed: dict[s
     done = zenocap(installed, "export", GOLDEN / "arms.mcap", "-o", tmp_path / "arms.fbx")
     assert done.returncode == 2
     assert ".sto" in done.stderr.replace("\n", "")
+
+
+@pytest.mark.core
+def test_an_output_of_a_package_gets_the_poses_of_a_rig(installed: dict[str, str], tmp_path: Path) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.settimeout(PATIENCE_S)
+        rig = write_rig(tmp_path, f"{RIG_TEXT}[animator.osc]\nport = {listening.getsockname()[1]}\n")
+        code = (
+            "import sys\n"
+            "from tests.support.virtual_actors import stretched\n"
+            "from zenocap.common.rig.rig import load_rig\n"
+            "from zenocap.common.runtime.clock import RealClock\n"
+            "from zenocap.services.animator.outputs.output_group import open_outputs\n"
+            "outputs = open_outputs(load_rig(sys.argv[1]).animator, 'studio', RealClock())\n"
+            "outputs.send(stretched('ten-parts'), None)\n"
+            "print(outputs.titles, outputs.counts())\n"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code, str(rig)], env=installed, cwd=ROOT, capture_output=True, text=True, check=True
+        )
+        first = listening.recv(1000)
+    assert "animator.osc 127.0.0.1" in done.stdout
+    assert "'osc_sent': 15" in done.stdout
+    assert first.startswith(b"/zenocap/Hip")
+
+
+@pytest.mark.core
+def test_a_wrong_key_of_a_packages_table_is_an_error_with_the_allowed_ones(
+    installed: dict[str, str], tmp_path: Path
+) -> None:
+    rig = write_rig(tmp_path, f"{RIG_TEXT}[animator.osc]\nprot = 1\n")
+    done = zenocap(installed, "animator", rig)
+    assert done.returncode == 1
+    assert "animator.osc.prot = 1: no such key; allowed: enabled, host, port, root" in done.stderr.replace("\n", " ")

@@ -1,0 +1,126 @@
+"""Lines, files, complexity, repeated lines and words of a checkout: python -m tests.measures.house [CHECKOUT ...]
+
+Several checkouts are columns of one table, for example the state before a change and after it.  A function's branches are
+those of ruff's C901.  Lines are repeated where six and more in a row stand also elsewhere, but for space.
+"""
+
+import ast
+import json
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from tests.support.places import ROOT
+
+PACKAGE = ("common", "simulation", "services", "tools", "zenocap")
+SMALL = 60  # lines
+ALIKE = 6  # lines
+MOST_BRANCHES = 12
+MOST_POSITIONAL = 10
+
+
+def sources(checkout: Path, *folders: str) -> list[Path]:
+    """Python files of folders, each once: folders inside `zenocap` are links to those beside it."""
+    found = {path.resolve() for folder in folders for path in (checkout / folder).rglob("*.py")}
+    return sorted(path for path in found if path.is_relative_to(checkout.resolve()))
+
+
+def lines_of(paths: Sequence[Path]) -> int:
+    return sum(path.read_text(encoding="utf-8").count("\n") for path in paths)
+
+
+def rooms(checkout: Path) -> dict[str, int]:
+    """Lines of each room: the folders in `common`, `services` and `tools`, and the other folders at the top."""
+    found = {}
+    for layer in ("common", "services", "tools"):
+        found[f"{layer}/*.py"] = lines_of(sorted((checkout / layer).glob("*.py")))
+        for folder in sorted(path for path in (checkout / layer).iterdir() if path.is_dir() and path.name != "__pycache__"):
+            found[f"{layer}/{folder.name}"] = lines_of(sources(checkout, f"{layer}/{folder.name}"))
+    found["zenocap/*.py"] = lines_of(sorted((checkout / "zenocap").glob("*.py")))
+    return found | {name: lines_of(sources(checkout, name)) for name in ("simulation", "benchmarks", "tests")}
+
+
+def functions(paths: Sequence[Path]) -> Iterator[tuple[Path, ast.FunctionDef | ast.AsyncFunctionDef]]:
+    for path in paths:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                yield path, node
+
+
+def length(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    return (function.end_lineno or 0) - function.lineno + 1
+
+
+def is_kernel(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    names = {node.id for each in function.decorator_list for node in ast.walk(each) if isinstance(node, ast.Name)}
+    return bool(names & {"kernel", "njit"})
+
+
+def repeated(paths: Sequence[Path]) -> int:
+    """Lines of code that stand, in a run of at least six, also elsewhere; imports are no code here."""
+    places: Counter[tuple[str, ...]] = Counter()
+    runs = []
+    for path in paths:
+        kept = [line.strip() for line in path.read_text(encoding="utf-8").splitlines()]
+        code = [line for line in kept if line and not line.startswith(("#", "import ", "from "))]
+        windows = [tuple(code[start : start + ALIKE]) for start in range(len(code) - ALIKE + 1)]
+        places.update(windows)
+        runs.append(windows)
+    total = 0
+    for windows in runs:
+        doubled = [start for start, window in enumerate(windows) if places[window] > 1]
+        total += sum(min(ALIKE, after - start) for start, after in pairwise([*doubled, (doubled or [0])[-1] + ALIKE]))
+    return total
+
+
+def complex_functions(checkout: Path) -> int:
+    """Functions of package and benchmarks above twelve branches, as ruff counts them."""
+    command = [
+        sys.executable, "-m", "ruff", "check", "--isolated", "--select", "C901", "--output-format", "json", "--exit-zero",
+        "--config", f"lint.mccabe.max-complexity={MOST_BRANCHES}", *PACKAGE[:-1], "benchmarks",
+    ]  # fmt: skip
+    return len(json.loads(subprocess.run(command, cwd=checkout, check=True, capture_output=True, text=True).stdout))
+
+
+def words(*pages: Path) -> int:
+    return sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
+
+
+def figures(checkout: Path) -> Mapping[str, int]:
+    """Sizes of a checkout, by name."""
+    package, benchmarks = sources(checkout, *PACKAGE), sources(checkout, "benchmarks")
+    its = list(functions([*package, *benchmarks]))
+    taken = [len(node.args.posonlyargs + node.args.args) for _, node in its if not is_kernel(node)]
+    scripts = [path for folder in PACKAGE[:-1] for path in (checkout / folder).rglob("*") if path.suffix in (".js", ".css")]
+    return {
+        "lines of the package": lines_of(package),
+        "lines of benchmarks": lines_of(benchmarks),
+        "lines of tests": lines_of(sources(checkout, "tests")),
+        "lines of scripts and styles": lines_of(scripts),
+        "files of the package": len(package),
+        f"of them below {SMALL} lines": sum(lines_of([path]) < SMALL for path in package),
+        "longest function, lines": max(length(node) for _, node in its),
+        f"functions above {MOST_BRANCHES} branches": complex_functions(checkout),
+        f"functions above {MOST_POSITIONAL} positional parameters, no kernels": sum(
+            count > MOST_POSITIONAL for count in taken
+        ),
+        "repeated lines of package and benchmarks": repeated([*package, *benchmarks]),
+        "words of README": words(checkout / "README.md"),
+        "words of docs": words(*(checkout / "docs").glob("*.md")),
+    }
+
+
+def main(checkouts: Sequence[str]) -> None:
+    places = [Path(name) for name in checkouts] or [ROOT]
+    for table in (figures, rooms):
+        columns = [table(place) for place in places]
+        for name in dict.fromkeys(name for column in columns for name in column):
+            print(f"{name:56}", *(f"{column.get(name, 0):9,}" for column in columns))
+        print()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

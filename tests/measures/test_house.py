@@ -1,0 +1,35 @@
+"""Budgets of the house.  Raising a row is a commit of its own that says what for."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.measures.house import functions, is_kernel, length, repeated, sources
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "common").mkdir()
+    return tmp_path
+
+
+def test_a_file_behind_a_link_counts_once(folder: Path) -> None:
+    (folder / "common" / "one.py").write_text("a = 1\n")
+    (folder / "zenocap").mkdir()
+    (folder / "zenocap" / "common").symlink_to(folder / "common")
+    assert sources(folder, "common", "zenocap") == [folder / "common" / "one.py"]
+
+
+def test_repeated_lines_are_those_in_runs_of_six(folder: Path) -> None:
+    run = [f"x{number} = {number}" for number in range(8)]
+    one, other = folder / "common" / "one.py", folder / "common" / "other.py"
+    one.write_text("\n".join(["import os", *run, "y = 1"]))
+    other.write_text("\n".join(["z = 2", *(f"    {line}" for line in run)]))
+    assert repeated([one]) == 0
+    assert repeated([one, other]) == 2 * len(run)
+
+
+def test_kernels_are_known_by_their_decorator(folder: Path) -> None:
+    path = folder / "common" / "one.py"
+    path.write_text("@kernel\ndef a(x):\n    return x\n\n\ndef b(x):\n    return x\n")
+    assert [(is_kernel(node), length(node)) for _, node in functions([path])] == [(True, 2), (False, 2)]

@@ -15,7 +15,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points
+from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points, silhouette_mask
 from zenocap.common.messages import (
     CameraDelays,
     CameraInfo,
@@ -33,7 +33,6 @@ from zenocap.common.messages import (
 from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
 from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker import tracking
 from zenocap.services.tracker.filter.confidence import LIMBS, heading_confidence, limb_confidence
 from zenocap.services.tracker.parameters import (
@@ -176,7 +175,7 @@ def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Resul
         if silhouette is None:
             continue
         try:
-            masks[viewer] = _mask(silhouette, camera)
+            masks[viewer] = silhouette_mask(silhouette, camera.size)
         except ValueError:
             state = _count(state, "damaged", 1)
     if len(masks) < MIN_VIEWS:
@@ -200,13 +199,6 @@ def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Resul
         points = packed_points(outcome.points)
         messages.append(ScenePoints(frame=frame, captured_ns=frame_set.captured_ns, points=points))
     return replace(state, pose=pose or state.pose), messages
-
-
-def _mask(silhouette: Silhouette, camera: Camera) -> Mask:
-    """Mask (height, width) of a silhouette.  Raises ValueError when it is damaged or not of the camera's size."""
-    if silhouette.size != camera.size:
-        raise ValueError(f"viewer {silhouette.viewer}: silhouettes of {silhouette.size}, its camera has {camera.size}")
-    return unpack(silhouette.size, silhouette.region, silhouette.data)
 
 
 def _pose_message(

@@ -3,14 +3,13 @@
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.messages import CameraFault
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
-from zenocap.common.vision.image_measures import Exposure, exposure
+from zenocap.common.vision.image_measures import Exposure, cells_of, exposure
 from zenocap.common.vision.mixture import Mixture
 from zenocap.services.viewer.advice.edges import GREEN, Blur, Outline, moved_since, outline_of, room_edge_px
 from zenocap.services.viewer.advice.faults import Measured, faults_of
@@ -58,7 +57,7 @@ def watched(
     mask: silhouette, None without a person.
     """
     step = max(1, round(image.shape[1] / ADVICE_PX))
-    fast = _since((*watch.fast, (time_s, _cells(image[::step, ::step, GREEN]))), time_s - ADVICE_FLICKER_S)
+    fast = _since((*watch.fast, (time_s, cells_of(image[::step, ::step, GREEN], ADVICE_CELLS))), time_s - ADVICE_FLICKER_S)
     watch = replace(watch, fast=fast)
     if watch.outline is not None:
         if mask is not None:
@@ -96,14 +95,8 @@ def room_of(background: Background | Mixture | Adaptive) -> Background | None:
             return None
 
 
-def _cells(values: Image) -> Floats:
-    """Mean levels of the cells of reduced values (h, w) or (h, w, 3)."""
-    small = np.ascontiguousarray(values)
-    return np.asarray(cv2.resize(small, ADVICE_CELLS, interpolation=cv2.INTER_AREA), dtype=np.float64)
-
-
 def _sampled(watch: Watch, small: Image, time_s: float) -> Watch:
-    slow = _since((*watch.slow, (time_s, _cells(small))), time_s - ADVICE_LIGHT_S)
+    slow = _since((*watch.slow, (time_s, cells_of(small, ADVICE_CELLS))), time_s - ADVICE_LIGHT_S)
     return replace(watch, slow=slow, exposure=exposure(small), sampled_s=time_s)
 
 

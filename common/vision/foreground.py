@@ -16,7 +16,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Ints32, Labels
 from zenocap.common.jit import NO_BITS, finite_kernel, finite_leaf_kernel, kernel, leaf_kernel
-from zenocap.common.vision.background import Background, gains
+from zenocap.common.vision.background import Background, gain_and_limits
 
 BACKGROUND: Final = 0
 SHADOW: Final = 1  # darker, same colour, the background's texture
@@ -58,21 +58,17 @@ class ForegroundOptions:
             raise ValueError(f"shadow: {self.shadow}; allowed 0 < darkest <= lightest <= 1")
 
 
-def expected_gain(background: Background, frame: Image, options: ForegroundOptions) -> Floats32:
-    """Gain (3,) by which the model is multiplied for the comparison with this frame."""
-    return gains(background, frame) if options.flicker else np.ones(3, dtype=np.float32)
-
-
 def foreground(
-    background: Background, frame: Image, gain: Floats32, options: ForegroundOptions, halo: float = 1.0
-) -> Labels:
-    """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width).  Raises ValueError for another shape.
+    background: Background, frame: Image, options: ForegroundOptions, halo: float = 1.0
+) -> tuple[Labels, Floats32]:
+    """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width), and the gain (3,) of the frame over the model.
 
     halo: noise around a person in units of that of the model; larger than 1 for compressed images.
+    Raises ValueError for another shape.
     """
     if frame.shape != background.mean.shape or frame.dtype != np.uint8:
         raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
-    limits = background.limits(gain, options.weak)
+    gain, limits = gain_and_limits(background, frame, options.weak, flicker=options.flicker)
     labels, levels = _differ(
         np.ascontiguousarray(frame),
         limits.low,
@@ -94,7 +90,7 @@ def foreground(
             levels, np.asarray(around, dtype=np.uint8), np.float32(halo * options.weak * LEVELS_PER_SIGMA / 255), labels
         )
     _detect_shadows(frame, background.mean, background.weight, gain, options.texture, labels)
-    return labels
+    return labels, gain
 
 
 @finite_kernel

@@ -11,11 +11,11 @@ from zenocap.common.conversion import angles_of, bdp_of
 from zenocap.common.messages import Assignment, Message, PartialBdp, Phase, Sighting, UniversalBap, UniversalBdp
 from zenocap.services.viewer.body_definition import Scale, fine_tuned, side_lengths
 from zenocap.services.viewer.body_fit import body_model
-from zenocap.services.viewer.frame import Frame, SegmentedFrame
+from zenocap.services.viewer.frame import Frame, SegmentedFrame, silhouette_message
 from zenocap.services.viewer.paper.body_definition import fine_tuned as paper_fine_tuned
 from zenocap.services.viewer.paper.body_definition import side_lengths as paper_side_lengths
 from zenocap.services.viewer.parameters import UNPLACED_NS
-from zenocap.services.viewer.segmentation import learn, segment, silhouette_message
+from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.silhouette_features import is_front_posture, is_side_posture, silhouette_box
 from zenocap.services.viewer.states import (  # fmt: skip
     EarlyPose,
@@ -97,7 +97,7 @@ def _segment(setup: Setup, state: MeasuringBody | Tracking, frame: Frame) -> tup
     """Sighting of an image."""
     scene, mask, messages = segment(setup, state.scene, frame)
     if mask is not None and setup.publish_silhouette:
-        messages.append(silhouette_message(setup, frame, mask))
+        messages.append(silhouette_message(setup.id, setup.camera.size, frame, mask))
     located = SegmentedFrame(frame.frame, frame.captured_ns, mask)
     after, more = _locate(setup, replace(state, scene=scene), located)
     return after, [*messages, *more]

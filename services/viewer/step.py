@@ -152,11 +152,6 @@ def _receive(setup: Setup, state: State, message: Message) -> tuple[State, list[
         case MeasuringBody(pending=Pending() as pending), Assignment(tracking=False):
             if _is_for(setup, pending, message):
                 return _measure(setup, state, pending, message)
-        case Tracking(pending=Pending() as pending), Assignment(tracking=True):
-            state = replace(state, placed_ns=pending.captured_ns)
-            return limbs(setup, state, pending, message) if _is_for(setup, pending, message) else (state, [])
-        case Tracking(), Assignment(tracking=False):  # the integrator has restarted without a body
-            return MeasuringBody(state.scene, state.bdp), []
         case LearningBackground(), UniversalBdp():  # this viewer has restarted while the others track
             return replace(state, bdp=bdp_of(setup.anatomy, message.body)), []
         case MeasuringBody(early=early), UniversalBdp():
@@ -171,10 +166,23 @@ def _receive(setup: Setup, state: State, message: Message) -> tuple[State, list[
         case MeasuringBody(bdp=Bdp() as bdp), Assignment(tracking=True):  # no pose, or an expired one: start upright
             pose = neutral_pose(setup.anatomy, np.array(message.position), message.yaw)
             return _tracking(setup, state.scene, bdp, pose), []
-        case Tracking(), UniversalBdp():
+        case Tracking(), _:
+            return _receive_tracking(setup, state, message)
+    return state, []
+
+
+def _receive_tracking(setup: Setup, state: Tracking, message: Message) -> tuple[State, list[Message]]:
+    match message:
+        case Assignment(tracking=True) if state.pending is not None:
+            pending = state.pending
+            state = replace(state, placed_ns=pending.captured_ns)
+            return limbs(setup, state, pending, message) if _is_for(setup, pending, message) else (state, [])
+        case Assignment(tracking=False):  # the integrator has restarted without a body
+            return MeasuringBody(state.scene, state.bdp), []
+        case UniversalBdp():
             bdp = bdp_of(setup.anatomy, message.body)
             return replace(state, bdp=bdp, model=body_model(setup.anatomy, bdp)), []
-        case Tracking(), UniversalBap():
+        case UniversalBap():
             return replace(state, pose=_pose(setup, message), based_on=message.frame), []
     return state, []
 

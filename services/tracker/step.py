@@ -34,7 +34,7 @@ from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_int
 from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
 from zenocap.services.tracker import tracking
-from zenocap.services.tracker.filter.confidence import LIMBS, heading_confidence, limb_confidence
+from zenocap.services.tracker.filter.confidence import confidences
 from zenocap.services.tracker.parameters import (
     CAMERA_TOLERANCE,
     LOST_LIMB,
@@ -214,20 +214,16 @@ def _pose_message(
             effective=0.0, lost=True, views=list(outcome.views),
         )  # fmt: skip
     x, y, z = outcome.pose.position.tolist()
-    spread, limbs = np.minimum(outcome.spread, MAX_SPREAD), _limbs(outcome.limb_features)
+    spread = np.minimum(outcome.spread, MAX_SPREAD)
+    limbs, heading = confidences(outcome.limb_features, outcome.toes)
     return TrackerPose(
         frame=frame, captured_ns=captured_ns, position=(x, y, z),
         angles=angles_by_name(anatomy, outcome.pose.angles),
         position_spread=_triple(spread[-3:]), spread=angles_by_name(anatomy, spread[:-3]),
         likelihood=float(outcome.likelihood), effective=float(outcome.effective), lost=outcome.lost,
         views=list(outcome.views), limbs=limbs, lost_limbs=[limb for limb, score in limbs.items() if score < LOST_LIMB],
-        heading=None if outcome.toes is None else heading_confidence(outcome.toes),
+        heading=heading,
     )  # fmt: skip
-
-
-def _limbs(features: Floats | None) -> dict[str, float]:
-    """Confidence by limb, see `filter.confidence`."""
-    return {} if features is None else dict(zip(LIMBS, limb_confidence(features).tolist(), strict=True))
 
 
 def _triple(values: Floats) -> tuple[float, float, float]:

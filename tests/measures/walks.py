@@ -157,11 +157,12 @@ def camera_frame_through_the_viewer() -> Walk:
     frames = open_source(viewer, Playback(0, ManualClock(0), live=False))
     for frame in islice(frames, FRAMES):
         stepper.step(frame)
-    last = list(islice(frames, 8))  # the parts that do not run with each frame are in one of them
-    with traced() as walk:
-        for frame in last:
+    walks = []
+    for frame in list(islice(frames, 8)):  # some parts run with one of them only: the frame with most returns counts
+        with traced() as walk:
             assert any(isinstance(message, Silhouette) for message in stepper.step(frame))
-    return walk
+        walks.append(walk)
+    return max(walks, key=lambda walk: len(walk.returns))
 
 
 def rig_file_to_a_viewer() -> Walk:

@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from zenocap.common.arrays import Floats
+from zenocap.common.arrays import Floats, Mask
 from zenocap.common.body.anatomy import ANATOMIES, Anatomy
 from zenocap.common.body.definition import Bdp
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints, TrackerPose, UniversalBap
+from zenocap.common.messages import MOST_POINTS, Body, CameraInfo, ScenePoints, Silhouette, TrackerPose, UniversalBap
+from zenocap.common.vision.mask_codec import unpack
 
 MAX_POINT_MM = 32767  # 16 bits
 MIN_FOCAL_PX = 1e-3  # chosen by hand
@@ -112,3 +113,10 @@ def _pair(row: Floats) -> tuple[float, float]:
 
 def _triple(row: Floats) -> tuple[float, float, float]:
     return float(row[0]), float(row[1]), float(row[2])
+
+
+def silhouette_mask(silhouette: Silhouette, size: tuple[int, int] | None = None) -> Mask:
+    """Mask (height, width) of a silhouette.  Raises ValueError for a damaged one, or one that is not of `size`."""
+    if size is not None and tuple(silhouette.size) != size:
+        raise ValueError(f"viewer {silhouette.viewer}: silhouettes of {silhouette.size}, its camera has {size}")
+    return unpack(silhouette.size, silhouette.region, silhouette.data)

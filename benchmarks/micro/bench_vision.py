@@ -7,9 +7,10 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from zenocap.common.arrays import Floats32, Image, Mask
 from zenocap.common.vision.background import Background, gains, learn, update
+from zenocap.common.vision.extraction import clean, extract
 from zenocap.common.vision.foreground import ForegroundOptions, foreground
 from zenocap.common.vision.mask_codec import pack, unpack
-from zenocap.common.vision.silhouette import SilhouetteOptions, clean, extract
+from zenocap.common.vision.silhouette import SilhouetteOptions
 
 SIZES = ((160, 120), (640, 480))
 
@@ -54,12 +55,12 @@ def test_gains(benchmark: BenchmarkFixture, scene: tuple[Background, Image, Mask
 
 
 def test_foreground(benchmark: BenchmarkFixture, scene: tuple[Background, Image, Mask]) -> None:
-    labels = benchmark(foreground, scene[0], scene[1], np.ones(3, dtype=np.float32), ForegroundOptions())
+    labels, _ = benchmark(foreground, scene[0], scene[1], ForegroundOptions(flicker=False))
     assert labels.any()
 
 
 def test_clean(benchmark: BenchmarkFixture, scene: tuple[Background, Image, Mask]) -> None:
-    labels = foreground(scene[0], scene[1], np.ones(3, dtype=np.float32), ForegroundOptions())
+    labels, _ = foreground(scene[0], scene[1], ForegroundOptions(flicker=False))
     assert benchmark(clean, labels, SilhouetteOptions()) is not None
 
 

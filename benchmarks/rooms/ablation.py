@@ -28,6 +28,7 @@ from benchmarks.rooms.film import EMPTY_S, Scene, shots
 from benchmarks.rooms.situations import SITUATIONS
 from benchmarks.table import table
 from zenocap.common.arrays import Floats32, Image, Mask
+from zenocap.common.vision import background
 from zenocap.common.vision.adaptive import follow, judgement, model
 from zenocap.common.vision.adaptive.learning import LATER, LEARN, NEVER, learn_still, visit
 from zenocap.common.vision.silhouette import Silhouette
@@ -61,7 +62,7 @@ def _own_pixels(shape: tuple[int, ...], silhouette: Silhouette | None) -> Mask:
 
 # Of each part: module, name, and what stands there without the part.
 PARTS: Mapping[str, tuple[Any, str, object]] = {
-    "gain": (follow, "expected_gain", _one_gain),
+    "gain": (background, "gains", _one_gain),
     "relight": (follow, "relit", lambda *_: None),
     "settling": (model, "_in_one_light", list),
     "visits": (follow, "visit", _visit_without_mean),

@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -26,11 +27,12 @@ Z_UP_TO_Y_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 UP_AXES = ("y", "z")
 
 
+@dataclass(frozen=True)
 class Entry:
     """Entry of one camera in a file, for errors.  key: of its table, "" for the file."""
 
-    def __init__(self, path: Path, key: str) -> None:
-        self.path, self.key = path, key
+    path: Path
+    key: str
 
     def error(self, key: str, value: object, allowed: str) -> UserError:
         """Error about the value of a key."""

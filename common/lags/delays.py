@@ -1,10 +1,11 @@
-"""By how long each camera's images are late, from the comparison of the outlines of all pairs."""
+"""Camera delays from silhouettes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from zenocap.common.lags.pairs import Limits, Offset, Pairs, offsets_of
-from zenocap.common.lags.tangents import SILHOUETTE_LIMITS
+from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.pairs import Limits, Offset, Pairs, offsets_of, reach_s
+from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
 
 SKEW_US = "camera_skew_us"  # count in the integrator's health: largest delay between cameras that is not corrected
 
@@ -16,14 +17,19 @@ class CameraLags:
     offsets: Mapping[str, Offset]
 
     @property
+    def certain(self) -> dict[str, Offset]:
+        return {viewer: one for viewer, one in self.offsets.items() if not one.reason}
+
+    @property
     def uncertain(self) -> list[str]:
         return [viewer for viewer, one in self.offsets.items() if one.reason]
 
     @property
     def delays_ms(self) -> dict[str, float]:
-        """Delay of each viewer, ms: against the one whose images are the youngest, which has 0."""
-        latest = max(one.offset_s for one in self.offsets.values())
-        return {viewer: 1e3 * (latest - one.offset_s) for viewer, one in self.offsets.items()}
+        """Delay of each certain viewer, ms: against the one whose images are the youngest, which has 0."""
+        certain = self.certain
+        latest = max((one.offset_s for one in certain.values()), default=0.0)
+        return {viewer: 1e3 * (latest - one.offset_s) for viewer, one in certain.items()}
 
 
 def limits_of(most_s: float) -> Limits:
@@ -31,8 +37,11 @@ def limits_of(most_s: float) -> Limits:
     return replace(SILHOUETTE_LIMITS, max_lag_s=most_s)
 
 
-def lags_between(names: Sequence[str], pairs: Pairs, most_s: float) -> CameraLags:
-    """Lags of cameras from their pairs.  most_s: largest difference of two cameras; the pairs reach `reach_s` of it."""
-    found = offsets_of(names, pairs, limits_of(most_s), {})
-    first_s = next((one.offset_s for one in found.values() if not one.reason), 0.0)
-    return CameraLags({name: replace(found[name], offset_s=found[name].offset_s - first_s) for name in names})
+def lags_between(names: Sequence[str], pairs: Pairs, limits: Limits) -> CameraLags:
+    """Lags of cameras from their pairs, which reach `reach_s` of the largest lag."""
+    return CameraLags(offsets_of(names, pairs, limits, {}) if names else {})
+
+
+def silhouette_lags(cameras: Mapping[str, Camera], outlines: Mapping[str, Sequence[Outline]], limits: Limits) -> CameraLags:
+    """Lags of calibrated cameras from the outlines of a person, with their capture times."""
+    return lags_between(list(cameras), silhouette_pairs(cameras, outlines, reach_s(limits.max_lag_s)), limits)

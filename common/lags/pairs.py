@@ -9,6 +9,7 @@ from math import inf
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from zenocap.common.arrays import Floats
 
@@ -104,6 +105,12 @@ class Peak:
     @property
     def margin(self) -> float:
         return self.value - self.second
+
+
+def jackknife_error(deviations: ArrayLike) -> Floats:
+    """Standard errors from the deviations (n, ...) of n results without one block each."""
+    values = np.asarray(deviations, dtype=np.float64)
+    return np.asarray(np.sqrt((len(values) - 1) / len(values) * np.sum(values**2, axis=0)))
 
 
 def reach_s(max_lag_s: float) -> float:

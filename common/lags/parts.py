@@ -1,12 +1,12 @@
-"""Comparison of a pair of cameras in parts of bounded length, with the result of the whole."""
+"""Comparison of cameras in parts of bounded length, for the steps of a service, with the result of the whole."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.lags.pairs import Curve, Lag
+from zenocap.common.lags.pairs import Curve, Lag, Limits, coarse_lags, reach_s
 from zenocap.common.lags.tangents import (
     COARSE_STEPS,
     STEP_S,
@@ -98,3 +98,72 @@ def _joined(parts: Sequence[Tangents]) -> Tangents:
         np.concatenate([one.angles for one in parts]),
         np.concatenate([one.sines for one in parts]),
     )
+
+
+PairNames = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class PairsProgress:
+    """What is done of the comparison of pairs of cameras.
+
+    cameras: by name, in the order of the rig.  left: pairs to compare; the first is the one of `progress`.
+    outlines: by camera, in the order of time.  fewest: outlines of a camera that is compared.
+    compared: pairs that were.  coarse: lags of pairs that are to be refined, None before all pairs were compared.
+    silhouettes: since the last part.
+    """
+
+    cameras: Mapping[str, Camera]
+    left: tuple[PairNames, ...]
+    outlines: Mapping[str, tuple[Outline, ...]]
+    limits: Limits
+    fewest: int
+    progress: PairProgress | None = None
+    compared: Mapping[PairNames, ComparedPair] = field(default_factory=dict)
+    coarse: Mapping[PairNames, float] | None = None
+    silhouettes: int = 0
+
+    @property
+    def ended(self) -> bool:
+        """Whether no part is left."""
+        return self.coarse is not None and not self.coarse
+
+    @property
+    def names(self) -> list[str]:
+        """Cameras that were compared, in the order of the rig."""
+        return [name for name in self.cameras if any(name in pair for pair in self.compared)]
+
+    def after_silhouette(self) -> "PairsProgress":
+        """The comparison after one more silhouette: one part for as many silhouettes as there are views."""
+        count = self.silhouettes + 1
+        if count < len(self.outlines):
+            return replace(self, silhouettes=count)
+        return replace(self, silhouettes=0).next_part()
+
+    def next_part(self) -> "PairsProgress":
+        """Do one part of bounded length, if any is left."""
+        if self.left:
+            return self._next_of_pair(self.left)
+        if self.coarse is None:
+            names = self.names
+            return replace(self, coarse=coarse_lags(names, self.compared, self.limits) if names else {})
+        if not self.coarse:
+            return self
+        (pair, lag_s), *rest = self.coarse.items()
+        one = self.compared[pair].refined_further(lag_s)
+        return replace(self, coarse=dict(rest) if one.is_refined else self.coarse, compared={**self.compared, pair: one})
+
+    def _next_of_pair(self, left: tuple[PairNames, ...]) -> "PairsProgress":
+        (a, b), *rest = left
+        progress = self.progress
+        if progress is None:
+            outlines = self.outlines.get(a, ()), self.outlines.get(b, ())
+            if min(map(len, outlines)) < self.fewest:
+                return replace(self, left=tuple(rest))
+            progress = PairProgress((self.cameras[a], self.cameras[b]), outlines, reach_s(self.limits.max_lag_s))
+        progress = advance(progress)
+        if not progress.ended:
+            return replace(self, progress=progress)
+        result = compared(progress)
+        more = {} if result is None else {(a, b): result}
+        return replace(self, left=tuple(rest), progress=None, compared={**self.compared, **more})

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 
 from zenocap.common.arrays import Bools, Floats, Mask
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.lags.pairs import Curve, Lag, Limits
+from zenocap.common.lags.pairs import Curve, Lag, Limits, jackknife_error
 
 # Chosen on simulated people (`benchmarks.simulated_clip`) unless another source is given.
 NOISE_PX = 1.0  # of a tangent in each view
@@ -227,11 +227,11 @@ class SilhouettePair:
         return Refinement(lag_s, last, ended=True, lag=self._with_error(lag_s, terms))
 
     def _with_error(self, lag_s: float, terms: Floats) -> Lag | None:
-        whole, count = terms.sum(axis=0), len(terms)
-        if count < 3:
+        whole = terms.sum(axis=0)
+        if len(terms) < 3:
             return None
         left_out = np.array([_solved(whole - block) for block in terms])
-        error_s = float(np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2)))
+        error_s = float(jackknife_error(left_out - left_out.mean()))
         return Lag(lag_s, max(ERROR_FACTOR * error_s, 1e-4), self._residual(lag_s))
 
     def _normal_equations(self, lag_s: float) -> Floats | None:

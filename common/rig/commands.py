@@ -215,23 +215,33 @@ def _problem(action: Action, allowed_programs: Sequence[str]) -> str | None:
         case ZenohAction(key=key):
             if not KEY.fullmatch(key) or key.split("/")[0] == ROOT:
                 return f"key = {key!r}: allowed: {KEY_ALLOWED}"
-        case OscAction(address=address):
-            if not OSC_ADDRESS.fullmatch(address) or OSC_EXCLUDED & set(address):
-                return f"address = {address!r}: allowed: {OSC_ALLOWED}"
-            for number, argument in enumerate(action.arguments):
-                if isinstance(argument, float) and not abs(argument) <= MAX_FLOAT32:
-                    return f"arguments[{number}] = {argument!r}: allowed: a number in single precision"
-        case HttpAction(url=url):
-            if not is_loopback_url(url):
-                return f"url = {url!r}: allowed: {URL_ALLOWED}"
-            if action.method not in METHODS:
-                return choice_problem("method", action.method, METHODS)
-            if action.body and action.method != "POST":
-                return f"body = {action.body!r}: allowed: only with method = 'POST'"
+        case OscAction():
+            return _osc_problem(action)
+        case HttpAction():
+            return _http_problem(action)
         case ProgramAction(program=program):
             if program not in allowed_programs:
                 programs = ", ".join(map(repr, allowed_programs)) or "none"
                 return f"program = {program!r}: allowed: those of recognizer.allowed_programs: {programs}"
+    return None
+
+
+def _osc_problem(action: OscAction) -> str | None:
+    if not OSC_ADDRESS.fullmatch(action.address) or OSC_EXCLUDED & set(action.address):
+        return f"address = {action.address!r}: allowed: {OSC_ALLOWED}"
+    for number, argument in enumerate(action.arguments):
+        if isinstance(argument, float) and not abs(argument) <= MAX_FLOAT32:
+            return f"arguments[{number}] = {argument!r}: allowed: a number in single precision"
+    return None
+
+
+def _http_problem(action: HttpAction) -> str | None:
+    if not is_loopback_url(action.url):
+        return f"url = {action.url!r}: allowed: {URL_ALLOWED}"
+    if action.method not in METHODS:
+        return choice_problem("method", action.method, METHODS)
+    if action.body and action.method != "POST":
+        return f"body = {action.body!r}: allowed: only with method = 'POST'"
     return None
 
 

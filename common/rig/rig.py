@@ -11,10 +11,10 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.camera.pinhole import angle_between_deg, most_orthogonal_pair
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import AnimatorTable
-from zenocap.common.rig.delays import check_delays, delays_of
+from zenocap.common.rig.delays import checked_delays
 from zenocap.common.rig.file import Delays, LogTable, RigFile, ZenohTable, rig_file
 from zenocap.common.rig.folder import chosen, folder_rig, rig_of_files
-from zenocap.common.rig.methods import AUTO, HYBRID, METHODS, TWO_VIEW, method_of
+from zenocap.common.rig.methods import AUTO, HYBRID, METHODS, TWO_VIEW, Method, method_of
 from zenocap.common.rig.recognizer import RecognizerError, RecognizerSpec, recognizer_spec
 from zenocap.common.rig.tracker import TrackerError, TrackerSpec, tracker_spec, with_front_of
 from zenocap.common.rig.two_view import IMPROVED, VARIANTS, Additions, additions_of
@@ -161,7 +161,8 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
     cameras = read_calibration(calibration, content.up_axis)
     viewers = rig_viewers(path, base, content, cameras, files, read.used)
     tracker = None
-    if method_of(method).table == "tracker":
+    row = method_of(method)
+    if row.table == "tracker":
         try:
             tracker = tracker_spec(content.tracker, method, own, base, files=files)
         except TrackerError as error:
@@ -172,14 +173,14 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
             recognizer = recognizer_spec(content.recognizer, method, base, files=files)
         except RecognizerError as error:
             raise UserError(f"{path}: recognizer.{error}") from error
-    viewers, pair = _viewers_in_use(path, method, viewers)
+    viewers, pair = _viewers_in_use(path, row, viewers)
     if tracker is not None:
         try:
             tracker = with_front_of(tracker, {viewer.id: viewer.camera.name for viewer in viewers})
         except TrackerError as error:
             raise UserError(f"{path}: tracker.{error}") from error
     viewers, rates = at_common_rate(viewers)
-    check_delays(path, method, viewers)
+    delays = checked_delays(path, content, row, viewers)
     used = [id.encode() for id in read.used or ()]
     parts = [read.content_bytes, calibration.read_bytes(), method.encode(), *_variant_bytes(additions), *used]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
@@ -202,7 +203,7 @@ def _rig(read: _Read, method: str | None, variant: str | None, files: bool) -> R
         None if content.security is None else base / content.security.certificates,
         additions,
         content.film,
-        delays_of(path, content, method),
+        delays,
     )
 
 
@@ -247,10 +248,9 @@ def _additions(path: Path, content: RigFile, method: str, variant: str | None) -
         raise UserError(f"{path}: {error}") from error
 
 
-def _viewers_in_use(path: Path, method: str, viewers: tuple[Viewer, ...]) -> tuple[tuple[Viewer, ...], tuple[str, ...]]:
+def _viewers_in_use(path: Path, row: Method, viewers: tuple[Viewer, ...]) -> tuple[tuple[Viewer, ...], tuple[str, ...]]:
     """The viewers in use, and notes: a method for two uses the most nearly orthogonal pair of more."""
-    row = method_of(method)
-    fewest, most = row.views
+    method, (fewest, most) = row.name, row.views
     if len(viewers) < fewest:
         raise UserError(f"{path}: {len(viewers)} viewer(s): allowed: {fewest} or more [[viewer]] for method {method!r}")
     without_silhouette = [f"viewer {viewer.id}" for viewer in viewers if not viewer.silhouette]

@@ -196,6 +196,7 @@ def run(
     clock: Clock,
     source: Iterator[F] | None = None,
     stopped: Callable[[], bool] = lambda: False,
+    *,
     extra_counts: Callable[[], Mapping[str, int]] = dict,
     first_messages: Sequence[Message] = (),
     requested: Callable[[], Sequence[Message]] = tuple,

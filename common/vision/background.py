@@ -47,6 +47,7 @@ class Background:
     """Background model.
 
     mean: (height, width, 3) grey levels.  weight: (height, width, 3) 1 / sigma², sigma: noise in grey levels.
+    Who changes the mean in place goes on with a copy of this object, `replace(background)`, which has no limits yet.
     """
 
     mean: Floats32
@@ -66,12 +67,13 @@ class Background:
             kept[:] = [Limits(*_limits(self.mean, self.weight, gain, share), gain, sigmas)]
         return kept[0]
 
-    def forget_limits(self) -> None:
-        """Compute the limits anew, after the mean was changed in place."""
-        self._limits.clear()
+    @property
+    def room(self) -> "Background":
+        """Mean and noise of the empty room: the model itself."""
+        return self
 
     @cached_property
-    def typical_noise(self) -> float:
+    def noise(self) -> float:
         """Median noise of a channel, grey levels; of every eighth pixel."""
         return float(np.median(1 / np.sqrt(self.weight[::8, ::8])))
 
@@ -179,6 +181,15 @@ def _ratios(mean: Floats32, frame: Image, person: Mask, step: int) -> tuple[Floa
                 ratios[count, c] = np.float32(frame[y, x, c]) / mean[y, x, c]
             count += usable
     return ratios[:count], sampled
+
+
+def gain_and_limits(background: Background, frame: Image, sigmas: float, *, flicker: bool) -> tuple[Floats32, Limits]:
+    """Gain (3,) by which the model is multiplied for the comparison with a frame, and the limits at it.
+
+    flicker: whether the gain is measured; else it is 1.
+    """
+    gain = gains(background, frame) if flicker else np.ones(3, dtype=np.float32)
+    return gain, background.limits(gain, sigmas)
 
 
 def update(background: Background, frame: Image, person: Mask | None, rate: float = 0.02, margin_px: int = 0) -> Background:

@@ -16,7 +16,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Ints32, Labels
 from zenocap.common.jit import NO_BITS, finite_kernel, finite_leaf_kernel, kernel, leaf_kernel
-from zenocap.common.vision.background import Background, gains
+from zenocap.common.vision.background import Background, gain_and_limits
 
 BACKGROUND: Final = 0
 SHADOW: Final = 1  # darker, same colour, the background's texture
@@ -58,21 +58,17 @@ class ForegroundOptions:
             raise ValueError(f"shadow: {self.shadow}; allowed 0 < darkest <= lightest <= 1")
 
 
-def expected_gain(background: Background, frame: Image, options: ForegroundOptions) -> Floats32:
-    """Gain (3,) by which the model is multiplied for the comparison with this frame."""
-    return gains(background, frame) if options.flicker else np.ones(3, dtype=np.float32)
-
-
 def foreground(
-    background: Background, frame: Image, gain: Floats32, options: ForegroundOptions, halo: float = 1.0
-) -> Labels:
-    """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width).  Raises ValueError for another shape.
+    background: Background, frame: Image, options: ForegroundOptions, halo: float = 1.0
+) -> tuple[Labels, Floats32]:
+    """Labels BACKGROUND, SHADOW, UNSURE, WEAK or STRONG, (height, width), and the gain (3,) of the frame over the model.
 
     halo: noise around a person in units of that of the model; larger than 1 for compressed images.
+    Raises ValueError for another shape.
     """
     if frame.shape != background.mean.shape or frame.dtype != np.uint8:
         raise ValueError(f"frame: {frame.shape} {frame.dtype}; the background needs {background.mean.shape} uint8")
-    limits = background.limits(gain, options.weak)
+    gain, limits = gain_and_limits(background, frame, options.weak, flicker=options.flicker)
     labels, levels = _differ(
         np.ascontiguousarray(frame),
         limits.low,
@@ -94,7 +90,7 @@ def foreground(
             levels, np.asarray(around, dtype=np.uint8), np.float32(halo * options.weak * LEVELS_PER_SIGMA / 255), labels
         )
     _detect_shadows(frame, background.mean, background.weight, gain, options.texture, labels)
-    return labels
+    return labels, gain
 
 
 @finite_kernel
@@ -187,7 +183,6 @@ def _detect_shadows(
     shadow it does not.  `cover` is the regression of q on -b in the window: 1 for an object, 0 for a shadow.  The error of
     the model makes it 1 as well, so the texture must exceed that error for WEAK.
     """
-    height, width = labels.shape
     places = _unsure_places(labels)
     if len(places) == 1:
         return
@@ -196,24 +191,7 @@ def _detect_shadows(
     number = np.zeros((bottom - top + 1, right - left + 1), dtype=np.int32)  # of the UNSURE pixels, from 1
     for k in range(1, len(places)):
         number[places[k, 0] - top, places[k, 1] - left] = k
-    sums = np.zeros((len(places), 4), dtype=np.float32)  # q q, -q b, b b, terms; row 0 is for all other pixels
-    for k in range(1, len(places)):
-        y, x = places[k, 0], places[k, 1]
-        if not (0 < y < height - 1 and 0 < x < width - 1):
-            continue
-        seen1, known1 = _brightness(frame, mean, gain, y, x)
-        q1 = seen1 / known1
-        for dy, dx in ((0, 1), (1, 0)):
-            if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
-                continue
-            seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
-            seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
-            q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(np.float32(q1), np.float32(1e-3))
-            b = (known0 - 2 * known1 + known2) / known1
-            sums[k, 0] += q * q
-            sums[k, 1] -= q * b
-            sums[k, 2] += b * b
-            sums[k, 3] += 1
+    sums = _texture(frame, mean, gain, labels, places)
     for k in range(1, len(places)):
         y, x = places[k, 0], places[k, 1]
         qq, qb, bb, n = np.float32(0), np.float32(0), np.float32(1e-9), np.float32(0)
@@ -232,6 +210,31 @@ def _detect_shadows(
             labels[y, x] = SHADOW
         elif cover - sure * error > 0.5 and bb > n * _model_error(mean, weight, y, x):
             labels[y, x] = WEAK
+
+
+@finite_kernel
+def _texture(frame: Image, mean: Floats32, gain: Floats32, labels: Labels, places: Ints32) -> Floats32:
+    """(n + 1, 4) sums of q q, -q b, b b and their number at each UNSURE pixel; row 0 is for all other pixels."""
+    height, width = labels.shape
+    sums = np.zeros((len(places), 4), dtype=np.float32)
+    for k in range(1, len(places)):
+        y, x = places[k, 0], places[k, 1]
+        if not (0 < y < height - 1 and 0 < x < width - 1):
+            continue
+        seen1, known1 = _brightness(frame, mean, gain, y, x)
+        q1 = seen1 / known1
+        for dy, dx in ((0, 1), (1, 0)):
+            if labels[y - dy, x - dx] != UNSURE or labels[y + dy, x + dx] != UNSURE:
+                continue
+            seen0, known0 = _brightness(frame, mean, gain, y - dy, x - dx)
+            seen2, known2 = _brightness(frame, mean, gain, y + dy, x + dx)
+            q = (seen0 / known0 - 2 * q1 + seen2 / known2) / max(np.float32(q1), np.float32(1e-3))
+            b = (known0 - 2 * known1 + known2) / known1
+            sums[k, 0] += q * q
+            sums[k, 1] -= q * b
+            sums[k, 2] += b * b
+            sums[k, 3] += 1
+    return sums
 
 
 @kernel

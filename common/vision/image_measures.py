@@ -102,10 +102,20 @@ def noise(earlier: Image, later: Image) -> float:
     return float(np.median((second - first)[inside].std(axis=1)) / np.sqrt(2.0))
 
 
+def cells_of(values: Image, grid: tuple[int, int]) -> Floats:
+    """Mean levels (down, across) or (down, across, 3) of the cells of an image or of one of its channels."""
+    small = cv2.resize(np.ascontiguousarray(values), grid, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.float64)
+
+
+def brightness_and_exposure(image: Image, grid: tuple[int, int]) -> tuple[Floats, Exposure]:
+    """`cells_of` and `exposure` of an image."""
+    return cells_of(image, grid), exposure(image)
+
+
 def brightness(image: Image) -> Floats:
     """Mean levels (down, across) of the cells of an image, from every STEPth pixel."""
-    cells = cv2.resize(image[::STEP, ::STEP], BRIGHTNESS_GRID, interpolation=cv2.INTER_AREA)
-    return np.asarray(cells.mean(axis=2), dtype=np.float64)
+    return np.asarray(cells_of(image[::STEP, ::STEP], BRIGHTNESS_GRID).mean(axis=2))
 
 
 def light(times_s: Sequence[float], cells: Sequence[Floats]) -> Light | None:

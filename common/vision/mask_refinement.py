@@ -1,14 +1,41 @@
 """Refinement of a person's mask: clothes that resemble shadow, cracks, holes, and edges at partial coverage."""
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Image, Labels, Mask
 from zenocap.common.jit import kernel
 from zenocap.common.vision.foreground import UNSURE, WEAK
-from zenocap.common.vision.regions import find_regions, paint
+from zenocap.common.vision.regions import fill_holes
+from zenocap.common.vision.silhouette import SilhouetteOptions
 
+FOOT_SHARE = 0.3  # of the body height from the soles, where a shadow may be between the feet; chosen by hand
 TRIM_SIGMAS = 1.0  # sigmas of the noise by which the coverage of a removed edge pixel is too small; chosen by hand
+
+
+class Edges(NamedTuple):
+    """Input of edge trimming: frame, mean and weight of the model (height, width, 3), gain (3,)."""
+
+    frame: Image
+    mean: Floats32
+    weight: Floats32
+    gain: Floats32
+
+    def within(self, place: tuple[slice, slice]) -> "Edges":
+        """The same of a part of the image."""
+        return Edges(self.frame[place], self.mean[place], self.weight[place], self.gain)
+
+
+def refined(labels: Labels, options: SilhouetteOptions, kernel: int, edges: Edges | None) -> Mask:
+    """Mask (height, width) of a person's labels.  kernel: size of the closing, px.  edges: of the same pixels, or None."""
+    mask = close_cracks(enclosed(labels, 1 - FOOT_SHARE), kernel)
+    fill_holes(mask, int(options.hole * np.count_nonzero(mask)))
+    if edges is not None and options.coverage > 0:
+        for _ in range(1 if kernel == 1 else 2):  # at high resolution lens and codec blur an edge over two pixels
+            mask = trim_edges(mask, *edges, options.coverage)
+    return mask
 
 
 def odd_kernel(size_px: int) -> Mask:
@@ -55,15 +82,6 @@ def enclosed(labels: Labels, upper: float) -> Mask:
             if labels[y, x] >= WEAK or (labels[y, x] == UNSURE and (highest[x] < y < lowest[x] or first < x < last)):
                 mask[y, x] = 1
     return mask
-
-
-def fill_holes(mask: Mask, largest_px: int) -> None:
-    """Fill holes of at most `largest_px` pixels in place; larger ones are real, such as between an arm and the torso."""
-    holes = find_regions(mask, 0, 0, 1, False)
-    height, width = mask.shape
-    boxes = holes.boxes
-    inside = (boxes[:, 0] > 0) & (boxes[:, 1] > 0) & (boxes[:, 2] < width) & (boxes[:, 3] < height)
-    paint(holes, inside & (holes.areas <= largest_px), 1, mask)
 
 
 @kernel

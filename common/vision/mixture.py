@@ -21,15 +21,18 @@ class Mixture:
     """A learnt mixture model.
 
     rate: learning rate per frame; a person standing still becomes background within 1 / rate frames.  Chosen by hand.
+    noise: grey levels, for others: the model has none of its own.  room: None, OpenCV gives no access to its model.
     """
 
-    def __init__(self, frames: Sequence[Image], rate: float = 0.0005) -> None:
+    room = None
+
+    def __init__(self, frames: Sequence[Image], rate: float = 0.0005, noise: float = 2.0) -> None:
         if len(frames) == 0:
             raise ValueError("background: 0 frames; at least 1 is needed")
         if not 0 <= rate < 1:
             raise ValueError(f"rate: {rate}; allowed 0 <= rate < 1")
         self._shape = frames[0].shape
-        self._rate = rate
+        self._rate, self.noise = rate, noise
         self._model = cv2.createBackgroundSubtractorMOG2(history=len(frames), varThreshold=25, detectShadows=True)
         self._model.setShadowThreshold(0.4)
         for frame in frames:

@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 
 from zenocap.common.arrays import Bools, Floats, Ints, Mask
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 
 CORNERS = 10  # of the outline of a part
 NEAREST = 0.1  # m, smallest depth at which a part is drawn; chosen by hand
@@ -115,20 +115,9 @@ def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: I
     top, bottom = max(int(np.ceil(low)), 0), min(int(np.floor(high)), height - 1)
     if bottom < top or not np.isfinite(high - low):
         return
-    spans = np.empty((bottom - top + 1, 2))  # first and last x of each row
+    spans = np.empty((bottom - top + 1, 2))
     spans[:, 0], spans[:, 1] = np.inf, -np.inf
-    for k in range(corners.shape[0]):
-        other = k + 1 if k + 1 < corners.shape[0] else 0
-        x0, y0, x1, y1 = corners[k, 0], corners[k, 1], corners[other, 0], corners[other, 1]
-        if y0 > y1:
-            x0, y0, x1, y1 = x1, y1, x0, y0
-        if y1 <= y0:
-            continue
-        slope = (x1 - x0) / (y1 - y0)
-        for y in range(max(int(np.ceil(y0)), top), min(int(np.floor(y1)), bottom) + 1):
-            x = x0 + (y - y0) * slope
-            spans[y - top, 0] = min(spans[y - top, 0], x)
-            spans[y - top, 1] = max(spans[y - top, 1], x)
+    _row_spans(corners, top, bottom, spans)
     model, both = np.int64(0), np.int64(0)
     for y in range(top, bottom + 1):
         first = max(int(np.ceil(max(spans[y - top, 0], -1.0))), 0)
@@ -152,6 +141,23 @@ def cover_outline(corners: Floats, mask: Mask, cover: Mask, mode: int, totals: I
                 both -= bare * mask[y, x]
     totals[1] += model
     totals[2] += both
+
+
+@leaf_kernel
+def _row_spans(corners: Floats, top: int, bottom: int, spans: Floats) -> None:
+    """Extend spans (bottom - top + 1, 2), first and last x of each row, to those of a convex outline."""
+    for k in range(corners.shape[0]):
+        other = k + 1 if k + 1 < corners.shape[0] else 0
+        x0, y0, x1, y1 = corners[k, 0], corners[k, 1], corners[other, 0], corners[other, 1]
+        if y0 > y1:
+            x0, y0, x1, y1 = x1, y1, x0, y0
+        if y1 <= y0:
+            continue
+        slope = (x1 - x0) / (y1 - y0)
+        for y in range(max(int(np.ceil(y0)), top), min(int(np.floor(y1)), bottom) + 1):
+            x = x0 + (y - y0) * slope
+            spans[y - top, 0] = min(spans[y - top, 0], x)
+            spans[y - top, 1] = max(spans[y - top, 1], x)
 
 
 @kernel

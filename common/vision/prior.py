@@ -11,7 +11,7 @@ tracker has lost, and is kept; what has been still is furniture.
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Labels, Mask
-from zenocap.common.jit import finite_kernel, leaf_kernel
+from zenocap.common.jit import finite_kernel, finite_leaf_kernel, leaf_kernel
 from zenocap.common.vision.foreground import BACKGROUND, SHADOW, STRONG, UNSURE, WEAK
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.regions import find_regions, paint
@@ -84,6 +84,18 @@ def _others(mask: Mask, depth: Floats32, band: float) -> Mask:
     return found
 
 
+@finite_leaf_kernel
+def _data_term(inside: int, label: int) -> np.float32:
+    """Logarithm of the odds of a pixel in or outside of the silhouette, by its label."""
+    if inside != 0:
+        if label == STRONG:
+            return np.float32(STRONG_ODDS)
+        return np.float32(WEAK_ODDS) if label == WEAK else np.float32(FILLED_ODDS)
+    if label == BACKGROUND:
+        return np.float32(CLEAR_ODDS)
+    return np.float32(SHADE_ODDS) if label == SHADOW else np.float32(LEFT_ODDS)
+
+
 @finite_kernel
 def _mean_field(
     mask: Mask, labels: Labels, depth: Floats32, since: Floats32, others: Mask, still_s: np.float32, band: np.float32
@@ -92,19 +104,7 @@ def _mean_field(
     odds = np.empty((rows, columns), dtype=np.float32)
     for y in range(rows):
         for x in range(columns):
-            label, d = labels[y, x], depth[y, x] / band
-            if mask[y, x] != 0:
-                value = np.float32(FILLED_ODDS)
-                if label == STRONG:
-                    value = np.float32(STRONG_ODDS)
-                elif label == WEAK:
-                    value = np.float32(WEAK_ODDS)
-            else:
-                value = np.float32(LEFT_ODDS)
-                if label == BACKGROUND:
-                    value = np.float32(CLEAR_ODDS)
-                elif label == SHADOW:
-                    value = np.float32(SHADE_ODDS)
+            value, d = _data_term(mask[y, x], labels[y, x]), depth[y, x] / band
             share = min(max(d, np.float32(-1)), np.float32(1))
             if share >= 0:
                 value += np.float32(INSIDE_ODDS) * share

@@ -1,11 +1,15 @@
-"""Connected regions of a label image, stored as runs along its rows."""
+"""Connected regions of a label image, stored as runs along its rows; the person's region."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from zenocap.common.arrays import Bools, Ints32, Labels
+from zenocap.common.arrays import Bools, Ints32, Labels, Mask
 from zenocap.common.jit import NO_BITS, kernel, leaf_kernel
+from zenocap.common.vision.foreground import STRONG, UNSURE, WEAK
+from zenocap.common.vision.silhouette import Extents, SilhouetteOptions
+
+NEAREST_SHARE = 0.2  # of the pixels of the largest region, for the choice "nearest"; chosen by hand
 
 
 class Regions(NamedTuple):
@@ -161,3 +165,75 @@ def paint(regions: Regions, keep: Bools, value: int, image: Labels) -> None:
         if keep[regions.runs[k, 3]]:
             for x in range(regions.runs[k, 1], regions.runs[k, 2]):
                 image[regions.runs[k, 0], x] = value
+
+
+def person_labels(
+    labels: Labels, options: SilhouetteOptions, previous: Extents | None, pad: int
+) -> tuple[Labels, tuple[int, int, int, int]] | None:
+    """Labels of the person's region and its fragments, with a margin of `pad` px, and its box; None without a person.
+
+    Box: left, top, right, bottom (exclusive) px.  Pieces too small for a fragment become UNSURE: specks in a shadow do not
+    make it a part of the body.
+    """
+    regions = find_regions(labels, UNSURE, STRONG, STRONG, True)
+    chosen = _chosen(regions, options, options.smallest * labels.shape[0] * labels.shape[1], previous)
+    if chosen is None:
+        return None
+    keep = _with_fragments(regions, chosen, options)
+    person = np.zeros(labels.shape, dtype=np.uint8)
+    paint(regions, keep, 255, person)
+    left, top = (max(0, int(least) - pad) for least in regions.boxes[keep, :2].min(axis=0))
+    right, bottom = (int(most) + pad for most in regions.boxes[keep, 2:].max(axis=0))
+    right, bottom = min(labels.shape[1], right), min(labels.shape[0], bottom)
+    inside = labels[top:bottom, left:right] & person[top:bottom, left:right]
+    pieces = find_regions(inside, WEAK, STRONG, STRONG, True)
+    if len(pieces.areas) > 0:
+        paint(pieces, pieces.areas < options.fragment * pieces.areas.max(), UNSURE, inside)
+    return inside, (left, top, right, bottom)
+
+
+def _chosen(regions: Regions, options: SilhouetteOptions, smallest_px: float, previous: Extents | None) -> int | None:
+    """Region of the person, by STRONG pixels or by distance from `previous`; None when all are too small."""
+    if len(regions.areas) == 0:
+        return None
+    large = (regions.areas >= smallest_px) & (regions.seeds > 0)
+    if not large.any():
+        return None
+    if options.choice == "nearest" and previous is not None:
+        large &= regions.seeds >= NEAREST_SHARE * regions.seeds[large].max()
+        across = (regions.boxes[:, 0] + regions.boxes[:, 2] - 1) / 2 - (previous.leftmost + previous.rightmost) / 2
+        down = (regions.boxes[:, 1] + regions.boxes[:, 3] - 1) / 2 - (previous.highest + previous.lowest) / 2
+        return int(np.argmin(np.where(large, across**2 + down**2, np.inf)))
+    return int(np.argmax(np.where(large, regions.seeds, -1)))
+
+
+def _with_fragments(regions: Regions, chosen: int, options: SilhouetteOptions) -> Bools:
+    box = regions.boxes[chosen]
+    reach = round(options.join * (box[3] - box[1]))
+    smallest = max(2, round(options.fragment * int(regions.areas[chosen])))
+    keep: Bools = reachable(regions, chosen, reach, smallest)
+    return keep
+
+
+def fill_holes(mask: Mask, largest_px: int) -> None:
+    """Fill holes of at most `largest_px` pixels in place; larger ones are real, such as between an arm and the torso."""
+    holes = find_regions(mask, 0, 0, 1, False)
+    height, width = mask.shape
+    boxes = holes.boxes
+    inside = (boxes[:, 0] > 0) & (boxes[:, 1] > 0) & (boxes[:, 2] < width) & (boxes[:, 3] < height)
+    paint(holes, inside & (holes.areas <= largest_px), 1, mask)
+
+
+def keep_person(mask: Mask, labels: Labels, options: SilhouetteOptions) -> bool:
+    """Keep of a mask the region with the most STRONG pixels and its fragments, in place; False without such a region.
+
+    labels: of the same pixels, before refinement: a fragment needs pixels that were STRONG there.
+    """
+    np.maximum(mask, np.where(mask > 0, labels, 0), out=mask)
+    regions = find_regions(mask, 1, STRONG, STRONG, True)
+    if not np.any(regions.seeds > 0):
+        return False
+    keep = _with_fragments(regions, int(np.argmax(regions.seeds)), options)
+    mask[:] = 0
+    paint(regions, keep, 1, mask)
+    return True

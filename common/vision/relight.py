@@ -7,7 +7,7 @@ import numpy as np
 
 from zenocap.common.arrays import Image, Mask
 from zenocap.common.vision.background import Background
-from zenocap.common.vision.foreground import ForegroundOptions, expected_gain, foreground
+from zenocap.common.vision.foreground import ForegroundOptions, foreground
 
 FIT_STEP_PX, FIT_ROUNDS = 6, 8  # of the map of gains: grid of samples, rounds of reweighting; chosen by hand
 FIT_SHARE = 0.6  # of the differing pixels that a map must explain; chosen by hand
@@ -50,6 +50,6 @@ def relit(
             found = np.linalg.lstsq(design * root, logs * root[:, 0], rcond=None)[0]
         field[..., c] = np.exp(np.clip(terms @ found, -LARGEST_LOG, LARGEST_LOG))
     changed = replace(background, mean=np.clip(background.mean * field, 0, 255).astype(np.float32))
-    gain = expected_gain(changed, frame, options)
-    after = np.count_nonzero(foreground(changed, frame, gain, options))
+    labels, _ = foreground(changed, frame, options)
+    after = np.count_nonzero(labels)
     return changed if after < (1.0 - FIT_SHARE) * differing else None

@@ -153,16 +153,8 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return _update_pose(state, "two-view", message, tuple(lost), received_ns)
         case m.TrackerPose():
             return _update_pose(state, "tracker", message, tuple(lost_parts(message)), received_ns)
-        case m.Silhouette(viewer=viewer):
-            return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
-        case m.Sighting(viewer=viewer):
-            return replace(state, sightings=_with(state.sightings, viewer, message))
-        case m.Preview(viewer=viewer):
-            return replace(state, previews=_with(state.previews, viewer, message))
-        case m.CameraAdvice(viewer=viewer):
-            return replace(state, advice=_with(state.advice, viewer, message))
-        case m.CameraInfo():
-            return _update_camera(state, message)
+        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice() | m.CameraInfo():
+            return _update_view(state, message)
         case m.Assignment(tracking=tracking):
             return replace(state if tracking else _mark_lost(state), assignment=message)
         case m.Posture():
@@ -177,6 +169,20 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return replace(state, detail=share)
         case _:
             return state
+
+
+def _update_view(state: State, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice | m.CameraInfo) -> State:
+    match message:
+        case m.Silhouette(viewer=viewer):
+            return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
+        case m.Sighting(viewer=viewer):
+            return replace(state, sightings=_with(state.sightings, viewer, message))
+        case m.Preview(viewer=viewer):
+            return replace(state, previews=_with(state.previews, viewer, message))
+        case m.CameraAdvice(viewer=viewer):
+            return replace(state, advice=_with(state.advice, viewer, message))
+        case m.CameraInfo():
+            return _update_camera(state, message)
 
 
 def _mark_lost(state: State) -> State:

@@ -1,6 +1,7 @@
 """Delays of the cameras of a rig with a tracker, estimated from the silhouettes while it runs.  Pure.
 
-The outlines of DELAY_WINDOW_NS are compared as `zenocap sync` compares those of a take, in parts (`delay_comparison`).
+The outlines of DELAY_WINDOW_NS are compared as `zenocap sync` compares those of a take, in parts: one follows every so many
+silhouettes, and each tick.  Parts are a function of the events, so that a take is recomputed.
 An estimate that the next one confirms is corrected when the rig has `delays = "follow"`: the tracker subtracts `applied_ms`
 from the capture times.  Messages keep their times: every estimate is of the whole delay, and corrections do not feed back.
 """
@@ -12,18 +13,19 @@ from math import copysign
 from msgspec import structs
 
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.lags.delays import SKEW_US, CameraLags, lags_between
+from zenocap.common.conversion import silhouette_mask
+from zenocap.common.lags.delays import SKEW_US, CameraLags, lags_between, limits_of
+from zenocap.common.lags.parts import PairsProgress
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.messages import CameraDelays, Message, Silhouette
 from zenocap.common.runtime.clock_offset import Offset, to_integrator_ns
-from zenocap.common.vision.mask_codec import unpack
-from zenocap.services.integrator.delay_comparison import Comparison, after_silhouette, next_part
 from zenocap.services.integrator.parameters import (
     DELAY_ERRORS,
     DELAY_REST_NS,
     DELAY_STEP,
     DELAY_WINDOW_NS,
     DELAYS_AGREE,
+    FEWEST_OUTLINES,
     MOST_DELAY_S,
     NEXT_CAMERAS,
     RECOVERY_TICKS,
@@ -70,7 +72,7 @@ class DelayState:
 
     outlines: Mapping[str, tuple[Outline, ...]] = field(default_factory=dict)
     begin_ns: int | None = None
-    comparison: Comparison | None = None
+    comparison: PairsProgress | None = None
     resting_ns: int = 0
     now_ns: int = 0
     offsets: Mapping[str, Offset] = field(default_factory=dict)
@@ -121,12 +123,10 @@ def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> Del
     if camera is None or state.now_ns < state.resting_ns:
         return state
     if state.comparison is not None:
-        return replace(state, comparison=after_silhouette(setup.cameras, state.comparison))
+        return replace(state, comparison=state.comparison.after_silhouette())
     captured_ns = to_integrator_ns(silhouette.captured_ns, state.offsets.get(silhouette.viewer))
     try:
-        if tuple(silhouette.size) != camera.size:
-            raise ValueError("size")
-        mask = unpack(silhouette.size, silhouette.region, silhouette.data)
+        mask = silhouette_mask(silhouette, camera.size)
     except ValueError:
         return replace(state, damaged=state.damaged + 1)
     if abs(captured_ns - state.now_ns) > DELAY_WINDOW_NS:
@@ -137,7 +137,9 @@ def collect(setup: DelaySetup, state: DelayState, silhouette: Silhouette) -> Del
     if outline is None or (before and outline.time_s <= before[-1].time_s):
         return state
     outlines = {**state.outlines, silhouette.viewer: (*before, outline)}
-    comparison = Comparison(setup.pairs, outlines) if outline.time_s > DELAY_WINDOW_NS / 1e9 else None
+    comparison = None
+    if outline.time_s > DELAY_WINDOW_NS / 1e9:
+        comparison = PairsProgress(setup.cameras, setup.pairs, outlines, limits_of(MOST_DELAY_S), FEWEST_OUTLINES)
     return replace(state, outlines=outlines, begin_ns=begin_ns, comparison=comparison)
 
 
@@ -148,7 +150,7 @@ def decide(setup: DelaySetup, state: DelayState, now_ns: int) -> tuple[DelayStat
     if state.comparison is not None and state.comparison.ended:
         state = _estimate(setup, state, state.comparison, now_ns)
     elif state.comparison is not None:
-        state = replace(state, comparison=next_part(setup.cameras, state.comparison))
+        state = replace(state, comparison=state.comparison.next_part())
     decided = state.decided
     if decided is not None and setup.follow and state.target:
         applied = _toward(decided.applied_ms, state.target, DELAY_STEP * setup.frame_ms)
@@ -163,14 +165,11 @@ def decide(setup: DelaySetup, state: DelayState, now_ns: int) -> tuple[DelayStat
     return replace(state, decided=decided, contradicted=False), messages
 
 
-def _estimate(setup: DelaySetup, state: DelayState, comparison: Comparison, now_ns: int) -> DelayState:
+def _estimate(setup: DelaySetup, state: DelayState, comparison: PairsProgress, now_ns: int) -> DelayState:
     """The state after the estimate from all pairs; outlines are collected again at once, or after a rest."""
-    names = comparison.names(setup.cameras)
-    lags = lags_between(names, comparison.compared, MOST_DELAY_S) if names else CameraLags({})
-    certain = {viewer: one for viewer, one in lags.offsets.items() if not one.reason}
-    certain = certain if len(certain) > 1 else {}
-    youngest_s = max((one.offset_s for one in certain.values()), default=0.0)
-    found = {viewer: 1e3 * (youngest_s - one.offset_s) for viewer, one in certain.items()}
+    lags = lags_between(comparison.names, comparison.compared, comparison.limits)
+    lags = lags if len(lags.certain) > 1 else CameraLags({})
+    certain, found = lags.certain, lags.delays_ms
     before, last, target = state.decided, state.last, state.target
     errors = {viewer: 1e3 * one.error_s for viewer, one in certain.items()}
     confirmed = state.confirmed

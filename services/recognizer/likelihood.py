@@ -3,7 +3,7 @@
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.services.recognizer.parameters import FILLER_STAY
 
 
@@ -40,6 +40,16 @@ def forward_log_likelihoods(start: Floats, transition: Floats, emission: Floats,
     return result
 
 
+@leaf_kernel
+def _leaving(total: float, alpha: Floats, staying: Floats, share: float, without: int) -> float:
+    """`total` and what leaves each state of the postures for one other state."""
+    for model in range(staying.shape[0]):
+        for j in range(staying.shape[1]):
+            if model != without:
+                total += alpha[model, j] * (1.0 - staying[model, j]) * share
+    return total
+
+
 @kernel
 def filler_log_likelihood(staying: Floats, emission: Floats, occurring: Floats, symbols: Ints, without: int) -> float:
     """log P(O | filler).
@@ -56,12 +66,7 @@ def filler_log_likelihood(staying: Floats, emission: Floats, occurring: Floats, 
     for t in range(len(symbols)):
         symbol, scale, leaving = symbols[t], 0.0, 0.0
         if t > 0:
-            leaving = other * (1.0 - FILLER_STAY) * share
-            for model in range(n):
-                for j in range(s):
-                    if model != without:
-                        leaving += alpha[model, j] * (1.0 - staying[model, j]) * share
-        if t > 0:
+            leaving = _leaving(other * (1.0 - FILLER_STAY) * share, alpha, staying, share, without)
             other = other * FILLER_STAY + leaving - other * (1.0 - FILLER_STAY) * share
         other *= occurring[symbol]
         scale += other

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.services.recognizer.parameters import FILLER_STAY, WINDOW_PRICE
 
 TINY = 1e-300  # smallest probability whose logarithm is taken
@@ -54,62 +54,74 @@ def extend_windows(model: WindowModel, windows: Windows, symbol: int, row: int, 
     floor: first row that is not answered.  Returns gain and begin of the best path whose last window has not ended.
     """
     n, s = model.start.shape
-    forward, filler, extra = windows.forward, windows.filler, windows.extra
-    likelihoods, fillers = windows.likelihoods, windows.fillers
-    staying, emission = model.staying, model.emission
-    count = n * s + 1  # states of the filler
-    share = 1.0 / (count - 1)
     ahead = np.empty(s)
     best, best_label, best_begin = windows.gain[1], -1, row
     open_gain, open_begin = -np.inf, row
-    for age in range(min(row - floor, len(fillers) - 1) + 1):
-        leaving, scale = extra[age] * (1.0 - FILLER_STAY) * share, 0.0
-        if age == 0:
-            extra[0], fillers[0] = 1.0 / count, 0.0
-            likelihoods[0] = 0.0
-        else:
-            for k in range(n):
-                for j in range(s):
-                    leaving += filler[age, k, j] * (1.0 - staying[k, j]) * share
-            extra[age] = extra[age] * (FILLER_STAY - (1.0 - FILLER_STAY) * share) + leaving
-        extra[age] *= model.occurring[symbol]
-        scale = extra[age]
-        for k in range(n):
-            for j in range(s):
-                reached = 1.0 / count
-                if age > 0:
-                    reached = filler[age, k, j] * (staying[k, j] - (1.0 - staying[k, j]) * share) + leaving
-                filler[age, k, j] = reached * emission[k, j, symbol]
-                scale += filler[age, k, j]
-        scale = max(scale, TINY)
-        fillers[age] += np.log(scale)
-        extra[age] /= scale
-        for k in range(n):
-            for j in range(s):
-                filler[age, k, j] /= scale
+    for age in range(min(row - floor, len(windows.fillers) - 1) + 1):
+        _extend_filler(model, windows, symbol, age)
         for k in range(n):
             if age >= model.longest[k]:
                 continue
-            scale = 0.0
-            for j in range(s):
-                reached = model.start[k, j]
-                if age > 0:
-                    reached = 0.0
-                    for i in range(s):
-                        reached += forward[age, k, i] * model.transition[k, i, j]
-                ahead[j] = reached * emission[k, j, symbol]
-                scale += ahead[j]
-            scale = max(scale, TINY)
-            likelihoods[age, k] += np.log(scale)
-            for j in range(s):
-                forward[age, k, j] = ahead[j] / scale
-            above_filler = likelihoods[age, k] - fillers[age] - (age + 1) * model.thresholds[k]
+            _extend_posture(model, windows, symbol, age, k, ahead)
+            above_filler = windows.likelihoods[age, k] - windows.fillers[age] - (age + 1) * model.thresholds[k]
             gain = above_filler - WINDOW_PRICE + windows.gain[age + 1]
             if gain > open_gain:
                 open_gain, open_begin = gain, row - age
             if age + 1 >= model.shortest[k] and windows.extent[age] >= model.reach[k]:
-                gain += np.log(max(forward[age, k, s - 1], TINY))
+                gain += np.log(max(windows.forward[age, k, s - 1], TINY))
                 if gain > best:
                     best, best_label, best_begin = gain, k, row - age
     windows.gain[0], windows.label[0], windows.begin[0] = best, best_label, best_begin
     return open_gain, open_begin
+
+
+@leaf_kernel
+def _extend_filler(model: WindowModel, windows: Windows, symbol: int, age: int) -> None:
+    """Advance the filler of the window of this age by one symbol."""
+    n, s = model.start.shape
+    filler, extra, fillers = windows.filler, windows.extra, windows.fillers
+    staying, emission = model.staying, model.emission
+    count = n * s + 1  # states of the filler
+    share = 1.0 / (count - 1)
+    leaving = extra[age] * (1.0 - FILLER_STAY) * share
+    if age == 0:
+        extra[0], fillers[0] = 1.0 / count, 0.0
+    else:
+        for k in range(n):
+            for j in range(s):
+                leaving += filler[age, k, j] * (1.0 - staying[k, j]) * share
+        extra[age] = extra[age] * (FILLER_STAY - (1.0 - FILLER_STAY) * share) + leaving
+    extra[age] *= model.occurring[symbol]
+    scale = extra[age]
+    for k in range(n):
+        for j in range(s):
+            reached = 1.0 / count
+            if age > 0:
+                reached = filler[age, k, j] * (staying[k, j] - (1.0 - staying[k, j]) * share) + leaving
+            filler[age, k, j] = reached * emission[k, j, symbol]
+            scale += filler[age, k, j]
+    scale = max(scale, TINY)
+    fillers[age] += np.log(scale)
+    extra[age] /= scale
+    for k in range(n):
+        for j in range(s):
+            filler[age, k, j] /= scale
+
+
+@leaf_kernel
+def _extend_posture(model: WindowModel, windows: Windows, symbol: int, age: int, k: int, ahead: Floats) -> None:
+    """Advance posture k of the window of this age by one symbol.  ahead: (s,) scratch."""
+    s = model.start.shape[1]
+    scale = 0.0
+    for j in range(s):
+        reached = model.start[k, j]
+        if age > 0:
+            reached = 0.0
+            for i in range(s):
+                reached += windows.forward[age, k, i] * model.transition[k, i, j]
+        ahead[j] = reached * model.emission[k, j, symbol]
+        scale += ahead[j]
+    scale = max(scale, TINY)
+    windows.likelihoods[age, k] = (windows.likelihoods[age, k] if age > 0 else 0.0) + np.log(scale)
+    for j in range(s):
+        windows.forward[age, k, j] = ahead[j] / scale

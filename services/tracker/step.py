@@ -15,7 +15,7 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points
+from zenocap.common.conversion import angles_by_name, angles_of, bdp_of, body_of, packed_points, silhouette_mask
 from zenocap.common.messages import (
     CameraDelays,
     CameraInfo,
@@ -33,9 +33,8 @@ from zenocap.common.messages import (
 from zenocap.common.runtime.clock_offset import clock_warning, offset_in, to_integrator_ns
 from zenocap.common.runtime.frame_rate import holds_from_ns, share_of
 from zenocap.common.synchronizer import FrameSet, Synchronizer, push, with_spacing
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker import tracking
-from zenocap.services.tracker.filter.confidence import LIMBS, heading_confidence, limb_confidence
+from zenocap.services.tracker.filter.confidence import confidences
 from zenocap.services.tracker.parameters import (
     CAMERA_TOLERANCE,
     LOST_LIMB,
@@ -176,7 +175,7 @@ def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Resul
         if silhouette is None:
             continue
         try:
-            masks[viewer] = _mask(silhouette, camera)
+            masks[viewer] = silhouette_mask(silhouette, camera.size)
         except ValueError:
             state = _count(state, "damaged", 1)
     if len(masks) < MIN_VIEWS:
@@ -202,13 +201,6 @@ def _track(setup: Setup, state: State, frame_set: FrameSet[Silhouette]) -> Resul
     return replace(state, pose=pose or state.pose), messages
 
 
-def _mask(silhouette: Silhouette, camera: Camera) -> Mask:
-    """Mask (height, width) of a silhouette.  Raises ValueError when it is damaged or not of the camera's size."""
-    if silhouette.size != camera.size:
-        raise ValueError(f"viewer {silhouette.viewer}: silhouettes of {silhouette.size}, its camera has {camera.size}")
-    return unpack(silhouette.size, silhouette.region, silhouette.data)
-
-
 def _pose_message(
     anatomy: Anatomy, last: TrackerPose | None, outcome: Outcome, frame: int, captured_ns: int
 ) -> TrackerPose | None:
@@ -222,20 +214,16 @@ def _pose_message(
             effective=0.0, lost=True, views=list(outcome.views),
         )  # fmt: skip
     x, y, z = outcome.pose.position.tolist()
-    spread, limbs = np.minimum(outcome.spread, MAX_SPREAD), _limbs(outcome.limb_features)
+    spread = np.minimum(outcome.spread, MAX_SPREAD)
+    limbs, heading = confidences(outcome.limb_features, outcome.toes)
     return TrackerPose(
         frame=frame, captured_ns=captured_ns, position=(x, y, z),
         angles=angles_by_name(anatomy, outcome.pose.angles),
         position_spread=_triple(spread[-3:]), spread=angles_by_name(anatomy, spread[:-3]),
         likelihood=float(outcome.likelihood), effective=float(outcome.effective), lost=outcome.lost,
         views=list(outcome.views), limbs=limbs, lost_limbs=[limb for limb, score in limbs.items() if score < LOST_LIMB],
-        heading=None if outcome.toes is None else heading_confidence(outcome.toes),
+        heading=heading,
     )  # fmt: skip
-
-
-def _limbs(features: Floats | None) -> dict[str, float]:
-    """Confidence by limb, see `filter.confidence`."""
-    return {} if features is None else dict(zip(LIMBS, limb_confidence(features).tolist(), strict=True))
 
 
 def _triple(values: Floats) -> tuple[float, float, float]:

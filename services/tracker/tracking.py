@@ -15,9 +15,9 @@ from zenocap.services.tracker.body.average_body import average_body
 from zenocap.services.tracker.body.body_model import RootedPose, model_of
 from zenocap.services.tracker.body.sizes import COUNT
 from zenocap.services.tracker.evidence.evidence import Evidence, evidence_of
-from zenocap.services.tracker.filter.confidence import limb_features, smoothed_features
+from zenocap.services.tracker.filter.confidence import limb_features
 from zenocap.services.tracker.filter.filter_step import filter_step
-from zenocap.services.tracker.hull.contour_rays import exclude_views, extract_outlines
+from zenocap.services.tracker.hull.contour_rays import extract_outlines
 from zenocap.services.tracker.initialization.any_posture import start_in_any_posture
 from zenocap.services.tracker.initialization.decisions import (
     by_decision,
@@ -102,8 +102,7 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
     contours, silhouettes = extract_outlines(view_masks, list(setup.cameras.values()), setup.options.points)
     views, findings = check_views(state.consistency, contours, silhouettes)
     excluded = untrusted(findings)
-    contours, silhouettes = exclude_views(contours, silhouettes, excluded)
-    evidence, scene = evidence_of(contours, silhouettes)
+    evidence, points = evidence_of(contours, silhouettes, excluded)
     phase, outcome = advance_phase(setup, state.phase, captured_ns, evidence, state.count)
     if isinstance(phase, Tracking) and outcome.pose is not None:
         phase, outcome = turned_as_decided(setup, phase, outcome, captured_ns, evidence)
@@ -116,16 +115,17 @@ def track(setup: Setup, state: TrackState, captured_ns: int, masks: Mapping[str,
         outcome = replace(outcome, measured=measured)
     used = tuple(viewer for n, viewer in enumerate(setup.cameras) if viewer in masks and n not in excluded)
     texts = tuple(finding.text for finding in findings)
-    return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=scene.points)
+    return TrackState(phase, views, state.count + 1), replace(outcome, views=used, findings=texts, points=points)
 
 
 def _with_limb_features(setup: Setup, phase: Tracking, evidence: Evidence) -> Tracking:
     """The running means of the limbs' features with this frame."""
     person, pose = phase.person, phase.estimate
-    now = limb_features(
-        setup.anatomy, person.model, evidence, pose, phase.limb_support, person.expected_support, phase.ambiguity
-    )
-    return replace(phase, limb_features=smoothed_features(phase.limb_features, now))
+    features = limb_features(
+        setup.anatomy, person.model, evidence, pose, phase.limb_support, person.expected_support, phase.ambiguity,
+        phase.limb_features,
+    )  # fmt: skip
+    return replace(phase, limb_features=features)
 
 
 def awaiting_person(state: TrackState) -> bool:

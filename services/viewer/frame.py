@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 from zenocap.common.arrays import Image, Mask
+from zenocap.common.messages import Silhouette
+from zenocap.common.vision.mask_codec import pack
 
 
 @dataclass(frozen=True)
@@ -27,3 +29,9 @@ class SegmentedFrame:
     frame: int
     captured_ns: int
     mask: Mask | None
+
+
+def silhouette_message(viewer: str, size: tuple[int, int], frame: Frame, mask: Mask | None) -> Silhouette:
+    """Silhouette message of a mask (height, width); an empty one for a frame without a person.  size: of the camera."""
+    region, data = ((0, 0, 0, 0), b"") if mask is None else pack(mask)
+    return Silhouette(frame=frame.frame, captured_ns=frame.captured_ns, viewer=viewer, size=size, region=region, data=data)

@@ -44,7 +44,7 @@ CLOSING = 0.1  # of the person's height, width of the gaps in which it is looked
 ROOM_SIGMAS = 3.0  # sigmas of the noise, within which a gap shows the room; sizes
 PARTLY_COVERED = 0.5  # of the difference of the next pixel, below which an edge is partly covered; chosen by hand
 OTHER_COLOUR = 0.5  # of a squared difference, the part of another colour from which it is no such edge; chosen by hand
-FLOOR_SHARE = 0.3  # of the height from the soles, where a shadow is between the feet; as in `common.vision.silhouette`
+FLOOR_SHARE = 0.3  # of the height from the soles, where a shadow is between the feet; as in `common.vision.mask_refinement`
 OFTEN_MIRRORED = 50.0  # %, of the images with a person, whose silhouettes contain a mirror image; chosen by hand
 # "Floors": chosen on seeds 50 to 55 on floors that mirror 35 and 50 %, and on 44 people of the demo without a mirror image.
 GLOSS_LIKENESS = 0.5  # overlap of the legs and their mirror image; rooms

@@ -201,33 +201,42 @@ def keep_feet_in_place(
                 for column in range(3):
                     part[k, row] += torso_to_world[row, column] * directions[limb, k, column]
         if limb >= 2:
-            upper, lower = model.limbs[limb, 0, 0], model.limbs[limb, 1, 0]
-            knee, foot, distance = np.empty(3), np.empty(3), 0.0
-            for row in range(3):
-                hip = moved[row] - position[row]
-                for column in range(3):
-                    hip += (turned[row, column] - torso_to_world[row, column]) * model.origins[limb, column]
-                knee[row] = upper * part[0, row] - hip
-                foot[row] = knee[row] + lower * part[1, row]
-                distance += foot[row] ** 2
-            distance = np.sqrt(distance)
-            if distance > abs(upper - lower) + 1e-3:
-                along = foot / distance
-                distance = min(distance, LONGEST_LEG * (upper + lower))
-                side = knee - (knee[0] * along[0] + knee[1] * along[1] + knee[2] * along[2]) * along
-                norm = np.sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2)
-                if norm < STRAIGHT_KNEE_M:
-                    for row in range(3):
-                        side[row] += STRAIGHT_KNEE_M * turned[row, 2]
-                    norm = np.sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2)
-                reach = (upper**2 - lower**2 + distance**2) / (2 * distance)
-                bend = np.sqrt(max(upper**2 - reach**2, 0.0))
-                for row in range(3):
-                    bent = reach * along[row] + bend * side[row] / max(norm, 1e-9)
-                    part[0, row] = bent / upper
-                    part[1, row] = (distance * along[row] - bent) / lower
+            _keep_foot(position, torso_to_world, moved, turned, model, limb, part)
         for k in range(2):
             for column in range(3):
                 out[limb, k, column] = 0.0
                 for row in range(3):
                     out[limb, k, column] += turned[row, column] * part[k, row]
+
+
+@kernel
+def _keep_foot(
+    position: Floats, torso_to_world: Floats, moved: Floats, turned: Floats, model: BodyModel, limb: int, part: Floats
+) -> None:
+    """Turn the parts (2, 3) of a leg, directions in the world, so that its foot stays; see `keep_feet_in_place`."""
+    upper, lower = model.limbs[limb, 0, 0], model.limbs[limb, 1, 0]
+    knee, foot, distance = np.empty(3), np.empty(3), 0.0
+    for row in range(3):
+        hip = moved[row] - position[row]
+        for column in range(3):
+            hip += (turned[row, column] - torso_to_world[row, column]) * model.origins[limb, column]
+        knee[row] = upper * part[0, row] - hip
+        foot[row] = knee[row] + lower * part[1, row]
+        distance += foot[row] ** 2
+    distance = np.sqrt(distance)
+    if distance <= abs(upper - lower) + 1e-3:
+        return
+    along = foot / distance
+    distance = min(distance, LONGEST_LEG * (upper + lower))
+    side = knee - (knee[0] * along[0] + knee[1] * along[1] + knee[2] * along[2]) * along
+    norm = np.sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2)
+    if norm < STRAIGHT_KNEE_M:
+        for row in range(3):
+            side[row] += STRAIGHT_KNEE_M * turned[row, 2]
+        norm = np.sqrt(side[0] ** 2 + side[1] ** 2 + side[2] ** 2)
+    reach = (upper**2 - lower**2 + distance**2) / (2 * distance)
+    bend = np.sqrt(max(upper**2 - reach**2, 0.0))
+    for row in range(3):
+        bent = reach * along[row] + bend * side[row] / max(norm, 1e-9)
+        part[0, row] = bent / upper
+        part[1, row] = (distance * along[row] - bent) / lower

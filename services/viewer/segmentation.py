@@ -5,20 +5,19 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Floats32, Image, Mask
+from zenocap.common.arrays import Image, Mask
 from zenocap.common.messages import CameraAdvice, Message, Preview
-from zenocap.common.messages import Silhouette as SilhouetteMessage
 from zenocap.common.rig.sources import AdaptiveBackground, BackgroundImage, FirstFrames, Mog2, learning_frames
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import Adaptive, start
 from zenocap.common.vision.adaptive.saved import taken_up
 from zenocap.common.vision.background import Background, from_image, learn_median, update
 from zenocap.common.vision.background import learn as learn_from
-from zenocap.common.vision.mask_codec import pack
+from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.mixture import Mixture
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.semantics import decision
-from zenocap.common.vision.silhouette import SilhouetteOptions, extract
+from zenocap.common.vision.silhouette import SilhouetteOptions
 from zenocap.services.viewer.advice.watch import watched
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.parameters import (
@@ -33,7 +32,7 @@ from zenocap.services.viewer.parameters import (
 )
 from zenocap.services.viewer.states import LearningBackground, Scene, Setup
 
-OPTIONS = SilhouetteOptions()
+OPTIONS, NEAREST = SilhouetteOptions(), SilhouetteOptions(choice="nearest")
 
 
 def learn(setup: Setup, state: LearningBackground, image: Image | None) -> tuple[LearningBackground, Scene | None]:
@@ -63,7 +62,7 @@ def _background(setup: Setup, images: list[Image]) -> Background | Mixture | Ada
         case AdaptiveBackground():
             return start(images)
         case Mog2():
-            return Mixture(images)
+            return Mixture(images, noise=MIXTURE_NOISE)
         case _:
             return learn_median(images)
 
@@ -77,11 +76,9 @@ def segment(
     """
     background = scene.background
     assert background is not None  # a scene learnt from frames has one
-    decided = _decided(setup, scene, frame)
+    decided = _decided(setup, scene, background, frame)
     if isinstance(background, Adaptive):
-        background, silhouette = follow(
-            background, frame.image, frame.captured_ns / 1e9, replace(OPTIONS, choice="nearest"), decided, prediction
-        )
+        background, silhouette = follow(background, frame.image, frame.captured_ns / 1e9, NEAREST, decided, prediction)
     else:
         silhouette = extract(background, frame.image, OPTIONS, scene.extents, decided)
     # Paper (added): the background model follows slow changes of the light.
@@ -92,7 +89,7 @@ def segment(
     previewed = setup.publish_preview and frame.captured_ns - scene.preview_ns >= PREVIEW_NS
     preview_ns = frame.captured_ns if previewed else scene.preview_ns
     mask = silhouette.mask if silhouette else None
-    watch, faults = watched(scene.watch, frame.image, frame.captured_ns / 1e9, mask, background)
+    watch, faults = watched(scene.watch, frame.image, frame.captured_ns / 1e9, mask, background.room)
     messages: list[Message] = [_preview_message(setup, frame)] if previewed else []
     if faults is not None:
         messages.append(CameraAdvice(frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, faults=faults))
@@ -100,29 +97,13 @@ def segment(
     return Scene(background, extents, preview_ns, watch, scene.restored), mask, messages
 
 
-def _decided(setup: Setup, scene: Scene, frame: Frame) -> Mask | None:
+def _decided(setup: Setup, scene: Scene, background: Background | Mixture | Adaptive, frame: Frame) -> Mask | None:
     """What the network of `people = true` decides, (height, width) of `common.vision.semantics`; None without it."""
     if setup.people is None:
         return None
-    room: Floats32 | None
-    match scene.background:
-        case Adaptive(background=model, noise=noise):
-            room = model.mean
-        case Background() as model:
-            room, noise = model.mean, model.typical_noise
-        case _:
-            room, noise = None, MIXTURE_NOISE
+    room = None if background.room is None else background.room.mean
     semantics = setup.people.latest(frame, room, scene.extents)
-    return decision(semantics, frame.image, frame.captured_ns, noise)
-
-
-def silhouette_message(setup: Setup, frame: Frame, mask: Mask | None) -> SilhouetteMessage:
-    """Silhouette message of a mask; an empty one for a frame without a person."""
-    width, height = setup.camera.size
-    region, data = ((0, 0, 0, 0), b"") if mask is None else pack(mask)
-    return SilhouetteMessage(
-        frame=frame.frame, captured_ns=frame.captured_ns, viewer=setup.id, size=(width, height), region=region, data=data
-    )
+    return decision(semantics, frame.image, frame.captured_ns, background.noise)
 
 
 def _preview_message(setup: Setup, frame: Frame) -> Preview:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
 from zenocap.common.messages import Message, Phase
 from zenocap.services.viewer.feedback import NO_FEEDBACK, Feedback, receive
-from zenocap.services.viewer.frame import Frame, SegmentedFrame
-from zenocap.services.viewer.segmentation import learn, segment, silhouette_message
+from zenocap.services.viewer.frame import Frame, SegmentedFrame, silhouette_message
+from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.states import LearningBackground, Scene, Setup
 
 Event = Frame | SegmentedFrame | Envelope | Alive | Tick
@@ -41,7 +41,8 @@ def step(setup: Setup, state: State, event: Event) -> tuple[State, list[Message]
         case Segmenting(scene=scene, feedback=feedback), Frame():
             scene, mask, messages = segment(setup, scene, event, feedback.usable)
             feedback = replace(feedback, frames=feedback.frames + 1)
-            return Segmenting(scene, mask is not None, feedback), [*messages, silhouette_message(setup, event, mask)]
+            message = silhouette_message(setup.id, setup.camera.size, event, mask)
+            return Segmenting(scene, mask is not None, feedback), [*messages, message]
         case LearningBackground() | Segmenting(), Envelope(message=message):
             return replace(state, feedback=receive(setup.camera, state.feedback, message)), []
         case _:

@@ -11,11 +11,11 @@ from zenocap.common.conversion import angles_of, bdp_of
 from zenocap.common.messages import Assignment, Message, PartialBdp, Phase, Sighting, UniversalBap, UniversalBdp
 from zenocap.services.viewer.body_definition import Scale, fine_tuned, side_lengths
 from zenocap.services.viewer.body_fit import body_model
-from zenocap.services.viewer.frame import Frame, SegmentedFrame
+from zenocap.services.viewer.frame import Frame, SegmentedFrame, silhouette_message
 from zenocap.services.viewer.paper.body_definition import fine_tuned as paper_fine_tuned
 from zenocap.services.viewer.paper.body_definition import side_lengths as paper_side_lengths
 from zenocap.services.viewer.parameters import UNPLACED_NS
-from zenocap.services.viewer.segmentation import learn, segment, silhouette_message
+from zenocap.services.viewer.segmentation import learn, segment
 from zenocap.services.viewer.silhouette_features import is_front_posture, is_side_posture, silhouette_box
 from zenocap.services.viewer.states import (  # fmt: skip
     EarlyPose,
@@ -97,7 +97,7 @@ def _segment(setup: Setup, state: MeasuringBody | Tracking, frame: Frame) -> tup
     """Sighting of an image."""
     scene, mask, messages = segment(setup, state.scene, frame)
     if mask is not None and setup.publish_silhouette:
-        messages.append(silhouette_message(setup, frame, mask))
+        messages.append(silhouette_message(setup.id, setup.camera.size, frame, mask))
     located = SegmentedFrame(frame.frame, frame.captured_ns, mask)
     after, more = _locate(setup, replace(state, scene=scene), located)
     return after, [*messages, *more]
@@ -152,11 +152,6 @@ def _receive(setup: Setup, state: State, message: Message) -> tuple[State, list[
         case MeasuringBody(pending=Pending() as pending), Assignment(tracking=False):
             if _is_for(setup, pending, message):
                 return _measure(setup, state, pending, message)
-        case Tracking(pending=Pending() as pending), Assignment(tracking=True):
-            state = replace(state, placed_ns=pending.captured_ns)
-            return limbs(setup, state, pending, message) if _is_for(setup, pending, message) else (state, [])
-        case Tracking(), Assignment(tracking=False):  # the integrator has restarted without a body
-            return MeasuringBody(state.scene, state.bdp), []
         case LearningBackground(), UniversalBdp():  # this viewer has restarted while the others track
             return replace(state, bdp=bdp_of(setup.anatomy, message.body)), []
         case MeasuringBody(early=early), UniversalBdp():
@@ -171,10 +166,23 @@ def _receive(setup: Setup, state: State, message: Message) -> tuple[State, list[
         case MeasuringBody(bdp=Bdp() as bdp), Assignment(tracking=True):  # no pose, or an expired one: start upright
             pose = neutral_pose(setup.anatomy, np.array(message.position), message.yaw)
             return _tracking(setup, state.scene, bdp, pose), []
-        case Tracking(), UniversalBdp():
+        case Tracking(), _:
+            return _receive_tracking(setup, state, message)
+    return state, []
+
+
+def _receive_tracking(setup: Setup, state: Tracking, message: Message) -> tuple[State, list[Message]]:
+    match message:
+        case Assignment(tracking=True) if state.pending is not None:
+            pending = state.pending
+            state = replace(state, placed_ns=pending.captured_ns)
+            return limbs(setup, state, pending, message) if _is_for(setup, pending, message) else (state, [])
+        case Assignment(tracking=False):  # the integrator has restarted without a body
+            return MeasuringBody(state.scene, state.bdp), []
+        case UniversalBdp():
             bdp = bdp_of(setup.anatomy, message.body)
             return replace(state, bdp=bdp, model=body_model(setup.anatomy, bdp)), []
-        case Tracking(), UniversalBap():
+        case UniversalBap():
             return replace(state, pose=_pose(setup, message), based_on=message.frame), []
     return state, []
 

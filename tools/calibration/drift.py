@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.pairs import jackknife_error
 from zenocap.common.lags.tangents import Outline, scene_centre
 from zenocap.tools.calibration.parameters import (
     BLOCKS,
@@ -115,7 +116,7 @@ def _most_moved(
     name, motion, before = best
     camera = moved_camera(cameras[name], motion)
     others = _left_out(cameras, rays, name, scene)
-    error_px = max(LEAST_ERROR_PX, _jackknife([_apart_px(camera, other, scene) for other in others]))
+    error_px = max(LEAST_ERROR_PX, float(jackknife_error([_apart_px(camera, other, scene) for other in others])))
     apart_px = _apart_px(cameras[name], camera, scene)
     if apart_px < max(LEAST_PX, SURE_ERRORS * error_px) or most < EXPLAINED * before:
         return None
@@ -129,9 +130,9 @@ def _most_moved(
         name,
         camera,
         _turn_deg(camera, old),
-        _jackknife([_turn_deg(other, camera) for other in others]),
+        float(jackknife_error([_turn_deg(other, camera) for other in others])),
         float(np.linalg.norm(camera.centre - old.centre)),
-        _jackknife([float(np.linalg.norm(other.centre - camera.centre)) for other in others]),
+        float(jackknife_error([np.linalg.norm(other.centre - camera.centre) for other in others])),
         offs[0],
         offs[1],
         apart_px,
@@ -148,11 +149,6 @@ def _left_out(cameras: Mapping[str, Camera], rays: Mapping[str, Hulls], name: st
         part = {other: Hulls(one.local[kept], one.cut[kept]) for other, one in rays.items()}
         found.append(moved_camera(cameras[name], _fitted(cameras, part, name, scene)))
     return found
-
-
-def _jackknife(distances: Sequence[float]) -> float:
-    """Standard error from the distances of the results without each block to the whole one."""
-    return float(np.sqrt((len(distances) - 1) / len(distances) * np.sum(np.square(distances))))
 
 
 def _turn_deg(one: Camera, other: Camera) -> float:

@@ -9,10 +9,10 @@ import numpy as np
 
 from zenocap.common import messages as m
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.conversion import silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.recording.reader import Take
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.tools.calibration.drift import Drift, drift_of
 from zenocap.tools.calibration.parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
 from zenocap.tools.verdict.evidence import evidence_of
@@ -41,11 +41,11 @@ def take_drift(path: Path, messages: Iterable[m.Message]) -> tuple[Drift, dict[s
     for sample in posed if len(posed) >= LEAST_INSTANTS else samples:
         seen: dict[str, Outline] = {}
         for viewer, silhouette in sample.silhouettes.items():
-            if viewer not in cameras or tuple(silhouette.size) != cameras[viewer].size or not silhouette.data:
+            if viewer not in cameras or not silhouette.data:
                 continue
             try:
-                mask = unpack(silhouette.size, silhouette.region, silhouette.data)
-            except ValueError:  # damaged
+                mask = silhouette_mask(silhouette, cameras[viewer].size)
+            except ValueError:  # damaged, or of another size
                 continue
             outline = outline_of(cameras[viewer], mask, 0.0) if (mask != 0).mean() > MIN_AREA else None
             if outline is not None:

@@ -1,28 +1,43 @@
-"""The measures of a camera as rows for people: value, whether it is good, and what to do where it is not."""
+"""The measures of a camera as rows for people: value, whether it is good, and what to do where it is not.
+
+Limits and texts of the faults that a running viewer reports too are the viewer's.
+"""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 import msgspec
 
+from zenocap.common.camera_advice import WORDINGS
+from zenocap.common.messages import AdviceCode
 from zenocap.common.vision.image_measures import Exposure, Light
+from zenocap.services.viewer.parameters import HIGH_FLICKER, LOW_BRIGHTNESS, MUCH_SATURATED
 from zenocap.tools.live.parameters import (
     BRIGHT_MEAN,
     BRIGHTNESS_S,
-    DARK_MEAN,
     HIGH_DRIFT,
-    HIGH_FLICKER,
     HIGH_JITTER,
     HIGH_NOISE,
     LOW_RATE,
     MUCH_BLACK,
-    MUCH_SATURATED,
     SOFT,
 )
 
 Verdict = Literal["good", "bad", "wait"]
+T = TypeVar("T")
+SLOW = (
+    "Fewer images than requested: a longer exposure in the dark lowers the rate, so add light; or use a smaller size, "
+    "MJPG, or another USB port."
+)
+UNEVEN = "Images come unevenly: give the camera a USB port of its own, or the stream a cable instead of Wi-Fi."
+SOFTER = "It was sharper before: turn the focus until the bar is full, then fix it. If the scene changed: measure anew."
+BRIGHT = "Too bright: shorten the exposure or lower the gain."
+DARK = "Too dark: add light; a longer exposure blurs motion, more gain adds noise."
+BLACK = "Large parts are black: add light from the side of the camera."
+CHANGING = "The brightness changes: fix exposure and gain, switch off the camera's automatic modes, keep daylight out."
+NOISY = "Noisy: add light and lower the gain."
 
 
 @dataclass(frozen=True)
@@ -30,7 +45,7 @@ class Measures:
     """Measures of one camera; None where one is not known yet.
 
     rate, requested_rate: frames/s.  jitter_s: 95 % of the intervals are this near the median one.  focus: see
-    `measures.focus`; best_focus: the largest so far.  noise: standard deviation, levels.
+    `image_measures.focus`; best_focus: the largest so far.  noise: standard deviation, levels.
     """
 
     rate: float | None
@@ -61,93 +76,52 @@ class Row(msgspec.Struct, frozen=True):
 
 def rows(found: Measures) -> list[Row]:
     """All measures, in the order of the page."""
-    makers: tuple[Callable[[Measures], Row], ...] = (_rate, _jitter, _focus, _exposure, _noise, _drift, _flicker)
-    return [make(found) for make in makers]
+    rate, sharpness, light = found.rate, found.sharpness, found.light
+    noise = None if found.noise is None or math.isnan(found.noise) else found.noise
+    uneven_s = HIGH_JITTER / rate if rate else math.inf
+    return [
+        _row("rate", "Rate", rate, lambda its: f"{its:.1f} of {found.requested_rate:.4g} /s",
+             lambda its: SLOW if its < LOW_RATE * found.requested_rate else ""),
+        _row("jitter", "Jitter", found.jitter_s, lambda its: f"{1000 * its:.1f} ms",
+             lambda its: UNEVEN if its > uneven_s else ""),
+        _row("focus", "Focus", sharpness, lambda its: f"{its:.0%} of best",
+             lambda its: SOFTER if its < SOFT else "", sharpness),
+        _row("exposure", "Exposure", found.exposure, _exposure_text, _exposure_advice),
+        _row("noise", "Noise", noise, lambda its: f"{its:.1f} levels", lambda its: NOISY if its > HIGH_NOISE else ""),
+        _row("drift", "Drift", light, lambda its: f"{its.drift:+.1%} in {BRIGHTNESS_S:.0f} s",
+             lambda its: CHANGING if abs(its.drift) > HIGH_DRIFT else ""),
+        _row("flicker", "Flicker", light, lambda its: f"{its.flicker:.1%}",
+             lambda its: _advice("The light flickers", AdviceCode.FLICKER) if 100.0 * its.flicker > HIGH_FLICKER else ""),
+    ]  # fmt: skip
 
 
-def _waiting(key: str, name: str) -> Row:
-    return Row(key, name, "–", "wait")
+def _row(
+    key: str,
+    name: str,
+    known: T | None,
+    text: Callable[[T], str],
+    advise: Callable[[T], str],
+    share: float | None = None,
+) -> Row:
+    if known is None:
+        return Row(key, name, "–", "wait")
+    advice = advise(known)
+    return Row(key, name, text(known), "bad" if advice else "good", advice, share)
 
 
-def _row(key: str, name: str, value: str, advice: str, share: float | None = None) -> Row:
-    return Row(key, name, value, "bad" if advice else "good", advice, share)
+def _advice(fault: str, code: AdviceCode) -> str:
+    return f"{fault}: {WORDINGS[code].change}."
 
 
-def _rate(found: Measures) -> Row:
-    if found.rate is None:
-        return _waiting("rate", "Rate")
-    advice = ""
-    if found.rate < LOW_RATE * found.requested_rate:
-        advice = (
-            "Fewer images than requested: a longer exposure in the dark lowers the rate, so add light; or use a smaller "
-            "size, MJPG, or another USB port."
-        )
-    return _row("rate", "Rate", f"{found.rate:.1f} of {found.requested_rate:.4g} /s", advice)
+def _exposure_text(one: Exposure) -> str:
+    return f"mean {one.mean:.0f}, saturated {one.saturated:.0%}, black {one.black:.0%}"
 
 
-def _jitter(found: Measures) -> Row:
-    if found.jitter_s is None:
-        return _waiting("jitter", "Jitter")
-    advice = ""
-    if found.rate and found.jitter_s > HIGH_JITTER / found.rate:
-        advice = "Images come unevenly: give the camera a USB port of its own, or the stream a cable instead of Wi-Fi."
-    return _row("jitter", "Jitter", f"{1000 * found.jitter_s:.1f} ms", advice)
-
-
-def _focus(found: Measures) -> Row:
-    share = found.sharpness
-    if share is None:
-        return _waiting("focus", "Focus")
-    advice = ""
-    if share < SOFT:
-        advice = (
-            "It was sharper before: turn the focus until the bar is full, then fix it. If the scene changed: measure anew."
-        )
-    return _row("focus", "Focus", f"{share:.0%} of best", advice, share)
-
-
-def _exposure(found: Measures) -> Row:
-    one = found.exposure
-    if one is None:
-        return _waiting("exposure", "Exposure")
-    advice = ""
-    if one.saturated > MUCH_SATURATED:
-        advice = "Parts are saturated: shorten the exposure, lower the gain, or keep windows and lamps out of the picture."
-    elif one.mean > BRIGHT_MEAN:
-        advice = "Too bright: shorten the exposure or lower the gain."
-    elif one.mean < DARK_MEAN:
-        advice = "Too dark: add light; a longer exposure blurs motion, more gain adds noise."
-    elif one.black > MUCH_BLACK:
-        advice = "Large parts are black: add light from the side of the camera."
-    value = f"mean {one.mean:.0f}, saturated {one.saturated:.0%}, black {one.black:.0%}"
-    return _row("exposure", "Exposure", value, advice)
-
-
-def _noise(found: Measures) -> Row:
-    if found.noise is None or math.isnan(found.noise):
-        return _waiting("noise", "Noise")
-    advice = "Noisy: add light and lower the gain." if found.noise > HIGH_NOISE else ""
-    return _row("noise", "Noise", f"{found.noise:.1f} levels", advice)
-
-
-def _drift(found: Measures) -> Row:
-    if found.light is None:
-        return _waiting("drift", "Drift")
-    advice = ""
-    if abs(found.light.drift) > HIGH_DRIFT:
-        advice = (
-            "The brightness changes: fix exposure and gain, switch off the camera's automatic modes, keep daylight out."
-        )
-    return _row("drift", "Drift", f"{found.light.drift:+.1%} in {BRIGHTNESS_S:.0f} s", advice)
-
-
-def _flicker(found: Measures) -> Row:
-    if found.light is None:
-        return _waiting("flicker", "Flicker")
-    advice = ""
-    if found.light.flicker > HIGH_FLICKER:
-        advice = (
-            "The light flickers: set the exposure to a multiple of 1/100 s (mains of 50 Hz) or 1/120 s (60 Hz), or use "
-            "other lamps."
-        )
-    return _row("flicker", "Flicker", f"{found.light.flicker:.1%}", advice)
+def _exposure_advice(one: Exposure) -> str:
+    if 100.0 * one.saturated > MUCH_SATURATED:
+        return _advice("Parts are saturated", AdviceCode.SATURATED)
+    if one.mean > BRIGHT_MEAN:
+        return BRIGHT
+    if one.mean < LOW_BRIGHTNESS:
+        return DARK
+    return BLACK if one.black > MUCH_BLACK else ""

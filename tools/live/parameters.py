@@ -24,11 +24,10 @@ BRIGHTNESS_S: Final = 10.0  # over which drift and flicker are measured; by hand
 LOW_RATE: Final = 0.9  # of the requested rate; by hand
 HIGH_JITTER: Final = 0.25  # of the frame period, 95 % of the intervals; by hand
 SOFT: Final = 0.6  # focus measure by the best one seen; by hand
-MUCH_SATURATED, MUCH_BLACK = 0.05, 0.3  # share of pixels; by hand
-DARK_MEAN, BRIGHT_MEAN = 45.0, 205.0  # of 255; by hand
+MUCH_BLACK: Final = 0.3  # share of pixels; by hand
+BRIGHT_MEAN: Final = 205.0  # of 255; by hand
 HIGH_NOISE: Final = 6.0  # standard deviation, levels; by hand
 HIGH_DRIFT: Final = 0.04  # change of the brightness over BRIGHTNESS_S; by hand
-HIGH_FLICKER: Final = 0.015  # standard deviation of the brightness, relative; by hand
 
 # Board.  Checked on simulated rooms, `benchmarks/board_guide.py`.
 BURST_PERIOD_S: Final = 1.0  # between stretches of images in which the board is searched; by hand

@@ -9,9 +9,9 @@ from mcap.reader import SeekingReader
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.arrays import Mask
+from zenocap.common.conversion import silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.topics import SILHOUETTE
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.tracker.both_ways.passes import ForwardPose, SceneMasks
 from zenocap.services.tracker.states import Setup
 
@@ -33,7 +33,7 @@ def scenes_backwards(take: Path, rig: str, setup: Setup, forward: Sequence[Forwa
             masks: dict[str, Mask] = {}
             for (viewer, captured_ns), one in waiting.items():
                 if viewer in pose.views and abs(captured_ns - pose.captured_ns) <= setup.frame_ns // 2:
-                    masks[viewer] = unpack(one.size, one.region, one.data)
+                    masks[viewer] = silhouette_mask(one)
             yield pose, {viewer: masks[viewer] for viewer in setup.cameras if viewer in masks}
             waiting = {key: one for key, one in waiting.items() if key[1] < pose.captured_ns - setup.frame_ns // 2}
             at -= 1

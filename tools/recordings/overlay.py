@@ -13,12 +13,11 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.body.kinematics import body_ellipses, part_frames
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.conversion import anatomy_of, bdp_of, lost_parts
+from zenocap.common.conversion import anatomy_of, bdp_of, lost_parts, silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import NO_VIEW, Bap, is_lost, pose_of, views_of
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.video.film_writer import FilmWriter
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.recordings.track import TrackedFrameSet
 
@@ -74,7 +73,7 @@ class Overlay:
                     anatomy, bdp = self._body
                     posed = RootedPose(anatomy, bdp, pose_of(anatomy, bap), bap)
                 case m.Silhouette() as silhouette:
-                    masks[silhouette.viewer] = unpack(silhouette.size, silhouette.region, silhouette.data)
+                    masks[silhouette.viewer] = silhouette_mask(silhouette)
         for viewer in self._rig.viewers:
             frame = frame_set.frames.get(viewer.id)
             if frame is not None:

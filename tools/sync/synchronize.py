@@ -10,8 +10,9 @@ from typing import Literal
 from zenocap.common.arrays import Floats
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
+from zenocap.common.lags.delays import limits_of
 from zenocap.common.lags.pairs import Comparison, Limits, Offset, offsets_of, reach_s
-from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, silhouette_pairs
+from zenocap.common.lags.tangents import Outline, silhouette_pairs
 from zenocap.common.rig.folder import SYNC_FILE
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.tools.sync.light import FLASH_LIMITS, FlashPair, light_changes
@@ -124,7 +125,7 @@ def _by_silhouettes(
     """Offsets of all cameras from silhouettes; those of `known` ones stay."""
     cameras = {id: viewer.camera for id, viewer in viewers.items()}
     pairs = silhouette_pairs(cameras, outlines, reach_s(options.max_offset_s))
-    found = _compared(viewers, pairs, replace(SILHOUETTE_LIMITS, max_lag_s=options.max_offset_s), known, SILHOUETTES)
+    found = _compared(viewers, pairs, limits_of(options.max_offset_s), known, SILHOUETTES)
     return {
         id: one
         if id in known or len(outlines[id]) > 2

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
-from zenocap.common.lags.delays import CameraLags, lags_between
-from zenocap.common.lags.pairs import reach_s
-from zenocap.common.lags.tangents import Outline, silhouette_pairs
+from zenocap.common.lags.delays import CameraLags, limits_of, silhouette_lags
+from zenocap.common.lags.tangents import Outline
 from zenocap.common.rig.file import MAX_DELAY_MS
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import evidence_in
@@ -38,8 +37,7 @@ def delays_of(evidence: Evidence, path: Path) -> TakeDelays:
 
 def delays_between(cameras: Mapping[str, Camera], outlines: Mapping[str, list[Outline]]) -> TakeDelays:
     """Delays of calibrated cameras from the outlines of a person, with their capture times."""
-    most_s = MAX_DELAY_MS / 1e3
-    lags = lags_between(list(cameras), silhouette_pairs(cameras, outlines, reach_s(most_s)), most_s)
+    lags = silhouette_lags(cameras, outlines, limits_of(MAX_DELAY_MS / 1e3))
     periods = {viewer: (one[-1].time_s - one[0].time_s) / (len(one) - 1) for viewer, one in outlines.items()}
     return TakeDelays(lags.offsets, periods)
 

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats, Image
+from zenocap.common.conversion import silhouette_mask
 from zenocap.common.errors import EndedEarly, UserError
 from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.common.messages import Silhouette
@@ -16,7 +17,6 @@ from zenocap.common.rig.sources import VideoFile
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import Stepper
 from zenocap.common.video.reader import VideoReader
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.shell import silhouette_service
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -51,9 +51,8 @@ def outlines_of(
                     break
                 for message in stepper.step(frame):
                     if isinstance(message, Silhouette) and message.data:
-                        mask = unpack(message.size, message.region, message.data)
-                        if (outline := outline_of(viewer.camera, mask, frame.captured_ns / 1e9)) is not None:
-                            outlines.append(outline)
+                        outline = outline_of(viewer.camera, silhouette_mask(message), frame.captured_ns / 1e9)
+                        outlines += [outline] if outline is not None else []
                 count += 1
                 on_frame(count)
     finally:

@@ -10,8 +10,8 @@ import numpy as np
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.conversion import silhouette_mask
 from zenocap.common.lags.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.tools.verdict.evidence import Evidence, TakeBody
 from zenocap.tools.verdict.overlap import ViewSample, body_points, reduced, reduced_mask, view_sample
 from zenocap.tools.verdict.parameters import APART_NOISE_M, MIN_AREA, MOST_APART_M, PERSON_AREA, SAMPLE_NS
@@ -43,11 +43,11 @@ def sample_figures(evidence: Evidence, body: TakeBody) -> list[SampleFigures]:
         views: dict[str, ViewSample] = {}
         outlines: dict[str, Outline] = {}
         for viewer, silhouette in sample.silhouettes.items():
-            if viewer not in cameras or tuple(silhouette.size) != cameras[viewer].size:
+            if viewer not in cameras:
                 continue
             try:
-                mask = unpack(silhouette.size, silhouette.region, silhouette.data)
-            except ValueError:  # damaged
+                mask = silhouette_mask(silhouette, cameras[viewer].size)
+            except ValueError:  # damaged, or of another size
                 continue
             views[viewer] = view_sample(small[viewer], reduced_mask(mask, small[viewer]), points)
             outline = outline_of(cameras[viewer], mask, 0.0) if posed and views[viewer].area > MIN_AREA else None

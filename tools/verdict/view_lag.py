@@ -10,9 +10,10 @@ from itertools import pairwise
 import numpy as np
 
 from zenocap.common import messages as m
-from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
-from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
-from zenocap.common.vision.mask_codec import unpack
+from zenocap.common.conversion import silhouette_mask
+from zenocap.common.lags.delays import limits_of, silhouette_lags
+from zenocap.common.lags.pairs import Offset
+from zenocap.common.lags.tangents import Outline, outline_of
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.parameters import LAG_ERROR_S, LAG_ERRORS, LEAST_LAG_S, MOST_LAG_S
 from zenocap.tools.verdict.view_figures import camera_of
@@ -46,12 +47,9 @@ def view_lags(evidence: Evidence) -> ViewLags | None:
     if sum(len(one) > 2 for one in outlines.values()) < 2:
         return None
     cameras = {viewer: camera_of(info) for viewer, info in evidence.cameras.items() if viewer in outlines}
-    pairs = silhouette_pairs(cameras, outlines, reach_s(MOST_LAG_S))
-    limits = replace(SILHOUETTE_LIMITS, max_lag_s=MOST_LAG_S, error_s=LAG_ERROR_S)
-    offsets = offsets_of(list(cameras), pairs, limits, {})
-    certain = {viewer: one for viewer, one in offsets.items() if not one.reason}
+    found = silhouette_lags(cameras, outlines, replace(limits_of(MOST_LAG_S), error_s=LAG_ERROR_S))
     period_s = max(_period_s(outlines[viewer]) for viewer in cameras)
-    return lags_of(certain, period_s)
+    return lags_of(found.certain, period_s)
 
 
 def lags_of(offsets: Mapping[str, Offset], period_s: float) -> ViewLags | None:
@@ -81,11 +79,9 @@ def outlines_of(evidence: Evidence) -> dict[str, list[Outline]]:
         camera = camera_of(evidence.cameras[viewer])
         found[viewer] = []
         for silhouette in every:
-            if tuple(silhouette.size) != camera.size:
-                continue
             try:
-                mask = unpack(silhouette.size, silhouette.region, silhouette.data)
-            except ValueError:  # damaged
+                mask = silhouette_mask(silhouette, camera.size)
+            except ValueError:  # damaged, or of another size
                 continue
             outline = outline_of(camera, mask, (silhouette.captured_ns - start_ns) / 1e9)
             if outline is not None and (not found[viewer] or outline.time_s > found[viewer][-1].time_s):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from zenocap.common import codec
 from zenocap.common.bus.protocol import Alive, Envelope, Tick
+from zenocap.common.conversion import silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.messages import BothWaysPose, Handled, Message, Sighting, Silhouette, Verdict
 from zenocap.common.recording.reader import Take
@@ -19,7 +20,6 @@ from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.input_trace import ALIVE, FRAME, GONE, TICK
 from zenocap.common.topics import SIGHTING, SILHOUETTE, service_at, topic_of
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.viewer.frame import SegmentedFrame
 from zenocap.tools.verdict.evidence import Evidence
 from zenocap.tools.verdict.verdict import verdict_of
@@ -180,7 +180,7 @@ class _Check:
         silhouette = self._store.message(SILHOUETTE.at(self.rig.name, viewer=viewer), time_ns)
         if isinstance(silhouette, Silhouette):
             try:
-                mask = unpack(silhouette.size, silhouette.region, silhouette.data)
+                mask = silhouette_mask(silhouette)
             except ValueError as error:
                 raise MissingInput(f"its silhouette of frame {silhouette.frame}: {error}") from error
             return SegmentedFrame(silhouette.frame, time_ns, mask)

@@ -25,8 +25,9 @@ from zenocap.common.session.session import Session
 from zenocap.common.vision.adaptive.follow import follow
 from zenocap.common.vision.adaptive.model import start
 from zenocap.common.vision.background import learn, update
+from zenocap.common.vision.extraction import extract
 from zenocap.common.vision.prediction import Prediction, depths
-from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions, extract
+from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions
 from zenocap.services.animator.render.jit_warmup import load_compiled as load_compiled_pictures
 from zenocap.services.recognizer.jit_warmup import load_compiled as load_compiled_recognizer
 from zenocap.services.recognizer.jit_warmup import minimal_model

@@ -80,15 +80,24 @@ class FoxgloveConverter:
                 yield from self._posture(message)
             case m.Verdict():
                 yield FoxgloveMessage(to.VERDICT.channel(rig=self._rig), verdict_json(message))
-            case m.Silhouette():
-                yield self._silhouette(message)
-            case m.Sighting(viewer=viewer):
-                yield FoxgloveMessage(to.SIGHTING.channel(rig=self._rig, viewer=viewer), sighting_json(message))
+            case m.Silhouette() | m.Sighting() | m.CameraInfo() | m.Preview():
+                yield from self._of_viewer(message)
             case m.UniversalBdp(body=body) | m.TrackerBdp(body=body):
                 self._figure = None
                 self._anatomy = anatomy_of(body)
                 self._pose_template = to.pose_template(self._anatomy)
                 self._figure = Figure(self._anatomy, bdp_of(self._anatomy, body))
+            case m.Health(service=service, id=id):
+                yield FoxgloveMessage(to.HEALTH.channel(rig=self._rig, service=service, id=id), health_json(message))
+            case _:
+                pass
+
+    def _of_viewer(self, message: m.Silhouette | m.Sighting | m.CameraInfo | m.Preview) -> Iterator[FoxgloveMessage]:
+        match message:
+            case m.Silhouette():
+                yield self._silhouette(message)
+            case m.Sighting(viewer=viewer):
+                yield FoxgloveMessage(to.SIGHTING.channel(rig=self._rig, viewer=viewer), sighting_json(message))
             case m.CameraInfo():
                 yield from self._camera(message)
             case m.Preview(viewer=viewer):
@@ -96,10 +105,6 @@ class FoxgloveConverter:
                     to.PREVIEW.channel(rig=self._rig, viewer=viewer),
                     _image(message.captured_ns, viewer, message.jpeg, "jpeg"),
                 )
-            case m.Health(service=service, id=id):
-                yield FoxgloveMessage(to.HEALTH.channel(rig=self._rig, service=service, id=id), health_json(message))
-            case _:
-                pass
 
     def _pose(
         self, bap: m.UniversalBap | m.TrackerPose, plot: FoxgloveMessage, lost: bool, lost_limbs: list[str]

@@ -10,12 +10,14 @@ from zenocap.common.vision.adaptive.judgement import EXPLAINED_SHARE, judged
 from zenocap.common.vision.adaptive.learning import LEARN, NEVER, SAME_SIGMAS, STRIDE, learn_still, visit
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
-from zenocap.common.vision.foreground import expected_gain, foreground
+from zenocap.common.vision.extraction import clean
+from zenocap.common.vision.foreground import foreground
+from zenocap.common.vision.mask_refinement import Edges
 from zenocap.common.vision.prediction import Prediction
 from zenocap.common.vision.prior import explained_share, with_prior
 from zenocap.common.vision.relight import relit
 from zenocap.common.vision.semantics import NOT_PERSON, PERSON, overrule
-from zenocap.common.vision.silhouette import Edges, Silhouette, SilhouetteOptions, clean
+from zenocap.common.vision.silhouette import Silhouette, SilhouetteOptions
 
 AGREEMENT_RATE = 0.2  # per frame, of the running mean of that share; chosen by hand
 SUDDEN_SHARE = 0.25  # share of the image that differs after a sudden change of the light; chosen by hand
@@ -42,17 +44,15 @@ def follow(
     Raises ValueError when the frame's shape is not the model's.
     """
     background = model.background
-    gain = expected_gain(background, frame, options.foreground)
-    labels = foreground(background, frame, gain, options.foreground, model.halo)
+    labels, gain = foreground(background, frame, options.foreground, model.halo)
     differing = int(np.count_nonzero(labels))
     if differing > SUDDEN_SHARE * labels.size:
         changed = relit(background, frame, model.person, differing, options.foreground)
         if changed is not None:
             model, background = replace(model, background=changed), changed
-            gain = expected_gain(background, frame, options.foreground)
-            labels = foreground(background, frame, gain, options.foreground, model.halo)
+            labels, gain = foreground(background, frame, options.foreground, model.halo)
     if decided is not None:
-        _take_decisions(model, frame, gain, labels, decided, time_s)
+        model = _with_decisions(model, frame, gain, labels, decided, time_s)
     model = _agreeing(model, labels, prediction)
     trusted = prediction if model.agreement >= EXPLAINED_SHARE else None
     if model.frames % STRIDE == 0:
@@ -77,7 +77,9 @@ def follow(
     return replace(model, frames=model.frames + 1), silhouette
 
 
-def _take_decisions(model: Adaptive, frame: Image, gain: Floats32, labels: Labels, decided: Mask, time_s: float) -> None:
+def _with_decisions(
+    model: Adaptive, frame: Image, gain: Floats32, labels: Labels, decided: Mask, time_s: float
+) -> Adaptive:
     """Learn what is surely no person, renew what surely is the last one, and overrule the labels, in place."""
     if model.frames % STRIDE == 0:
         learnt = np.where(decided == NOT_PERSON, np.uint8(LEARN), np.uint8(NEVER))
@@ -85,10 +87,11 @@ def _take_decisions(model: Adaptive, frame: Image, gain: Floats32, labels: Label
         learn_still(
             frame, labels, learnt, gain, model.background.mean, model.candidate, model.since_s, np.float32(time_s), same
         )
-        model.background.forget_limits()
+        model = replace(model, background=replace(model.background))
     if model.person is not None:
         model.since_s[(decided == PERSON) & (model.person != 0)] = time_s
     overrule(labels, decided)
+    return model
 
 
 def _agreeing(model: Adaptive, labels: Labels, prediction: Prediction | None) -> Adaptive:

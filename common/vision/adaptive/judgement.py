@@ -60,8 +60,7 @@ def judged(
     learn_still(
         frame, labels, learnt, gain, model.background.mean, model.candidate, model.since_s, np.float32(time_s), same
     )
-    model.background.forget_limits()
-    return replace(model, alive_s=alive_s)
+    return replace(model, background=replace(model.background), alive_s=alive_s)
 
 
 def _explain(trusted: Prediction, number: Ints32, person: int, learnt: Mask) -> None:

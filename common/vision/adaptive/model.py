@@ -33,6 +33,11 @@ class Adaptive:
     frames: int = 0
     agreement: float = 0.0
 
+    @property
+    def room(self) -> Background:
+        """Mean and noise of the empty room."""
+        return self.background
+
 
 def start(frames: Sequence[Image]) -> Adaptive:
     """Model of the first frames, which may show people.  Raises ValueError as `learn_median`.

@@ -18,7 +18,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.vision.adaptive.follow import SUDDEN_SHARE
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
-from zenocap.common.vision.foreground import ForegroundOptions, expected_gain, foreground
+from zenocap.common.vision.foreground import ForegroundOptions, foreground
 from zenocap.common.vision.relight import relit
 
 VERSION = 2  # 1 had neither rig, viewer nor source
@@ -95,14 +95,15 @@ def taken_up(model: Adaptive, frame: Image, options: ForegroundOptions) -> Adapt
     People may be in the frame.  The camera counts as moved where the frame fits the model better when it is shifted.
     Raises ValueError when the frame's shape is not the model's.
     """
-    background = model.background
-    differing = _differing(background, frame, model.halo, options)
-    if differing > FITTING_SHARE * frame[..., 0].size:
-        changed = relit(background, frame, None, differing, options)
-        if changed is None or _differing(changed, frame, model.halo, options) > FITTING_SHARE * frame[..., 0].size:
+    background, most = model.background, FITTING_SHARE * frame[..., 0].size
+    labels, gain = foreground(background, frame, options, model.halo)
+    if np.count_nonzero(labels) > most:
+        changed = relit(background, frame, None, int(np.count_nonzero(labels)), options)
+        if changed is None:
             return None
         background = changed
-    if shift_px(background, frame, expected_gain(background, frame, options)) > 0:
+        labels, gain = foreground(background, frame, options, model.halo)
+    if np.count_nonzero(labels) > most or shift_px(background, frame, gain) > 0:
         return None
     return _model(background, model.noise, model.halo)
 
@@ -114,7 +115,7 @@ def shift_px(background: Background, frame: Image, gain: Floats32) -> int:
     and moved furniture have little influence.
     """
     known, here = _grey(background.mean * gain), _grey(frame)
-    far, reach = FAR_SIGMAS * background.typical_noise, SHIFTS_PX[-1]
+    far, reach = FAR_SIGMAS * background.noise, SHIFTS_PX[-1]
     inner = known[reach:-reach:2, reach:-reach]
     height, width = known.shape
 
@@ -134,11 +135,6 @@ def _grey(picture: Image | Floats32) -> Floats32:
 def _model(background: Background, noise: float, halo: float) -> Adaptive:
     never = np.full(background.mean.shape[:2], -1e9, np.float32)
     return Adaptive(background, background.mean.copy(), never, noise, halo)
-
-
-def _differing(background: Background, frame: Image, halo: float, options: ForegroundOptions) -> int:
-    gain = expected_gain(background, frame, options)
-    return int(np.count_nonzero(foreground(background, frame, gain, options, halo)))
 
 
 def _unpacked(path: Path) -> int:

@@ -15,9 +15,9 @@ from zenocap.common.body.anatomy import Anatomy
 from zenocap.common.body.definition import Bdp, neutral_pose
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera_advice import change_text, found_text
+from zenocap.common.conversion import silhouette_mask
 from zenocap.common.observe.losses import described
 from zenocap.common.runtime.frame_rate import reduced_text
-from zenocap.common.vision.mask_codec import unpack
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
 from zenocap.services.animator.page import page_messages as pm
 from zenocap.services.animator.page.broadcast import EncodedUpdate
@@ -249,7 +249,7 @@ def _silhouette_findings(state: State, viewer: str) -> list[Finding]:
     if silhouette is None:
         return [("person", "wait", "no silhouette yet")]
     try:
-        mask = unpack(silhouette.size, silhouette.region, silhouette.data)
+        mask = silhouette_mask(silhouette)
     except ValueError as problem:
         return [("silhouette", "bad", f"damaged: {problem}")]
     found = silhouette_findings(measure_silhouette(mask), _initial_side(state, viewer))

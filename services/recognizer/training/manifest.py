@@ -98,7 +98,7 @@ def read_manifest(path: Path) -> list[Row]:
         for cells in reader:
             if not any(cell.strip() for cell in cells):
                 continue
-            rows += _rows(path, reader.line_num, columns, cells, counts, wrong)
+            rows += _rows(_Line(path, reader.line_num, columns, cells, wrong), counts)
     except csv.Error as error:
         wrong.append(f"{path}: line {reader.line_num}: {error}: allowed: one row per line")
     wrong += _repeated(path, rows)
@@ -136,26 +136,25 @@ def _columns(path: Path, names: Sequence[str]) -> Mapping[str, int]:
     return {name: k for k, name in enumerate(plain)}
 
 
-def _rows(
-    path: Path,
-    line: int,
-    columns: Mapping[str, int],
-    cells: Sequence[str],
-    counts: dict[tuple[str, str], int],
-    wrong: list[str],
-) -> list[Row]:
-    """The example of a line, or those of its label table; none where something is wrong."""
-    before = len(wrong)
+@dataclass(frozen=True)
+class _Line:
+    """The cells of a line of a manifest; what is wrong with them is added to `wrong`."""
 
-    def refuse(column: str, value: str, allowed: str) -> None:
-        wrong.append(f"{path}: line {line}: {column} = {value!r}: allowed: {allowed}")
+    path: Path
+    number: int
+    columns: Mapping[str, int]
+    cells: Sequence[str]
+    wrong: list[str]
 
-    def cell(column: str) -> str:
-        at = columns.get(column, len(cells))
-        return cells[at].strip() if at < len(cells) else ""
+    def refuse(self, column: str, value: str, allowed: str) -> None:
+        self.wrong.append(f"{self.path}: line {self.number}: {column} = {value!r}: allowed: {allowed}")
 
-    def seconds(column: str) -> float | None:
-        text = cell(column)
+    def cell(self, column: str) -> str:
+        at = self.columns.get(column, len(self.cells))
+        return self.cells[at].strip() if at < len(self.cells) else ""
+
+    def seconds(self, column: str) -> float | None:
+        text = self.cell(column)
         if not text:
             return None
         try:
@@ -163,44 +162,60 @@ def _rows(
         except ValueError:
             value = -1.0
         if not (isfinite(value) and 0.0 <= value <= LONGEST_S):
-            refuse(column, text, f"seconds from the start of the source, 0 to {LONGEST_S:g}, or empty")
+            self.refuse(column, text, f"seconds from the start of the source, 0 to {LONGEST_S:g}, or empty")
             return None
         return value
 
-    if len(cells) > len(columns):
-        wrong.append(f"{path}: line {line}: {len(cells)} cells: allowed: {len(columns)}, as the first line has")
-    source = path.parent / cell("source")
-    if not cell("source"):
-        refuse("source", "", f"a file ({', '.join(MOTIONS)}), a rig file ({RIG}) or a clip folder")
-    elif not source.exists():
-        refuse("source", cell("source"), f"a file or folder that exists; there is no {source}")
-    elif source.is_file() and source.suffix.lower() not in (*MOTIONS, RIG):
-        refuse("source", cell("source"), f"{', '.join(MOTIONS)}, a rig file ({RIG}) or a clip folder")
-    if cell(LABELS):
-        for column in INSTEAD:
-            if cell(column):
-                refuse(column, cell(column), "an empty cell beside labels")
-    start, end = seconds("start"), seconds("end")
-    if end is not None and end <= (start or 0.0):
-        refuse("end", cell("end"), f"seconds after start = {start or 0.0:g}")
-    posture, person = cell("posture"), cell("person") or "1"
-    for column, value in (("posture", posture), ("person", person), ("repetition", cell("repetition"))):
-        least = 0 if column == "repetition" or cell(LABELS) else 1
-        if not least <= len(value) <= LONGEST_LABEL or not value.isprintable():
-            refuse(column, value, f"{least} to {LONGEST_LABEL} printable characters")
+    def source(self) -> Path:
+        text = self.cell("source")
+        source = self.path.parent / text
+        if not text:
+            self.refuse("source", "", f"a file ({', '.join(MOTIONS)}), a rig file ({RIG}) or a clip folder")
+        elif not source.exists():
+            self.refuse("source", text, f"a file or folder that exists; there is no {source}")
+        elif source.is_file() and source.suffix.lower() not in (*MOTIONS, RIG):
+            self.refuse("source", text, f"{', '.join(MOTIONS)}, a rig file ({RIG}) or a clip folder")
+        return source
+
+    def span(self) -> tuple[float | None, float | None]:
+        start, end = self.seconds("start"), self.seconds("end")
+        if end is not None and end <= (start or 0.0):
+            self.refuse("end", self.cell("end"), f"seconds after start = {start or 0.0:g}")
+        return start, end
+
+    def check_labels(self, values: Mapping[str, str]) -> None:
+        for column, value in values.items():
+            least = 0 if column == "repetition" or self.cell(LABELS) else 1
+            if not least <= len(value) <= LONGEST_LABEL or not value.isprintable():
+                self.refuse(column, value, f"{least} to {LONGEST_LABEL} printable characters")
+
+
+def _rows(line: _Line, counts: dict[tuple[str, str], int]) -> list[Row]:
+    """The example of a line, or those of its label table; none where something is wrong."""
+    before, labels = len(line.wrong), line.cell(LABELS)
+    if len(line.cells) > len(line.columns):
+        allowed = f"{len(line.columns)}, as the first line has"
+        line.wrong.append(f"{line.path}: line {line.number}: {len(line.cells)} cells: allowed: {allowed}")
+    source = line.source()
+    for column in INSTEAD if labels else ():
+        if line.cell(column):
+            line.refuse(column, line.cell(column), "an empty cell beside labels")
+    start, end = line.span()
+    posture, person = line.cell("posture"), line.cell("person") or "1"
+    line.check_labels({"posture": posture, "person": person, "repetition": line.cell("repetition")})
     spans = [(start, end, posture)]
-    if cell(LABELS):
+    if labels:
         try:
-            spans = [(span.start, span.end, span.label) for span in read_spans(path.parent / cell(LABELS))]
+            spans = [(span.start, span.end, span.label) for span in read_spans(line.path.parent / labels)]
         except UserError as error:
-            wrong += str(error).splitlines()
-    if len(wrong) > before:
+            line.wrong.extend(str(error).splitlines())
+    if len(line.wrong) > before:
         return []
     rows = []
     for begin, until, label in spans:
         counts[label, person] = counts.get((label, person), 0) + 1
-        repetition = cell("repetition") or str(counts[label, person])
-        rows.append(Row(line, source, begin, until, label, person, repetition))
+        repetition = line.cell("repetition") or str(counts[label, person])
+        rows.append(Row(line.number, source, begin, until, label, person, repetition))
     return rows
 
 

@@ -109,10 +109,7 @@ def forward_kinematics(model: BodyModel, pose: RootedPose, frames: Floats) -> No
         up = model.parent[k]
         out = frames[k]
         if up < 0:
-            for row in range(3):
-                out[row, 3] = pose.position[row]
-                for column in range(3):
-                    out[row, column] = pose.rotation[row, column]
+            _place_root(pose, out)
             continue
         for row in range(3):
             out[row, 3] = frames[up, row, 3]
@@ -131,6 +128,15 @@ def forward_kinematics(model: BodyModel, pose: RootedPose, frames: Floats) -> No
                 for inner in range(3):
                     total += frames[up, row, inner] * local[inner, column]
                 out[row, column] = total
+
+
+@leaf_kernel
+def _place_root(pose: RootedPose, out: Floats) -> None:
+    """Write the frame (3, 4) of the root."""
+    for row in range(3):
+        out[row, 3] = pose.position[row]
+        for column in range(3):
+            out[row, column] = pose.rotation[row, column]
 
 
 @leaf_kernel

@@ -131,25 +131,34 @@ def apply_step(model: BodyModel, frames: Floats, step: Floats, pose: RootedPose)
         if kind == 1:
             pose.values[start] += step[ROOT + start]
         elif kind == 3:
-            up = model.parent[part]
-            for row in range(3):
-                vector[row] = 0.0
-                for k in range(3):
-                    vector[row] += frames[up, k, row] * step[ROOT + start + k]
-            vector_to_matrix(vector, turn)
-            local_rotation(model, part, pose.values, other, local)
-            _times(turn, local, other)
-            for row in range(3):  # local = reference^T other
-                for column in range(3):
-                    total = 0.0
-                    for k in range(3):
-                        total += model.reference[part, k, row] * other[k, column]
-                    local[row, column] = total
-            matrix_to_vector(local, vector)
-            for k in range(3):
-                pose.values[start + k] = vector[k]
+            _turn_socket(model, part, frames, step, pose, turn, local, other, vector)
     for k in range(pose.values.shape[0]):
         pose.values[k] = min(max(pose.values[k], model.low[k]), model.high[k])
+
+
+@leaf_kernel
+def _turn_socket(
+    model: BodyModel, part: int, frames: Floats, step: Floats, pose: RootedPose,
+    turn: Floats, local: Floats, other: Floats, vector: Floats,
+) -> None:  # fmt: skip
+    """Apply a step to a part with three axes.  turn, local, other: (3, 3), vector: (3,): scratch."""
+    start, up = model.first[part], model.parent[part]
+    for row in range(3):
+        vector[row] = 0.0
+        for k in range(3):
+            vector[row] += frames[up, k, row] * step[ROOT + start + k]
+    vector_to_matrix(vector, turn)
+    local_rotation(model, part, pose.values, other, local)
+    _times(turn, local, other)
+    for row in range(3):  # local = reference^T other
+        for column in range(3):
+            total = 0.0
+            for k in range(3):
+                total += model.reference[part, k, row] * other[k, column]
+            local[row, column] = total
+    matrix_to_vector(local, vector)
+    for k in range(3):
+        pose.values[start + k] = vector[k]
 
 
 @leaf_kernel

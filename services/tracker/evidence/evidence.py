@@ -4,6 +4,7 @@ A kind of evidence is one file: how it is made, its part of the normal equations
 search and initialization take all kinds as one argument.
 """
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forw
 from zenocap.services.tracker.evidence.field import DistanceField, add_field, distance_field, mean_square_outside
 from zenocap.services.tracker.evidence.rays import add_rays, distances_of, mean_truncated_square, nearest_parts
 from zenocap.services.tracker.evidence.residuals import Weights
-from zenocap.services.tracker.hull.contour_rays import Scene, contour_rays, scene_from
+from zenocap.services.tracker.hull.contour_rays import hull_rays
 from zenocap.services.tracker.hull.contours import Contours
 from zenocap.services.tracker.hull.views import Silhouettes
 from zenocap.services.tracker.parameters import ON_BODY_M, OUTSIDE_WEIGHT
@@ -27,10 +28,10 @@ class Evidence(NamedTuple):
     field: DistanceField
 
 
-def evidence_of(contours: Contours, silhouettes: Silhouettes) -> tuple[Evidence, Scene]:
-    """Evidence of the views, and the scene of its rays."""
-    scene = scene_from(contours, silhouettes)
-    return Evidence(contour_rays(scene), distance_field(silhouettes)), scene
+def evidence_of(contours: Contours, silhouettes: Silhouettes, excluded: Collection[int] = ()) -> tuple[Evidence, Floats]:
+    """Evidence of the views without some, and the scene points (n, 3) of its rays."""
+    rays, points, silhouettes = hull_rays(contours, silhouettes, excluded)
+    return Evidence(rays, distance_field(silhouettes)), points
 
 
 def thinned(evidence: Evidence, step: int) -> Evidence:

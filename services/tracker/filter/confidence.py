@@ -1,4 +1,4 @@
-"""How probable it is that a limb, and the heading, are right: logistic models of what the silhouettes show.
+"""Confidence of limbs and heading (logistic): features of what the silhouettes show.
 
 `python -m benchmarks.confidence` fits the coefficients to simulated people and compares predicted with true frequencies.
 """
@@ -39,10 +39,11 @@ def limb_features(
     usual: Floats | None,
     expected_support: float,
     ambiguous: Floats,
+    before: Floats | None = None,
 ) -> Floats:
-    """(4, features) of LIMBS in one frame.  usual: (4,) usual support of the limbs, None at the start.
+    """(4, features) of LIMBS, running mean.  usual: (4,) usual support of the limbs, None at the start.
 
-    expected_support: of the body.  ambiguous: (4,) see `ambiguity`.
+    expected_support: of the body.  ambiguous: (4,) see `ambiguity`.  before: features of the frame before, None without.
     """
     support = limb_support(anatomy, model, evidence, pose)
     error = float(misfit(model, evidence, RESIDUAL_LIMIT_M, pose))
@@ -53,7 +54,7 @@ def limb_features(
     features[:, 2] = np.log(max(error, MIN_MISFIT))
     features[:, 3] = body
     features[:, 4] = ambiguous
-    return features
+    return smoothed_features(before, features)
 
 
 def limb_distances(anatomy: Anatomy, model: BodyModel, poses: Sequence[RootedPose], from_pose: RootedPose) -> Floats:
@@ -83,6 +84,12 @@ def ambiguity(distances: Floats, errors: Floats, least: float) -> Floats:
 def smoothed_features(before: Floats | None, now: Floats) -> Floats:
     """Running mean of features; before: None in the first frame."""
     return now if before is None else before + LIMB_FEATURES_RATE * (now - before)
+
+
+def confidences(features: Floats | None, toes: float | None) -> tuple[dict[str, float], float | None]:
+    """Confidence of LIMBS by name, empty without features, and of the heading, None without toes."""
+    limbs = {} if features is None else dict(zip(LIMBS, limb_confidence(features).tolist(), strict=True))
+    return limbs, None if toes is None else heading_confidence(toes)
 
 
 def limb_confidence(features: Floats) -> Floats:

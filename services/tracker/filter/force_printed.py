@@ -9,7 +9,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Floats32, Ints
 from zenocap.common.body.rotations import vector_to_matrix
-from zenocap.common.jit import kernel
+from zenocap.common.jit import kernel, leaf_kernel
 from zenocap.services.tracker.body.body_model import BodyModel, RootedPose, forward_kinematics
 from zenocap.services.tracker.evidence.residuals import Weights
 from zenocap.services.tracker.filter.closest_points import CLOSEST_LENGTH, corresponding_part, part_spheres, scene_point
@@ -118,12 +118,7 @@ def refine_as_printed(
                 for k in range(3):
                     position[k] += forces[0, k] * force_gain / many
                 vector_to_matrix(angles, turn)
-                before[:] = rotation
-                for row in range(3):
-                    for k in range(3):
-                        rotation[row, k] = 0.0
-                        for n in range(3):
-                            rotation[row, k] += before[row, n] * turn[n, k]
+                _turn_root(rotation, turn, before)
             elif model.kind[part] == 1:
                 values[start] += angles[model.axis[part]]
             elif model.kind[part] == 3:
@@ -131,3 +126,16 @@ def refine_as_printed(
                     values[start + k] += angles[k]
         for k in range(values.shape[0]):
             values[k] = min(max(values[k], model.low[k]), model.high[k])  # Eq. 41
+
+
+@leaf_kernel
+def _turn_root(rotation: Floats, turn: Floats, before: Floats) -> None:
+    """rotation = rotation turn, (3, 3) each, in place.  before: scratch."""
+    for row in range(3):
+        for k in range(3):
+            before[row, k] = rotation[row, k]
+    for row in range(3):
+        for k in range(3):
+            rotation[row, k] = 0.0
+            for n in range(3):
+                rotation[row, k] += before[row, n] * turn[n, k]

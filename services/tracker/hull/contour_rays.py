@@ -10,7 +10,7 @@ from zenocap.common.arrays import Floats, Floats32, Ints, Mask
 from zenocap.common.camera.pinhole import Camera
 from zenocap.services.tracker.hull.contours import Contours, sample_contours
 from zenocap.services.tracker.hull.ray_intersection import surviving_intervals, viewing_lines
-from zenocap.services.tracker.hull.views import LENGTH, Silhouettes, fill_bounds, lens_parameters
+from zenocap.services.tracker.hull.views import Silhouettes, lenses_and_bounds
 from zenocap.services.tracker.threads import in_threads
 
 ORIGIN, DIRECTION, NORMAL, NEAR, FAR = 0, 3, 6, 9, 10  # rows of rays
@@ -105,10 +105,7 @@ def extract_outlines(masks: Sequence[Mask | None], cameras: Sequence[Camera], co
         dilated.append(np.asarray(cv2.dilate(crop, DILATION), dtype=np.uint8).reshape(-1))
         boxes[k], at[k] = box, length
         length += len(dilated[-1])
-    lens = np.array([lens_parameters(camera) for camera in cameras]).reshape(-1, LENGTH)
-    sizes = np.array([camera.size for camera in cameras], dtype=np.int64).reshape(-1, 2)
-    bounds, whole = np.zeros((len(cameras), 4)), np.zeros(len(cameras), dtype=np.bool_)
-    fill_bounds(lens, boxes, sizes, bounds, whole)
+    lens, sizes, bounds, whole = lenses_and_bounds(cameras, boxes)
     rotations = np.array([camera.rotation for camera in cameras]).reshape(-1, 3, 3)
     centres = np.array([camera.centre for camera in cameras]).reshape(-1, 3)
     pixels = np.concatenate(dilated) if dilated else np.empty(0, np.uint8)
@@ -130,6 +127,15 @@ def contour_rays(scene: Scene) -> Floats32:
     """(11, n) scene for compiled functions, row by row: origin, direction, normal, near, far."""
     rows = np.concatenate([scene.origin.T, scene.direction.T, scene.normal.T, scene.near[None], scene.far[None]])
     return np.ascontiguousarray(rows, dtype=np.float32)
+
+
+def hull_rays(
+    contours: Contours, silhouettes: Silhouettes, excluded: Collection[int]
+) -> tuple[Floats32, Floats, Silhouettes]:
+    """`contour_rays` and points (n, 3) of the scene without some views, and the silhouettes without them."""
+    contours, silhouettes = exclude_views(contours, silhouettes, excluded)
+    scene = scene_from(contours, silhouettes)
+    return contour_rays(scene), scene.points, silhouettes
 
 
 def midpoints(rays: Floats32) -> Floats:

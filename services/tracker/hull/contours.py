@@ -6,7 +6,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Floats, Ints, Ints32, Mask
+from zenocap.common.arrays import Floats, Floats32, Ints, Ints32, Mask
 from zenocap.common.jit import inlined_kernel, kernel
 from zenocap.services.tracker.parameters import MIN_CONTOUR_PX, TANGENT_REACH_PX
 
@@ -52,14 +52,12 @@ def sample_contours(views: Sequence[int], masks: Sequence[Mask], boxes: Ints, si
 
 
 @kernel
-def _resample(
-    chain: Ints32, ends: Ints, owners: Ints, boxes: Ints, sizes: Ints, count: int
-) -> tuple[Ints, Floats, Floats, Floats]:
-    """Resample contours at equal distances.
+def _free_steps(chain: Ints32, ends: Ints, owners: Ints, boxes: Ints, sizes: Ints) -> tuple[Floats32, float]:
+    """Half the way (m,) from the point before to the point after each, 0 along the image's border; and their sum.
 
-    chain: (m, 2) closed contours one after another, in their crops.  ends, owners: (c,) end and view of each contour.
+    Arguments as of `_resample`.
     """
-    steps = np.empty(len(chain), dtype=np.float32)  # half the way from the point before to the point after; 0: not free
+    steps = np.empty(len(chain), dtype=np.float32)
     total, start = 0.0, 0
     for c in range(len(ends)):
         end, view = ends[c], owners[c]
@@ -77,6 +75,18 @@ def _resample(
         for i in range(start, end):
             total += steps[i]
         start = end
+    return steps, total
+
+
+@kernel
+def _resample(
+    chain: Ints32, ends: Ints, owners: Ints, boxes: Ints, sizes: Ints, count: int
+) -> tuple[Ints, Floats, Floats, Floats]:
+    """Resample contours at equal distances.
+
+    chain: (m, 2) closed contours one after another, in their crops.  ends, owners: (c,) end and view of each contour.
+    """
+    steps, total = _free_steps(chain, ends, owners, boxes, sizes)
     view_of, made = np.empty(count, dtype=np.int64), 0
     points, edges, tangents = np.empty((count, 2)), np.empty((count, 2)), np.empty((count, 2))
     spacing, start = total / count, 0

@@ -1,5 +1,6 @@
 """Cameras and silhouettes as arrays, and lens distortion in compiled loops.  [Hybrid III]"""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
@@ -85,8 +86,17 @@ class Silhouettes(NamedTuple):
     whole: Bools
 
 
+def lenses_and_bounds(cameras: Sequence[Camera], boxes: Ints) -> tuple[Floats, Ints, Floats, Bools]:
+    """`lens`, `size`, `bounds` and `whole` of Silhouettes with these boxes.  Raises as `lens_parameters`."""
+    lens = np.array([lens_parameters(camera) for camera in cameras]).reshape(-1, LENGTH)
+    sizes = np.array([camera.size for camera in cameras], dtype=np.int64).reshape(-1, 2)
+    bounds, whole = np.zeros((len(cameras), 4)), np.zeros(len(cameras), dtype=np.bool_)
+    _fill_bounds(lens, boxes, sizes, bounds, whole)
+    return lens, sizes, bounds, whole
+
+
 @kernel
-def fill_bounds(lens: Floats, box: Ints, size: Ints, bounds: Floats, whole: Bools) -> None:
+def _fill_bounds(lens: Floats, box: Ints, size: Ints, bounds: Floats, whole: Bools) -> None:
     """Fill `bounds` and `whole` of Silhouettes."""
     for j in range(len(lens)):
         left, top, across, down = box[j, 0], box[j, 1], box[j, 2], box[j, 3]

@@ -6,6 +6,9 @@ without such a point has no support.  Two averages over time identify the view a
   at fault;
 - the unsupported fraction of all contours with view j shifted by some frames: as small as without the view when the shift
   equals its lag; only somewhat smaller when its calibration is wrong.
+
+`common.lags` estimates delays in seconds from the outlines of many seconds, and takes the calibration for right.  Here a
+view is judged within a second or two, to whole frames, by what the tracker fits: its result is which view to leave out.
 """
 
 # Paper (added): [Hybrid] trusts every view.

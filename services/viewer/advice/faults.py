@@ -101,16 +101,15 @@ def _of_person(found: Measured) -> Iterator[CameraFault]:
 
 
 def _of_light(found: Measured) -> Iterator[CameraFault]:
-    times = [time_s for time_s, _ in found.slow]
-    colours = [light(times, [cells[..., k] for _, cells in found.slow]) for k in range(3)]
-    drifts = [100.0 * one.drift for one in colours if one is not None]
+    middle = found.fast[-1][0] - ADVICE_FLICKER_S / 2.0 if found.fast else 0.0
+    halves = [[one for one in found.fast if (one[0] < middle) == early] for early in (True, False)]
+    colours = [[(time_s, cells[..., k]) for time_s, cells in found.slow] for k in range(3)]
+    changes = [light([time_s for time_s, _ in one], [cells for _, cells in one]) for one in (*colours, *halves)]
+    drifts = [100.0 * one.drift for one in changes[: len(colours)] if one is not None]
     if drifts:
         yield _value(AdviceCode.LIGHT_DRIFT, float(np.median(drifts)), HIGH_DRIFT, "%")
         yield _value(AdviceCode.WHITE_BALANCE, max(drifts) - min(drifts), HIGH_COLOUR_DRIFT, "%")
-    middle = found.fast[-1][0] - ADVICE_FLICKER_S / 2.0 if found.fast else 0.0
-    halves = [[one for one in found.fast if (one[0] < middle) == early] for early in (True, False)]
-    fast = [light([time_s for time_s, _ in half], [cells for _, cells in half]) for half in halves]
-    flickers = [one.flicker for one in fast if one is not None]
+    flickers = [one.flicker for one in changes[len(colours) :] if one is not None]
     if len(flickers) == len(halves):  # a lamp that is switched changes one half
         yield _value(AdviceCode.FLICKER, 100.0 * min(flickers), HIGH_FLICKER, "%")
     if found.exposure is not None:

@@ -59,6 +59,20 @@ class Reduced:
     mask: Mask
 
 
+def seen_person(
+    image: Image, room: Background, mask: Mask, time_s: float
+) -> tuple[PersonSample, Floats32, int, int] | None:
+    """Measures of the person of a silhouette (height, width), the gains of `gains`, and the person's first and last row.
+
+    None for an empty silhouette.
+    """
+    rows = np.flatnonzero(mask.any(axis=1))
+    if not len(rows):
+        return None
+    top, bottom, gain = int(rows[0]), int(rows[-1]), gains(image, room.mean, mask)
+    return person_sample(time_s, reduced(image, room, gain, mask, top, bottom), mask, top, bottom), gain, top, bottom
+
+
 def gains(image: Image, room: Floats32, mask: Mask) -> Floats32:
     """(3,) light of an image over that of the room, by colour, outside the silhouette, from every n-th pixel."""
     step = max(1, round(image.shape[1] / ADVICE_PX))

@@ -3,18 +3,13 @@
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-import cv2
-import numpy as np
-
 from zenocap.common.arrays import Floats, Image, Mask
 from zenocap.common.messages import CameraFault
-from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.background import Background
-from zenocap.common.vision.image_measures import Exposure, exposure
-from zenocap.common.vision.mixture import Mixture
+from zenocap.common.vision.image_measures import Exposure, brightness_and_exposure, cells_of
 from zenocap.services.viewer.advice.edges import GREEN, Blur, Outline, moved_since, outline_of, room_edge_px
 from zenocap.services.viewer.advice.faults import Measured, faults_of
-from zenocap.services.viewer.advice.person import PersonSample, gains, person_sample, reduced
+from zenocap.services.viewer.advice.person import PersonSample, seen_person
 from zenocap.services.viewer.parameters import (
     ADVICE_CELLS,
     ADVICE_FLICKER_S,
@@ -51,14 +46,14 @@ class Watch:
 
 
 def watched(
-    watch: Watch, image: Image, time_s: float, mask: Mask | None, background: Background | Mixture | Adaptive
+    watch: Watch, image: Image, time_s: float, mask: Mask | None, room: Background | None
 ) -> tuple[Watch, list[CameraFault] | None]:
     """Measure one image (height, width, 3): the measures after it, and the faults when they are due, otherwise None.
 
-    mask: silhouette, None without a person.
+    mask: silhouette, None without a person.  room: of the background model; None where it has none.
     """
     step = max(1, round(image.shape[1] / ADVICE_PX))
-    fast = _since((*watch.fast, (time_s, _cells(image[::step, ::step, GREEN]))), time_s - ADVICE_FLICKER_S)
+    fast = _since((*watch.fast, (time_s, cells_of(image[::step, ::step, GREEN], ADVICE_CELLS))), time_s - ADVICE_FLICKER_S)
     watch = replace(watch, fast=fast)
     if watch.outline is not None:
         if mask is not None:
@@ -67,7 +62,6 @@ def watched(
         watch = replace(watch, outline=None)
     if time_s - watch.sampled_s >= ADVICE_SAMPLE_S:
         watch = _sampled(watch, image[::step, ::step], time_s)
-        room = room_of(background)
         if mask is not None and room is not None:
             watch = _with_person(watch, image, room, mask, time_s)
     if watch.reported_s < 0:
@@ -75,7 +69,6 @@ def watched(
     if time_s - watch.reported_s < ADVICE_REPORT_S:
         return watch, None
     if time_s - watch.focus_s >= ADVICE_FOCUS_S:
-        room = room_of(background)
         watch = replace(watch, edge_px=None if room is None else room_edge_px(room.mean), focus_s=time_s)
     found = Measured(
         watch.fast, watch.slow, [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S],
@@ -85,35 +78,17 @@ def watched(
     return replace(watch, reported_s=time_s), faults_of(found)
 
 
-def room_of(background: Background | Mixture | Adaptive) -> Background | None:
-    """Mean and noise of the empty room as the model has it; None for a model that does not give them cheaply."""
-    match background:
-        case Background():
-            return background
-        case Adaptive(background=model):
-            return model
-        case _:
-            return None
-
-
-def _cells(values: Image) -> Floats:
-    """Mean levels of the cells of reduced values (h, w) or (h, w, 3)."""
-    small = np.ascontiguousarray(values)
-    return np.asarray(cv2.resize(small, ADVICE_CELLS, interpolation=cv2.INTER_AREA), dtype=np.float64)
-
-
 def _sampled(watch: Watch, small: Image, time_s: float) -> Watch:
-    slow = _since((*watch.slow, (time_s, _cells(small))), time_s - ADVICE_LIGHT_S)
-    return replace(watch, slow=slow, exposure=exposure(small), sampled_s=time_s)
+    cells, exposed = brightness_and_exposure(small, ADVICE_CELLS)
+    slow = _since((*watch.slow, (time_s, cells)), time_s - ADVICE_LIGHT_S)
+    return replace(watch, slow=slow, exposure=exposed, sampled_s=time_s)
 
 
 def _with_person(watch: Watch, image: Image, room: Background, mask: Mask, time_s: float) -> Watch:
-    rows = np.flatnonzero(mask.any(axis=1))
-    if not len(rows):
+    found = seen_person(image, room, mask, time_s)
+    if found is None:
         return watch
-    top, bottom = int(rows[0]), int(rows[-1])
-    gain = gains(image, room.mean, mask)
-    sample = person_sample(time_s, reduced(image, room, gain, mask, top, bottom), mask, top, bottom)
+    sample, gain, top, bottom = found
     kept = [one for one in watch.samples if time_s - one.time_s <= ADVICE_WINDOW_S]
     outline = outline_of(image, room.mean, float(gain[GREEN]), mask, top, bottom)
     return replace(watch, samples=(*kept, sample), outline=outline)

@@ -45,7 +45,7 @@ def test_a_comparison_in_parts_is_that_of_the_whole():
         while not refined[pair].is_refined:
             refined[pair] = refined[pair].refined_further(lag_s)
     assert len(refined) == len(whole) >= 2
-    assert lags_between(names, {**parts, **refined}, 0.5) == lags_between(names, whole, 0.5)
+    assert lags_between(names, {**parts, **refined}, limits_of(0.5)) == lags_between(names, whole, limits_of(0.5))
 
 
 def test_cameras_at_one_place_cannot_be_compared():

@@ -12,7 +12,6 @@ from zenocap.common.vision.foreground import (
     UNSURE,
     WEAK,
     ForegroundOptions,
-    expected_gain,
     foreground,
 )
 
@@ -35,7 +34,7 @@ def learned_background(scene: Scene) -> Background:
 
 def labelled(background: Background, frame: Image, options: ForegroundOptions | None = None) -> Labels:
     options = options or ForegroundOptions()
-    return foreground(background, frame, expected_gain(background, frame, options), options)
+    return foreground(background, frame, options)[0]
 
 
 def test_the_empty_scene_is_background() -> None:
@@ -114,7 +113,7 @@ def test_a_faint_pixel_beside_a_strong_one_is_background() -> None:
 def test_a_frame_of_another_shape_is_refused() -> None:
     background = learned_background(wall(0))
     with pytest.raises(ValueError, match="the background needs"):
-        foreground(background, np.zeros((90, 60, 3), np.uint8), np.ones(3, np.float32), ForegroundOptions())
+        foreground(background, np.zeros((90, 60, 3), np.uint8), ForegroundOptions())
 
 
 def test_thresholds_out_of_order_are_refused() -> None:

@@ -8,7 +8,8 @@ from hypothesis.extra.numpy import arrays
 
 from zenocap.common.arrays import Floats, Mask
 from zenocap.common.vision.foreground import BACKGROUND, STRONG, UNSURE
-from zenocap.common.vision.mask_refinement import close_cracks, enclosed, fill_holes, odd_kernel, trim_edges
+from zenocap.common.vision.mask_refinement import close_cracks, enclosed, odd_kernel, trim_edges
+from zenocap.common.vision.regions import fill_holes
 
 MASKS = arrays(np.uint8, (20, 24), elements=st.integers(0, 1))
 

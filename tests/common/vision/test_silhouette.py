@@ -10,9 +10,10 @@ import pytest
 from tests.support.places import CLIPS
 from zenocap.common.arrays import Image, Mask
 from zenocap.common.vision.background import Background, learn
+from zenocap.common.vision.extraction import clean, extract
 from zenocap.common.vision.foreground import BACKGROUND, STRONG, UNSURE
 from zenocap.common.vision.mixture import Mixture
-from zenocap.common.vision.silhouette import Extents, SilhouetteOptions, clean, describe, extract
+from zenocap.common.vision.silhouette import Extents, SilhouetteOptions, describe
 
 OPTIONS = SilhouetteOptions()
 SIZES = [(160, 120), (640, 480)]

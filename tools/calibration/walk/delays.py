@@ -1,5 +1,6 @@
-"""By how long each camera's images are late, from the walk itself: poses and delays adjusted together.
+"""Camera delays from a walk: poses and delays adjusted together.
 
+`common.lags` needs calibrated cameras, whose baselines give the angles that it compares; here poses are unknown.
 The ways over the floor that two cameras see are registered at every lag of a grid; the lag at which they agree best starts
 an adjustment of all poses and delays, in which each camera's silhouettes are interpolated in time.  Standard errors are
 those of a jackknife over stretches of time.
@@ -13,6 +14,7 @@ import numpy as np
 
 from zenocap.common.arrays import Floats
 from zenocap.common.camera.pinhole import Camera
+from zenocap.common.lags.pairs import jackknife_error
 from zenocap.tools.calibration.silhouettes import Hulls
 from zenocap.tools.calibration.walk.adjustment import Walk, adjusted
 from zenocap.tools.calibration.walk.parameters import (
@@ -136,7 +138,7 @@ def adjusted_delays(
         on_step(f"errors of the delays, {k + 1} of {len(blocks)}")
         kept = np.setdiff1d(np.arange(len(timing.instants)), block)
         parts.append(list(adjusted(cameras, walk_at(timing.part(kept)), delays, 1)[1].values()))
-    spread = np.sqrt((len(blocks) - 1) / len(blocks) * ((np.array(parts) - np.mean(parts, axis=0)) ** 2).sum(axis=0))
+    spread = jackknife_error(np.array(parts) - np.mean(parts, axis=0))
     first = next(iter(delays))
     return {
         name: Delay(seconds, 0.0 if name == first else float(np.hypot(error, DELAY_BIAS_S)))

@@ -9,8 +9,9 @@ from zenocap.common.arrays import Image, Mask
 from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.vision.background import Background, learn
-from zenocap.common.vision.silhouette import SilhouetteOptions, extract
-from zenocap.services.viewer.advice.person import PersonSample, gains, person_sample, reduced
+from zenocap.common.vision.extraction import extract
+from zenocap.common.vision.silhouette import SilhouetteOptions
+from zenocap.services.viewer.advice.person import PersonSample, seen_person
 from zenocap.services.viewer.parameters import MANY_HOLES
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
@@ -39,9 +40,9 @@ def demo(size: tuple[int, int], seed: int, times_s: tuple[float, ...], gloss: fl
 
 
 def measured(room: Background, image: Image, mask: Mask) -> PersonSample:
-    rows = np.flatnonzero(mask.any(axis=1))
-    top, bottom = int(rows[0]), int(rows[-1])
-    return person_sample(0.0, reduced(image, room, gains(image, room.mean, mask), mask, top, bottom), mask, top, bottom)
+    found = seen_person(image, room, mask, 0.0)
+    assert found is not None
+    return found[0]
 
 
 @pytest.mark.nightly

@@ -1,7 +1,7 @@
-"""The table of services: one row per kind of process of a rig.
+"""The table of services: one row per kind of process of a rig, or of a machine.
 
-Launcher, doctor, monitor, page, certificates, `zenocap health`, verification and warm-up derive from it.  The command of a
-service and its folder below `services/` have its name.
+Launcher, doctor, monitor, page, certificates, `zenocap health`, verification and warm-up derive from it.  The folder of a
+service below `services/` has its name, and so has its command, where its row names no other.
 """
 
 from __future__ import annotations
@@ -40,12 +40,13 @@ class RigLike(Protocol):
 
 @dataclass(frozen=True)
 class ServiceKind:
-    """ids: ids that a rig runs; empty when it runs none.
+    """ids: ids that a rig runs; empty when it runs none.  of_rig: False for what serves a machine, without a rig file.
 
     required: whether the rig stops when it fails.  makes_poses: whether poses depend on it: compiled before the rig starts.
     recomputed: whether a take of the rig holds all its inputs, so that `zenocap verify` recomputes its messages.
     warmup: the parts of `zenocap warmup` that it needs, in order.
     files: files that it reads besides the rig file and the calibration, with titles.
+    command: of the command line, where it has another name.
     """
 
     name: str
@@ -55,6 +56,8 @@ class ServiceKind:
     makes_poses: bool = True
     warmup: Callable[[Rig], tuple[str, ...]] = lambda rig: ()
     files: Callable[[Rig], tuple[tuple[str, Path], ...]] = lambda rig: ()
+    of_rig: bool = True
+    command: str = ""
 
 
 def _always(rig: RigLike) -> tuple[str, ...]:
@@ -112,7 +115,12 @@ SERVICES: tuple[ServiceKind, ...] = (
         files=_recognizer_files,
     ),
     ServiceKind("animator", _always, lambda rig: False, required=False, makes_poses=False),
-)
+    ServiceKind(
+        "camera", lambda rig: (), lambda rig: False, required=False, makes_poses=False, of_rig=False,
+        command="viewer --discover",
+    ),
+)  # fmt: skip
+OF_RIGS = tuple(kind.name for kind in SERVICES if kind.of_rig)
 TIMEKEEPER = "integrator"  # provides the clock and the log: started first and stopped last
 ORDER = {kind.name: number for number, kind in enumerate(SERVICES)}
 

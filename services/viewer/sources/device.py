@@ -10,13 +10,13 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Image
 from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Device, Stream, without_password
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Clock, Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
+from zenocap.services.viewer.sources.tap import Tap
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time
 TIMEOUT_MS = 5000
@@ -49,17 +49,6 @@ class Controls(Protocol):
     def begin(self) -> bool: ...
 
     def lock(self) -> None: ...
-
-
-class FilmTap(Protocol):
-    """A film of the images that a viewer is using, see `Tap` of `services.viewer.film.feeds`."""
-
-    @property
-    def is_open(self) -> bool: ...
-
-    def offer(self, image: Image, captured_ns: int) -> None: ...
-
-    def lost(self) -> None: ...
 
 
 Opener = Callable[[Device | Stream, Size, float], Capture]
@@ -106,7 +95,7 @@ def camera_frames(
     rectify: Rectify | None = None,
     controls: Controls | None = None,
     rate: SourceRate | None = None,
-    film: FilmTap | None = None,
+    film: Tap | None = None,
     fit: Rectify | None = None,
 ) -> Iterator[Frame]:
     """Yield frames without end at most `fps` per second, with capture times as the source gives them (`stamps`).

@@ -1,28 +1,31 @@
 """Open the frame source of a viewer."""
 
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 
 from zenocap.common.errors import OpenError
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.sources import Actor, Announced, Device, FirstFrames, Images, Rendered, Stream, VideoFile
+from zenocap.common.runtime.clock import RealClock
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.camera_controls import CameraControls
-from zenocap.services.viewer.sources.device import FilmTap, camera_frames, shown
+from zenocap.services.viewer.sources.device import camera_frames, shown
 from zenocap.services.viewer.sources.images import image_frames
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames
 from zenocap.services.viewer.sources.resize import rectification
 from zenocap.services.viewer.sources.stamps import SourceRate
+from zenocap.services.viewer.sources.tap import Tap
 from zenocap.services.viewer.sources.video import declared_frames, video_frames
 
 PREROLL = 30  # frames of empty scene from the simulated person when the background does not define them
 
 
 def open_source(
-    viewer: Viewer, playback: Playback, rate: SourceRate | None = None, film: FilmTap | None = None
+    viewer: Viewer, playback: Playback, rate: SourceRate | None = None, film: Tap | None = None
 ) -> Iterator[Frame]:
     """Iterate over the viewer's frames at its working size and rate.
 
@@ -56,11 +59,22 @@ def open_source(
 def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """Images of a camera or stream as it gives them, at the calibrated size and not rectified.  Raises SourceError."""
     assert isinstance(viewer.source, Device | Stream)
-    return images_of(viewer.source, viewer.calibrated_size, viewer.fps, playback)
+    size, controls = viewer.calibrated_size, _controls(viewer.source, playback)
+    return camera_frames(viewer.source, viewer.fps, size, size, playback, controls=controls)
 
 
-def images_of(source: Device | Stream, size: tuple[int, int], fps: float, playback: Playback) -> Iterator[Frame]:
-    """Images of a camera or stream as it gives them, of `size` (width, height) px.  Raises SourceError."""
+def images_of(
+    source: Device | Stream,
+    size: tuple[int, int],
+    fps: float,
+    sleep: Callable[[float], None],
+    report: Callable[[str], None],
+) -> Iterator[Frame]:
+    """Images of a camera or stream as it gives them, of `size` (width, height) px.  sleep, report: see `Playback`.
+
+    Raises SourceError.
+    """
+    playback = Playback(time.time_ns(), RealClock(), sleep=sleep, report=report)
     return camera_frames(source, fps, size, size, playback, controls=_controls(source, playback))
 
 

@@ -9,7 +9,9 @@ from tests.support.places import ROOT
 from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.rig.recognizer import RecognizerTable, recognizer_spec
 from zenocap.common.rig.rig import Rig, demo_rig
+from zenocap.common.rig.security import allowed_members
 from zenocap.common.rig.services import (
+    OF_RIGS,
     SERVICES,
     TIMEKEEPER,
     file_name,
@@ -34,9 +36,18 @@ def test_every_service_has_a_folder_with_a_shell_and_a_command() -> None:
     commands = {command.__name__ for _, command in TABLE}
     for kind in SERVICES:
         assert (ROOT / "services" / kind.name / "shell.py").is_file()
-        assert kind.name in commands
-    assert {path.parent.name for path in (ROOT / "services").glob("*/step.py")} == {kind.name for kind in SERVICES}
-    assert TIMEKEEPER in {kind.name for kind in SERVICES}
+        assert (kind.command or kind.name).split()[0] in commands
+    assert {path.parent.name for path in (ROOT / "services").glob("*/shell.py")} == {kind.name for kind in SERVICES}
+    assert {path.parent.name for path in (ROOT / "services").glob("*/step.py")} == set(OF_RIGS)
+    assert TIMEKEEPER in OF_RIGS
+
+
+def test_no_rig_runs_and_no_certificate_names_a_service_of_a_machine() -> None:
+    """What a camera host does is asked of it on keys of its machine."""
+    assert [kind.name for kind in SERVICES if not kind.of_rig] == ["camera"]
+    for rig in RIGS:
+        assert "camera" not in dict(services_of(rig))
+        assert "camera" not in {member.service for member in allowed_members(rig)}
 
 
 def test_the_services_of_a_rig() -> None:

@@ -19,9 +19,9 @@ from zenocap.common.rig.hosted import hosted_rig
 from zenocap.common.rig.sources import Device, Stream
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.foreign_text import printable
-from zenocap.services.viewer.hosted.child import Child
-from zenocap.services.viewer.hosted.parameters import LEASE_S
-from zenocap.services.viewer.hosted.saved import SavedAssignment, read_saved, write_saved
+from zenocap.services.camera.child import Child
+from zenocap.services.camera.parameters import VIEWER_LEASE_S
+from zenocap.services.camera.saved import SavedAssignment, read_saved, write_saved
 
 logger = logging.getLogger(__name__)
 
@@ -76,8 +76,8 @@ class AssignedCamera:
         with self._lock:
             if self._query is None or self._child is None:
                 return
-            if self._clock.elapsed_ns() - self._asked_ns > LEASE_S * 1e9:
-                self._end(f"rig {self._query.rig} is gone: no query for {LEASE_S:.0f} s")
+            if self._clock.elapsed_ns() - self._asked_ns > VIEWER_LEASE_S * 1e9:
+                self._end(f"rig {self._query.rig} is gone: no query for {VIEWER_LEASE_S:.0f} s")
             else:
                 self._child.check()
 

@@ -9,7 +9,7 @@ from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
 from zenocap.common.video.reader import VideoReader
 from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
-from zenocap.tools.film.sources import named_sources
+from zenocap.tools.cameras.named_sources import named_sources
 
 LIVE = "a rig file with cameras, or NAME=SOURCE, such as left=/dev/video0, right=rtsp://192.168.1.20/stream or a=film.mkv"
 

@@ -16,7 +16,7 @@ import msgspec
 from zenocap.common.errors import UserError
 from zenocap.common.messages import AssignQuery, AssignReply
 from zenocap.common.rig.hosted import hosted_rig
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import LiveSource
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.services.camera.child import Child
@@ -31,7 +31,7 @@ class AssignedCamera:
 
     def __init__(
         self,
-        source: Device | Stream,
+        source: LiveSource,
         file: Path,
         command: Callable[[Path], Sequence[str]],
         clock: Clock,
@@ -111,7 +111,7 @@ class AssignedCamera:
         self._begin(query)
 
     def _begin(self, query: AssignQuery) -> None:
-        write_saved(self._file, SavedAssignment(query=query, source=_text(self._source), previews=self._previews))
+        write_saved(self._file, SavedAssignment(query=query, source=self._source.text, previews=self._previews))
         self._query, self._asked_ns = query, self._clock.elapsed_ns()
         logger.warning("%s: assigned", self.used_by)
         self._child = Child(self.used_by, self._command(self._file), lambda: self._clock.elapsed_ns() / 1e9)
@@ -153,8 +153,3 @@ class AssignedCamera:
 def _same(one: AssignQuery, other: AssignQuery) -> bool:
     """Whether two queries assign the same."""
     return msgspec.structs.replace(one, frame=0, captured_ns=0) == msgspec.structs.replace(other, frame=0, captured_ns=0)
-
-
-def _text(source: Device | Stream) -> str:
-    """As in a rig file, with its password."""
-    return source.url if isinstance(source, Stream) else str(source.file)

@@ -8,7 +8,7 @@ from typing import Protocol
 from zenocap.common.arrays import Image
 from zenocap.common.messages import FilmQuery
 from zenocap.common.rig.camera_settings import LOCKED, CameraSettings, Setting
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import Device, LiveSource
 
 logger = logging.getLogger(__name__)
 
@@ -25,9 +25,7 @@ class Picture(Protocol):
     def captured_ns(self) -> int: ...
 
 
-Opener = Callable[
-    [Device | Stream, tuple[int, int], float, Callable[[float], None], Callable[[str], None]], Iterator[Picture]
-]
+Opener = Callable[[LiveSource, tuple[int, int], float, Callable[[float], None], Callable[[str], None]], Iterator[Picture]]
 """Images of a camera as it gives them.  Called with source, (width, height) px, frames/s, a function that waits for seconds
 while a camera that failed is opened again, and one that gets texts about its state.  Raises SourceError."""
 
@@ -54,7 +52,7 @@ class _Closed(Exception):
 class CameraFeed:
     """A camera of this machine that is opened for each film and given back afterwards."""
 
-    def __init__(self, source: Device | Stream, opener: Opener) -> None:
+    def __init__(self, source: LiveSource, opener: Opener) -> None:
         self._source, self._opener = source, opener
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None

@@ -19,7 +19,7 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.messages import AssignQuery, CameraHost, FilmQuery
 from zenocap.common.rig.folder import plain_name
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import LiveSource
 from zenocap.common.runtime.clock import Clock, RealClock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.topics import HOST_ASSIGN, HOST_FILM
@@ -59,7 +59,7 @@ class CameraHostServer:
         self,
         session: FilmSession,
         machine: str,
-        named: Mapping[str, Device | Stream],
+        named: Mapping[str, LiveSource],
         folder: Path,
         permission: Permission,
         clock: Clock,
@@ -94,7 +94,7 @@ class CameraHostServer:
             if id not in self._endpoints:
                 self._endpoints[id] = self._served(id, one.source)
 
-    def _served(self, id: str, source: Device | Stream) -> "_Endpoints":
+    def _served(self, id: str, source: LiveSource) -> "_Endpoints":
         """Answer the queries about one camera."""
         assigned: AssignedCamera | None = None
         servers: list[QueryServer[FilmQuery] | QueryServer[AssignQuery]] = []

@@ -19,7 +19,7 @@ from zenocap.common.errors import OpenError
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import BackgroundImage, Device, Stream
+from zenocap.common.rig.sources import BackgroundImage
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
@@ -194,14 +194,14 @@ def _run(
     other_ids = [other.id for other in rig.viewers if other is not viewer]
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
-        if isinstance(viewer.source, Device | Stream):
+        if viewer.source.live:
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
             with bus.reader() as others:
                 epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
         first_messages = (camera_info(viewer, epoch_ns),)
         choice = FrameChoice(rig.fps)
-        rate = SourceRate() if isinstance(viewer.source, Device | Stream) else None
+        rate = SourceRate() if viewer.source.live else None
         tap = Tap(viewer.calibrated_size, viewer.fps)
         frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
         films = None

@@ -9,16 +9,8 @@ from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import (
-    Announced,
-    Device,
-    MedianFrames,
-    SpecError,
-    Stream,
-    VideoFile,
-    parse_source,
-    without_password,
-)
+from zenocap.common.rig.source_kinds import parse_source
+from zenocap.common.rig.sources import Announced, MedianFrames, SpecError, VideoFile, without_password
 
 ALLOWED = "NAME=SOURCE, such as cam01=/dev/video0 or cam02=rtsp://192.168.1.20/stream"
 
@@ -29,7 +21,7 @@ def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float, *, fi
     files: whether video files are allowed too, and cameras of other machines are not.  Their lens is a placeholder: they
     are for filming, the live page, and nothing else.
     """
-    kinds = (Device, Stream, VideoFile) if files else (Device, Stream, Announced)
+    other = VideoFile if files else Announced
     width, height = size
     matrix = np.array([[width, 0.0, (width - 1) / 2], [0.0, width, (height - 1) / 2], [0.0, 0.0, 1.0]])
     viewers: list[Viewer] = []
@@ -42,7 +34,7 @@ def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float, *, fi
             source = parse_source(where, Path())
         except SpecError as error:
             raise UserError(f"{text}: allowed: {error}") from error
-        if not isinstance(source, kinds):
+        if not (source.live or isinstance(source, other)):
             raise UserError(f"{text}: no camera and no stream{' and no video' * files}: allowed: {ALLOWED}")
         if any(one.id == name or one.source == source for one in viewers):
             raise UserError(f"{text}: this name or this source was given already: allowed: each once")

@@ -16,7 +16,8 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import load_rig
-from zenocap.common.rig.sources import Announced, SpecError, VideoFile, parse_source, without_password
+from zenocap.common.rig.source_kinds import parse_source
+from zenocap.common.rig.sources import Announced, SpecError, VideoFile, without_password
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.setup.network import OPEN, Network, network_of, quoted
 

@@ -169,7 +169,7 @@ def test_mathematics_imports_arrays_only(folder: str) -> None:
 # Values and functions without dependencies, which every layer may use.
 SHARED_VALUES = (
     "zenocap.common.arrays", "zenocap.common.atomic_write", "zenocap.common.errors", "zenocap.common.jit",
-    "zenocap.common.toml_file",
+    "zenocap.common.table", "zenocap.common.toml_file",
 )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
+from zenocap.common.formats.import_format import import_suffixes
 from zenocap.services.recognizer.training.csv_text import csv_text, delimiter_of
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL
 from zenocap.services.recognizer.training.label_table import read_spans
@@ -22,7 +23,6 @@ COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
 LABELS = "labels"  # further column
 INSTEAD = ("start", "end", "posture", "repetition")  # of labels
 SOURCE_NAMES = ("source", "take", "clip", "file")  # accepted names of the first column
-MOTIONS = (".mcap", ".bvh", ".trc", ".c3d")
 RIG = ".toml"
 MOST_ALIKE = 3  # errors that differ in numbers, values and files only and are all listed; chosen by hand
 VARIES = re.compile(r"'[^']*'|\S*[/\\]\S*|\S+\.(?:mcap|bvh|trc|c3d|toml)\b|\d+(?:\.\d+)?")
@@ -169,13 +169,13 @@ def _rows(
 
     if len(cells) > len(columns):
         wrong.append(f"{path}: line {line}: {len(cells)} cells: allowed: {len(columns)}, as the first line has")
-    source = path.parent / cell("source")
+    source, motions = path.parent / cell("source"), (".mcap", *import_suffixes())
     if not cell("source"):
-        refuse("source", "", f"a file ({', '.join(MOTIONS)}), a rig file ({RIG}) or a clip folder")
+        refuse("source", "", f"a file ({', '.join(motions)}), a rig file ({RIG}) or a clip folder")
     elif not source.exists():
         refuse("source", cell("source"), f"a file or folder that exists; there is no {source}")
-    elif source.is_file() and source.suffix.lower() not in (*MOTIONS, RIG):
-        refuse("source", cell("source"), f"{', '.join(MOTIONS)}, a rig file ({RIG}) or a clip folder")
+    elif source.is_file() and source.suffix.lower() not in (*motions, RIG):
+        refuse("source", cell("source"), f"{', '.join(motions)}, a rig file ({RIG}) or a clip folder")
     if cell(LABELS):
         for column in INSTEAD:
             if cell(column):

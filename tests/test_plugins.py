@@ -5,14 +5,18 @@ import shutil
 import socket
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.common.rig.test_animator import RIG as RIG_TEXT
 from tests.common.rig.test_animator import write_rig
+from tests.support.mjpeg_server import MjpegServer
 from tests.support.places import GOLDEN, ROOT
 from tests.support.processes import PATIENCE_S
+from zenocap.common.rig.rig import demo_rig_file, load_rig
 
 PLUGINS = ROOT / "examples" / "plugin"
 
@@ -85,3 +89,87 @@ def test_a_wrong_key_of_a_packages_table_is_an_error_with_the_allowed_ones(
     done = zenocap(installed, "animator", rig)
     assert done.returncode == 1
     assert "animator.osc.prot = 1: no such key; allowed: enabled, host, port, root" in done.stderr.replace("\n", " ")
+
+
+@pytest.fixture
+def camera() -> Iterator[MjpegServer]:
+    """A network camera that asks for a password, and whose clock began an hour ago."""
+    begin_s = time.monotonic() - 3600.0
+    with MjpegServer((64, 48), 20.0, user=("me", "se:cret"), clock_s=lambda: time.monotonic() - begin_s) as running:
+        yield running
+
+
+def with_password(environment: dict[str, str], home: Path, password: str = "se:cret") -> dict[str, str]:
+    """The environment of a user whose ~/.netrc has a password for this machine."""
+    (home / ".netrc").write_text(f"machine 127.0.0.1 login me password {password}\n")
+    (home / ".netrc").chmod(0o600)
+    return {**environment, "HOME": str(home)}
+
+
+@pytest.mark.core
+def test_a_source_of_a_package_is_filmed(installed: dict[str, str], camera: MjpegServer, tmp_path: Path) -> None:
+    environment = with_password(installed, tmp_path)
+    film = ("-o", tmp_path / "film", "--size", "64x48", "--fps", "20", "--seconds", "1")
+    done = zenocap(environment, "film", f"a=mjpeg:{camera.url}", *film)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "film" / "videos" / "a.mkv").is_file()
+    assert "secret" not in done.stdout + done.stderr
+
+
+@pytest.mark.core
+def test_a_source_of_a_package_is_that_of_a_viewer_and_has_its_own_times(
+    installed: dict[str, str], camera: MjpegServer, tmp_path: Path
+) -> None:
+    """Its images are opened, paced and counted as those of any stream."""
+    code = (
+        "import sys, time\n"
+        "from itertools import islice\n"
+        "from pathlib import Path\n"
+        "from zenocap.common.rig.source_kinds import parse_source\n"
+        "from zenocap.common.runtime.clock import RealClock\n"
+        "from zenocap.services.viewer.sources.device import camera_frames\n"
+        "from zenocap.services.viewer.sources.playback import Playback\n"
+        "from zenocap.services.viewer.sources.stamps import SourceRate\n"
+        "source, rate, size = parse_source(sys.argv[1], Path()), SourceRate(), (64, 48)\n"
+        "playback = Playback(time.time_ns(), RealClock())\n"
+        "frames = [*islice(camera_frames(source, 100.0, size, size, playback, rate=rate), 20)]\n"
+        "print([frame.frame for frame in frames] == [*range(20)], source.live, source.stamps, source.shown)\n"
+    )
+    command = [sys.executable, "-c", code, f"mjpeg:{camera.url}"]
+    environment = with_password(installed, tmp_path)
+    done = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout == f"True True stream mjpeg:{camera.url}\n"
+
+
+@pytest.mark.core
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("mjpeg:{url}", "user and password: allowed: those in ~/.netrc for this host"),
+        ("mjpeg:http://me:se:cret@127.0.0.1/x", "user and password are those of ~/.netrc"),
+        ("ftp://127.0.0.1/x", "discover:MACHINE/CAMERA, mjpeg:..."),
+    ],
+)
+def test_a_source_of_a_package_says_what_is_wrong_without_the_password(
+    installed: dict[str, str], camera: MjpegServer, tmp_path: Path, source: str, reason: str
+) -> None:
+    environment = with_password(installed, tmp_path, "wrong")
+    done = zenocap(environment, "film", f"a={source.format(url=camera.url)}", "-o", tmp_path / "film", "--seconds", "1")
+    assert done.returncode == 1
+    assert reason in done.stderr.replace("\n", " ")
+    assert "se:cret" not in done.stdout + done.stderr
+
+
+@pytest.mark.core
+def test_a_camera_host_opens_own_sources_only(installed: dict[str, str], tmp_path: Path) -> None:
+    done = zenocap(installed, "viewer", "--discover", "--camera", "a=mjpeg:http://127.0.0.1/x", "--films", tmp_path)
+    assert done.returncode == 1
+    assert "discover:MACHINE/CAMERA" in done.stderr
+    assert "mjpeg:..." not in done.stderr
+
+
+@pytest.mark.core
+def test_the_digest_of_a_rig_does_not_depend_on_what_is_installed(installed: dict[str, str]) -> None:
+    code = "from zenocap.common.rig.rig import demo_rig; print(demo_rig().digest)"
+    done = subprocess.run([sys.executable, "-c", code], env=installed, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == load_rig(demo_rig_file()).digest

@@ -289,8 +289,8 @@ Background = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackg
 
 
 def without_password(url: str) -> str:
-    """The address of a stream as it may be shown, also of a wrong one."""
-    return re.sub(r"^([a-z]+:/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
+    """The address of a stream as it may be shown, also of a wrong one, and of one after the name of its kind."""
+    return re.sub(r"^((?:[a-z][a-z0-9+.\-]*:)+?/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
 
 
 def parse_background(text: str, base: Path) -> Background:

@@ -9,13 +9,17 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
 
 from tests.common.rig.test_animator import RIG as RIG_TEXT
 from tests.common.rig.test_animator import write_rig
 from tests.support.mjpeg_server import MjpegServer
 from tests.support.places import GOLDEN, ROOT
 from tests.support.processes import PATIENCE_S
+from tests.support.simulated_cameras import paper_cameras
+from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.rig.rig import demo_rig_file, load_rig
 
 PLUGINS = ROOT / "examples" / "plugin"
@@ -173,3 +177,41 @@ def test_the_digest_of_a_rig_does_not_depend_on_what_is_installed(installed: dic
     code = "from zenocap.common.rig.rig import demo_rig; print(demo_rig().digest)"
     done = subprocess.run([sys.executable, "-c", code], env=installed, cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == load_rig(demo_rig_file()).digest
+
+
+@pytest.mark.core
+def test_a_calibration_of_a_package_is_converted(installed: dict[str, str], tmp_path: Path) -> None:
+    """The cameras stand to each other as before, in the world of the first one."""
+    one, two = paper_cameras((640, 480))[:2]
+    rotation = two.rotation @ one.rotation.T
+    between = np.eye(4)
+    between[:3, :3], between[:3, 3] = rotation, two.translation - rotation @ one.translation
+    chain = {
+        f"cam{number}": {
+            "camera_model": "pinhole",
+            "distortion_model": "radtan",
+            "intrinsics": [float(camera.matrix[row]) for row in ((0, 0), (1, 1), (0, 2), (1, 2))],
+            "distortion_coeffs": [0.1, -0.01, 0.001, 0.002],
+            "resolution": list(camera.size),
+            "T_cn_cnm1": between.tolist(),
+        }
+        for number, camera in enumerate((one, two))
+    }
+    (tmp_path / "camchain.yaml").write_text(yaml.safe_dump(chain))
+    done = zenocap(installed, "calibrate", "convert", tmp_path / "camchain.yaml", "-o", tmp_path / "c.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    first, second = read_calibration(tmp_path / "c.toml").values()
+    np.testing.assert_allclose(first.centre, 0.0, atol=1e-12)
+    np.testing.assert_allclose(first.rotation.T @ [0.0, -1.0, 0.0], [0.0, 1.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(second.rotation @ first.rotation.T, rotation, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(second.centre), np.linalg.norm(two.centre - one.centre))
+    np.testing.assert_allclose(second.matrix, two.matrix)
+    np.testing.assert_allclose(second.distortions, [0.1, -0.01, 0.001, 0.002])
+
+
+@pytest.mark.core
+def test_a_wrong_calibration_of_a_package_names_key_and_value(installed: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "camchain.yaml").write_text("cam0:\n  camera_model: omni\n")
+    done = zenocap(installed, "calibrate", "check", tmp_path / "camchain.yaml")
+    assert done.returncode == 1
+    assert "cam0.distortion_model is missing; there are: camera_model" in done.stderr.replace("\n", " ")

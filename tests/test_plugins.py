@@ -1,5 +1,6 @@
 """The example packages under `examples/plugin` are installed, and what they bring can be chosen as zenocap's own."""
 
+import json
 import os
 import shutil
 import socket
@@ -58,6 +59,18 @@ def test_a_suffix_that_nobody_writes_lists_that_of_the_package(installed: dict[s
     done = zenocap(installed, "export", GOLDEN / "arms.mcap", "-o", tmp_path / "arms.fbx")
     assert done.returncode == 2
     assert ".sto" in done.stderr.replace("\n", "")
+
+
+@pytest.mark.core
+def test_recorded_motion_of_a_package_is_a_truth(installed: dict[str, str], tmp_path: Path) -> None:
+    truth = tmp_path / "arms.sto"
+    zenocap(installed, "export", GOLDEN / "arms.mcap", "-o", truth)
+    done = zenocap(installed, "evaluate", GOLDEN / "arms.mcap", "--truth", truth, "--centres", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["mpjpe_mm"] < 0.01
+    truth.write_text("arms\nendheader\ntime\tHip\n0.0\t1,2,3\n")
+    done = zenocap(installed, "evaluate", GOLDEN / "arms.mcap", "--truth", truth, "--centres")
+    assert (done.returncode, "two rows or more" in done.stderr) == (1, True)
 
 
 @pytest.mark.core
@@ -215,3 +228,22 @@ def test_a_wrong_calibration_of_a_package_names_key_and_value(installed: dict[st
     done = zenocap(installed, "calibrate", "check", tmp_path / "camchain.yaml")
     assert done.returncode == 1
     assert "cam0.distortion_model is missing; there are: camera_model" in done.stderr.replace("\n", " ")
+
+
+@pytest.mark.core
+def test_a_detector_of_a_package_finds_points_and_needs_no_model(installed: dict[str, str]) -> None:
+    """A green square at columns 20 to 29, rows 40 to 49, and no magenta one."""
+    code = (
+        "import numpy as np\n"
+        "from zenocap.common.rig.detectors import DETECTORS\n"
+        "row = DETECTORS.row('bands')\n"
+        "image = np.full((120, 160, 3), 90, np.uint8)\n"
+        "image[40:50, 20:30] = 0, 255, 0\n"
+        "points, visible = row.loaded()(image, (10, 10, 150, 110))\n"
+        "print(DETECTORS.names(), row.points, points.tolist(), visible.tolist())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=installed, cwd=ROOT, capture_output=True, text=True, check=True)
+    found = "('people', 'bands') ('RWrist', 'LWrist') [[24.5, 44.5], [nan, nan]] [1.0, 0.0]"
+    assert done.stdout.strip() == found
+    assert zenocap(installed, "models", "list").stdout.splitlines()[0].startswith("people: ")
+    assert "'bands': needs no model file" in zenocap(installed, "models", "add", "bands").stderr.replace("\n", " ")

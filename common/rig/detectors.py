@@ -30,26 +30,27 @@ class ModelFile:
 
 @dataclass(frozen=True)
 class Detector:
-    """What finds people in an image.  option: key and value in the rig file with which a viewer uses it.
+    """What finds people in an image.
 
     load: "module:function", called with the contents of the files, in their order; returns what finds, for one thread at a
     time.  finds "mask": a function of a picture (side, side, 3) uint8 BGR that gives the probabilities of a person, (side,
     side) float32 in [0, 1].  finds "points": one of an image (height, width, 3) uint8 BGR and a box (left, top, right,
     bottom) around a person, px, that gives the points (n, 2), px, and how visible each is, (n,) in [0, 1].
-    points: names of these points, in their order.
+    points: names of these points, in their order.  option: key and value in the rig file with which a viewer uses it.
+    files: model files that are not shipped; without any, what follows has no meaning.
     get: "module:function", called with a file of the user, or None to fetch it; returns the contents.  Raises UserError.
     licence: note that is kept beside the files.  costs: of getting them, in words.
     """
 
     name: str
-    option: str
     finds: Literal["mask", "points"]
-    files: tuple[ModelFile, ...]
     load: str
-    get: str
-    licence: str
-    costs: str
     points: tuple[str, ...] = ()
+    option: str = ""
+    files: tuple[ModelFile, ...] = ()
+    get: str = ""
+    licence: str = ""
+    costs: str = ""
 
     @property
     def folder(self) -> Path:
@@ -87,17 +88,17 @@ class Detector:
 SELFIE = ModelFile("selfie_segmentation.tflite", "9ee168ec7c8f2a16c56fe8e1cfbc514974cbbb7e434051b455635f1bd1462f5c")
 PEOPLE = Detector(
     "people",
-    "people = true",
     "mask",
-    (SELFIE,),
     "zenocap.services.viewer.people.network:loaded",
-    "zenocap.tools.models.wheel:contents",
-    f"""{SELFIE.name}: the general model of MediaPipe Selfie Segmentation.
+    option="people = true",
+    files=(SELFIE,),
+    get="zenocap.tools.models.wheel:contents",
+    licence=f"""{SELFIE.name}: the general model of MediaPipe Selfie Segmentation.
 Copyright The MediaPipe Authors.  Licensed under the Apache License, Version 2.0; text: the file LICENSE of zenocap, or
 https://www.apache.org/licenses/LICENSE-2.0
 Taken unchanged from a wheel of the package mediapipe.  SHA-256 {SELFIE.sha256}
 """,
-    "0.25 MB kept, 36 MB fetched",
+    costs="0.25 MB kept, 36 MB fetched",
 )
 
 DETECTORS = Table(Detector, "zenocap.detectors", {"people": f"{__name__}:PEOPLE"})

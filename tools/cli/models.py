@@ -57,7 +57,7 @@ def list_models(as_json: JsonOption = False) -> None:
         from zenocap.common.rig.detectors import DETECTORS
         from zenocap.tools.models.store import state_of
 
-        states = [state_of(detector) for detector in DETECTORS.rows().values()]
+        states = [state_of(detector) for detector in DETECTORS.rows().values() if detector.files]
     if as_json:
         rows = [{"name": one.name, "state": one.state, "path": str(one.path), "size": one.size} for one in states]
         typer.echo(json.dumps({"models": rows}))
@@ -85,4 +85,7 @@ def _detector(name: str) -> Detector:
 
     if name not in DETECTORS.names():
         raise typer.BadParameter(f"{name!r}: allowed: {', '.join(DETECTORS.names())}")
-    return DETECTORS.row(name)
+    detector = DETECTORS.row(name)
+    if not detector.files:
+        raise typer.BadParameter(f"{name!r}: needs no model file")
+    return detector

@@ -79,6 +79,16 @@ def _pose_warmup(service: str) -> Callable[[Rig], tuple[str, ...]]:
     return parts
 
 
+def _pose_recomputed(service: str) -> Callable[[RigLike], bool]:
+    """Whether a service can be recomputed: also as one of a method whose poses come from another."""
+
+    def recomputed(rig: RigLike) -> bool:
+        method = method_of(rig.method)
+        return method.pose_service != service or method.recomputes_pose
+
+    return recomputed
+
+
 def _prior(rig: Rig) -> tuple[tuple[str, Path], ...]:
     return () if rig.tracker is None or rig.tracker.prior is None else (("motion prior", rig.tracker.prior),)
 
@@ -98,11 +108,11 @@ SERVICES: tuple[ServiceKind, ...] = (
         lambda rig: method_of(rig.method).recomputes_viewers,
         warmup=_viewer_warmup,
     ),
-    ServiceKind("integrator", _always, lambda rig: True, warmup=_pose_warmup("integrator")),
+    ServiceKind("integrator", _always, _pose_recomputed("integrator"), warmup=_pose_warmup("integrator")),
     ServiceKind(
         "tracker",
         lambda rig: (MAIN,) if method_of(rig.method).has_tracker else (),
-        lambda rig: True,
+        _pose_recomputed("tracker"),
         warmup=_pose_warmup("tracker"),
         files=_prior,
     ),

@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.places import ROOT
 from zenocap.common.recording.setup_file import recorded_rig
+from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.recognizer import RecognizerTable, recognizer_spec
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.security import allowed_members
@@ -66,6 +67,15 @@ def test_a_take_has_the_services_of_its_rig(rig: Rig) -> None:
 def test_services_whose_inputs_are_in_the_take_are_recomputed() -> None:
     assert [kind.name for kind in kinds_of(TWO_VIEW) if kind.recomputed(TWO_VIEW)] == ["viewer", "integrator"]
     assert [kind.name for kind in kinds_of(HYBRID) if kind.recomputed(HYBRID)] == ["integrator", "tracker"]
+
+
+def test_poses_of_a_packages_method_are_not_recomputed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its pose service is not known to `zenocap verify`; all that its take shares with others is."""
+    for rig, left in ((TWO_VIEW, ["viewer"]), (HYBRID, ["integrator"])):
+        row = replace(method_of(rig.method), name="other", recomputes_pose=False)
+        monkeypatch.setitem(METHODS._rows, "other", row)
+        other = replace(rig, method="other")
+        assert [kind.name for kind in kinds_of(other) if kind.recomputed(other)] == left
 
 
 def test_the_warmup_parts_of_a_rig() -> None:

@@ -69,13 +69,7 @@ ROS = CalibrationLayout(
 LAYOUTS = Table(
     CalibrationLayout,
     "zenocap.calibrations",
-    {
-        "anipose": f"{__name__}:ANIPOSE",
-        "caliscope": f"{__name__}:CALISCOPE",
-        "easymocap": f"{__name__}:EASYMOCAP",
-        "qualisys": f"{__name__}:QUALISYS",
-        "ros": f"{__name__}:ROS",
-    },
+    {name: f"{__name__}:{name.upper()}" for name in ("anipose", "caliscope", "easymocap", "qualisys", "ros")},
 )
 
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TypeAlias
 from urllib.parse import parse_qsl, urlsplit
 
+from zenocap.common.errors import UserError
+from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.sources import (
-    DISCOVER,
     Actor,
     Announced,
     Device,
@@ -18,6 +19,7 @@ from zenocap.common.rig.sources import (
     SpecError,
     Stream,
     VideoFile,
+    without_password,
 )
 from zenocap.common.table import Table
 
@@ -136,21 +138,17 @@ VIDEO = SourceKind(
 IMAGES = SourceKind("images", "images/*.png", _images, f"{HOME}.images:frames_of", _has_pattern)
 ACTOR = SourceKind("actor", "actor:NAME[?seed=N]", _actor, f"{HOME}.actor:frames_of")
 RENDERED = SourceKind("rendered", "rendered:FILE.npy[?fps=N]", _rendered, f"{HOME}.rendered:frames_of")
-ANNOUNCED_CAMERA = SourceKind(DISCOVER, "discover:MACHINE/CAMERA", _announced, f"{HOME}.source:not_opened")
+DISCOVER = SourceKind(Announced.kind, "discover:MACHINE/CAMERA", _announced, f"{HOME}.source:not_opened")
 
 SOURCES = Table(
     SourceKind,
     "zenocap.sources",
     {
-        "device": f"{__name__}:DEVICE",
-        "stream": f"{__name__}:STREAM",
-        "video": f"{__name__}:VIDEO",
-        "images": f"{__name__}:IMAGES",
-        "actor": f"{__name__}:ACTOR",
-        "rendered": f"{__name__}:RENDERED",
-        DISCOVER: f"{__name__}:ANNOUNCED_CAMERA",
+        name: f"{__name__}:{name.upper()}"
+        for name in ("device", "stream", "video", "images", "actor", "rendered", "discover")
     },
 )
+OF_NAMES = "of names: letters, digits, '.', '_' and '-'"
 FILES = ("images", "video")  # rows of texts that no other row has, in this order
 
 
@@ -177,3 +175,18 @@ def _kind_of(text: str, installed: bool) -> SourceKind | None:
     if installed and scheme and scheme not in SOURCES.own and scheme in SOURCES.names():
         return SOURCES.row(scheme)
     return next((kind for kind in map(SOURCES.row, FILES) if kind.has(text)), None)
+
+
+def named_source(text: str, such_as: str, option: str = "", *, installed: bool = True) -> tuple[str, Source]:
+    """Name and source of NAME=SOURCE.  such_as: examples.  option: of the command line, before the text in errors.
+
+    Raises UserError, without the password of a source.
+    """
+    name, equals, where = text.partition("=")
+    shown = f"{option}{name}{equals}{without_password(where)}"
+    if not (equals and name and where) or plain_name(name) != name:
+        raise UserError(f"{shown}: allowed: NAME=SOURCE, such as {such_as}; {OF_NAMES}")
+    try:
+        return name, parse_source(where, Path(), installed=installed)
+    except SpecError as error:
+        raise UserError(f"{shown}: allowed: {error}") from error

@@ -8,11 +8,12 @@ from pathlib import Path
 from zenocap.common.errors import UserError
 from zenocap.common.messages import HostCamera
 from zenocap.common.rig.folder import plain_name
-from zenocap.common.rig.source_kinds import parse_source
-from zenocap.common.rig.sources import Announced, Device, LiveSource, without_password
+from zenocap.common.rig.source_kinds import OF_NAMES, named_source, parse_source
+from zenocap.common.rig.sources import Announced, Device, LiveSource
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
 
+SUCH_AS = "cam01=rtsp://192.168.1.20/stream"
 MOST_CAMERAS, MOST_MODES = 16, 48  # of one machine and one camera, as in `CameraHost`: they fit into one message
 
 
@@ -26,17 +27,12 @@ class OfferedCamera:
 
 def named_camera(text: str) -> tuple[str, LiveSource]:
     """Name and source of NAME=SOURCE.  Raises UserError."""
-    name, equals, where = text.partition("=")
-    allowed = "NAME=SOURCE, such as cam01=rtsp://192.168.1.20/stream; of names: letters, digits, '.', '_' and '-'"
-    shown = f"{name}{equals}{without_password(where)}"
-    if not (equals and name and where) or plain_name(name) != name or name.startswith("."):
-        raise UserError(f"--camera {shown}: allowed: {allowed}")
-    try:
-        source = parse_source(where, Path(), installed=False)
-    except UserError as error:
-        raise UserError(f"--camera {shown}: allowed: {error}") from error
+    name, source = named_source(text, SUCH_AS, "--camera ", installed=False)
+    shown, allowed = f"--camera {name}={source.shown}", f"NAME=SOURCE, such as {SUCH_AS}; {OF_NAMES}"
+    if name.startswith("."):
+        raise UserError(f"{shown}: allowed: {allowed}")
     if not isinstance(source, LiveSource):
-        raise UserError(f"--camera {shown}: no camera and no stream: allowed: {allowed}")
+        raise UserError(f"{shown}: no camera and no stream: allowed: {allowed}")
     return name, source
 
 

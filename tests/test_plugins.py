@@ -247,3 +247,22 @@ def test_a_detector_of_a_package_finds_points_and_needs_no_model(installed: dict
     assert done.stdout.strip() == found
     assert zenocap(installed, "models", "list").stdout.splitlines()[0].startswith("people: ")
     assert "'bands': needs no model file" in zenocap(installed, "models", "add", "bands").stderr.replace("\n", " ")
+
+
+@pytest.mark.core
+def test_a_method_of_a_package_tracks_and_is_not_verified(installed: dict[str, str], tmp_path: Path) -> None:
+    shutil.copy(demo_rig_file().with_name("demo-calibration.toml"), tmp_path)
+    viewers = "".join(
+        f'[[viewer]]\nid = "{k}"\ncamera = "cam0{k}"\nsource = "actor:raise-both-arms?seed=7"\nbackground = "first:30"\n'
+        "size = [160, 120]\nfps = 15\n"
+        for k in (1, 2)
+    )
+    head = 'name = "arms"\nmethod = "upright"\ncalibration = "demo-calibration.toml"\n'
+    (tmp_path / "rig.toml").write_text(head + viewers)
+    take = tmp_path / "a.mcap"
+    done = zenocap(installed, "track", tmp_path / "rig.toml", "-o", take)
+    assert done.returncode in (0, 3), done.stderr  # 3: its verdict is doubtful
+    assert "method upright" in zenocap(installed, "info", take).stdout
+    assert "nothing can be verified" in zenocap(installed, "verify", take).stderr
+    without = zenocap(dict(os.environ), "verify", take)
+    assert (without.returncode, "'upright': allowed: two-view, hybrid" in without.stderr) == (1, True)

@@ -1,14 +1,12 @@
 """Tables of what a user can choose: own rows, and those that installed packages bring as entry points."""
 
-import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
 from typing import Generic, TypeVar
 
 from zenocap.common.errors import UserError
 
-logger = logging.getLogger(__name__)
 Row = TypeVar("Row")
 
 
@@ -40,6 +38,11 @@ class Table(Generic[Row]):
                 raise UserError(f"{name!r} of the package {package}: {place} is no {self.kind.__name__}")
             self._rows[name] = found
         return self._rows[name]
+
+    def first(self, fits: Callable[[Row], bool]) -> Row | None:
+        """First row that fits; those of packages are imported only where no own one does.  Raises UserError."""
+        own = next(filter(fits, map(self.row, self.own)), None)
+        return next(filter(fits, self.rows().values()), None) if own is None else own
 
     def rows(self) -> Mapping[str, Row]:
         """All rows, imported.  Raises UserError."""

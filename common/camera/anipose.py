@@ -11,13 +11,12 @@ fisheye = false                       # true: matrix and the four distortions ar
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from zenocap.common.arrays import Floats
-from zenocap.common.atomic_write import write_atomically
 from zenocap.common.camera.caliscope import caliscope_tables, is_caliscope
 from zenocap.common.camera.lens import Lens
 from zenocap.common.camera.pinhole import Camera, rodrigues
@@ -84,10 +83,12 @@ def anipose_text(cameras: Iterable[Camera], up_axis: str = "y", error_px: float 
     return "\n".join(blocks)
 
 
-def write_anipose(path: Path, cameras: Iterable[Camera], up_axis: str = "y", error_px: float = 0.0) -> None:
-    """Write the calibration atomically.  Raises OSError, UserError."""
+def anipose_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y", error_px: float = 0.0) -> dict[Path, str]:
+    """Text of the file at `path`.  Raises UserError."""
+    if path.suffix.lower() != ".toml":
+        raise UserError(f"{path}: suffix {path.suffix!r}: allowed when writing: .toml (anipose, Pose2Sim)")
     checked_up_axis(path, up_axis)
-    write_atomically(path, anipose_text(cameras, up_axis, error_px).encode())
+    return {path: anipose_text(cameras.values(), up_axis, error_px)}
 
 
 def _row(values: Floats | np.ndarray[tuple[int], np.dtype[np.int64]]) -> str:

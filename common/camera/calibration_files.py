@@ -4,28 +4,13 @@ import difflib
 from pathlib import Path
 
 from zenocap.common.atomic_write import write_atomically
-from zenocap.common.camera.anipose import read_anipose, write_anipose
-from zenocap.common.camera.caliscope import caliscope_text
-from zenocap.common.camera.lens import Lens
-from zenocap.common.camera.opencv_storage import WITH_POSITION, easymocap_texts, intrinsics_beside, is_storage, read_opencv
+from zenocap.common.camera.anipose import anipose_texts
+from zenocap.common.camera.calibration_layouts import LAYOUTS, layout_of, readable
 from zenocap.common.camera.pinhole import Camera
-from zenocap.common.camera.qualisys import qualisys_text, read_qualisys
-from zenocap.common.camera.ros_camera_info import is_ros_info, read_ros_info, ros_info_text
 from zenocap.common.camera.validation import checked_up_axis
 from zenocap.common.errors import UserError
 
 __all__ = ["UserError", "camera_named", "read_calibration", "write_calibration"]
-
-LAYOUTS = (
-    ".toml (anipose, Pose2Sim, caliscope), extri.yml beside intri.yml (OpenCV, EasyMocap), .qca.txt or .xml (Qualisys)"
-)
-WRITTEN = {  # layouts that `write_layout` writes, and what the output is
-    "anipose": "a .toml file, also of Pose2Sim and of zenocap itself",
-    "caliscope": "a .toml file",
-    "easymocap": "a .yml file with extri in its name; intri beside it",
-    "qualisys": "a .txt or .xml file, such as room.qca.txt; no fisheye lenses, 4 coefficients of distortion",
-    "ros": "a folder; a camera_info file of each camera, without positions",
-}
 
 
 def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
@@ -36,36 +21,19 @@ def read_calibration(path: Path | str, up_axis: str = "y") -> dict[str, Camera]:
     """
     path = Path(path)
     if path.is_dir():
-        raise UserError(f"{path}: a folder; allowed: a file {LAYOUTS}")
+        raise UserError(f"{path}: a folder; allowed: a file {readable()}")
     if not path.exists():
-        raise UserError(f"{path}: no such calibration file; allowed: {LAYOUTS}")
+        raise UserError(f"{path}: no such calibration file; allowed: {readable()}")
     try:
-        match path.suffix.lower():
-            case ".toml":
-                return read_anipose(path, up_axis)
-            case ".xml" if is_storage(path):
-                return read_opencv(path, up_axis)
-            case ".txt" | ".xml":
-                return read_qualisys(path, up_axis)
-            case ".yml" | ".yaml":
-                if is_ros_info(path):
-                    read_ros_info(path)  # errors of the file itself come first
-                    raise UserError(
-                        f"{path}: camera_info has intrinsics only, no position and orientation; {WITH_POSITION}"
-                    )
-                return read_opencv(path, up_axis)
-            case suffix:
-                raise UserError(f"{path}: suffix {suffix!r}: allowed: {LAYOUTS}")
+        return layout_of(path).cameras(path, up_axis)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def write_calibration(path: Path | str, cameras: dict[str, Camera], up_axis: str = "y", error_px: float = 0.0) -> None:
     """Write the anipose layout atomically.  Raises UserError, OSError."""
-    path = Path(path)
-    if path.suffix.lower() != ".toml":
-        raise UserError(f"{path}: suffix {path.suffix!r}: allowed when writing: .toml (anipose, Pose2Sim)")
-    write_anipose(path, cameras.values(), up_axis, error_px)
+    for file, text in anipose_texts(Path(path), cameras, up_axis, error_px).items():
+        write_atomically(file, text.encode())
 
 
 def camera_named(cameras: dict[str, Camera], name: str, path: Path | str) -> Camera:
@@ -78,40 +46,13 @@ def camera_named(cameras: dict[str, Camera], name: str, path: Path | str) -> Cam
 
 
 def write_layout(path: Path | str, cameras: dict[str, Camera], layout: str, up_axis: str = "y") -> list[Path]:
-    """Write cameras of the Y-up world in a layout of WRITTEN; returns the files.  up_axis: of the world in the files.
+    """Write cameras of the Y-up world in a layout, see `LAYOUTS`; returns the files.  up_axis: of the world in the files.
 
     Raises UserError, OSError.
     """
     path = Path(path)
     checked_up_axis(path, up_axis)
-    match layout:
-        case "anipose":
-            write_calibration(path, cameras, up_axis)
-            return [path]
-        case "caliscope":
-            files = {_suffixed(path, ".toml", layout): caliscope_text(cameras.values(), up_axis)}
-        case "easymocap":
-            extrinsics, intrinsics = easymocap_texts(path, cameras.values(), up_axis)
-            beside = intrinsics_beside(_suffixed(path, ".yml", layout))
-            if beside == path:
-                raise UserError(
-                    f"{path}: allowed: a name with extri in it, such as extri.yml; intri.yml is written beside it"
-                )
-            files = {path: extrinsics, beside: intrinsics}
-        case "qualisys":
-            known = path if path.suffix.lower() == ".xml" else _suffixed(path, ".txt", layout)
-            files = {known: qualisys_text(path, cameras.values(), up_axis)}
-        case "ros":
-            path.mkdir(parents=True, exist_ok=True)
-            files = {path / f"{name}.yaml": ros_info_text(Lens.of(camera)) for name, camera in cameras.items()}
-        case _:
-            raise UserError(f"layout = {layout!r}: allowed: {', '.join(WRITTEN)}")
+    files = LAYOUTS.row(layout).texts(path, cameras, up_axis)
     for file, text in files.items():
         write_atomically(file, text.encode())
     return list(files)
-
-
-def _suffixed(path: Path, suffix: str, layout: str) -> Path:
-    if path.suffix.lower() != suffix:
-        raise UserError(f"{path}: suffix {path.suffix!r}: allowed in the layout {layout}: {suffix}")
-    return path

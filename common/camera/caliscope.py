@@ -46,6 +46,11 @@ def caliscope_tables(path: Path, tables: Mapping[str, object]) -> dict[str, obje
     return found
 
 
+def caliscope_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y") -> dict[Path, str]:
+    """Text of the file at `path`."""
+    return {path: caliscope_text(cameras.values(), up_axis)}
+
+
 def caliscope_text(cameras: Iterable[Camera], up_axis: str = "y") -> str:
     """Return the file's text for cameras in the Y-up world; up_axis: of the world in the file.
 

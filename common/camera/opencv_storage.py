@@ -5,7 +5,7 @@ EasyMocap: `intri.yml` has K_name and dist_name, `extri.yml` Rot_name or R_name 
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 
 import cv2
@@ -65,21 +65,21 @@ def _camera(
     return checked_camera(Entry(path, name), name, size, matrix, lens, rotation, shift, up_axis)
 
 
-def easymocap_texts(path: Path, cameras: Iterable[Camera], up_axis: str = "y") -> tuple[str, str]:
-    """Content of `extri.yml` and `intri.yml` for cameras in the Y-up world; up_axis: of the world in the files.
+def easymocap_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "y") -> dict[Path, str]:
+    """Content of `extri.yml` at `path` and of `intri.yml` for cameras in the Y-up world; up_axis: of that in the files.
 
-    path: of `extri.yml`, for the UserError about a lens that the layout cannot hold.
+    Raises UserError, also for a lens that the layout cannot hold.
     """
-    checked_up_axis(path, up_axis)
+    if (beside := intrinsics_beside(path)) == path:
+        raise UserError(f"{path}: allowed: a name with extri in it, such as extri.yml; intri.yml is written beside it")
     storages = [cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY) for _ in range(2)]
-    cameras = list(cameras)
     for storage in storages:
         storage.startWriteStruct("names", cv2.FILE_NODE_SEQ)
-        for camera in cameras:
+        for camera in cameras.values():
             storage.write("", camera.name)
         storage.endWriteStruct()
     extrinsics, intrinsics = storages
-    for camera in cameras:
+    for camera in cameras.values():
         if not re.fullmatch(r"[A-Za-z0-9_-]+", camera.name):
             raise UserError(f"{path}: camera {camera.name!r}: allowed in this layout: letters, digits, - and _")
         if camera.fisheye is not None:
@@ -92,7 +92,7 @@ def easymocap_texts(path: Path, cameras: Iterable[Camera], up_axis: str = "y") -
         extrinsics.write(f"R_{camera.name}", rodrigues(rotation).reshape(3, 1))
         extrinsics.write(f"Rot_{camera.name}", rotation)
         extrinsics.write(f"T_{camera.name}", camera.translation.reshape(3, 1))
-    return extrinsics.releaseAndGetString(), intrinsics.releaseAndGetString()
+    return {path: extrinsics.releaseAndGetString(), beside: intrinsics.releaseAndGetString()}
 
 
 def stored_matrices(path: Path) -> dict[str, Floats]:

@@ -6,7 +6,7 @@ position in millimetres; `intrinsic` is in 1/64 of a pixel, the distortions as P
 """
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -41,17 +41,15 @@ def read_qualisys(path: Path, up_axis: str = "z") -> dict[str, Camera]:
     return cameras
 
 
-def qualisys_text(path: Path, cameras: Iterable[Camera], up_axis: str = "z") -> str:
+def qualisys_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str = "z") -> dict[Path, str]:
     """Content of the file for cameras in the Y-up world, their names as serials; up_axis: of the world in the file.
 
-    The elements and attributes are those that Pose2Sim reads.  path: of the file, for the UserError about a lens that the
-    layout cannot hold.
+    The elements and attributes are those that Pose2Sim reads.  Raises UserError for a lens that the layout cannot hold.
     """
-    checked_up_axis(path, up_axis)
     root = ElementTree.Element("calibration", source="zenocap", type="regular")
     ElementTree.SubElement(root, "results", {"std-dev": "0.0", "min-max-diff": "0.0"})
     every = ElementTree.SubElement(root, "cameras")
-    for camera in cameras:
+    for camera in cameras.values():
         if camera.fisheye is not None:
             raise UserError(f"{path}: camera {camera.name!r} has a fisheye lens: allowed in this layout: other lenses")
         lens = np.pad(camera.distortions, (0, max(0, 4 - len(camera.distortions))))
@@ -92,7 +90,8 @@ def qualisys_text(path: Path, cameras: Iterable[Camera], up_axis: str = "z") -> 
         }
         ElementTree.SubElement(element, "intrinsic", {key: repr(value) for key, value in inner.items()})
     ElementTree.indent(root)
-    return "<?xml version='1.0' encoding='UTF-8'?>\n" + ElementTree.tostring(root, encoding="unicode") + "\n"
+    text = ElementTree.tostring(root, encoding="unicode")
+    return {path: f"<?xml version='1.0' encoding='UTF-8'?>\n{text}\n"}
 
 
 def _camera(entry: Entry, name: str, element: ElementTree.Element, up_axis: str) -> Camera:

@@ -4,10 +4,14 @@ No YAML library is needed for that layout.  A file has one camera and no positio
 """
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from zenocap.common.camera.lens import Lens
+from zenocap.common.camera.opencv_storage import WITH_POSITION
+from zenocap.common.camera.pinhole import Camera
 from zenocap.common.camera.validation import DISTORTION_COUNTS, FISHEYE_COUNT, Entry, checked_matrix, checked_size
+from zenocap.common.errors import UserError
 
 FISHEYE_MODEL = "equidistant"
 LENS_MODELS = ("plumb_bob", "rational_polynomial", FISHEYE_MODEL)
@@ -38,6 +42,18 @@ def read_ros_info(path: Path) -> Lens:
     counts = (FISHEYE_COUNT,) if fisheye else DISTORTION_COUNTS
     distortions = entry.numbers("distortion_coefficients", lens, *((n,) for n in counts))
     return Lens(scalars["camera_name"], size, checked_matrix(entry, matrix, size), distortions, fisheye)
+
+
+def no_cameras(path: Path, up_axis: str) -> dict[str, Camera]:
+    """Raises UserError: that of the file itself first, else since it has no position."""
+    read_ros_info(path)
+    raise UserError(f"{path}: camera_info has intrinsics only, no position and orientation; {WITH_POSITION}")
+
+
+def ros_texts(path: Path, cameras: Mapping[str, Camera], up_axis: str) -> dict[Path, str]:
+    """A file of each camera in a folder, which is made.  Raises OSError."""
+    path.mkdir(parents=True, exist_ok=True)
+    return {path / f"{name}.yaml": ros_info_text(Lens.of(camera)) for name, camera in cameras.items()}
 
 
 def ros_info_text(lens: Lens) -> str:

@@ -15,6 +15,7 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import centres_of
 from zenocap.common.formats.bvh_reader import read_bvh
 from zenocap.common.formats.bvh_segments import segment_rotations
+from zenocap.common.formats.import_format import import_format_of, import_suffixes
 from zenocap.common.formats.mot import Mot, read_mot
 from zenocap.common.formats.motion_files import read_centres
 from zenocap.common.formats.opensim_coordinates import rotations_of
@@ -56,18 +57,18 @@ class AngleSeries:
 
 
 def read_source(path: Path) -> AngleSource:
-    """Read the poses, joint centres or coordinates of a file, by its suffix, one of FORMATS.  Raises UserError."""
+    """Poses, joint centres or coordinates of a file, by its suffix: of FORMATS or an import format.  Raises UserError."""
     match path.suffix.lower():
         case ".mot":
             return read_mot(path)
         case ".bvh":
             bvh = read_bvh(path)
             return BvhPoses(centres_of(bvh, path), segment_rotations(bvh, path))
-        case ".trc" | ".c3d":
-            return read_centres(path)
         case ".mcap":
             return filled(read_poses(path).track())
-    raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")
+    if import_format_of(path) is not None:
+        return read_centres(path)
+    raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(dict.fromkeys((*FORMATS, *import_suffixes())))}")
 
 
 def filled(track: PoseTrack) -> PoseTrack:

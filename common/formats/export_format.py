@@ -119,7 +119,7 @@ FORMATS = Table(
 
 def format_of(suffix: str) -> ExportFormat | None:
     """The format of files with a suffix, such as ".bvh"; None for another one."""
-    return next((one for one in FORMATS.rows().values() if suffix.lower() in one.suffixes), None)
+    return FORMATS.first(lambda one: suffix.lower() in one.suffixes)
 
 
 def names_with(has: Callable[[ExportFormat], bool]) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from zenocap.common.body.inverse_kinematics import NEEDED, poses_from_centres
 from zenocap.common.errors import UserError
 from zenocap.common.formats.bvh_joint_names import read_bvh_centres
 from zenocap.common.formats.c3d_reader import read_c3d
+from zenocap.common.formats.import_format import import_format_of, import_suffixes
 from zenocap.common.formats.joint_map import UPS, JointMap
 from zenocap.common.formats.marker_sets import named_centres
 from zenocap.common.formats.pose_track import PoseTrack, every_frame
@@ -22,7 +23,6 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import read_trc
 
-FORMATS = (".bvh", ".trc", ".c3d", ".mcap")
 MAX_GAP_S = 0.25  # longest gap in joint centres that poses bridge as known; chosen by hand
 FASTEST = 30.0  # rad/s about one axis, faster than human joints: a leap from a rest pose in the first rows; chosen by hand
 REST_ROWS = 5  # searched for a leap; chosen by hand
@@ -45,7 +45,7 @@ class Motion:
 
 
 def read_poses_for(path: Path, anatomy: Anatomy, frames: range | None = None, joints: JointMap | None = None) -> Motion:
-    """Read the motion in a .bvh, .trc, .c3d or a take (.mcap) for an anatomy; its name is the file's stem.
+    """Motion in a file of the import formats or a take (.mcap) for an anatomy; its name is the file's stem.
 
     frames: frame numbers of the file, without step; default: all.  joints: see `read_centres`.  A rest pose at the
     beginning of a file of motion capture is left out.  Raises UserError, also for a .mcap that is no take.
@@ -59,21 +59,31 @@ def read_poses_for(path: Path, anatomy: Anatomy, frames: range | None = None, jo
 
 
 def read_centres(path: Path, joints: JointMap | None = None) -> Trajectories:
-    """Read the joint centres (HALPE names) in a .bvh, .trc, .c3d or a take (.mcap), with the times of `read_poses_for`.
+    """Joint centres (HALPE names) in a file of the import formats or a take (.mcap), with the times of `read_poses_for`.
 
     joints: names of joints and markers that are not recognized; not used for takes.  Raises UserError, also for a .mcap
     that is no take.
     """
-    match path.suffix.lower():
-        case ".bvh":
-            return read_bvh_centres(path, joints=joints)
-        case ".trc":
-            return named_centres(read_trc(path), path, UPS.index("y"), joints)
-        case ".c3d":
-            return named_centres(read_c3d(path), path, UPS.index("z"), joints)
-        case ".mcap":
-            return every_frame(read_poses(path).track(), 0).trajectories()
-    raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join(FORMATS)}")
+    if path.suffix.lower() == ".mcap":
+        return every_frame(read_poses(path).track(), 0).trajectories()
+    if (found := import_format_of(path)) is None:
+        raise UserError(f"{path}: suffix {path.suffix!r}: allowed: {', '.join((*import_suffixes(), '.mcap'))}")
+    return found.centres(path, joints)
+
+
+def bvh_centres(path: Path, joints: JointMap | None) -> Trajectories:
+    """Joint centres of a BVH file.  Raises UserError."""
+    return read_bvh_centres(path, joints=joints)
+
+
+def trc_centres(path: Path, joints: JointMap | None) -> Trajectories:
+    """Joint centres of a TRC file.  Raises UserError."""
+    return named_centres(read_trc(path), path, UPS.index("y"), joints)
+
+
+def c3d_centres(path: Path, joints: JointMap | None) -> Trajectories:
+    """Joint centres of a C3D file.  Raises UserError."""
+    return named_centres(read_c3d(path), path, UPS.index("z"), joints)
 
 
 def _of_centres(path: Path, data: Trajectories, anatomy: Anatomy, frames: range | None) -> Motion:

@@ -40,7 +40,7 @@ Delay = Annotated[float, Meta(ge=0, le=MAX_DELAY_MS)]
 class ViewerTable(msgspec.Struct, frozen=True, kw_only=True):
     """One `[[viewer]]`.  initial: a separate video of the T-pose, shown before a file's own.
 
-    background: see `parse_background`; None: `default_background` of the source.
+    background: see `parse_background`; None: that of the source.
     offset_s: time at which a video file begins, seconds; only differences between the viewers count.
     delay_ms: by which the images of a camera or stream are older than their capture times say; subtracted from these.
     hardware_decoding: whether a video file is decoded by hardware where that is possible.

@@ -25,9 +25,9 @@ from zenocap.common.rig.sources import (
     Background,
     Device,
     FirstFrames,
+    LiveSource,
     MedianFrames,
     Mog2,
-    Stream,
 )
 from zenocap.common.rig.tracker import TrackerTable, tracker_spec
 from zenocap.common.rig.two_view import ADDITIONS
@@ -98,7 +98,7 @@ def assignment(rig: Rig, id: str, now_ns: int) -> AssignQuery:
     )
 
 
-def hosted_rig(query: AssignQuery, source: Device | Stream, base: Path, *, previews: bool) -> Rig:
+def hosted_rig(query: AssignQuery, source: LiveSource, base: Path, *, previews: bool) -> Rig:
     """The rig of a host's viewer, with one viewer of its own and, for the rate of the rig, another one.
 
     source: of the host.  base: folder of its films.  previews: whether small pictures may be published.

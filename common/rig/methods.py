@@ -34,6 +34,7 @@ class Method:
     sends: topics of its viewers, the one of every frame first.
     table: name of its table in the rig file, None without one.  second_pass: whether a take can be tracked backwards too;
     "default": and is, unless its preset is another one.  recomputes_viewers: whether a take holds all inputs of a viewer.
+    recomputes_pose: whether `zenocap verify` knows its pose service, and not only a package.
     viewer_warmup, pose_warmup: parts of `zenocap warmup` of a viewer, besides silhouettes, and of the pose service.
     """
 
@@ -48,6 +49,7 @@ class Method:
     table: str | None = None
     second_pass: Literal["never", "possible", "default"] = "never"
     recomputes_viewers: bool = False
+    recomputes_pose: bool = False
     viewer_warmup: tuple[str, ...] = ()
     pose_warmup: tuple[str, ...] = ()
 
@@ -64,14 +66,15 @@ def _with_tracker(name: str, second_pass: Literal["possible", "default"] = "poss
     """A method of the tracker, which gets silhouettes."""
     return Method(
         name, TRACKER_POSE, TRACKER_BDP, "tracker", (2, MOST_VIEWS), "zenocap.services.viewer.shell:silhouettes",
-        "zenocap.services.tracker.shell:tracker_service", (SILHOUETTE,), "tracker", second_pass, pose_warmup=("tracker",),
+        "zenocap.services.tracker.shell:tracker_service", (SILHOUETTE,), "tracker", second_pass, recomputes_pose=True,
+        pose_warmup=("tracker",),
     )  # fmt: skip
 
 
 TWO_VIEW = Method(
     "two-view", UNIVERSAL_BAP, UNIVERSAL_BDP, "integrator", (2, 2), "zenocap.services.viewer.shell:two_view",
     "zenocap.services.integrator.shell:integrator_service", (SIGHTING, PARTIAL_BAP, PARTIAL_BDP), recomputes_viewers=True,
-    viewer_warmup=("tracking",), pose_warmup=("tracking",),
+    recomputes_pose=True, viewer_warmup=("tracking",), pose_warmup=("tracking",),
 )  # fmt: skip
 HYBRID = _with_tracker("hybrid", "default")
 IMAGE_FORCE = _with_tracker("image-force")

@@ -9,7 +9,7 @@ from zenocap.common.bus.revocations import NO_GENERATIONS, read_revocations
 from zenocap.common.bus.security import RouterFiles, Security
 from zenocap.common.rig.commands import ZenohAction
 from zenocap.common.rig.rig import Rig
-from zenocap.common.rig.services import SERVICES, services_of
+from zenocap.common.rig.services import OF_RIGS, services_of
 
 AUTHORITY = "authority"
 
@@ -39,7 +39,7 @@ def allowed_members(rig: Rig) -> tuple[Member, ...]:
     viewers = (Member("viewer", viewer.id) for viewer in rig.viewers)
     commands = rig.recognizer.commands if rig.recognizer is not None else ()
     puts = tuple(one.action.key for one in commands if isinstance(one.action, ZenohAction))
-    names = (kind.name for kind in SERVICES if kind.name != "viewer")
+    names = (name for name in OF_RIGS if name != "viewer")
     others = (Member(name, puts=puts if name == "recognizer" else ()) for name in names)
     return (*viewers, *others, *map(Member, (READER, RECORDER, REPLAY, OPERATOR)))
 

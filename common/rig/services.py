@@ -1,7 +1,7 @@
-"""The table of services: one row per kind of process of a rig.
+"""The table of services: one row per kind of process of a rig, or of a machine.
 
-Launcher, doctor, monitor, page, certificates, `zenocap health`, verification and warm-up derive from it.  The command of a
-service and its folder below `services/` have its name.
+Launcher, doctor, monitor, page, certificates, `zenocap health`, verification and warm-up derive from it.  The folder of a
+service below `services/` has its name, and so has its command, where its row names no other.
 """
 
 from __future__ import annotations
@@ -40,12 +40,13 @@ class RigLike(Protocol):
 
 @dataclass(frozen=True)
 class ServiceKind:
-    """ids: ids that a rig runs; empty when it runs none.
+    """ids: ids that a rig runs; empty when it runs none.  of_rig: False for what serves a machine, without a rig file.
 
     required: whether the rig stops when it fails.  makes_poses: whether poses depend on it: compiled before the rig starts.
     recomputed: whether a take of the rig holds all its inputs, so that `zenocap verify` recomputes its messages.
     warmup: the parts of `zenocap warmup` that it needs, in order.
     files: files that it reads besides the rig file and the calibration, with titles.
+    command: of the command line, where it has another name.
     """
 
     name: str
@@ -55,6 +56,8 @@ class ServiceKind:
     makes_poses: bool = True
     warmup: Callable[[Rig], tuple[str, ...]] = lambda rig: ()
     files: Callable[[Rig], tuple[tuple[str, Path], ...]] = lambda rig: ()
+    of_rig: bool = True
+    command: str = ""
 
 
 def _always(rig: RigLike) -> tuple[str, ...]:
@@ -76,6 +79,16 @@ def _pose_warmup(service: str) -> Callable[[Rig], tuple[str, ...]]:
     return parts
 
 
+def _pose_recomputed(service: str) -> Callable[[RigLike], bool]:
+    """Whether a service can be recomputed: also as one of a method whose poses come from another."""
+
+    def recomputed(rig: RigLike) -> bool:
+        method = method_of(rig.method)
+        return method.pose_service != service or method.recomputes_pose
+
+    return recomputed
+
+
 def _prior(rig: Rig) -> tuple[tuple[str, Path], ...]:
     return () if rig.tracker is None or rig.tracker.prior is None else (("motion prior", rig.tracker.prior),)
 
@@ -95,11 +108,11 @@ SERVICES: tuple[ServiceKind, ...] = (
         lambda rig: method_of(rig.method).recomputes_viewers,
         warmup=_viewer_warmup,
     ),
-    ServiceKind("integrator", _always, lambda rig: True, warmup=_pose_warmup("integrator")),
+    ServiceKind("integrator", _always, _pose_recomputed("integrator"), warmup=_pose_warmup("integrator")),
     ServiceKind(
         "tracker",
         lambda rig: (MAIN,) if method_of(rig.method).has_tracker else (),
-        lambda rig: True,
+        _pose_recomputed("tracker"),
         warmup=_pose_warmup("tracker"),
         files=_prior,
     ),
@@ -112,7 +125,12 @@ SERVICES: tuple[ServiceKind, ...] = (
         files=_recognizer_files,
     ),
     ServiceKind("animator", _always, lambda rig: False, required=False, makes_poses=False),
-)
+    ServiceKind(
+        "camera", lambda rig: (), lambda rig: False, required=False, makes_poses=False, of_rig=False,
+        command="viewer --discover",
+    ),
+)  # fmt: skip
+OF_RIGS = tuple(kind.name for kind in SERVICES if kind.of_rig)
 TIMEKEEPER = "integrator"  # provides the clock and the log: started first and stopped last
 ORDER = {kind.name: number for number, kind in enumerate(SERVICES)}
 

@@ -1,77 +1,157 @@
-"""Parsing of `source` and `background` of a viewer in a rig file into types."""
+"""Types of `source` and `background` of a viewer in a rig file."""
 
 import re
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from urllib.parse import parse_qsl, urlsplit
+from typing import ClassVar, Literal
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.camera_settings import CameraSettings
 
-SOURCES = (
-    "a device number, /dev/videoN, /dev/v4l/by-id/NAME, rtsp://, http:// or https://, a video file, images/*.png, "
-    "actor:NAME[?seed=N], rendered:FILE.npy[?fps=N], discover:MACHINE/CAMERA"
-)
 BACKGROUNDS = "adaptive, first:N, median, image:FILE, mog2"
-FIRST = "first:60"  # background of a video file or the simulated person; of cameras and streams: adaptive
+FIRST, ADAPTIVE = "first:60", "adaptive"  # usual backgrounds of a video file or the simulated person, and of cameras
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg")
-STREAMS = ("rtsp", "rtsps", "http", "https")
 DISCOVER = "discover"  # scheme of an announced camera
-STABLE_NAMES = ("/dev/v4l/by-id/", "/dev/v4l/by-path/")
-ANNOUNCED = r"[A-Za-z0-9_\-][A-Za-z0-9_.\-]{0,63}"  # names of machines and their cameras
-MAX_DEVICE = 99
-MAX_SEED = 2**31 - 1
 MAX_FIRST = 10_000
-RENDERED_FPS, MAX_RENDERED_FPS = 30.0, 1000.0
+ACTOR_FPS, IMAGES_FPS = 15.0, 30.0
 
 
 class SpecError(UserError):
     """The text lists the allowed values."""
 
 
+class Source(ABC):
+    """The images of a viewer; each kind has a type and a row in the table of sources, see `source_kinds`.
+
+    kind: name of the row.  live: whether it is a camera or stream that this machine opens, see `LiveSource`.
+    ends: whether `zenocap track` takes it: every image comes once, as fast as it is asked for.
+    background: that of a viewer whose table has none.
+    """
+
+    kind: ClassVar[str]
+    live: ClassVar[bool] = False
+    ends: ClassVar[bool] = True
+    background: ClassVar[str] = FIRST
+
+    @property
+    @abstractmethod
+    def text(self) -> str:
+        """As in a rig file; it may have a password."""
+
+    @property
+    def shown(self) -> str:
+        """The text without a password."""
+        return without_password(self.text)
+
+    def missing(self) -> Mapping[str, str]:
+        """What is wrong with its files, by key of the viewer's table."""
+        return {}
+
+    def own_fps(self) -> float | None:
+        """Frames/s of a source that has a rate of its own; None: unknown.  Raises SourceError."""
+        return None
+
+
 @dataclass(frozen=True)
-class Device:
+class LiveSource(Source):
+    """A camera or stream: its images come without end, at their own times, and can be filmed.
+
+    delay_ns: by which its images are older than their times say.
+    buffers: whether images wait in it while it is opened, which are then left out.
+    """
+
+    delay_ns: int = field(default=0, kw_only=True)
+
+    live: ClassVar[bool] = True
+    ends: ClassVar[bool] = False
+    background: ClassVar[str] = ADAPTIVE
+    buffers: ClassVar[bool] = False
+
+    @property
+    def title(self) -> str:
+        """Name in messages to the user."""
+        return self.shown
+
+    @property
+    def stamps(self) -> Literal["monotonic", "stream", "none"]:
+        """Times of its images, CAP_PROP_POS_MSEC: of this machine's monotonic clock, of its own clock, or of no use."""
+        return "none"
+
+
+@dataclass(frozen=True)
+class Device(LiveSource):
     """A camera of this machine: /dev/video`number`, or the one with the stable name `link`.
 
     number: None where `link` is given, a link of udev that is followed each time when the camera is opened.
-    delay_ns: by which its images are older than their times say.
     """
 
     number: int | None
     link: Path | None = None
     settings: CameraSettings = field(default_factory=CameraSettings)
-    delay_ns: int = 0
+
+    kind: ClassVar[str] = "device"
 
     @property
     def file(self) -> Path:
         """Device file, or the link to it."""
         return self.link or Path(f"/dev/video{self.number}")
 
+    @property
+    def text(self) -> str:
+        return str(self.file)
+
+    @property
+    def title(self) -> str:
+        if self.link is not None:
+            return f"camera {self.link}"
+        return f"camera {self.number} (/dev/video{self.number})" if sys.platform == "linux" else str(self.number)
+
+    @property
+    def stamps(self) -> Literal["monotonic", "stream", "none"]:
+        return "monotonic" if sys.platform == "linux" else "none"
+
 
 @dataclass(frozen=True)
-class Stream:
-    """delay_ns: by which its images are older than their times say."""
+class Stream(LiveSource):
+    """A stream that FFmpeg opens."""
 
     url: str
-    delay_ns: int = 0
+
+    kind: ClassVar[str] = "stream"
+    buffers: ClassVar[bool] = True
+
+    @property
+    def text(self) -> str:
+        return self.url
+
+    @property
+    def stamps(self) -> Literal["monotonic", "stream", "none"]:
+        """Only RTSP carries times of the camera; of images over HTTP, FFmpeg assumes a rate."""
+        return "stream" if self.url.startswith("rtsp") else "none"
 
 
 @dataclass(frozen=True)
-class Announced:
+class Announced(Source):
     """A camera that `zenocap viewer --discover` announces on another machine, under these names."""
 
     machine: str
     camera: str
     settings: CameraSettings = field(default_factory=CameraSettings)
 
+    kind: ClassVar[str] = DISCOVER
+    ends: ClassVar[bool] = False
+    background: ClassVar[str] = ADAPTIVE
+
     @property
     def text(self) -> str:
-        """As in a rig file."""
         return f"{DISCOVER}:{self.machine}/{self.camera}"
 
 
 @dataclass(frozen=True)
-class VideoFile:
+class VideoFile(Source):
     """initial: a separate video of the T-pose, shown before the main one; None when that shows it.
 
     offset_ns: time of the first frame from that of the file of the rig that began first.
@@ -83,29 +163,80 @@ class VideoFile:
     offset_ns: int = 0
     hardware: bool = False
 
+    kind: ClassVar[str] = "video"
+
+    @property
+    def text(self) -> str:
+        return str(self.path)
+
+    def missing(self) -> Mapping[str, str]:
+        files = {"source": self.path, "initial": self.initial}
+        return {key: f"no file {file}" for key, file in files.items() if file is not None and not file.is_file()}
+
+    def own_fps(self) -> float | None:
+        from zenocap.common.video.reader import VideoReader  # only here: `--help` imports this module
+
+        if not self.path.is_file():
+            return None
+        with VideoReader(self.path) as reader:
+            return reader.fps
+
 
 @dataclass(frozen=True)
-class Images:
+class Images(Source):
     """All files of `folder` that match `pattern`, in the order of their names."""
 
     folder: Path
     pattern: str
 
+    kind: ClassVar[str] = "images"
+
+    @property
+    def text(self) -> str:
+        return str(self.folder / self.pattern)
+
+    def missing(self) -> Mapping[str, str]:
+        return {} if any(self.folder.glob(self.pattern)) else {"source": f"no file matches {self.text}"}
+
+    def own_fps(self) -> float | None:
+        return IMAGES_FPS
+
 
 @dataclass(frozen=True)
-class Actor:
+class Actor(Source):
     """The simulated person: the demo motion, or one motion or posture repeated."""
 
     name: str
     seed: int
 
+    kind: ClassVar[str] = "actor"
+
+    @property
+    def text(self) -> str:
+        return f"actor:{self.name}?seed={self.seed}"
+
+    def own_fps(self) -> float | None:
+        return ACTOR_FPS
+
 
 @dataclass(frozen=True)
-class Rendered:
+class Rendered(Source):
     """NumPy file of frames, (count, height, width, 3) uint8 BGR at `fps`, played forwards and backwards in a loop."""
 
     path: Path
     fps: float
+
+    kind: ClassVar[str] = "rendered"
+
+    @property
+    def text(self) -> str:
+        return f"rendered:{self.path}?fps={self.fps!r}"
+
+    def missing(self) -> Mapping[str, str]:
+        return {} if self.path.is_file() else {"source": f"no file {self.path}"}
+
+    def own_fps(self) -> float | None:
+        return self.fps
 
 
 @dataclass(frozen=True)
@@ -138,6 +269,11 @@ class AdaptiveBackground:
     """A model that needs no empty room and follows changes of light and furniture."""
 
 
+def empty_frames(background: "Background") -> int:
+    """Number of first frames that show the empty scene; 0 where the background does not define them."""
+    return background.count if isinstance(background, FirstFrames) else 0
+
+
 def learning_frames(background: "Background") -> int:
     """Number of frames at the start from which a viewer learns the background; it publishes no results for them."""
     match background:
@@ -149,50 +285,12 @@ def learning_frames(background: "Background") -> int:
             return 60
 
 
-Source = Device | Stream | Announced | VideoFile | Images | Actor | Rendered
 Background = FirstFrames | MedianFrames | BackgroundImage | Mog2 | AdaptiveBackground
 
 
 def without_password(url: str) -> str:
-    """The address of a stream as it may be shown, also of a wrong one."""
-    return re.sub(r"^([a-z]+:/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
-
-
-def parse_source(text: str | int, base: Path) -> Source:
-    """Parse the `source` of a rig file in the folder `base`.  Raises SpecError."""
-    if isinstance(text, int) or text.isdecimal():
-        return _device(int(text))
-    if text.startswith("/dev/video"):
-        number = text.removeprefix("/dev/video")
-        if not number.isdecimal():
-            raise SpecError("/dev/video0 and so on")
-        return _device(int(number))
-    if text.startswith("/dev/"):
-        if not text.startswith(STABLE_NAMES) or text.endswith("/") or ".." in Path(text).parts:
-            raise SpecError("/dev/videoN, /dev/v4l/by-id/NAME or /dev/v4l/by-path/NAME, as `zenocap cameras` lists them")
-        return Device(None, Path(text))
-    parts = urlsplit(text)
-    if parts.scheme in STREAMS:
-        if not parts.netloc:
-            raise SpecError(f"{parts.scheme}://HOST/...")
-        return Stream(text)
-    if parts.scheme == "actor":
-        return _actor(parts.path, parts.query)
-    if parts.scheme == "rendered":
-        return _rendered(parts.path, parts.query, base)
-    if text.startswith(f"{DISCOVER}:"):
-        return _announced(text.removeprefix(f"{DISCOVER}:"))
-    if not text.strip() or "://" in text:
-        raise SpecError(SOURCES)
-    path = base / text
-    if any(mark in path.name for mark in "*?["):
-        return Images(path.parent, path.name)
-    return VideoFile(path)
-
-
-def default_background(source: Source) -> str:
-    """`background` of a source without one: a camera's room changes, and is not always empty when a viewer starts."""
-    return "adaptive" if isinstance(source, Device | Stream | Announced) else FIRST
+    """The address of a stream as it may be shown, also of a wrong one, and of one after the name of its kind."""
+    return re.sub(r"^((?:[a-z][a-z0-9+.\-]*:)+?/*)[^/]*@", r"\1", url, flags=re.IGNORECASE)
 
 
 def parse_background(text: str, base: Path) -> Background:
@@ -212,36 +310,3 @@ def parse_background(text: str, base: Path) -> Background:
         case "mog2" if not rest:
             return Mog2()
     raise SpecError(BACKGROUNDS)
-
-
-def _device(number: int) -> Device:
-    if not 0 <= number <= MAX_DEVICE:
-        raise SpecError(f"a device number from 0 to {MAX_DEVICE}")
-    return Device(number)
-
-
-def _announced(text: str) -> Announced:
-    machine, _, camera = text.partition("/")
-    if not (re.fullmatch(ANNOUNCED, machine) and re.fullmatch(ANNOUNCED, camera)):
-        raise SpecError("discover:MACHINE/CAMERA, as `zenocap cameras --discover` lists them")
-    return Announced(machine, camera)
-
-
-def _actor(name: str, query: str) -> Actor:
-    options = dict(parse_qsl(query, keep_blank_values=True))
-    seed = options.pop("seed", "0")
-    if not name or options or not seed.isdecimal() or int(seed) > MAX_SEED:
-        names = "demo, walking, turning, running, boxing or a posture"
-        raise SpecError(f"actor:NAME or actor:NAME?seed=N, NAME {names}, N to {MAX_SEED}")
-    return Actor(name, int(seed))
-
-
-def _rendered(name: str, query: str, base: Path) -> Rendered:
-    options = dict(parse_qsl(query, keep_blank_values=True))
-    try:
-        fps = float(options.pop("fps", str(RENDERED_FPS)))
-    except ValueError:
-        fps = 0.0
-    if not name.endswith(".npy") or options or not 0 < fps <= MAX_RENDERED_FPS:  # also rejects NaN
-        raise SpecError(f"rendered:FILE.npy or rendered:FILE.npy?fps=N, N above 0 to {MAX_RENDERED_FPS:g}")
-    return Rendered(base / name, fps)

@@ -10,6 +10,7 @@ from zenocap.common.errors import SourceError, UserError
 from zenocap.common.rig.camera_settings import given_settings, setting_problem, settings_of
 from zenocap.common.rig.file import RigFile, ViewerTable
 from zenocap.common.rig.folder import plain_name
+from zenocap.common.rig.source_kinds import parse_source
 from zenocap.common.rig.sources import (
     Actor,
     AdaptiveBackground,
@@ -18,21 +19,17 @@ from zenocap.common.rig.sources import (
     BackgroundImage,
     Device,
     FirstFrames,
-    Images,
+    LiveSource,
     MedianFrames,
-    Rendered,
     Source,
     SpecError,
-    Stream,
     VideoFile,
-    default_background,
     parse_background,
-    parse_source,
 )
 from zenocap.common.video.reader import VideoReader
 
 LONG_SIDE_PX = 640  # default of the working size's long side
-DEVICE_FPS, ACTOR_FPS, IMAGES_FPS = 30.0, 15.0, 30.0
+USUAL_FPS = 30.0  # of a source whose rate is not known
 SAME_RATE = 0.01  # largest relative difference of frame rates that are treated as equal, such as 29.97 and 30
 SAME_SHAPE = 0.02  # largest relative difference of the aspect ratios of working size and calibration
 
@@ -60,7 +57,7 @@ class Viewer:
     @property
     def delay_ns(self) -> int:
         """By which its images are older than their times say, as the rig file has it; 0 for other than live sources."""
-        return self.source.delay_ns if isinstance(self.source, Device | Stream) else 0
+        return self.source.delay_ns if isinstance(self.source, LiveSource) else 0
 
     @property
     def is_synthetic(self) -> bool:
@@ -103,7 +100,7 @@ def rig_viewers(
         size = _working_size(path, key, table, camera)
         source = _source(path, key, table, base, files)
         try:
-            background = parse_background(table.background or default_background(source), base)
+            background = parse_background(table.background or source.background, base)
         except SpecError as error:
             raise UserError(f"{path}: {key}.background = {table.background!r}: allowed: {error}") from error
         if isinstance(source, Announced) and isinstance(background, BackgroundImage):
@@ -115,7 +112,7 @@ def rig_viewers(
             raise UserError(f"{path}: {key}.background = {table.background!r}: no file {background.path}")
         _check_feedback(path, key, table, source, background)
         _check_kept(path, key, table, source, background)
-        fps = table.fps or _own_fps(path, key, source, files)
+        fps = table.fps or _own_fps(path, key, source)
         working = camera.resized(size)
         if isinstance(source, Announced) and table.people:
             raise UserError(f"{path}: {key}.people = true: allowed: false for a camera of another machine (discover:)")
@@ -140,7 +137,7 @@ def _check_kept(path: Path, key: str, table: ViewerTable, source: Source, backgr
     """Raise UserError where the background cannot be kept."""
     if not table.keep_background:
         return
-    if not isinstance(source, Device | Stream):
+    if not source.live:
         raise UserError(f"{path}: {key}.keep_background = true: allowed: only for a camera or stream of this machine")
     if not isinstance(background, AdaptiveBackground):
         raise UserError(f'{path}: {key}.keep_background = true: allowed: only with background = "adaptive"')
@@ -232,7 +229,7 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
             raise UserError(f"{path}: {key}.offset_s = {table.offset_s}: allowed: only where the source is a video file")
         source = replace(source, offset_ns=round(table.offset_s * 1e9))
     if table.delay_ms:
-        if not isinstance(source, Device | Stream):
+        if not isinstance(source, LiveSource):
             allowed = "only where the source is a camera or a stream; of a video file: offset_s"
             raise UserError(f"{path}: {key}.delay_ms = {table.delay_ms}: allowed: {allowed}")
         source = replace(source, delay_ns=round(table.delay_ms * 1e6))
@@ -241,17 +238,8 @@ def _source(path: Path, key: str, table: ViewerTable, base: Path, files: bool) -
             raise UserError(f"{path}: {key}.hardware_decoding = true: allowed: only where the source is a video file")
         source = replace(source, hardware=True)
     source = _with_settings(path, key, table, source)
-    if not files:
-        return source
-    match source:
-        case VideoFile():
-            for name, file in (("source", source.path), ("initial", source.initial)):
-                if file is not None and not file.is_file():
-                    raise UserError(f"{path}: {key}.{name} = {str(getattr(table, name))!r}: no file {file}")
-        case Rendered(path=file) if not file.is_file():
-            raise UserError(f"{path}: {key}.source = {table.source!r}: no file {file}")
-        case Images() if not any(source.folder.glob(source.pattern)):
-            raise UserError(f"{path}: {key}.source = {table.source!r}: no file matches {source.folder / source.pattern}")
+    for name, problem in source.missing().items() if files else ():
+        raise UserError(f"{path}: {key}.{name} = {getattr(table, name)!r}: {problem}")
     return source
 
 
@@ -269,19 +257,9 @@ def _with_settings(path: Path, key: str, table: ViewerTable, source: Source) -> 
     return replace(source, settings=settings_of(table))
 
 
-def _own_fps(path: Path, key: str, source: Source, files: bool) -> float:
+def _own_fps(path: Path, key: str, source: Source) -> float:
     """Frame rate of a source when its viewer table gives none."""
-    match source:
-        case Actor():
-            return ACTOR_FPS
-        case Images():
-            return IMAGES_FPS
-        case Rendered(fps=fps):
-            return fps
-        case VideoFile(path=file) if files or file.is_file():
-            try:
-                with VideoReader(file) as reader:
-                    return reader.fps
-            except SourceError as error:
-                raise UserError(f"{path}: {key}.source: {error}") from error
-    return DEVICE_FPS
+    try:
+        return source.own_fps() or USUAL_FPS
+    except SourceError as error:
+        raise UserError(f"{path}: {key}.source: {error}") from error

@@ -13,7 +13,6 @@ from urllib.parse import urlsplit
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig
-from zenocap.common.rig.sources import Device, Stream
 from zenocap.common.rig.viewers import Viewer
 from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.adaptive.saved import Owner, packed, read, write
@@ -30,14 +29,8 @@ def kept_path(rig: Rig, viewer: Viewer) -> Path:
 
 def owner_of(rig: Rig, viewer: Viewer) -> Owner:
     """What the file of a viewer's background belongs to.  User and password of an address have no influence."""
-    match viewer.source:
-        case Device() as device:
-            text = str(device.file)
-        case Stream(url=url):
-            parts = urlsplit(url)
-            text = parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
-        case other:  # not kept, see `zenocap.common.rig.viewers`
-            text = repr(other)
+    parts = urlsplit(viewer.source.text)
+    text = parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
     return Owner(rig.name, viewer.id, hashlib.sha256(text.encode()).hexdigest())
 
 

@@ -19,7 +19,7 @@ from zenocap.common.errors import OpenError
 from zenocap.common.messages import CameraInfo
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import BackgroundImage, Device, Stream
+from zenocap.common.rig.sources import BackgroundImage
 from zenocap.common.rig.two_view import IMPROVED, Additions
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.compiled import compiling
@@ -32,10 +32,6 @@ from zenocap.common.vision.adaptive.model import Adaptive
 from zenocap.common.vision.threads import use_one_thread
 from zenocap.services.viewer import silhouette_step as watching
 from zenocap.services.viewer.epoch import agreed_epoch
-from zenocap.services.viewer.film.board_search import Command
-from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
-from zenocap.services.viewer.film.feeds import Tap
-from zenocap.services.viewer.film.parameters import FILMS
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.jit_warmup import load_compiled
 from zenocap.services.viewer.kept_background import BackgroundKeeper, kept_path, owner_of, read_kept
@@ -45,6 +41,7 @@ from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.resize import Fit, rectification
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.services.viewer.sources.stamps import SourceRate
+from zenocap.services.viewer.sources.tap import Filming, Tap
 from zenocap.services.viewer.sources.video import median_picture
 from zenocap.services.viewer.states import Setup, State, viewer_setup
 from zenocap.services.viewer.step import answered_frame, describe, initial_state, phase_of, step
@@ -153,22 +150,17 @@ def run_viewer(
     options: ZenohOptions,
     stopped: Callable[[], bool],
     epoch_ns: int | None = None,
-    films: Path | None = None,
-    *,
-    allow_fetch: bool = False,
-    detect: Command | None = None,
+    filming: Filming | None = None,
 ) -> int:
     """Run until `stopped` or the end of a file; returns the exit status.
 
-    epoch_ns: see `Playback`; None: agreed with the other viewers.  films: folder of films that `zenocap film` starts; None:
-    FILMS beside the rig file.  allow_fetch: films may be copied without certificates too.  detect: see `FilmEndpoint`.
+    epoch_ns: see `Playback`; None: agreed with the other viewers.  filming: begins what films the images of a camera or
+    stream; None: nothing does.
 
     Raises UserError, BusError, SourceError and ValueError before the first frame.
     """
     use_one_thread()
     viewer = rig.viewer(id)
-    films = films or rig.base / FILMS
-    permission = Permission(film=rig.film, read=allow_fetch or options.security is not None)
     people = people_of(viewer, threaded=True)
     try:
         kept, keeper = None, None
@@ -179,7 +171,7 @@ def run_viewer(
         service.load()
         try:
             on_state = cast("Callable[[object], None] | None", keeper)
-            return _run(service, rig, viewer, options, stopped, epoch_ns, films, permission, detect, on_state)
+            return _run(service, rig, viewer, options, stopped, epoch_ns, filming, on_state)
         finally:
             if keeper is not None:
                 keeper.close()
@@ -195,37 +187,35 @@ def _run(
     options: ZenohOptions,
     stopped: Callable[[], bool],
     epoch_ns: int | None,
-    films: Path,
-    permission: Permission,
-    detect: Command | None,
+    filming: Filming | None,
     on_state: Callable[[S], None] | None = None,
 ) -> int:
     clock = RealClock()
     other_ids = [other.id for other in rig.viewers if other is not viewer]
     with ZenohBus.open(options, rig.name, clock, stopped) as bus:
         bus.serve_service_info(service_info(rig, "viewer", viewer.id, clock.now_ns()))
-        if isinstance(viewer.source, Device | Stream):
+        if viewer.source.live:
             epoch_ns = clock.now_ns()
         elif epoch_ns is None:
             with bus.reader() as others:
                 epoch_ns = agreed_epoch(other_ids, partial(camera_info, viewer), others, clock, stopped)
         first_messages = (camera_info(viewer, epoch_ns),)
         choice = FrameChoice(rig.fps)
-        rate = SourceRate() if isinstance(viewer.source, Device | Stream) else None
+        rate = SourceRate() if viewer.source.live else None
         tap = Tap(viewer.calibrated_size, viewer.fps)
         frames: Iterator[Frame] = open_source(viewer, Playback(epoch_ns, clock, choice=choice), rate, tap)
-        endpoint = None
-        if rate is not None:
-            endpoint = FilmEndpoint(tap, viewer.camera.name, films, permission, clock, detect=detect)
-            bus.serve_films(viewer.id, endpoint.answer, endpoint.check)
+        films = None
+        if rate is not None and filming is not None:
+            films = filming(tap, clock)
+            bus.serve_films(viewer.id, films.answer, films.check)
         try:
             return run(
                 service, bus, clock, frames, stopped, first_messages=first_messages, choice=choice,
                 extra_counts=rate.counts if rate else dict, on_state=on_state or (lambda _: None),
             )  # fmt: skip
         finally:
-            if endpoint is not None:
-                endpoint.close()
+            if films is not None:
+                films.close()
 
 
 def camera_info(viewer: Viewer, epoch_ns: int) -> CameraInfo:

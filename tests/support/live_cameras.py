@@ -8,7 +8,7 @@ import numpy as np
 from zenocap.common.arrays import Image
 from zenocap.common.rig.rig import Viewer
 from zenocap.services.viewer.frame import Frame
-from zenocap.tools.film.sources import named_sources
+from zenocap.tools.cameras.named_sources import named_sources
 from zenocap.tools.live.camera import LiveCamera
 
 SIZE = (96, 64)

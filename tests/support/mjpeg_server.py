@@ -1,5 +1,6 @@
 """A network camera: JPEG images over HTTP (multipart/x-mixed-replace), with a time code in each."""
 
+import base64
 import threading
 import time
 from collections.abc import Callable
@@ -38,8 +39,14 @@ class MjpegServer:
         fps: float = 30.0,
         port: int = 0,
         picture: Callable[[], np.ndarray] | None = None,
+        user: tuple[str, str] | None = None,
+        clock_s: Callable[[], float] | None = None,
     ) -> None:
-        """picture: what the camera sees now; None for the time code."""
+        """picture: what the camera sees now; None for the time code.  user: name and password without which it is 401.
+
+        clock_s: time of each image by the camera's clock, which is sent (X-Timestamp).
+        """
+        self.user, self.clock_s = user, clock_s
         self.size, self.fps, self.sent, self.open = size, fps, 0, True
         self.picture = picture or (lambda: with_time(self.size, time.monotonic_ns() // 1_000_000))
         outer = self
@@ -63,14 +70,21 @@ class MjpegServer:
         if request.path != "/stream":
             request.send_error(404)
             return
+        if self.user is not None:
+            token = base64.b64encode(":".join(self.user).encode()).decode()
+            if request.headers["Authorization"] != f"Basic {token}":
+                request.send_error(401)
+                return
         request.send_response(200)
         request.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
         request.end_headers()
         due = time.monotonic()
         try:
             while self.open:
+                stamp = b"" if self.clock_s is None else b"X-Timestamp: %.6f\r\n" % self.clock_s()
                 data = cv2.imencode(".jpg", self.picture())[1].tobytes()
-                request.wfile.write(b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(data))
+                request.wfile.write(b"--frame\r\nContent-Type: image/jpeg\r\n%b" % stamp)
+                request.wfile.write(b"Content-Length: %d\r\n\r\n" % len(data))
                 request.wfile.write(data + b"\r\n")
                 self.sent += 1
                 due += 1 / self.fps

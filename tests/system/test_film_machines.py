@@ -29,8 +29,8 @@ from zenocap.common.rig.rig import load_rig
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import FILM, HOST_FILM
 from zenocap.common.video.reader import VideoReader
-from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
-from zenocap.services.viewer.film.feeds import Tap
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission
+from zenocap.services.viewer.sources.tap import Tap
 from zenocap.tools.film.film import film
 from zenocap.tools.film.rig_film import cameras_of
 from zenocap.tools.launcher.peer_mesh import free_ports

@@ -38,8 +38,8 @@ from zenocap.common.topics import (
     UNIVERSAL_BAP,
     UNIVERSAL_BDP,
 )  # fmt: skip
-from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
-from zenocap.services.viewer.film.feeds import Tap
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission
+from zenocap.services.viewer.sources.tap import Tap
 from zenocap.tools.certificates.folder import certify
 from zenocap.tools.launcher.peer_mesh import free_ports
 

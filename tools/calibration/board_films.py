@@ -13,7 +13,7 @@ from zenocap.tools.calibration.board_views import CameraViews
 from zenocap.tools.calibration.corners_file import check_board, read_corners
 from zenocap.tools.calibration.detection import Detection, camera_views, not_found
 from zenocap.tools.calibration.film_search import OnProgress, Searched, probes, searched, with_suffix
-from zenocap.tools.film.away import require_copied
+from zenocap.tools.cameras.away import require_copied
 
 LAYOUT = "a folder with videos, or with videos/, or with a folder of images for each camera; or the videos themselves"
 FILE_LAYOUT = f"{LAYOUT}; {CORNERS_SUFFIX} files of `zenocap calibrate detect` in place of videos"

@@ -1,1 +1,1 @@
-"""What cameras there are: those of this machine and network streams, tried and described."""
+"""Cameras of this machine, network streams and named sources; and films whose videos are still on their machines."""

@@ -14,7 +14,8 @@ from av.error import FFmpegError
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
-from zenocap.common.rig.sources import STREAMS, without_password
+from zenocap.common.rig.source_kinds import STREAMS
+from zenocap.common.rig.sources import without_password
 
 TIMEOUT_S = 5.0  # to open a stream, and for each image; as a viewer has it; chosen by hand
 MEASURED_S = 2.0  # time over which the rate is measured; chosen by hand

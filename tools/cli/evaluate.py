@@ -81,10 +81,11 @@ def evaluate(
         )
     with one_line_errors(), progress(f"reading {take}"):
         from zenocap.common.errors import UserError
+        from zenocap.common.formats.import_format import import_suffixes
         from zenocap.common.formats.take_poses import read_poses, summary_of
         from zenocap.tools.recordings.evaluate import Selection, accuracy
 
-        allowed = ANGLES if use_angles else CENTRES
+        allowed = dict.fromkeys((*(ANGLES if use_angles else CENTRES), *import_suffixes()))
         if suffix not in allowed:
             quantity = "joint angles" if use_angles else "joint centres"
             raise UserError(f"--truth {truth}: suffix {truth.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")

@@ -73,15 +73,15 @@ def film(
         from zenocap.common.rig.sources import Announced
         from zenocap.common.runtime.foreign_text import MAX_LINE, printable
         from zenocap.common.runtime.signals import stop_signals
+        from zenocap.tools.cameras.away import copy_commands, detect_commands, write_away
+        from zenocap.tools.cameras.named_sources import named_sources
         from zenocap.tools.cli.track import parsed_size
-        from zenocap.tools.film.away import copy_commands, detect_commands, write_away
         from zenocap.tools.film.collect import check_fetch, collected
         from zenocap.tools.film.film import film as run_film
         from zenocap.tools.film.film import filmed_viewers
         from zenocap.tools.film.layout import late_texts, prepare, write_layout
         from zenocap.tools.film.remote_film import NOBODY, RemoteFilm
         from zenocap.tools.film.rig_film import cameras_of
-        from zenocap.tools.film.sources import named_sources
 
         board = board_options.film_board(square)
         if board is not None and fetch:

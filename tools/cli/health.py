@@ -4,11 +4,11 @@ from typing import Annotated
 
 import typer
 
-from zenocap.common.rig.services import MAIN, SERVICES, file_name
+from zenocap.common.rig.services import MAIN, OF_RIGS, file_name
 from zenocap.tools.cli.options import DONE, FAILED, RigPath, one_line_errors, rig_at
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
-NAMES = ("router", *(kind.name for kind in SERVICES))
+NAMES = ("router", *OF_RIGS)
 
 
 def health(

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 
-Name = Annotated[Literal["people"], typer.Argument(help="Model; there is one.", show_default=False)]
+if TYPE_CHECKING:
+    from zenocap.common.rig.detectors import Detector
+
+Name = Annotated[str, typer.Argument(help="people, or one of an installed package.", show_default=False)]
 
 models = typer.Typer(help="Model files that are not part of zenocap: the network of `people = true`.", no_args_is_help=True)
 
@@ -37,11 +40,11 @@ def add(
     Examples: `zenocap models add people`, `zenocap models add people --from selfie_segmentation.tflite`
     """
     with one_line_errors():
-        from zenocap.tools.models.store import add_people
-        from zenocap.tools.models.wheel import fetched, from_file
+        from zenocap.tools.models import store
 
-        path, written = add_people(fetched if file is None else lambda: from_file(file))
-    typer.echo(f"{path}: {'added' if written else 'is there already'}; in a rig file: people = true of a viewer")
+        detector = _detector(name)
+        path, written = store.add(detector, lambda: detector.contents(file))
+    typer.echo(f"{path}: {'added' if written else 'is there already'}; in a rig file: {detector.option} of a viewer")
 
 
 @models.command("list")
@@ -51,15 +54,17 @@ def list_models(as_json: JsonOption = False) -> None:
     Example: `zenocap models list`
     """
     with one_line_errors():
-        from zenocap.tools.models.store import people_state
+        from zenocap.common.rig.detectors import DETECTORS
+        from zenocap.tools.models.store import state_of
 
-        state = people_state()
+        states = [state_of(detector) for detector in DETECTORS.rows().values() if detector.files]
     if as_json:
-        row = {"name": state.name, "state": state.state, "path": str(state.path), "size": state.size}
-        typer.echo(json.dumps({"models": [row]}))
+        rows = [{"name": one.name, "state": one.state, "path": str(one.path), "size": one.size} for one in states]
+        typer.echo(json.dumps({"models": rows}))
         return
-    advice = "" if state.state == "present" else f"; `zenocap models add {state.name}` gets it"
-    typer.echo(f"{state.name}: {state.state}: {state.path}{advice}")
+    for state in states:
+        advice = "" if state.state == "present" else f"; `zenocap models add {state.name}` gets it"
+        typer.echo(f"{state.name}: {state.state}: {state.path}{advice}")
 
 
 @models.command()
@@ -69,7 +74,18 @@ def remove(name: Name) -> None:
     Example: `zenocap models remove people`
     """
     with one_line_errors():
-        from zenocap.tools.models.store import remove_people
+        from zenocap.tools.models import store
 
-        there = remove_people()
+        there = store.remove(_detector(name))
     typer.echo(f"{name}: {'removed' if there else 'was not there'}")
+
+
+def _detector(name: str) -> Detector:
+    from zenocap.common.rig.detectors import DETECTORS
+
+    if name not in DETECTORS.names():
+        raise typer.BadParameter(f"{name!r}: allowed: {', '.join(DETECTORS.names())}")
+    detector = DETECTORS.row(name)
+    if not detector.files:
+        raise typer.BadParameter(f"{name!r}: needs no model file")
+    return detector

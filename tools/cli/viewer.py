@@ -82,35 +82,35 @@ def viewer(
     logs.configure("cameras" if discover else f"viewer {id}" if id else "viewer")
     with one_line_errors(), stop_signals(with_parent=with_parent) as stopped:
         if discover:
-            from zenocap.services.viewer.film.host import run_host
-            from zenocap.services.viewer.film.parameters import FILMS
+            from zenocap.services.camera.parameters import FILMS
+            from zenocap.services.camera.shell import run_host
+            from zenocap.services.viewer.sources.source import images_of
 
             folder = films or Path(FILMS)
             command = partial(_assigned_command, zenoh, folder, allow_fetch)
             options = zenoh.options()
             raise typer.Exit(
                 run_host(
-                    machine, camera or (), folder, options, stopped, allow_fetch=allow_fetch, command=command,
+                    machine, camera or (), folder, options, stopped, images_of, allow_fetch=allow_fetch, command=command,
                     detect=detect_command,
                 )
             )  # fmt: skip
+        from zenocap.services.camera.endpoint import filming_of
         from zenocap.services.viewer.shell import run_viewer
 
         if assigned is not None:
-            from zenocap.services.viewer.hosted.saved import saved_rig
+            from zenocap.services.camera.saved import saved_rig
 
             one, id = saved_rig(assigned, films or Path())
             options, epoch_ns = zenoh.options(), None
-            raise typer.Exit(
-                run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch, detect=detect_command)
-            )
-        assert rig is not None
-        assert id is not None
-        one = _with_own_camera(rig_at(rig, files=False), id, camera or ())
-        options = zenoh.options(one, f"viewer-{id}")
-        raise typer.Exit(
-            run_viewer(one, id, options, stopped, epoch_ns, films, allow_fetch=allow_fetch, detect=detect_command)
-        )
+        else:
+            assert rig is not None
+            assert id is not None
+            one = _with_own_camera(rig_at(rig, files=False), id, camera or ())
+            options = zenoh.options(one, f"viewer-{id}")
+        may_read = allow_fetch or options.security is not None
+        filming = filming_of(one, id, films, may_read=may_read, detect=detect_command)
+        raise typer.Exit(run_viewer(one, id, options, stopped, epoch_ns, filming))
 
 
 def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
@@ -122,7 +122,7 @@ def _with_own_camera(rig: Rig, id: str, named: Sequence[str]) -> Rig:
 
     from zenocap.common.errors import UserError
     from zenocap.common.rig.sources import Announced
-    from zenocap.services.viewer.film.host_cameras import own_camera
+    from zenocap.services.camera.host_cameras import own_camera
 
     own = rig.viewer(id)
     if not isinstance(own.source, Announced):

@@ -10,7 +10,7 @@ import zenocap
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
 from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file
-from zenocap.common.rig.sources import Actor, Announced, BackgroundImage
+from zenocap.common.rig.sources import Announced, BackgroundImage
 from zenocap.common.runtime.clock import RealClock
 from zenocap.tools.doctor.machine_checks import Certificate, Disk, File, Port, SourceState
 
@@ -25,7 +25,7 @@ def look_at_source(viewer: Viewer, *, runs: bool, local: bool) -> SourceState:
 
     if runs:
         return SourceState(viewer.id, "used", "its viewer is running", local)
-    if isinstance(viewer.source, Actor):
+    if viewer.is_synthetic:
         return SourceState(viewer.id, "good", "the simulated person", local)
     if isinstance(viewer.source, Announced):
         words = f"on {viewer.source.machine}, where `zenocap viewer --discover` runs; `zenocap cameras --discover` lists it"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import Announced, Device, Stream
+from zenocap.common.rig.sources import Announced
 from zenocap.common.video.parameters import LOOK_S, RESERVE_BYTES, RESERVE_S
 from zenocap.common.video.video_writer import VideoWriter
 from zenocap.services.viewer.sources.source import camera_images
@@ -19,7 +19,7 @@ from zenocap.tools.film.remote_film import NOBODY, RemoteFilm, disk_text
 
 def filmed_viewers(rig: Rig) -> list[Viewer]:
     """Viewers whose source is a camera or stream.  Raises UserError when there is none."""
-    found = [viewer for viewer in rig.viewers if isinstance(viewer.source, Device | Stream | Announced)]
+    found = [viewer for viewer in rig.viewers if viewer.source.live or isinstance(viewer.source, Announced)]
     if not found:
         raise UserError(f"rig {rig.name}: no viewer has a camera or stream as source: nothing to film")
     return found

@@ -11,7 +11,7 @@ from contextlib import suppress
 from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.vision.image_measures import Exposure, Light, brightness, exposure, focus, grey_of, light, noise
 from zenocap.services.viewer.frame import Frame
@@ -55,7 +55,7 @@ class LiveCamera:
     @property
     def is_live(self) -> bool:
         """Whether it is a camera or stream."""
-        return isinstance(self.viewer.source, Device | Stream)
+        return self.viewer.source.live
 
     @property
     def newest(self) -> Frame | None:

@@ -14,7 +14,7 @@ import numpy as np
 from zenocap.common.arrays import Floats, Image
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
-from zenocap.common.rig.sources import Device, Stream, VideoFile, without_password
+from zenocap.common.rig.sources import Device, VideoFile
 from zenocap.common.runtime.service_info import versions
 from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
 from zenocap.services.animator.page.server import PageContent, PageServer, page_files
@@ -227,15 +227,10 @@ def _files() -> dict[str, tuple[bytes, str]]:
 
 
 def _source_text(camera: LiveCamera) -> str:
-    match camera.viewer.source:
-        case Device() as device:
-            return str(device.file)
-        case Stream(url=url):
-            return without_password(url)
-        case VideoFile(path=path):
-            return path.name
-        case other:
-            return type(other).__name__.lower()
+    source = camera.viewer.source
+    if source.live:
+        return source.shown
+    return source.path.name if isinstance(source, VideoFile) else type(source).__name__.lower()
 
 
 def _expected(camera: LiveCamera) -> tuple[int, int] | None:

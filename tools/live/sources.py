@@ -6,10 +6,10 @@ from pathlib import Path
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.rig import Rig, Viewer
-from zenocap.common.rig.sources import Device, Images, Stream, VideoFile
+from zenocap.common.rig.sources import Images, VideoFile
 from zenocap.common.video.reader import VideoReader
 from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
-from zenocap.tools.film.sources import named_sources
+from zenocap.tools.cameras.named_sources import named_sources
 
 LIVE = "a rig file with cameras, or NAME=SOURCE, such as left=/dev/video0, right=rtsp://192.168.1.20/stream or a=film.mkv"
 
@@ -49,7 +49,7 @@ def _found(cameras: Sequence[FoundCamera], size: tuple[int, int], fps: float) ->
 def _of_rig(rig: Rig) -> tuple[list[Viewer], list[str]]:
     shown, notes = [], []
     for viewer in rig.viewers:
-        if isinstance(viewer.source, Device | Stream):
+        if viewer.source.live:
             shown.append(viewer)
         elif isinstance(viewer.source, VideoFile):
             shown.append(_own_size(viewer))

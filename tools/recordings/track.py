@@ -18,7 +18,7 @@ from zenocap.common.recording.opening import new_recording
 from zenocap.common.rig.methods import method_of, tracker_methods
 from zenocap.common.rig.rig import Rig, Viewer
 from zenocap.common.rig.services import MAIN
-from zenocap.common.rig.sources import Actor, Images, Rendered, VideoFile
+from zenocap.common.rig.sources import VideoFile
 from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_front_of, with_overrides
 from zenocap.common.rig.viewers import at_rate
 from zenocap.common.runtime.clock import ManualClock
@@ -82,7 +82,7 @@ def track(
     Raises UserError, SourceError before the first frame, RecordingError and ValueError.
     """
     for viewer in rig.viewers:
-        if not isinstance(viewer.source, VideoFile | Images | Actor | Rendered):
+        if not viewer.source.ends:
             raise UserError(f"rig {rig.name}: viewer {viewer.id} is a live camera: allowed for track: files and pictures")
     clock, inputs = ManualClock(EPOCH_NS), Inputs()
     jobs = available_cores() if jobs is None else jobs

@@ -16,7 +16,8 @@ from zenocap.common.camera.calibration_files import read_calibration
 from zenocap.common.errors import UserError
 from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import load_rig
-from zenocap.common.rig.sources import Announced, SpecError, VideoFile, parse_source, without_password
+from zenocap.common.rig.source_kinds import named_source, parse_source
+from zenocap.common.rig.sources import Announced, VideoFile
 from zenocap.common.toml_file import read_toml
 from zenocap.tools.setup.network import OPEN, Network, network_of, quoted
 
@@ -48,14 +49,8 @@ class Cameras:
 
 def named(text: str) -> tuple[str, str]:
     """Name and source of NAME=SOURCE.  Raises UserError."""
-    name, equals, source = text.partition("=")
-    allowed = "NAME=SOURCE, such as left=/dev/video0; of names: letters, digits, '.', '_' and '-'"
-    if not (equals and name and source) or plain_name(name) != name:
-        raise UserError(f"{name}{equals}{without_password(source)}: allowed: {allowed}")
-    try:
-        parsed = parse_source(source, Path())
-    except SpecError as error:
-        raise UserError(f"{name}={without_password(source)}: allowed: {error}") from error
+    name, parsed = named_source(text, "left=/dev/video0")
+    source = text.partition("=")[2]
     return name, str(Path(source).resolve()) if isinstance(parsed, VideoFile) else source
 
 

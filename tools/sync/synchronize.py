@@ -61,7 +61,7 @@ def synchronize(
     found: dict[str, CameraOffset] = {}
     notes: list[str] = []
     if options.by in ("auto", SOUND):
-        sounds = {id: read_sound(viewer.source.path, options.seconds) for id, viewer in viewers.items()}  # type: ignore[union-attr]
+        sounds = {id: read_sound(viewer.source.path, options.seconds) for id, viewer in viewers.items()}  # type: ignore[attr-defined]
         found, notes = _by_sound(sounds, options)
         if options.by == SOUND or _all_certain(viewers, found):
             silent = Offset(float("nan"), float("nan"), 0.0, float("nan"), 0, "no sound")
@@ -106,7 +106,7 @@ def _by_flash(
 ) -> dict[str, CameraOffset]:
     """Offsets of all cameras from changes of the light; those of `known` ones stay."""
     changes = {
-        id: light_changes(brightness_in(viewer.source.path, options.seconds))  # type: ignore[union-attr]
+        id: light_changes(brightness_in(viewer.source.path, options.seconds))  # type: ignore[attr-defined]
         for id, viewer in viewers.items()
     }
     seen = [id for id in viewers if changes[id]]

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.errors import UserError
+from zenocap.common.formats.import_format import import_suffixes
 from zenocap.services.recognizer.training.csv_text import csv_text, delimiter_of
 from zenocap.services.recognizer.training.examples import LONGEST_LABEL
 from zenocap.services.recognizer.training.label_table import read_spans
@@ -22,7 +23,6 @@ COLUMNS = ("source", "start", "end", "posture", "person", "repetition")
 LABELS = "labels"  # further column
 INSTEAD = ("start", "end", "posture", "repetition")  # of labels
 SOURCE_NAMES = ("source", "take", "clip", "file")  # accepted names of the first column
-MOTIONS = (".mcap", ".bvh", ".trc", ".c3d")
 RIG = ".toml"
 MOST_ALIKE = 3  # errors that differ in numbers, values and files only and are all listed; chosen by hand
 VARIES = re.compile(r"'[^']*'|\S*[/\\]\S*|\S+\.(?:mcap|bvh|trc|c3d|toml)\b|\d+(?:\.\d+)?")
@@ -167,14 +167,14 @@ class _Line:
         return value
 
     def source(self) -> Path:
-        text = self.cell("source")
+        text, motions = self.cell("source"), (".mcap", *import_suffixes())
         source = self.path.parent / text
         if not text:
-            self.refuse("source", "", f"a file ({', '.join(MOTIONS)}), a rig file ({RIG}) or a clip folder")
+            self.refuse("source", "", f"a file ({', '.join(motions)}), a rig file ({RIG}) or a clip folder")
         elif not source.exists():
             self.refuse("source", text, f"a file or folder that exists; there is no {source}")
-        elif source.is_file() and source.suffix.lower() not in (*MOTIONS, RIG):
-            self.refuse("source", text, f"{', '.join(MOTIONS)}, a rig file ({RIG}) or a clip folder")
+        elif source.is_file() and source.suffix.lower() not in (*motions, RIG):
+            self.refuse("source", text, f"{', '.join(motions)}, a rig file ({RIG}) or a clip folder")
         return source
 
     def span(self) -> tuple[float | None, float | None]:

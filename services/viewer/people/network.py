@@ -1,12 +1,13 @@
 """The network: probability of a person for every pixel of a square picture."""
 
 from collections.abc import Callable
+from typing import cast
 
 import cv2
 import numpy as np
 
 from zenocap.common.arrays import Floats32, Image
-from zenocap.services.viewer.people.model_file import read_model
+from zenocap.common.rig.detectors import DETECTORS
 
 INPUT_PX = 256  # side of the picture that the model takes
 
@@ -15,8 +16,13 @@ Find = Callable[[Image], Floats32]
 
 
 def load_network() -> Find:
-    """The network of the model file, for one thread at a time.  Raises UserError when the file is missing or another."""
-    network = cv2.dnn.readNetFromTFLite(np.frombuffer(read_model(), dtype=np.uint8))
+    """The network of the detector `people`, for one thread at a time.  Raises UserError without its model file."""
+    return cast("Find", DETECTORS.row("people").loaded())
+
+
+def loaded(model: bytes) -> Find:
+    """The network of a model file."""
+    network = cv2.dnn.readNetFromTFLite(np.frombuffer(model, dtype=np.uint8))
 
     def find(picture: Image) -> Floats32:
         side = picture.shape[0]

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import OpenError
-from zenocap.common.rig.sources import Actor
+from zenocap.common.rig.sources import Actor, empty_frames
+from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.simulation.body.person import person
@@ -12,6 +13,7 @@ from zenocap.simulation.motion.timeline import MotionTimeline, demo_timeline, mo
 from zenocap.simulation.rendering.camera import SimulatedCamera
 
 DEMO = "demo"
+PREROLL = 30  # frames of empty scene when the background does not define them
 
 
 def performance(source: Actor) -> MotionTimeline:
@@ -24,6 +26,12 @@ def performance(source: Actor) -> MotionTimeline:
     except (ValueError, KeyError) as error:
         allowed = "demo, walking, turning, running, boxing or a posture"
         raise OpenError(f"actor:{source.name}: allowed: {allowed}: {error}") from error
+
+
+def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """`actor_frames` of a viewer."""
+    assert isinstance(viewer.source, Actor)
+    return actor_frames(viewer.source, viewer.fps, viewer.camera, playback, empty_frames(viewer.background) or PREROLL)
 
 
 def actor_frames(source: Actor, fps: float, camera: Camera, playback: Playback, preroll: int) -> Iterator[Frame]:

@@ -4,19 +4,22 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, cast
 
 import cv2
 import numpy as np
 
-from zenocap.common.arrays import Image
-from zenocap.common.errors import AccessDenied, OpenError
-from zenocap.common.rig.sources import Device, Stream, without_password
+from zenocap.common.errors import AccessDenied, OpenError, SourceError
+from zenocap.common.rig.source_kinds import SOURCES
+from zenocap.common.rig.sources import Device, LiveSource, Stream
+from zenocap.common.table import attribute
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Clock, Playback, Size
 from zenocap.services.viewer.sources.resize import Fit, Rectify
 from zenocap.services.viewer.sources.stamps import SourceRate, StreamClock, buffer_age_ns
+from zenocap.services.viewer.sources.tap import Tap
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0  # the wait doubles each time
 TIMEOUT_MS = 5000
@@ -51,31 +54,23 @@ class Controls(Protocol):
     def lock(self) -> None: ...
 
 
-class FilmTap(Protocol):
-    """A film of the images that a viewer is using, see `Tap` of `services.viewer.film.feeds`."""
-
-    @property
-    def is_open(self) -> bool: ...
-
-    def offer(self, image: Image, captured_ns: int) -> None: ...
-
-    def lost(self) -> None: ...
+Opener = Callable[[LiveSource, Size, float], Capture]
 
 
-Opener = Callable[[Device | Stream, Size, float], Capture]
+def open_stream(source: Stream, size: Size, fps: float) -> Capture:
+    """Open a stream; its images have the size and rate that it has."""
+    timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, TIMEOUT_MS]
+    stream: Capture = cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts)
+    return stream
 
 
-def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
-    """Open the camera or stream and request images of `size` at `fps`; it may deliver others."""
-    if isinstance(source, Stream):
-        timeouts = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, TIMEOUT_MS]
-        stream: Capture = cv2.VideoCapture(source.url, cv2.CAP_FFMPEG, timeouts)
-        return stream
+def open_device(source: Device, size: Size, fps: float) -> Capture:
+    """Open a camera and request images of `size` at `fps`; it may deliver others."""
     if sys.platform == "linux":  # a link is followed: the camera may have another number than before
         capture = cv2.VideoCapture(os.path.realpath(source.file), cv2.CAP_V4L2)
     else:
         if source.number is None:
-            raise OpenError(f"{shown(source)}: allowed on {sys.platform}: a number, such as 0")
+            raise OpenError(f"{source.title}: allowed on {sys.platform}: a number, such as 0")
         capture = cv2.VideoCapture(source.number, cv2.CAP_ANY)
     # Most webcams reach their full rate uncompressed only for small images.
     capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*(source.settings.format or "MJPG")))
@@ -87,39 +82,37 @@ def open_capture(source: Device | Stream, size: Size, fps: float) -> Capture:
     return device
 
 
-def shown(source: Device | Stream) -> str:
-    """Display name of the source, without password."""
-    if isinstance(source, Device):
-        if source.link is not None:
-            return f"camera {source.link}"
-        return f"camera {source.number} (/dev/video{source.number})" if sys.platform == "linux" else str(source.number)
-    return without_password(source.url)
+def opener_of(source: LiveSource) -> Opener:
+    """What opens a source, by the table of sources.  Raises UserError."""
+    return cast("Opener", attribute(SOURCES.row(source.kind).open))
 
 
 def camera_frames(
-    source: Device | Stream,
+    source: LiveSource,
     fps: float,
     calibrated: Size,
     working: Size,
     playback: Playback,
-    opener: Opener = open_capture,
+    opener: Opener | None = None,
     rectify: Rectify | None = None,
     controls: Controls | None = None,
     rate: SourceRate | None = None,
-    film: FilmTap | None = None,
+    film: Tap | None = None,
     fit: Rectify | None = None,
 ) -> Iterator[Frame]:
     """Yield frames without end at most `fps` per second, with capture times as the source gives them (`stamps`).
 
-    controls: of a camera, set each time it is opened; the first SETTLING_S s are left out while they settle.  rate: is
-    given the times of all frames.  film: while it is open, is given all images at the calibrated size, not rectified, also
-    those that `playback` does not want.  fit: applied to every image instead of the resizing to `working`.
+    opener: None: that of the table of sources.  controls: of a camera, set each time it is opened; the first SETTLING_S s
+    are left out while they settle.  rate: is given the times of all frames.  film: while it is open, is given all images at
+    the calibrated size, not rectified, also those that `playback` does not want.  fit: applied to every image instead of
+    the resizing to `working`.
 
     Raises OpenError or AccessDenied when the camera cannot be opened at first, SizeMismatch for images of a wrong size.  A
     camera that fails later is reported and reopened, with increasing waits, until it delivers images.
     """
-    name, fit = shown(source), fit or Fit(shown(source), calibrated, working, rectify)
-    unreduced = Fit(shown(source), calibrated, calibrated)
+    name, opener = source.title, opener or opener_of(source)
+    fit = fit or Fit(name, calibrated, working, rectify)
+    unreduced = Fit(name, calibrated, calibrated)
     capture = _opened(source, calibrated, fps, opener)
     if capture is None:
         raise _open_error(source)
@@ -169,25 +162,23 @@ def camera_frames(
 class CaptureTimes:
     """Capture times of the frames of one connection."""
 
-    def __init__(self, source: Device | Stream, playback: Playback) -> None:
-        self._clock = playback.clock
-        self._is_device = isinstance(source, Device)
-        # Only RTSP carries times of the camera; of images over HTTP, FFmpeg assumes a rate.
-        self._stream = StreamClock() if isinstance(source, Stream) and source.url.startswith("rtsp") else None
+    def __init__(self, source: LiveSource, playback: Playback) -> None:
+        self._clock, self._stamps = playback.clock, source.stamps
+        self._stream = StreamClock()
 
     def of(self, capture: Capture) -> int:
         """Of the frame just grabbed, nanoseconds since the Unix epoch."""
         now_ns = self._clock.now_ns()
-        if self._stream is not None:
+        if self._stamps == "stream":
             return self._stream.captured_ns(round(capture.get(cv2.CAP_PROP_POS_MSEC) * 1e6), now_ns)
-        if self._is_device and sys.platform == "linux":
+        if self._stamps == "monotonic":
             return now_ns - buffer_age_ns(capture.get(cv2.CAP_PROP_POS_MSEC), time.monotonic_ns())
         return now_ns
 
 
-def _leave_out_waiting(capture: Capture, source: Device | Stream, clock: Clock) -> None:
+def _leave_out_waiting(capture: Capture, source: LiveSource, clock: Clock) -> None:
     """Grab the images that waited while a stream was opened: they are up to some seconds old."""
-    for _ in range(MOST_WAITING if isinstance(source, Stream) else 0):
+    for _ in range(MOST_WAITING if source.buffers else 0):
         begin_ns = clock.now_ns()
         if not capture.grab() or clock.now_ns() - begin_ns > WAITING_NS:
             return
@@ -204,18 +195,18 @@ def _settle(capture: Capture, controls: Controls | None, playback: Playback) -> 
     controls.lock()
 
 
-def _reopen(source: Device | Stream, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
+def _reopen(source: LiveSource, size: Size, fps: float, opener: Opener, playback: Playback) -> tuple[Capture, int]:
     wait_s, tries = FIRST_WAIT_S, 0
     while True:
         playback.sleep(wait_s)
         tries += 1
-        capture = _opened(source, size, fps, opener)
-        if capture is not None:
-            return capture, tries
+        with suppress(SourceError):  # of an opener that says why
+            if (capture := _opened(source, size, fps, opener)) is not None:
+                return capture, tries
         wait_s = min(2 * wait_s, LONGEST_WAIT_S)
 
 
-def _opened(source: Device | Stream, size: Size, fps: float, opener: Opener) -> Capture | None:
+def _opened(source: LiveSource, size: Size, fps: float, opener: Opener) -> Capture | None:
     """Open the capture and grab one frame; None when this fails."""
     capture = opener(source, size, fps)
     if capture.isOpened() and capture.grab():
@@ -224,9 +215,9 @@ def _opened(source: Device | Stream, size: Size, fps: float, opener: Opener) -> 
     return None
 
 
-def _open_error(source: Device | Stream) -> OpenError | AccessDenied:
-    name = shown(source)
-    if isinstance(source, Stream):
+def _open_error(source: LiveSource) -> OpenError | AccessDenied:
+    name = source.title
+    if not isinstance(source, Device):
         return OpenError(f"{name}: the stream does not open within {TIMEOUT_MS // 1000} s: is the address right?")
     path = source.file
     if path.exists() and not os.access(path, os.R_OK | os.W_OK):

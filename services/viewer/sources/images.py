@@ -9,14 +9,22 @@ import numpy as np
 
 from zenocap.common.errors import AccessDenied, EndedEarly, OpenError
 from zenocap.common.rig.sources import Images
+from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit, Rectify
+from zenocap.services.viewer.sources.resize import Fit, Rectify, rectification
 
 
 def numbered(path: Path) -> tuple[tuple[int, str], ...]:
     """Sort key that places 9.png before 10.png."""
     return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name))
+
+
+def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """`image_frames` of a viewer."""
+    assert isinstance(viewer.source, Images)
+    size, rectify = viewer.camera.size, rectification(viewer.camera)
+    return image_frames(viewer.source, viewer.fps, viewer.calibrated_size, size, playback, rectify)
 
 
 def image_frames(

@@ -8,9 +8,17 @@ import numpy as np
 from zenocap.common.arrays import Bytes
 from zenocap.common.errors import AccessDenied, OpenError
 from zenocap.common.rig.sources import Rendered
+from zenocap.common.rig.viewers import Viewer
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit, Rectify
+from zenocap.services.viewer.sources.resize import Fit, Rectify, rectification
+
+
+def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """`rendered_frames` of a viewer."""
+    assert isinstance(viewer.source, Rendered)
+    size, rectify = viewer.camera.size, rectification(viewer.camera)
+    return rendered_frames(viewer.source, viewer.fps, viewer.calibrated_size, size, playback, rectify)
 
 
 def rendered_frames(

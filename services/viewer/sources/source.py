@@ -1,28 +1,30 @@
 """Open the frame source of a viewer."""
 
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from typing import cast
 
 from zenocap.common.errors import OpenError
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import Actor, Announced, Device, FirstFrames, Images, Rendered, Stream, VideoFile
+from zenocap.common.rig.source_kinds import SOURCES
+from zenocap.common.rig.sources import Announced, Device, Images, LiveSource, VideoFile
+from zenocap.common.runtime.clock import RealClock
+from zenocap.common.table import attribute
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.camera_controls import CameraControls
-from zenocap.services.viewer.sources.device import FilmTap, camera_frames, shown
-from zenocap.services.viewer.sources.images import image_frames
+from zenocap.services.viewer.sources.device import camera_frames
 from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.rendered import rendered_frames
 from zenocap.services.viewer.sources.resize import rectification
 from zenocap.services.viewer.sources.stamps import SourceRate
+from zenocap.services.viewer.sources.tap import Tap
 from zenocap.services.viewer.sources.video import declared_frames, video_frames
-
-PREROLL = 30  # frames of empty scene from the simulated person when the background does not define them
 
 
 def open_source(
-    viewer: Viewer, playback: Playback, rate: SourceRate | None = None, film: FilmTap | None = None
+    viewer: Viewer, playback: Playback, rate: SourceRate | None = None, film: Tap | None = None
 ) -> Iterator[Frame]:
     """Iterate over the viewer's frames at its working size and rate.
 
@@ -30,37 +32,42 @@ def open_source(
 
     Raises SourceError, on the first frame or later: OpenError, AccessDenied, SizeMismatch, EndedEarly.
     """
-    size, fps, rectify = viewer.camera.size, viewer.fps, rectification(viewer.camera)
-    preroll = viewer.background.count if isinstance(viewer.background, FirstFrames) else 0
-    match viewer.source:
-        case Device() | Stream():
-            controls = _controls(viewer.source, playback)
-            return camera_frames(
-                viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify, controls=controls, rate=rate,
-                film=film,
-            )  # fmt: skip
-        case Announced(machine=machine, text=text):
-            raise OpenError(f"{text}: its images stay on {machine}: the viewer runs there: see `zenocap up`")
-        case VideoFile():
-            return video_frames(viewer.source, fps, viewer.calibrated_size, size, playback, preroll, rectify)
-        case Images():
-            return image_frames(viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify)
-        case Rendered():
-            return rendered_frames(viewer.source, fps, viewer.calibrated_size, size, playback, rectify=rectify)
-        case Actor():
-            from zenocap.services.viewer.sources.actor import actor_frames  # imported only here: compiles the renderer
+    if isinstance(viewer.source, LiveSource):
+        controls, rectify = _controls(viewer.source, playback), rectification(viewer.camera)
+        return camera_frames(
+            viewer.source, viewer.fps, viewer.calibrated_size, viewer.camera.size, playback, rectify=rectify,
+            controls=controls, rate=rate, film=film,
+        )  # fmt: skip
+    opened = cast("Callable[[Viewer, Playback], Iterator[Frame]]", attribute(SOURCES.row(viewer.source.kind).open))
+    return opened(viewer, playback)
 
-            return actor_frames(viewer.source, fps, viewer.camera, playback, preroll or PREROLL)
+
+def not_opened(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """Raises OpenError: a camera of another machine is opened by the viewer that runs there."""
+    assert isinstance(viewer.source, Announced)
+    text, machine = viewer.source.text, viewer.source.machine
+    raise OpenError(f"{text}: its images stay on {machine}: the viewer runs there: see `zenocap up`")
 
 
 def camera_images(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
     """Images of a camera or stream as it gives them, at the calibrated size and not rectified.  Raises SourceError."""
-    assert isinstance(viewer.source, Device | Stream)
-    return images_of(viewer.source, viewer.calibrated_size, viewer.fps, playback)
+    assert isinstance(viewer.source, LiveSource)
+    size, controls = viewer.calibrated_size, _controls(viewer.source, playback)
+    return camera_frames(viewer.source, viewer.fps, size, size, playback, controls=controls)
 
 
-def images_of(source: Device | Stream, size: tuple[int, int], fps: float, playback: Playback) -> Iterator[Frame]:
-    """Images of a camera or stream as it gives them, of `size` (width, height) px.  Raises SourceError."""
+def images_of(
+    source: LiveSource,
+    size: tuple[int, int],
+    fps: float,
+    sleep: Callable[[float], None],
+    report: Callable[[str], None],
+) -> Iterator[Frame]:
+    """Images of a camera or stream as it gives them, of `size` (width, height) px.  sleep, report: see `Playback`.
+
+    Raises SourceError.
+    """
+    playback = Playback(time.time_ns(), RealClock(), sleep=sleep, report=report)
     return camera_frames(source, fps, size, size, playback, controls=_controls(source, playback))
 
 
@@ -69,7 +76,7 @@ def live_images(viewer: Viewer, playback: Playback, rate: SourceRate) -> Iterato
 
     Raises SourceError.
     """
-    if isinstance(viewer.source, Device | Stream):
+    if isinstance(viewer.source, LiveSource):
         controls = _controls(viewer.source, playback)
         size = viewer.calibrated_size
         return camera_frames(
@@ -82,15 +89,15 @@ def live_images(viewer: Viewer, playback: Playback, rate: SourceRate) -> Iterato
     return open_source(viewer, playback)
 
 
-def _controls(source: Device | Stream, playback: Playback) -> CameraControls | None:
+def _controls(source: LiveSource, playback: Playback) -> CameraControls | None:
     """Controls of a camera where they can be set: on Linux."""
     if not isinstance(source, Device):
         return None
     if sys.platform != "linux":
         if source.settings != CameraSettings():
-            playback.report(f"{shown(source)}: its settings in the rig file are left out: they are set on Linux only")
+            playback.report(f"{source.title}: its settings in the rig file are left out: they are set on Linux only")
         return None
-    return CameraControls(shown(source), source.file, source.settings, playback.report)
+    return CameraControls(source.title, source.file, source.settings, playback.report)
 
 
 def frame_count(viewer: Viewer) -> int | None:

@@ -7,11 +7,12 @@ import numpy as np
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import EndedEarly, SourceError
-from zenocap.common.rig.sources import VideoFile
+from zenocap.common.rig.sources import VideoFile, empty_frames
+from zenocap.common.rig.viewers import Viewer
 from zenocap.common.video.reader import VideoReader
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback, Size
-from zenocap.services.viewer.sources.resize import Fit, Rectify
+from zenocap.services.viewer.sources.resize import Fit, Rectify, rectification
 
 LATE_FRAMES = 1.0  # frames by which a live file may be late before frames are dropped
 
@@ -35,6 +36,14 @@ class Thinning:
             return False
         self._next = int((time_ns + self._half_ns) / self._period_ns) + 1
         return True
+
+
+def frames_of(viewer: Viewer, playback: Playback) -> Iterator[Frame]:
+    """`video_frames` of a viewer; those of an empty scene are not dropped."""
+    assert isinstance(viewer.source, VideoFile)
+    size, rectify = viewer.camera.size, rectification(viewer.camera)
+    preroll = empty_frames(viewer.background)
+    return video_frames(viewer.source, viewer.fps, viewer.calibrated_size, size, playback, preroll, rectify)
 
 
 def video_frames(

@@ -10,6 +10,7 @@ from tests.support.places import ROOT
 from zenocap.common.errors import UserError
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import demo_rig, load_rig
+from zenocap.common.rig.source_kinds import parse_source
 from zenocap.common.rig.sources import (
     Actor,
     BackgroundImage,
@@ -22,7 +23,6 @@ from zenocap.common.rig.sources import (
     Stream,
     VideoFile,
     parse_background,
-    parse_source,
 )
 
 CLIPS = ROOT.parent / "shared" / "clips"

@@ -7,9 +7,12 @@ import pytest
 
 from tests.support.places import ROOT
 from zenocap.common.recording.setup_file import recorded_rig
+from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.recognizer import RecognizerTable, recognizer_spec
 from zenocap.common.rig.rig import Rig, demo_rig
+from zenocap.common.rig.security import allowed_members
 from zenocap.common.rig.services import (
+    OF_RIGS,
     SERVICES,
     TIMEKEEPER,
     file_name,
@@ -34,9 +37,18 @@ def test_every_service_has_a_folder_with_a_shell_and_a_command() -> None:
     commands = {command.__name__ for _, command in TABLE}
     for kind in SERVICES:
         assert (ROOT / "services" / kind.name / "shell.py").is_file()
-        assert kind.name in commands
-    assert {path.parent.name for path in (ROOT / "services").glob("*/step.py")} == {kind.name for kind in SERVICES}
-    assert TIMEKEEPER in {kind.name for kind in SERVICES}
+        assert (kind.command or kind.name).split()[0] in commands
+    assert {path.parent.name for path in (ROOT / "services").glob("*/shell.py")} == {kind.name for kind in SERVICES}
+    assert {path.parent.name for path in (ROOT / "services").glob("*/step.py")} == set(OF_RIGS)
+    assert TIMEKEEPER in OF_RIGS
+
+
+def test_no_rig_runs_and_no_certificate_names_a_service_of_a_machine() -> None:
+    """What a camera host does is asked of it on keys of its machine."""
+    assert [kind.name for kind in SERVICES if not kind.of_rig] == ["camera"]
+    for rig in RIGS:
+        assert "camera" not in dict(services_of(rig))
+        assert "camera" not in {member.service for member in allowed_members(rig)}
 
 
 def test_the_services_of_a_rig() -> None:
@@ -55,6 +67,15 @@ def test_a_take_has_the_services_of_its_rig(rig: Rig) -> None:
 def test_services_whose_inputs_are_in_the_take_are_recomputed() -> None:
     assert [kind.name for kind in kinds_of(TWO_VIEW) if kind.recomputed(TWO_VIEW)] == ["viewer", "integrator"]
     assert [kind.name for kind in kinds_of(HYBRID) if kind.recomputed(HYBRID)] == ["integrator", "tracker"]
+
+
+def test_poses_of_a_packages_method_are_not_recomputed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its pose service is not known to `zenocap verify`; all that its take shares with others is."""
+    for rig, left in ((TWO_VIEW, ["viewer"]), (HYBRID, ["integrator"])):
+        row = replace(method_of(rig.method), name="other", recomputes_pose=False)
+        monkeypatch.setitem(METHODS._rows, "other", row)
+        other = replace(rig, method="other")
+        assert [kind.name for kind in kinds_of(other) if kind.recomputed(other)] == left
 
 
 def test_the_warmup_parts_of_a_rig() -> None:

@@ -76,6 +76,8 @@ def test_a_wrong_address_is_refused_without_its_password(url):
 
 def test_passwords_with_signs_are_left_out():
     assert without_password("rtsp://me:a@b:c@host:1/x@y") == "rtsp://host:1/x@y"
+    assert without_password("rtsp:me:a@host/x") == "rtsp:host/x"
+    assert without_password("mjpeg:http://me:a@b@host:1/x@y") == "mjpeg:http://host:1/x@y"
 
 
 def test_pictures_are_small_and_have_names_of_their_own(tmp_path):

@@ -12,7 +12,7 @@ from zenocap.common.messages import CameraHost, FilmQuery, HostCamera
 from zenocap.common.rig.camera_settings import CameraSettings
 from zenocap.common.rig.rig import Viewer, demo_rig
 from zenocap.common.rig.sources import Device
-from zenocap.services.viewer.film.feeds import settings_in
+from zenocap.services.camera.feeds import settings_in
 from zenocap.tools.film.places import camera_settings, matching
 from zenocap.tools.film.rig_film import film_name
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.services.viewer.film.test_endpoint import SIZE, Camera
+from tests.services.camera.test_endpoint import SIZE, Camera
 from tests.support.board_pictures import before, picture_of, plain_camera
 from zenocap.common import codec
 from zenocap.common.errors import UserError
 from zenocap.common.messages import FilmBoard, FilmFile, FilmQuery, FilmReply
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.runtime.clock import RealClock
-from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission
 from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.calibration.corners_file import packed
 from zenocap.tools.calibration.detection import detected

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,8 @@ import pytest
 
 from tests.support.small_disk import small_disk
 from tests.tools.cli.test_main import zenocap
+from zenocap.common.rig.detectors import DETECTORS, PEOPLE, SELFIE
 from zenocap.common.rig.rig import demo_rig_file
-from zenocap.services.viewer.people import model_file
-from zenocap.services.viewer.people.model_file import model_path
 from zenocap.services.viewer.people.network import load_network
 from zenocap.tools.models.wheel import INSIDE, download_command
 
@@ -26,8 +26,13 @@ CONTENT = b"a model" * 1000
 def data_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """The user's data folder is a new one, and the right model is CONTENT."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    monkeypatch.setattr(model_file, "SHA256", hashlib.sha256(CONTENT).hexdigest())
+    row = replace(PEOPLE, files=(replace(SELFIE, sha256=hashlib.sha256(CONTENT).hexdigest()),))
+    monkeypatch.setitem(DETECTORS._rows, "people", row)
     return tmp_path / "data"
+
+
+def model_path() -> Path:
+    return PEOPLE.folder / SELFIE.name
 
 
 def written(folder: Path, content: bytes = CONTENT) -> tuple[Path, Path]:

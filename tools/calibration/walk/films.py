@@ -21,7 +21,7 @@ from zenocap.tools.calibration.silhouettes import Hulls, hulls_of
 from zenocap.tools.calibration.walk.delays import Timing
 from zenocap.tools.calibration.walk.parameters import LEAST_INSTANTS, MOST_INSTANTS, PER_S
 from zenocap.tools.calibration.walk.series import series_of
-from zenocap.tools.film.away import require_copied
+from zenocap.tools.cameras.away import require_copied
 from zenocap.tools.sync.videos import from_its_beginning, outlines_of
 
 LEVEL = np.diag([1.0, -1.0, -1.0])  # of a camera that looks along -Z of a Y-up world

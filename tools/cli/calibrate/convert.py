@@ -8,7 +8,6 @@ import typer
 from zenocap.tools.cli.calibrate.output import ForceOption, check_new, writing
 from zenocap.tools.cli.options import one_line_errors
 
-Layout = Literal["anipose", "caliscope", "easymocap", "qualisys", "ros"]
 Axis = Literal["y", "z"]
 
 
@@ -20,7 +19,9 @@ def convert(
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="File, or folder, to write.", show_default=False)],
-    layout: Annotated[Layout, typer.Option(help="Layout to write: see below.")] = "anipose",
+    layout: Annotated[
+        str, typer.Option(metavar="<anipose|caliscope|easymocap|qualisys|ros>", help="Layout to write: see below.")
+    ] = "anipose",
     up_axis: Annotated[Axis, typer.Option(help="Up axis of the file's world.")] = "y",
     output_up_axis: Annotated[Axis, typer.Option(help="Up axis of the written world.")] = "y",
     force: ForceOption = False,
@@ -32,7 +33,10 @@ def convert(
     ros: a folder with a camera_info file of each camera, which has no position.
     """
     from zenocap.common.camera.calibration_files import read_calibration, write_layout
+    from zenocap.common.camera.calibration_layouts import writable
 
+    if layout not in writable():
+        raise typer.BadParameter(f"--layout {layout!r}: allowed: {', '.join(writable())}")
     with one_line_errors():
         cameras = read_calibration(file, up_axis)
         if not (layout == "ros" and output.is_dir() and not any(output.iterdir())):

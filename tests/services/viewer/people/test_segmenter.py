@@ -11,7 +11,6 @@ from zenocap.common.vision.semantics import NOT_PERSON, PERSON
 from zenocap.common.vision.silhouette import Extents
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.people.crops import Square, around, cut, tiles
-from zenocap.services.viewer.people.model_file import COMMAND
 from zenocap.services.viewer.people.network import load_network
 from zenocap.services.viewer.people.segmenter import PeopleSegmenter
 
@@ -106,5 +105,5 @@ def test_live_no_frame_waits_for_the_network() -> None:
 
 def test_a_missing_model_is_one_error_with_the_command(monkeypatch: pytest.MonkeyPatch, tmp_path: str) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    with pytest.raises(UserError, match=COMMAND):
+    with pytest.raises(UserError, match="`zenocap models add people` gets it"):
         load_network()

@@ -8,8 +8,8 @@ from tests.services.viewer.sources.test_sources import SIZE, WORKING, FakeCamera
 from zenocap.common.messages import FilmQuery
 from zenocap.common.rig.sources import Device
 from zenocap.common.runtime.frame_rate import FrameChoice
-from zenocap.services.viewer.film.feeds import Tap
 from zenocap.services.viewer.sources.device import camera_frames
+from zenocap.services.viewer.sources.tap import Tap
 
 QUERY = FilmQuery(frame=0, captured_ns=0, what="open", sender="me", film="a", camera="b")
 

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zenocap.common.errors import OpenError, SizeMismatch
-from zenocap.common.rig.sources import Rendered, SpecError, parse_source
+from zenocap.common.rig.source_kinds import parse_source
+from zenocap.common.rig.sources import Rendered, SpecError
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.rendered import rendered_frames, there_and_back
 

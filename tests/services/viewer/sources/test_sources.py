@@ -355,7 +355,7 @@ def test_frames_of_a_camera_have_the_time_of_its_buffer(monkeypatch):
 def test_on_other_systems_a_stable_name_is_refused_and_settings_are_left_out_with_a_line(monkeypatch):
     monkeypatch.setattr(device.sys, "platform", "darwin")
     with pytest.raises(OpenError, match="allowed on darwin: a number, such as 0"):
-        device.open_capture(Device(None, Path("/dev/v4l/by-id/a")), SIZE, 30.0)
+        device.open_device(Device(None, Path("/dev/v4l/by-id/a")), SIZE, 30.0)
     reports: list[str] = []
     source._controls(Device(0, settings=CameraSettings(gain=3)), live(FakeTime(), reports=reports))
     source._controls(Device(0), live(FakeTime(), reports=reports))
@@ -378,7 +378,7 @@ def test_a_camera_with_a_stable_name_is_found_under_another_number(tmp_path, mon
     for number in (0, 4):
         link.unlink(missing_ok=True)
         link.symlink_to(f"/dev/video{number}")
-        device.open_capture(Device(None, link), SIZE, 30.0)
+        device.open_device(Device(None, link), SIZE, 30.0)
     assert opened == ["/dev/video0", "/dev/video4"]
 
 

@@ -1,26 +1,16 @@
 """Cameras that are filmed without a rig file, because there is no calibration yet: NAME=SOURCE."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.errors import UserError
-from zenocap.common.rig.folder import plain_name
 from zenocap.common.rig.rig import Viewer
-from zenocap.common.rig.sources import (
-    Announced,
-    Device,
-    MedianFrames,
-    SpecError,
-    Stream,
-    VideoFile,
-    parse_source,
-    without_password,
-)
+from zenocap.common.rig.source_kinds import named_source
+from zenocap.common.rig.sources import Announced, MedianFrames, VideoFile, without_password
 
-ALLOWED = "NAME=SOURCE, such as cam01=/dev/video0 or cam02=rtsp://192.168.1.20/stream"
+SUCH_AS = "cam01=/dev/video0 or cam02=rtsp://192.168.1.20/stream"
 
 
 def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float, *, files: bool = False) -> list[Viewer]:
@@ -29,21 +19,17 @@ def named_sources(texts: Sequence[str], size: tuple[int, int], fps: float, *, fi
     files: whether video files are allowed too, and cameras of other machines are not.  Their lens is a placeholder: they
     are for filming, the live page, and nothing else.
     """
-    kinds = (Device, Stream, VideoFile) if files else (Device, Stream, Announced)
+    other = VideoFile if files else Announced
     width, height = size
     matrix = np.array([[width, 0.0, (width - 1) / 2], [0.0, width, (height - 1) / 2], [0.0, 0.0, 1.0]])
     viewers: list[Viewer] = []
     for text in texts:
-        name, equals, where = text.partition("=")
-        text = f"{name}{equals}{without_password(where)}"
-        if not (equals and name and where) or plain_name(name) != name:
-            raise UserError(f"{text}: allowed: {ALLOWED}; of names: letters, digits, '.', '_' and '-'")
-        try:
-            source = parse_source(where, Path())
-        except SpecError as error:
-            raise UserError(f"{text}: allowed: {error}") from error
-        if not isinstance(source, kinds):
-            raise UserError(f"{text}: no camera and no stream{' and no video' * files}: allowed: {ALLOWED}")
+        name, source = named_source(text, SUCH_AS)
+        text = f"{name}={without_password(text.partition('=')[2])}"
+        if not (source.live or isinstance(source, other)):
+            raise UserError(
+                f"{text}: no camera and no stream{' and no video' * files}: allowed: NAME=SOURCE, such as {SUCH_AS}"
+            )
         if any(one.id == name or one.source == source for one in viewers):
             raise UserError(f"{text}: this name or this source was given already: allowed: each once")
         camera = Camera(name, size, matrix, np.zeros(4), np.eye(3), np.zeros(3))

@@ -14,9 +14,9 @@ from tests.common.rig.test_hosted import STREAM, rig
 from zenocap.common.messages import AssignReply
 from zenocap.common.rig.hosted import assignment
 from zenocap.common.runtime.clock import ManualClock
-from zenocap.services.viewer.hosted.assigned import AssignedCamera
-from zenocap.services.viewer.hosted.parameters import LEASE_S
-from zenocap.services.viewer.hosted.saved import saved_rig
+from zenocap.services.camera.assigned import AssignedCamera
+from zenocap.services.camera.parameters import VIEWER_LEASE_S
+from zenocap.services.camera.saved import saved_rig
 
 WAITING = "import sys; sys.stdin.read()"
 FAILING = "import sys; print('first', file=sys.stderr); print('camera: \\x1b[31mno image', file=sys.stderr); sys.exit(1)"
@@ -105,11 +105,11 @@ def test_a_viewer_that_fails_is_started_again_and_its_error_is_reported(host):
 
 def test_a_rig_that_is_gone_loses_its_viewer(host):
     host.ask()
-    host.clock.advance(int(LEASE_S * 0.9e9))
+    host.clock.advance(int(VIEWER_LEASE_S * 0.9e9))
     assert host.ask().state == "running"
-    host.clock.advance(int(LEASE_S * 0.9e9))
+    host.clock.advance(int(VIEWER_LEASE_S * 0.9e9))
     assert host.ask("state").state == "running"
-    host.clock.advance(int(LEASE_S * 0.2e9))
+    host.clock.advance(int(VIEWER_LEASE_S * 0.2e9))
     assert host.ask("state", rig="lab").state == "free"  # a question is no assignment
 
 
@@ -121,7 +121,7 @@ def test_a_host_that_is_started_again_goes_on(host):
     host.camera = host.new()
     assert host.ask("state").state == "running"
     assert saved_rig(file, Path())[0].viewers[0].source == STREAM
-    host.clock.advance(int(LEASE_S * 1.1e9))
+    host.clock.advance(int(VIEWER_LEASE_S * 1.1e9))
     assert host.ask("state").state == "free"
 
 

@@ -10,9 +10,9 @@ from zenocap.common.rig.sources import Stream
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.v4l2.camera import Mode
 from zenocap.common.video.v4l2.listing import FoundCamera
-from zenocap.services.viewer.film.endpoint import Permission
-from zenocap.services.viewer.film.host import CameraHostServer
-from zenocap.services.viewer.film.host_cameras import MOST_CAMERAS, named_camera
+from zenocap.services.camera.endpoint import Permission
+from zenocap.services.camera.host_cameras import MOST_CAMERAS, named_camera
+from zenocap.services.camera.shell import CameraHostServer
 from zenocap.tools.cameras.hosts import host_data, host_lines
 
 
@@ -43,8 +43,9 @@ def camera(number: int, modes: int = 60) -> FoundCamera:
 
 def host(folder: Path, found: list[FoundCamera], session: Session | None = None) -> CameraHostServer:
     named = {"cam01": Stream("rtsp://user:secret@1.2.3.4/s")}
+    clock, permission = ManualClock(5), Permission(film=True)
     return CameraHostServer(
-        session or Session(), "lab1", named, folder, Permission(film=True), ManualClock(5), lambda: tuple(found)
+        session or Session(), "lab1", named, folder, permission, clock, lambda *_: iter(()), lambda: tuple(found)
     )  # type: ignore[arg-type]
 
 

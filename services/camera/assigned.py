@@ -16,12 +16,12 @@ import msgspec
 from zenocap.common.errors import UserError
 from zenocap.common.messages import AssignQuery, AssignReply
 from zenocap.common.rig.hosted import hosted_rig
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import LiveSource
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.foreign_text import printable
-from zenocap.services.viewer.hosted.child import Child
-from zenocap.services.viewer.hosted.parameters import LEASE_S
-from zenocap.services.viewer.hosted.saved import SavedAssignment, read_saved, write_saved
+from zenocap.services.camera.child import Child
+from zenocap.services.camera.parameters import VIEWER_LEASE_S
+from zenocap.services.camera.saved import SavedAssignment, read_saved, write_saved
 
 logger = logging.getLogger(__name__)
 
@@ -31,7 +31,7 @@ class AssignedCamera:
 
     def __init__(
         self,
-        source: Device | Stream,
+        source: LiveSource,
         file: Path,
         command: Callable[[Path], Sequence[str]],
         clock: Clock,
@@ -76,8 +76,8 @@ class AssignedCamera:
         with self._lock:
             if self._query is None or self._child is None:
                 return
-            if self._clock.elapsed_ns() - self._asked_ns > LEASE_S * 1e9:
-                self._end(f"rig {self._query.rig} is gone: no query for {LEASE_S:.0f} s")
+            if self._clock.elapsed_ns() - self._asked_ns > VIEWER_LEASE_S * 1e9:
+                self._end(f"rig {self._query.rig} is gone: no query for {VIEWER_LEASE_S:.0f} s")
             else:
                 self._child.check()
 
@@ -111,7 +111,7 @@ class AssignedCamera:
         self._begin(query)
 
     def _begin(self, query: AssignQuery) -> None:
-        write_saved(self._file, SavedAssignment(query=query, source=_text(self._source), previews=self._previews))
+        write_saved(self._file, SavedAssignment(query=query, source=self._source.text, previews=self._previews))
         self._query, self._asked_ns = query, self._clock.elapsed_ns()
         logger.warning("%s: assigned", self.used_by)
         self._child = Child(self.used_by, self._command(self._file), lambda: self._clock.elapsed_ns() / 1e9)
@@ -153,8 +153,3 @@ class AssignedCamera:
 def _same(one: AssignQuery, other: AssignQuery) -> bool:
     """Whether two queries assign the same."""
     return msgspec.structs.replace(one, frame=0, captured_ns=0) == msgspec.structs.replace(other, frame=0, captured_ns=0)
-
-
-def _text(source: Device | Stream) -> str:
-    """As in a rig file, with its password."""
-    return source.url if isinstance(source, Stream) else str(source.file)

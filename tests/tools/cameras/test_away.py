@@ -8,7 +8,7 @@ import pytest
 
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.board_films import board_films
-from zenocap.tools.film.away import AWAY, copy_commands, detect_commands, require_copied, write_away
+from zenocap.tools.cameras.away import AWAY, copy_commands, detect_commands, require_copied, write_away
 
 PLACES = {"cam01": ("lab1", '/home/a "b"/films/x'), "cam02": ("lab2", "/home/c/films/x")}
 

@@ -1,4 +1,4 @@
-"""A camera host: announces the cameras of its machine, films them at the command of `zenocap film`, and runs viewers with
+"""The camera host: announces the cameras of its machine, films them at the command of `zenocap film`, and runs viewers with
 them that `zenocap up` assigns; without a rig file."""
 
 import logging
@@ -19,18 +19,18 @@ from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
 from zenocap.common.messages import AssignQuery, CameraHost, FilmQuery
 from zenocap.common.rig.folder import plain_name
-from zenocap.common.rig.sources import Device, Stream
+from zenocap.common.rig.sources import LiveSource
 from zenocap.common.runtime.clock import Clock, RealClock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.topics import HOST_ASSIGN, HOST_FILM
 from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
-from zenocap.services.viewer.film.board_search import Command
-from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
-from zenocap.services.viewer.film.feeds import CameraFeed
-from zenocap.services.viewer.film.host_cameras import OfferedCamera, named_camera, offered_cameras
-from zenocap.services.viewer.film.parameters import LOOK_AGAIN_S, TWIN_S
-from zenocap.services.viewer.hosted.assigned import AssignedCamera
-from zenocap.services.viewer.hosted.saved import data_folder
+from zenocap.services.camera.assigned import AssignedCamera
+from zenocap.services.camera.board_search import Command
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission
+from zenocap.services.camera.feeds import CameraFeed, Opener
+from zenocap.services.camera.host_cameras import OfferedCamera, named_camera, offered_cameras
+from zenocap.services.camera.parameters import LOOK_AGAIN_S, TWIN_S
+from zenocap.services.camera.saved import data_folder
 
 logger = logging.getLogger(__name__)
 
@@ -59,23 +59,25 @@ class CameraHostServer:
         self,
         session: FilmSession,
         machine: str,
-        named: Mapping[str, Device | Stream],
+        named: Mapping[str, LiveSource],
         folder: Path,
         permission: Permission,
         clock: Clock,
+        opener: Opener,
         found: Callable[[], Sequence[FoundCamera]] = found_cameras,
         viewers: Viewers | None = None,
         detect: Command | None = None,
     ) -> None:
-        """named: cameras besides those of this machine.  folder: of the films.  found: raises UserError without cameras.
+        """named: cameras besides those of this machine.  folder: of the films.  opener: of a camera.
 
+        found: raises UserError without cameras.
         viewers: of rigs, which are run with the cameras when they are assigned; None for none.  detect: see `FilmEndpoint`.
         """
         self._detect = detect
         self._session, self._machine, self._folder, self._viewers = session, machine, folder, viewers
         self.instance = secrets.token_hex(8)
         self._permission, self._clock, self._found = permission, clock, found
-        self._named = named
+        self._named, self._opener = named, opener
         self._offered: dict[str, OfferedCamera] = {}
         self._endpoints: dict[str, _Endpoints] = {}
         self.look()
@@ -92,14 +94,14 @@ class CameraHostServer:
             if id not in self._endpoints:
                 self._endpoints[id] = self._served(id, one.source)
 
-    def _served(self, id: str, source: Device | Stream) -> "_Endpoints":
+    def _served(self, id: str, source: LiveSource) -> "_Endpoints":
         """Answer the queries about one camera."""
         assigned: AssignedCamera | None = None
         servers: list[QueryServer[FilmQuery] | QueryServer[AssignQuery]] = []
         used_by = partial(self.used_by, id)
         film = FilmEndpoint(
-            CameraFeed(source), None, self._folder, self._permission, self._clock, self._machine, used_by=used_by,
-            detect=self._detect,
+            CameraFeed(source, self._opener), None, self._folder, self._permission, self._clock, self._machine,
+            used_by=used_by, detect=self._detect,
         )  # fmt: skip
         if self._viewers is not None:
             assigned = AssignedCamera(
@@ -153,6 +155,7 @@ def run_host(
     folder: Path,
     options: ZenohOptions,
     stopped: Callable[[], bool],
+    opener: Opener,
     *,
     allow_fetch: bool = False,
     command: Callable[[Path], Sequence[str]] | None = None,
@@ -160,8 +163,10 @@ def run_host(
 ) -> int:
     """Announce and film the cameras of this machine until `stopped`, and run viewers with them; returns the exit status.
 
-    machine: its name on the network; default: its host name.  named: NAME=SOURCE of further cameras.  command: of the
-    viewer of an assignment's file; None: no viewers are run.  detect: see `FilmEndpoint`.  Raises UserError.
+    machine: its name on the network; default: its host name.  named: NAME=SOURCE of further cameras.  opener: of a
+    camera.  command: of the viewer of an assignment's file; None: no viewers are run.  detect: see `FilmEndpoint`.
+
+    Raises UserError.
     """
     name = machine or plain_name(socket.gethostname()).lstrip(".") or "machine"
     if plain_name(name) != name or name.startswith("."):
@@ -173,7 +178,7 @@ def run_host(
     server = None
     try:
         clock = RealClock()
-        server = CameraHostServer(session, name, cameras, folder, permission, clock, viewers=viewers, detect=detect)
+        server = CameraHostServer(session, name, cameras, folder, permission, clock, opener, viewers=viewers, detect=detect)
         ids = ", ".join(one.id for one in server.announcement().cameras) or "no camera yet"
         logger.warning("%s announces %s; films go to %s", name, ids, folder.resolve())
         looked_s, told = time.monotonic(), ""

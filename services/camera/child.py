@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import IO
 
 from zenocap.common.runtime.foreign_text import MAX_LINE, printable
-from zenocap.services.viewer.hosted.parameters import FIRST_PAUSE_S, LAST_LINES, LONGEST_PAUSE_S, SETTLED_S, STOP_S
+from zenocap.services.camera.parameters import FIRST_PAUSE_S, LAST_LINES, LONGEST_PAUSE_S, SETTLED_S, VIEWER_STOP_S
 
 logger = logging.getLogger(__name__)
 
@@ -58,7 +58,7 @@ class Child:
             return
         self._process.send_signal(signal.SIGTERM)
         try:
-            self._process.wait(STOP_S)
+            self._process.wait(VIEWER_STOP_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

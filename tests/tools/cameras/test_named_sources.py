@@ -6,7 +6,7 @@ import pytest
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.sources import Device, Stream
-from zenocap.tools.film.sources import named_sources
+from zenocap.tools.cameras.named_sources import named_sources
 
 
 def test_cameras_have_their_names_sources_and_the_size():

@@ -8,10 +8,12 @@ from pathlib import Path
 from zenocap.common.errors import UserError
 from zenocap.common.messages import HostCamera
 from zenocap.common.rig.folder import plain_name
-from zenocap.common.rig.sources import Announced, Device, Source, Stream, parse_source, without_password
+from zenocap.common.rig.source_kinds import OF_NAMES, named_source, parse_source
+from zenocap.common.rig.sources import Announced, Device, LiveSource
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.video.v4l2.listing import FoundCamera, found_cameras
 
+SUCH_AS = "cam01=rtsp://192.168.1.20/stream"
 MOST_CAMERAS, MOST_MODES = 16, 48  # of one machine and one camera, as in `CameraHost`: they fit into one message
 
 
@@ -19,32 +21,27 @@ MOST_CAMERAS, MOST_MODES = 16, 48  # of one machine and one camera, as in `Camer
 class OfferedCamera:
     """A camera with what is announced of it."""
 
-    source: Device | Stream
+    source: LiveSource
     announced: HostCamera
 
 
-def named_camera(text: str) -> tuple[str, Device | Stream]:
+def named_camera(text: str) -> tuple[str, LiveSource]:
     """Name and source of NAME=SOURCE.  Raises UserError."""
-    name, equals, where = text.partition("=")
-    allowed = "NAME=SOURCE, such as cam01=rtsp://192.168.1.20/stream; of names: letters, digits, '.', '_' and '-'"
-    shown = f"{name}{equals}{without_password(where)}"
-    if not (equals and name and where) or plain_name(name) != name or name.startswith("."):
-        raise UserError(f"--camera {shown}: allowed: {allowed}")
-    try:
-        source: Source = parse_source(where, Path())
-    except UserError as error:
-        raise UserError(f"--camera {shown}: allowed: {error}") from error
-    if not isinstance(source, Device | Stream):
-        raise UserError(f"--camera {shown}: no camera and no stream: allowed: {allowed}")
+    name, source = named_source(text, SUCH_AS, "--camera ", installed=False)
+    shown, allowed = f"--camera {name}={source.shown}", f"NAME=SOURCE, such as {SUCH_AS}; {OF_NAMES}"
+    if name.startswith("."):
+        raise UserError(f"{shown}: allowed: {allowed}")
+    if not isinstance(source, LiveSource):
+        raise UserError(f"{shown}: no camera and no stream: allowed: {allowed}")
     return name, source
 
 
-def own_camera(source: Announced, named: Sequence[str]) -> Device | Stream:
+def own_camera(source: Announced, named: Sequence[str]) -> LiveSource:
     """The camera of this machine that would be announced under the name of `source`.  named: NAME=SOURCE of others.
 
     Raises UserError.
     """
-    cameras: dict[str, Device | Stream] = dict(map(named_camera, named))
+    cameras: dict[str, LiveSource] = dict(map(named_camera, named))
     with suppress(UserError):  # there is none
         for camera in found_cameras():
             cameras.setdefault(_id(camera), _device(camera.source))
@@ -57,10 +54,10 @@ def own_camera(source: Announced, named: Sequence[str]) -> Device | Stream:
     return replace(own, settings=source.settings) if isinstance(own, Device) else own
 
 
-def offered_cameras(found: Sequence[FoundCamera], named: Mapping[str, Device | Stream]) -> dict[str, OfferedCamera]:
+def offered_cameras(found: Sequence[FoundCamera], named: Mapping[str, LiveSource]) -> dict[str, OfferedCamera]:
     """The cameras that are announced, by name: the named ones, and those of this machine; MOST_CAMERAS at most."""
     offered = {
-        name: OfferedCamera(source, HostCamera(id=name, source=_shown(source), name=name)) for name, source in named.items()
+        name: OfferedCamera(source, HostCamera(id=name, source=source.shown, name=name)) for name, source in named.items()
     }
     for camera in found:
         id = _id(camera)
@@ -74,12 +71,8 @@ def _id(camera: FoundCamera) -> str:
     return plain_name(Path(camera.source).name).lstrip(".") or "camera"
 
 
-def _shown(source: Device | Stream) -> str:
-    return without_password(source.url) if isinstance(source, Stream) else str(source.file)
-
-
 def _device(source: str) -> Device:
-    parsed = parse_source(source, Path())
+    parsed = parse_source(source, Path(), installed=False)
     assert isinstance(parsed, Device)
     return parsed
 

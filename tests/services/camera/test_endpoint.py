@@ -14,9 +14,9 @@ from zenocap.common import codec
 from zenocap.common.messages import FilmBoard, FilmQuery, FilmReply
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.video.reader import VideoReader
-from zenocap.services.viewer.film.board_search import Command
-from zenocap.services.viewer.film.endpoint import FilmEndpoint, Permission
-from zenocap.services.viewer.film.parameters import LEASE_S, OPEN_S
+from zenocap.services.camera.board_search import Command
+from zenocap.services.camera.endpoint import FilmEndpoint, Permission
+from zenocap.services.camera.parameters import FILM_LEASE_S, OPEN_S
 
 SIZE, S = (64, 48), 1_000_000_000
 ALL = Permission(film=True, read=True)
@@ -144,16 +144,16 @@ def test_nobody_else_starts_stops_or_reads_a_film(tmp_path):
 def test_a_film_ends_when_its_commander_is_gone(tmp_path):
     place = Place(tmp_path)
     place.filmed()
-    for k in range(int(LEASE_S) - 2):
+    for k in range(int(FILM_LEASE_S) - 2):
         place.image(1001.5 + k)
         place.ask("state", "stranger")  # does not keep it alive
         place.endpoint.check()
     assert place.endpoint.is_recording
-    place.image(1001.5 + LEASE_S)
+    place.image(1001.5 + FILM_LEASE_S)
     place.endpoint.check()
     reply = place.ask("state")
     assert (reply.state, reply.failure) == ("ended", "who filmed is gone: no query for 10 s")
-    assert reply.frames >= LEASE_S - 2
+    assert reply.frames >= FILM_LEASE_S - 2
 
 
 def test_an_opened_film_that_is_not_started_gives_the_camera_back(tmp_path):
@@ -294,7 +294,7 @@ def test_a_search_ends_with_its_commander_and_with_the_program(tmp_path):
         assert "a board is being searched in film walk" in place.ask("open", "other", "run").refused
         assert place.ask("state").board == "searching"
         if name == "gone":
-            place.clock.set(round((1002.5 + LEASE_S) * S))
+            place.clock.set(round((1002.5 + FILM_LEASE_S) * S))
             place.endpoint.check()
         else:
             place.endpoint.close()

@@ -14,14 +14,15 @@ from typing import Literal
 from zenocap.common.errors import UserError
 from zenocap.common.messages import FilmQuery, FilmReply
 from zenocap.common.rig.folder import CORNERS, CORNERS_SUFFIX
+from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.video.parameters import RESERVE_BYTES
-from zenocap.services.viewer.film.board_search import BoardSearch, Command
-from zenocap.services.viewer.film.feeds import Feed
-from zenocap.services.viewer.film.files import FilmFiles
-from zenocap.services.viewer.film.parameters import EARLIEST_S, LATEST_S, LEASE_S, OPEN_S
-from zenocap.services.viewer.film.recorder import Recorder, free_bytes_of
+from zenocap.services.camera.board_search import BoardSearch, Command
+from zenocap.services.camera.feeds import Feed
+from zenocap.services.camera.files import FilmFiles
+from zenocap.services.camera.parameters import EARLIEST_S, FILM_LEASE_S, FILMS, LATEST_S, OPEN_S
+from zenocap.services.camera.recorder import Recorder, free_bytes_of
 
 logger = logging.getLogger(__name__)
 
@@ -107,8 +108,8 @@ class FilmEndpoint:
     def _check(self) -> None:
         now_ns = self._clock.elapsed_ns()
         searching = self._search is not None and self._search.state == "searching"
-        if searching and self._search is not None and now_ns - self._asked_ns > LEASE_S * 1e9:
-            self._search.stop(f"who filmed is gone: no query for {LEASE_S:.0f} s")
+        if searching and self._search is not None and now_ns - self._asked_ns > FILM_LEASE_S * 1e9:
+            self._search.stop(f"who filmed is gone: no query for {FILM_LEASE_S:.0f} s")
         if not self.is_recording or self._recorder is None:
             return
         if self._feed.failure or self._recorder.failure:
@@ -117,8 +118,8 @@ class FilmEndpoint:
             self._state == "filming" and self._end_ns is not None and self._clock.now_ns() > self._end_ns + 1_000_000_000
         ):
             self._end("")
-        elif now_ns - self._asked_ns > LEASE_S * 1e9:
-            self._end(f"who filmed is gone: no query for {LEASE_S:.0f} s")
+        elif now_ns - self._asked_ns > FILM_LEASE_S * 1e9:
+            self._end(f"who filmed is gone: no query for {FILM_LEASE_S:.0f} s")
         elif self._state != "filming" and now_ns - self._opened_ns > OPEN_S * 1e9:
             self._end(f"not started within {OPEN_S:.0f} s")
         elif self._state == "opening" and self._recorder.ready:
@@ -277,3 +278,14 @@ class FilmEndpoint:
             board="none" if search is None else search.state,
             board_failure="" if search is None else printable(search.failure, 900),
         )
+
+
+def filming_of(
+    rig: Rig, id: str, folder: Path | None, *, may_read: bool, detect: Command | None = None
+) -> Callable[[Feed, Clock], FilmEndpoint]:
+    """What begins the endpoint of a running viewer of a rig, with the images of that.
+
+    folder: of the films; None: FILMS beside the rig file.  may_read: see `Permission`.  detect: see `FilmEndpoint`.
+    """
+    name, place, permission = rig.viewer(id).camera.name, folder or rig.base / FILMS, Permission(rig.film, may_read)
+    return lambda feed, clock: FilmEndpoint(feed, name, place, permission, clock, detect=detect)

@@ -1,24 +1,33 @@
-"""Where the images of a film come from: the source of a running viewer, or a camera that is opened for the film."""
+"""Images of a film: of the source of a running viewer, or of a camera that is opened for the film."""
 
 import logging
 import threading
-import time
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from zenocap.common.arrays import Image
 from zenocap.common.messages import FilmQuery
 from zenocap.common.rig.camera_settings import LOCKED, CameraSettings, Setting
-from zenocap.common.rig.sources import Device, Stream
-from zenocap.common.runtime.clock import RealClock
-from zenocap.services.viewer.frame import Frame
-from zenocap.services.viewer.sources.playback import Playback
-from zenocap.services.viewer.sources.source import images_of
+from zenocap.common.rig.sources import Device, LiveSource
 
 logger = logging.getLogger(__name__)
 
 Receive = Callable[[Image, int], None]
-Opener = Callable[[Device | Stream, tuple[int, int], float, Playback], Iterator[Frame]]
+
+
+class Picture(Protocol):
+    """An image, (height, width, 3) BGR, and its capture time, ns since the Unix epoch."""
+
+    @property
+    def image(self) -> Image: ...
+
+    @property
+    def captured_ns(self) -> int: ...
+
+
+Opener = Callable[[LiveSource, tuple[int, int], float, Callable[[float], None], Callable[[str], None]], Iterator[Picture]]
+"""Images of a camera as it gives them.  Called with source, (width, height) px, frames/s, a function that waits for seconds
+while a camera that failed is opened again, and one that gets texts about its state.  Raises SourceError."""
 
 
 class Feed(Protocol):
@@ -36,48 +45,14 @@ class Feed(Protocol):
     def close(self) -> None: ...
 
 
-class Tap:
-    """Passes the images of a running source on, at the calibrated size and not rectified, while a film is open."""
-
-    def __init__(self, size: tuple[int, int], fps: float) -> None:
-        """size: calibrated (width, height), px.  fps: of the viewer."""
-        self._size, self._fps = size, fps
-        self._receive: Receive | None = None
-        self.away, self.failure = 0, ""
-
-    @property
-    def is_open(self) -> bool:
-        return self._receive is not None
-
-    def offer(self, image: Image, captured_ns: int) -> None:
-        """Called by the source for every frame."""
-        receive = self._receive
-        if receive is not None:
-            receive(image, captured_ns)
-
-    def lost(self) -> None:
-        """Called by the source when its camera fails and will be opened again."""
-        self.away += self.is_open
-
-    def size_and_rate(self, query: FilmQuery) -> tuple[tuple[int, int], float]:
-        return self._size, self._fps
-
-    def open(self, query: FilmQuery, receive: Receive) -> None:
-        self.away = 0
-        self._receive = receive
-
-    def close(self) -> None:
-        self._receive = None
-
-
 class _Closed(Exception):
     """Ends a camera that waits to be opened again."""
 
 
 class CameraFeed:
-    """A camera of this machine that is opened for each film and given back afterwards.  opener: see `images_of`."""
+    """A camera of this machine that is opened for each film and given back afterwards."""
 
-    def __init__(self, source: Device | Stream, opener: Opener = images_of) -> None:
+    def __init__(self, source: LiveSource, opener: Opener) -> None:
         self._source, self._opener = source, opener
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
@@ -110,8 +85,7 @@ class CameraFeed:
         source = self._source
         if isinstance(source, Device):
             source = Device(source.number, source.link, settings_in(query))
-        playback = Playback(time.time_ns(), RealClock(), sleep=pause, report=report)
-        frames = self._opener(source, query.size, query.fps, playback)
+        frames = self._opener(source, query.size, query.fps, pause, report)
         try:
             for frame in frames:
                 if stop.is_set():

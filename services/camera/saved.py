@@ -10,7 +10,8 @@ from zenocap.common.errors import UserError
 from zenocap.common.messages import AssignQuery
 from zenocap.common.rig.hosted import hosted_rig
 from zenocap.common.rig.rig import Rig
-from zenocap.common.rig.sources import Device, Stream, parse_source
+from zenocap.common.rig.source_kinds import parse_source
+from zenocap.common.rig.sources import LiveSource
 
 
 class SavedAssignment(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -47,8 +48,8 @@ def read_saved(path: Path) -> SavedAssignment:
 def saved_rig(path: Path, films: Path) -> tuple[Rig, str]:
     """The rig of a saved assignment, and the id of its viewer.  films: folder of films.  Raises UserError."""
     saved = read_saved(path)
-    source = parse_source(saved.source, Path())
-    if not isinstance(source, Device | Stream):
+    source = parse_source(saved.source, Path(), installed=False)
+    if not isinstance(source, LiveSource):
         raise UserError(f"{path}: source: no camera and no stream")
     rig = hosted_rig(saved.query, source, films, previews=saved.previews)
     return rig, rig.viewers[0].id

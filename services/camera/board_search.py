@@ -9,8 +9,8 @@ from typing import Literal
 
 from zenocap.common.messages import FilmBoard
 from zenocap.common.runtime.foreign_text import printable
-from zenocap.services.viewer.film.files import FilmFiles
-from zenocap.services.viewer.film.parameters import LAST_BYTES, STOP_S
+from zenocap.services.camera.files import FilmFiles
+from zenocap.services.camera.parameters import LAST_BYTES, SEARCH_STOP_S
 
 logger = logging.getLogger(__name__)
 
@@ -49,7 +49,7 @@ class BoardSearch:
             logger.warning("the search of a board is ended: %s", reason)
             self._process.terminate()
             try:
-                self._process.wait(STOP_S)
+                self._process.wait(SEARCH_STOP_S)
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()

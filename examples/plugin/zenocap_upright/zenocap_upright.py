@@ -1,0 +1,34 @@
+"""The two-view method for people who stand upright: `method = "upright"` in a rig file.  The torso does not lean."""
+
+from dataclasses import replace
+from typing import Never
+
+from zenocap.common.rig.methods import TWO_VIEW
+from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.rig.two_view import IMPROVED
+from zenocap.common.runtime.service import Service
+from zenocap.common.vision.adaptive.model import Adaptive
+from zenocap.services.integrator.shell import integrator_service
+from zenocap.services.integrator.states import Setup, State
+from zenocap.services.viewer import states
+from zenocap.services.viewer.frame import Frame
+from zenocap.services.viewer.people.segmenter import PeopleSegmenter
+from zenocap.services.viewer.shell import two_view
+
+ADDITIONS = IMPROVED - {"tilt"}
+
+
+def viewer(
+    rig: Rig, one: Viewer, people: PeopleSegmenter | None = None, kept: Adaptive | None = None
+) -> Service[states.Setup, states.State, Frame]:
+    return two_view(replace(rig, additions=ADDITIONS), one, people, kept)
+
+
+def pose(rig: Rig) -> Service[Setup, State, Never]:
+    return integrator_service(replace(rig, additions=ADDITIONS))
+
+
+UPRIGHT = replace(
+    TWO_VIEW, name="upright", viewer="zenocap_upright:viewer", pose="zenocap_upright:pose", recomputes_viewers=False,
+    recomputes_pose=False,
+)  # fmt: skip

@@ -1,1 +1,0 @@
-"""Viewers of rigs that a camera host runs: assigned over the network, with cameras of its own machine."""

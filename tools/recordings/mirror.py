@@ -21,15 +21,15 @@ from zenocap.common.conversion import bdp_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.reader import Take, envelope
-from zenocap.common.recording.setup_file import PRIOR_FILE, SETUP_FILE, RecordedRig, RecordedTurn, read_setup
+from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig, RecordedTurn, read_setup
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, topic_at
-from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import rooted_pose
 from zenocap.tools.recordings.both_ways import WRITING, with_both_ways
+from zenocap.tools.recordings.members import tracker_setup
 from zenocap.tools.recordings.retrack import retrack, take_like
 
 TRACKING = "tracking again"
@@ -180,7 +180,7 @@ def _rig_of(take: Take) -> RecordedRig:
 
 def _setup_of(rig: RecordedRig, take: Take) -> Setup:
     try:
-        return tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, take.path, take.attachments.get(PRIOR_FILE)))
+        return tracker_setup(rig, take.path, take.attachments)
     except ValueError as error:
         raise UserError(f"{take.path}: {error}") from error
 

@@ -14,7 +14,7 @@ from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_views import CameraViews
 from zenocap.tools.calibration.bundle import Adjusted, Corners, RigState, adjusted, seen_corners
 from zenocap.tools.calibration.floor import World, floor_world, guessed_world
-from zenocap.tools.calibration.instants import chosen_instants, instants_near, shared_counts
+from zenocap.tools.calibration.frame_sets import chosen_instants, instants_near, shared_counts
 from zenocap.tools.calibration.lens_choice import first_lens, held_out_error, spread_views
 from zenocap.tools.calibration.lens_model import LensModel
 from zenocap.tools.calibration.parameters import CORNER_PX, FLOOR_S, LEAST_READOUT_S, LENS_VIEWS, SURE_READOUT

@@ -89,17 +89,18 @@ def evaluate(
             quantity = "joint angles" if use_angles else "joint centres"
             raise UserError(f"--truth {truth}: suffix {truth.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")
         if plot is not None:
-            from zenocap.tools.recordings.angle_plot import check_picture
+            from zenocap.tools.recordings.angle_report import check_picture
 
             check_picture(plot)
         poses = read_poses(checked_take(take), raw=raw)
         selection = Selection(first, last, every, offset)
         if use_angles:
-            from zenocap.tools.recordings.evaluate_angles import angle_accuracy, angle_lines
+            from zenocap.tools.recordings.angle_report import angle_lines
+            from zenocap.tools.recordings.evaluate_angles import angle_accuracy
 
             found, curves = angle_accuracy(poses.track(), truth, selection, take)
             if plot is not None:
-                from zenocap.tools.recordings.angle_plot import draw_angles
+                from zenocap.tools.recordings.angle_report import draw_angles
 
                 draw_angles(plot, curves, found, (truth.name, take.name))
             result, lines = asdict(found), angle_lines(found)

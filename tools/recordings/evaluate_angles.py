@@ -173,27 +173,6 @@ def error_of(take: Floats, truth: Floats) -> AngleError:
     )
 
 
-def angle_lines(found: AngleAccuracy) -> list[str]:
-    """Table of the errors, for a terminal."""
-    lines = [
-        f"frames {found.frames}; without pose {found.without_pose_pct:.1f} % "
-        f"(take {found.take_lost_pct:.1f} %, truth {found.truth_lost_pct:.1f} %)",
-        f"{'degrees':22}{'frames':>7}{'mae':>7}{'rms':>7}{'bias':>7}{'rms-bias':>9}{'range truth':>12}{'take':>7}{'r':>7}",
-    ]
-    for name, error in found.angles.items():
-        correlation = "-" if error.correlation is None else f"{error.correlation:.2f}"
-        lines.append(
-            f"{name:22}{error.frames:7}{error.mae_deg:7.1f}{error.rms_deg:7.1f}{error.bias_deg:+7.1f}"
-            f"{error.rms_unbiased_deg:9.1f}{error.range_truth_deg:12.1f}{error.range_take_deg:7.1f}{correlation:>7}"
-        )
-    for reason in dict.fromkeys(found.not_compared.values()):
-        names = ", ".join(name for name, given in found.not_compared.items() if given == reason)
-        lines.append(f"not compared, {reason}: {names}")
-    lines += [f"note: {note}" for note in found.notes]
-    lines.append(f"convention: {found.convention}")
-    return lines
-
-
 def _nearest_solutions(found: Mapping[str, Floats], expected: Mapping[str, Floats]) -> dict[str, Floats]:
     """Flexion, adduction and rotation of the take's shoulders: of both solutions the one nearer to the truth's."""
     result: dict[str, Floats] = {}

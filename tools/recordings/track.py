@@ -15,17 +15,16 @@ from zenocap.common.camera_advice import TakeAdvice, TakeFault
 from zenocap.common.errors import SourceError, UserError
 from zenocap.common.messages import CameraAdvice, Message, TrackerBdp, TrackerPose, UniversalBap, Verdict
 from zenocap.common.recording.opening import new_recording
-from zenocap.common.rig.methods import method_of, tracker_methods
-from zenocap.common.rig.rig import Rig, Viewer
+from zenocap.common.recording.reader import Take
+from zenocap.common.rig.methods import method_of
+from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN
 from zenocap.common.rig.sources import Actor, Images, Rendered, VideoFile
-from zenocap.common.rig.tracker import TrackerError, TrackerOverrides, with_front_of, with_overrides
-from zenocap.common.rig.viewers import at_rate
 from zenocap.common.runtime.clock import ManualClock
 from zenocap.common.runtime.service import HEALTH_NS
 from zenocap.common.session.lookahead import Lookahead, limited_threads
 from zenocap.common.session.session import Session
-from zenocap.common.topics import TOPICS, VERDICT, Topic
+from zenocap.common.topics import CAMERA, TOPICS, VERDICT, Topic
 from zenocap.services.viewer.frame import Frame
 from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
@@ -35,8 +34,6 @@ from zenocap.tools.recordings.members import cameras, members
 from zenocap.tools.recordings.take_writer import TakeWriter
 
 logger = logging.getLogger(__name__)
-
-SAME_SHAPE = 0.02
 
 
 @dataclass(frozen=True)
@@ -177,6 +174,28 @@ def _track_frames(
     )
 
 
+def frame_sets_again(rig: Rig, take: Path, jobs: int | None = None) -> Iterator[TrackedFrameSet]:
+    """Yield the frame sets of `track`, decoded again but not processed, with their messages from its take, to draw them.
+
+    jobs: number of cores to use; default: the available ones.  Raises UserError for a take that cannot be read.
+    """
+    jobs = available_cores() if jobs is None else jobs
+    clock, inputs = ManualClock(EPOCH_NS), Inputs()
+    with limited_threads(jobs), Lookahead(jobs) as lookahead:
+        sources = {id: lookahead.ahead(frames) for id, frames in opened(rig, clock, inputs).items()}
+        received = Take(take).envelopes(invalid="raise")
+        following = next(received, None)
+        for frames in inputs.frame_sets(sources, tolerance_ns(rig)):
+            now_ns = max(frame.captured_ns for frame in frames.values())
+            clock.set(now_ns)
+            messages: list[Message] = []
+            # `track` has set its clock to this time; cameras come first, before a separate video of the T-pose.
+            while following is not None and (following.topic is CAMERA or following.received_ns <= now_ns):
+                messages.append(following.message)
+                following = next(received, None)
+            yield TrackedFrameSet(frames, tuple(messages))
+
+
 def tolerance_ns(rig: Rig) -> int:
     """Largest difference of the capture times in a frame set: half a frame period, nanoseconds."""
     return round(0.5e9 / max(viewer.fps for viewer in rig.viewers))
@@ -185,68 +204,6 @@ def tolerance_ns(rig: Rig) -> int:
 def available_cores() -> int:
     """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def at_working_size(rig: Rig, size: tuple[int, int] | None, fps: float | None) -> Rig:
-    """The rig with every viewer's working size and rate replaced where given.  Raises UserError.
-
-    The empty scene at the beginning keeps its duration.
-    """
-    return replace(rig, viewers=tuple(_resized(rig, viewer, size, fps) for viewer in rig.viewers))
-
-
-def with_tracker(rig: Rig, overrides: TrackerOverrides) -> Rig:
-    """The rig with the given options instead of its own tracker's.  Raises UserError."""
-    if rig.tracker is None:
-        if overrides != TrackerOverrides():
-            raise UserError(
-                f"rig {rig.name}: method = {rig.method!r} has no tracker: allowed with "
-                f"{', '.join(f'--{name}' for name in vars(overrides))}: {', '.join(tracker_methods())}"
-            )
-        return rig
-    try:
-        spec = with_overrides(rig.tracker, rig.method, overrides)
-        spec = with_front_of(spec, {viewer.id: viewer.camera.name for viewer in rig.viewers})
-    except TrackerError as error:
-        raise UserError(f"--{error}") from error
-    return replace(rig, tracker=spec)
-
-
-def decoded_by_hardware(rig: Rig) -> Rig:
-    """The rig with its video files decoded by hardware where that is possible."""
-    viewers = tuple(
-        replace(viewer, source=replace(viewer.source, hardware=True)) if isinstance(viewer.source, VideoFile) else viewer
-        for viewer in rig.viewers
-    )
-    return replace(rig, viewers=viewers)
-
-
-def with_people(rig: Rig) -> Rig:
-    """The rig with the network that finds people in every viewer."""
-    return replace(rig, viewers=tuple(replace(viewer, people=True) for viewer in rig.viewers))
-
-
-def of_height(rig: Rig, height: float) -> Rig:
-    """The rig for a person of that height (m) whose body is not measured, for videos without T-pose."""
-    viewers = tuple(
-        replace(viewer, source=replace(viewer.source, initial=None)) if isinstance(viewer.source, VideoFile) else viewer
-        for viewer in rig.viewers
-    )
-    return replace(rig, viewers=viewers, person_height=height)
-
-
-def _resized(rig: Rig, viewer: Viewer, size: tuple[int, int] | None, fps: float | None) -> Viewer:
-    if size is not None:
-        width, height = viewer.calibrated_size
-        if abs((size[0] / width) / (size[1] / height) - 1) > SAME_SHAPE:
-            raise UserError(
-                f"rig {rig.name}: viewer {viewer.id}: size {size[0]}x{size[1]}: allowed: the shape of the calibrated "
-                f"{width}x{height} px, such as {size[0]}x{round(size[0] * height / width)}"
-            )
-        viewer = replace(viewer, camera=viewer.camera.resized(size))
-    if fps is None:
-        return viewer
-    return at_rate(viewer, fps)
 
 
 def _record(received: Sequence[Envelope], writer: TakeWriter) -> tuple[Message, ...]:

@@ -11,8 +11,8 @@ from zenocap.common.lags.pairs import reach_s
 from zenocap.common.lags.tangents import Outline, silhouette_pairs
 from zenocap.common.rig.file import MAX_DELAY_MS
 from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.figures import camera_of
 from zenocap.tools.verdict.verdict import evidence_in
-from zenocap.tools.verdict.view_figures import camera_of
 from zenocap.tools.verdict.view_lag import outlines_of
 
 

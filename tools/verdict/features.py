@@ -8,10 +8,9 @@ import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
 from zenocap.tools.verdict.evidence import LIMBS, Evidence, PoseRow, body_of
-from zenocap.tools.verdict.motion_figures import motion_figures
+from zenocap.tools.verdict.figures import SampleFigures, motion_figures, sample_figures
 from zenocap.tools.verdict.overlap import ViewSample
 from zenocap.tools.verdict.parameters import LONGEST_GAP_NS, MIN_AREA, MOST_STEPS, SAMPLE_NS, START_NS, STRETCH_NS
-from zenocap.tools.verdict.view_figures import SampleFigures, sample_figures
 
 FEATURES = (
     "outside",  # share of the silhouette outside the body, worst view

@@ -18,7 +18,7 @@ from zenocap.tools.verdict.parameters import (
     NOTABLE,
     SHOWN_SHARE,
 )
-from zenocap.tools.verdict.reason_texts import TEXTS
+from zenocap.tools.verdict.text import TEXTS
 from zenocap.tools.verdict.view_lag import ViewLags
 
 GROUPS: Mapping[str, tuple[str, ...]] = {  # kind of reason: features

@@ -14,8 +14,8 @@ from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
 from zenocap.common.vision.mask_codec import unpack
 from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.figures import camera_of
 from zenocap.tools.verdict.parameters import LAG_ERROR_S, LAG_ERRORS, LEAST_LAG_S, MOST_LAG_S
-from zenocap.tools.verdict.view_figures import camera_of
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ from zenocap.common.bus.access import ROUTER, Member
 from zenocap.common.errors import UserError
 from zenocap.common.rig.security import generations_in
 from zenocap.tools.certificates.authority import common_name, read_certificate
-from zenocap.tools.certificates.folder import certify, renew_expiring, renewed
-from zenocap.tools.certificates.revocation import known, revoke
+from zenocap.tools.certificates.folder import certify, known, renew_expiring, renewed, revoke
 from zenocap.tools.doctor.machine_probe import look_at_certificates
 
 NOW = datetime(2026, 1, 2, tzinfo=UTC)

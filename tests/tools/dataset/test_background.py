@@ -7,7 +7,7 @@ import pytest
 from zenocap.services.recognizer.training.examples import BACKGROUND
 from zenocap.simulation.motion.activities import ACTIVITIES
 from zenocap.simulation.motion.posture_style import POSTURES
-from zenocap.tools.dataset.background import REPETITIONS, background_rows, session_of
+from zenocap.tools.dataset.build_postures import REPETITIONS, background_rows, session_of
 
 
 @pytest.mark.nightly

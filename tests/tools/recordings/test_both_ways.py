@@ -24,23 +24,16 @@ from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, VERDICT
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.topics import TOPICS
+from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import Setup
 from zenocap.tools.cli.main import app
-from zenocap.tools.recordings.both_ways import (
-    BACKWARDS,
-    CHOOSING,
-    WRITING,
-    Watch,
-    both_ways,
-    has_second_pass,
-    track_both_ways,
-)
+from zenocap.tools.recordings.both_ways import WRITING, both_ways, has_second_pass, track_both_ways
 from zenocap.tools.recordings.info import info
 from zenocap.tools.recordings.info_text import lines_of
 from zenocap.tools.recordings.overlay import Overlay
-from zenocap.tools.recordings.redraw import frame_sets_again
-from zenocap.tools.recordings.track import TrackedFrameSet, track, with_tracker
+from zenocap.tools.recordings.rig_changes import with_tracker
+from zenocap.tools.recordings.track import TrackedFrameSet, frame_sets_again, track
 from zenocap.tools.verify.recompute import verify
 
 KEY = "zenocap/demo/tracker/both_ways"
@@ -330,7 +323,7 @@ def test_an_interrupted_command_names_what_it_leaves(
     if function == "both_ways":
         monkeypatch.setattr("zenocap.tools.recordings.both_ways.both_ways", interrupt)
     else:
-        monkeypatch.setattr("zenocap.tools.recordings.redraw.frame_sets_again", interrupt_drawing)
+        monkeypatch.setattr("zenocap.tools.recordings.track.frame_sets_again", interrupt_drawing)
     path, pictures = tmp_path / output, tmp_path / "pictures"
     found = CliRunner().invoke(app, ["track", str(arms_file(tmp_path)), "-o", str(path), "--overlay", str(pictures)])
     assert found.exit_code != 0

@@ -27,7 +27,8 @@ from zenocap.common.formats.trc import read_trc
 from zenocap.common.rig.rig import load_rig
 from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.export import ExportOptions, export
-from zenocap.tools.recordings.track import at_working_size, track
+from zenocap.tools.recordings.rig_changes import at_working_size
+from zenocap.tools.recordings.track import track
 
 CLIP = CLIPS / "walk2"
 SOME: tuple[str, ...] = ("trc", "bvh", "c3d", "csv")

@@ -21,9 +21,8 @@ from zenocap.tools.verdict.evidence import evidence_of
 from zenocap.tools.verdict.features import FEATURES, stretch_numbers, stretches_of
 from zenocap.tools.verdict.overlap import body_mask, body_points
 from zenocap.tools.verdict.parameters import LONGEST_GAP_NS, STRETCH_NS
-from zenocap.tools.verdict.score import KINDS, expected_errors, used_features
 from zenocap.tools.verdict.text import part_lines, verdict_lines
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.verdict.verdict import KINDS, expected_errors, used_features, verdict_of
 
 SIZE = (320, 240)
 FRAME_NS, FRAMES = 40_000_000, 75

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.board_views import board_views, room
 from zenocap.tools.calibration.board_views import CameraViews, View
-from zenocap.tools.calibration.instants import chosen_instants, instants_near, shared_counts, usable
+from zenocap.tools.calibration.frame_sets import chosen_instants, instants_near, shared_counts, usable
 
 SIZE = (600, 400)
 

@@ -82,7 +82,7 @@ def evaluate(
     with one_line_errors(), progress(f"reading {take}"):
         from zenocap.common.errors import UserError
         from zenocap.common.formats.take_poses import read_poses, summary_of
-        from zenocap.tools.recordings.evaluate import Selection, accuracy
+        from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
         allowed = ANGLES if use_angles else CENTRES
         if suffix not in allowed:
@@ -93,7 +93,7 @@ def evaluate(
 
             check_picture(plot)
         poses = read_poses(checked_take(take), raw=raw)
-        selection = Selection(first, last, every, offset)
+        selection = ScoredFrames(first, last, every, offset)
         if use_angles:
             from zenocap.tools.recordings.angle_report import angle_lines
             from zenocap.tools.recordings.evaluate_angles import angle_accuracy

@@ -131,7 +131,7 @@ def load(
     except PlanError as error:
         raise typer.BadParameter(str(error)) from None
     try:
-        from zenocap.tools.measure.load_processes import Network
+        from zenocap.tools.measure.load_processes import LoadNetwork
         from zenocap.tools.measure.load_session import prepared, run_load, run_soak, serve
     except ModuleNotFoundError as error:
         typer.echo(f"error: {error.name} is missing: pip install 'zenocap[load]'", err=True)
@@ -141,7 +141,7 @@ def load(
         out = Console(quiet=json, width=WIDTH)
     progress = Console(stderr=True)
     with one_line_errors(), stop_signals() as stopped:
-        with prepared(plan, Network(tuple(connect or ()), config), stopped, progress) as session:
+        with prepared(plan, LoadNetwork(tuple(connect or ()), config), stopped, progress) as session:
             if part == "integrators":
                 raise typer.Exit(serve(plan, session, out))
             if soak is not None:

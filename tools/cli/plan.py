@@ -91,11 +91,11 @@ def _measured(costs: "Costs", size: tuple[int, int], path: Path) -> "Costs":
 
     from zenocap.common.runtime.signals import stop_signals
     from zenocap.tools.measure.installation_plan import measured, plans
-    from zenocap.tools.measure.load_processes import Network
+    from zenocap.tools.measure.load_processes import LoadNetwork
     from zenocap.tools.measure.load_session import prepared
     from zenocap.tools.measure.unit_costs import write_costs
 
-    with stop_signals() as stopped, prepared(plans(size)[1], Network(), stopped, Console(stderr=True)) as session:
+    with stop_signals() as stopped, prepared(plans(size)[1], LoadNetwork(), stopped, Console(stderr=True)) as session:
         found = measured(costs, size, session.measure)
     write_costs(path, found)
     return found

@@ -36,7 +36,7 @@ class ProcessSpec:
 
 
 @dataclass(frozen=True)
-class Network:
+class LoadNetwork:
     """connect: endpoints of a running router; empty for an own one.  config: a Zenoh configuration."""
 
     connect: tuple[str, ...] = ()
@@ -49,7 +49,7 @@ class Deployment:
 
     rigs: tuple[Path, ...]
     takes: Path
-    network: Network
+    network: LoadNetwork
 
 
 class LoadProcesses:

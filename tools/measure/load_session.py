@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from zenocap.common.bus.protocol import BusError
 from zenocap.tools.measure.load_plan import LoadError, Plan, checked
-from zenocap.tools.measure.load_processes import Deployment, LoadProcesses, Network
+from zenocap.tools.measure.load_processes import Deployment, LoadNetwork, LoadProcesses
 from zenocap.tools.measure.measurement import Measurement, ReportProgress, measure_plan
 from zenocap.tools.measure.ramp import Ramp, RampQuantity, ramp, ramp_lines, value_of
 from zenocap.tools.measure.recorded_messages import record_messages
@@ -32,7 +32,7 @@ class LoadSession:
     """State shared by all measurements.  progress: console of the progress messages."""
 
     folder: Path
-    network: Network
+    network: LoadNetwork
     stopped: Callable[[], bool]
     progress: Console
 
@@ -54,7 +54,7 @@ class LoadSession:
 
 
 @contextmanager
-def prepared(plan: Plan, network: Network, stopped: Callable[[], bool], progress: Console) -> Iterator[LoadSession]:
+def prepared(plan: Plan, network: LoadNetwork, stopped: Callable[[], bool], progress: Console) -> Iterator[LoadSession]:
     """Compile everything, and create a temporary folder for the films.  Raises LoadError."""
     actor = ("actor",) if plan.part != "integrators" else ()
     parts = ("silhouettes", *actor, "tracker" if plan.has_tracker else "tracking")

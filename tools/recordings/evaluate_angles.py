@@ -11,7 +11,7 @@ from zenocap.common.body.clinical_angles import ANGLES, other_solution, within_h
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries, angle_series, filled, has_rigid_trunk, read_source
 from zenocap.common.formats.pose_track import PoseTrack, inside
-from zenocap.tools.recordings.evaluate import Selection
+from zenocap.tools.recordings.evaluate import ScoredFrames
 
 CONVENTION = "degrees; joint coordinate systems of the ISB (sequence Z, X, Y; leans Y, X, Z); signs in docs/conventions.md"
 ABSENT = {(False, False): "in neither", (False, True): "not in the truth", (True, False): "not in the take"}
@@ -69,7 +69,7 @@ class AngleCurves:
 
 
 def angle_accuracy(
-    track: PoseTrack, truth_path: Path, selection: Selection, take_path: Path
+    track: PoseTrack, truth_path: Path, selection: ScoredFrames, take_path: Path
 ) -> tuple[AngleAccuracy, AngleCurves]:
     """Errors of the joint angles of a take's poses against the file at `truth_path`: .mot, .bvh, .trc or a take.
 
@@ -85,7 +85,7 @@ def angle_accuracy(
 
 
 def compared(
-    take: AngleSeries, truth: AngleSeries, selection: Selection, take_path: Path, truth_path: Path
+    take: AngleSeries, truth: AngleSeries, selection: ScoredFrames, take_path: Path, truth_path: Path
 ) -> tuple[AngleAccuracy, AngleCurves]:
     """See `angle_accuracy`."""
     selected = (truth.frames % selection.every == 0) & inside(truth.frames, truth.times_s, selection.first, selection.last)

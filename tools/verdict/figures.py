@@ -14,7 +14,7 @@ from zenocap.common.body.kinematics import part_frames
 from zenocap.common.camera.pinhole import Camera
 from zenocap.common.lags.tangents import WIDEST_RAD, Baseline, Outline, baseline_of, outline_of, scene_centre
 from zenocap.common.vision.mask_codec import unpack
-from zenocap.tools.verdict.evidence import Evidence, PoseRow, TakeBody
+from zenocap.tools.verdict.evidence import PoseRow, TakeBody, TakeEvidence
 from zenocap.tools.verdict.overlap import ViewSample, body_points, reduced, reduced_mask, view_sample
 from zenocap.tools.verdict.parameters import (
     APART_NOISE_M,
@@ -44,7 +44,7 @@ class SampleFigures:
     apart: Mapping[tuple[str, str], tuple[float, float]]  # see `_apart`
 
 
-def sample_figures(evidence: Evidence, body: TakeBody) -> list[SampleFigures]:
+def sample_figures(evidence: TakeEvidence, body: TakeBody) -> list[SampleFigures]:
     """Figures of the silhouettes at every sampled pose."""
     cameras = {viewer: camera_of(one) for viewer, one in evidence.cameras.items()}
     small = {viewer: reduced(camera) for viewer, camera in cameras.items()}
@@ -134,7 +134,7 @@ def camera_of(info: m.CameraInfo) -> Camera:
     return Camera(info.name, size, matrix, np.array(info.distortions), rotation, np.array(info.translation))
 
 
-def motion_figures(evidence: Evidence, body: TakeBody, times: Ints, rows: Sequence[PoseRow]) -> Floats:
+def motion_figures(evidence: TakeEvidence, body: TakeBody, times: Ints, rows: Sequence[PoseRow]) -> Floats:
     """(n, MOTION) of every pose: whether the step to it is too fast, change of speed m/s, distance of passes m, angles at
     the ends of their ranges; NaN where unknown."""
     out = np.full((len(rows), len(MOTION)), np.nan)

@@ -27,7 +27,7 @@ from zenocap.common.topics import (
     UNIVERSAL_BDP,
     VERDICT,
 )
-from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.evidence import TakeEvidence
 from zenocap.tools.verdict.features import FEATURES, Stretch, stretches_of
 from zenocap.tools.verdict.parameters import (
     CLEAR_SHARE,
@@ -55,7 +55,7 @@ OF_TRACKER = ("limbs", "worst limb", "heading", "average body")
 LOST = FEATURES.index("lost")
 
 
-def verdict_of(evidence: Evidence) -> m.Verdict:
+def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     """The verdict on the messages of a take; equal evidence gives an equal verdict."""
     stretches = stretches_of(evidence)
     last_ns = max(evidence.poses, default=0)
@@ -95,7 +95,7 @@ def verdict_of(evidence: Evidence) -> m.Verdict:
     )  # fmt: skip
 
 
-def kind_of(evidence: Evidence) -> EvidenceKind:
+def kind_of(evidence: TakeEvidence) -> EvidenceKind:
     """What a verdict rests on."""
     if not any(sample.pose_ns is not None and sample.silhouettes for sample in evidence.samples.values()):
         return "poses-only"
@@ -115,7 +115,7 @@ def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating
     return "good" if good else "doubtful"
 
 
-def _no_pose(evidence: Evidence) -> m.VerdictReason:
+def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
     if evidence.body is None and evidence.cameras:
         text = (
             "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_frames), the "
@@ -134,9 +134,9 @@ class TakeVerdict:
     stored: bool
 
 
-def evidence_in(path: Path) -> Evidence:
+def evidence_in(path: Path) -> TakeEvidence:
     """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
-    evidence = Evidence()
+    evidence = TakeEvidence()
     for received in Take(path).envelopes(USED):
         evidence.add(received.message)
     return evidence
@@ -144,7 +144,7 @@ def evidence_in(path: Path) -> Evidence:
 
 def verdict_in(path: Path) -> TakeVerdict:
     """The verdict that a take has, or else that on its messages.  Raises UserError for a file that is no take."""
-    evidence = Evidence()
+    evidence = TakeEvidence()
     for received in Take(path).envelopes((*USED, VERDICT)):
         if isinstance(received.message, m.Verdict):
             return TakeVerdict(received.message, stored=True)

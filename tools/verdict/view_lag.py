@@ -13,7 +13,7 @@ from zenocap.common import messages as m
 from zenocap.common.lags.pairs import Offset, offsets_of, reach_s
 from zenocap.common.lags.tangents import SILHOUETTE_LIMITS, Outline, outline_of, silhouette_pairs
 from zenocap.common.vision.mask_codec import unpack
-from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.evidence import TakeEvidence
 from zenocap.tools.verdict.figures import camera_of
 from zenocap.tools.verdict.parameters import LAG_ERROR_S, LAG_ERRORS, LEAST_LAG_S, MOST_LAG_S
 
@@ -37,7 +37,7 @@ class ViewLags:
         return m.VerdictReason(kind="views-apart", viewers=list(self.views), text=text)
 
 
-def view_lags(evidence: Evidence) -> ViewLags | None:
+def view_lags(evidence: TakeEvidence) -> ViewLags | None:
     """Views that are certainly out of step with the others; None without any.
 
     Those with which most others agree are in step; of two views alone it is the first.
@@ -72,7 +72,7 @@ def lags_of(offsets: Mapping[str, Offset], period_s: float) -> ViewLags | None:
     return ViewLags(stated, others) if stated else None
 
 
-def outlines_of(evidence: Evidence) -> dict[str, list[Outline]]:
+def outlines_of(evidence: TakeEvidence) -> dict[str, list[Outline]]:
     """By view, the outlines of its first silhouettes, with times in seconds from the first of all views on."""
     kept = {viewer: every for viewer, every in evidence.beginnings.items() if viewer in evidence.cameras}
     start_ns = min((every[0].captured_ns for every in kept.values()), default=0)

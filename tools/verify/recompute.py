@@ -16,7 +16,7 @@ from zenocap.common.topics import BOTH_WAYS_POSE
 from zenocap.tools.recordings.both_ways import both_ways, both_ways_message
 from zenocap.tools.recordings.members import tracker_setup
 from zenocap.tools.recordings.track import available_cores
-from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.evidence import TakeEvidence
 from zenocap.tools.verdict.verdict import verdict_of
 from zenocap.tools.verify.input_traces import Recomputation
 from zenocap.tools.verify.result import Reason, Verification
@@ -34,7 +34,7 @@ def verify(paths: Sequence[Path], tolerance: float = 0.0, watch: Callable[[int],
     """
     check: Recomputation | None = None
     count, two_passes = 0, False
-    evidence = Evidence()
+    evidence = TakeEvidence()
     verdict: tuple[Envelope, Verdict] | None = None  # recorded, and on the messages before it
     for path in sorted(paths, key=first_trace_ns) if len(paths) > 1 else paths:
         take = Take(path)

@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from zenocap.tools.measure.load_plan import Plan, Priority
-from zenocap.tools.measure.load_processes import Deployment, LoadProcesses, Network
+from zenocap.tools.measure.load_processes import Deployment, LoadNetwork, LoadProcesses
 
 
 def processes(plan: Plan, connect: tuple[str, ...] = ()) -> LoadProcesses:
     """Processes that are not started."""
     rigs = tuple(Path(f"{name}.toml") for name in plan.rig_names)
-    return LoadProcesses(plan, Deployment(rigs, Path("takes"), Network(connect)), epoch_ns=5)
+    return LoadProcesses(plan, Deployment(rigs, Path("takes"), LoadNetwork(connect)), epoch_ns=5)
 
 
 def services(one: LoadProcesses) -> list[tuple[str, str, str]]:

@@ -109,11 +109,7 @@ def machine_use(
 
 
 def _wait_until_ready(
-    plan: Plan,
-    processes: LoadProcesses,
-    subscriber: LoadSubscriber,
-    stopped: Callable[[], bool],
-    report: ReportProgress,
+    plan: Plan, processes: LoadProcesses, subscriber: LoadSubscriber, stopped: Callable[[], bool], report: ReportProgress
 ) -> None:
     longest_s = STARTING_S + STARTING_EACH_S * len(processes.specs)
     end_s = time.monotonic() + longest_s

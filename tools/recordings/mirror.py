@@ -88,12 +88,7 @@ class _ShownPoses:
 
 
 def mirror(
-    source: Path,
-    output: Path,
-    from_s: float,
-    until_s: float | None = None,
-    watch: Watch = lambda *_: None,
-    jobs: int = 1,
+    source: Path, output: Path, from_s: float, until_s: float | None = None, watch: Watch = lambda *_: None, jobs: int = 1
 ) -> Mirrored:
     """Write the take `source` to `output` with left and right exchanged from `from_s` on, until `until_s` if given.
 

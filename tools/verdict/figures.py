@@ -89,9 +89,7 @@ def _usual_areas(samples: Sequence[SampleFigures]) -> dict[str, float]:
 
 
 def _apart(
-    cameras: Mapping[str, Camera],
-    outlines: Mapping[str, Outline],
-    baselines: dict[tuple[str, str], Baseline | None],
+    cameras: Mapping[str, Camera], outlines: Mapping[str, Outline], baselines: dict[tuple[str, str], Baseline | None]
 ) -> dict[tuple[str, str], tuple[float, float]]:
     """Distance of the tangent planes of each pair of views at the person, m, and over what noise explains; mean of both.
 

@@ -124,18 +124,12 @@ def _silhouettes(stretches: Sequence[Stretch]) -> Text:
 
 def _limbs(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "worst limb")
-    return (
-        [],
-        f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras",
-    )
+    return ([], f"an arm or a leg is wrong with a probability of {100 * value:.0f} %{{share}}: more cameras")
 
 
 def _heading(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "heading")
-    return (
-        [],
-        f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet",
-    )
+    return ([], f"front and back may be exchanged (probability {100 * value:.0f} %){{share}}: show the feet")
 
 
 def _jumps(stretches: Sequence[Stretch]) -> Text:
@@ -153,10 +147,7 @@ def _passes(stretches: Sequence[Stretch]) -> Text:
 
 def _limits(stretches: Sequence[Stretch]) -> Text:
     value = _mean(stretches, "limits")
-    return (
-        [],
-        f"{100 * value:.0f} % of the joint angles are at their limits{{share}}: exchanged limbs, wrong calibration",
-    )
+    return ([], f"{100 * value:.0f} % of the joint angles are at their limits{{share}}: exchanged limbs, wrong calibration")
 
 
 def _average_body(stretches: Sequence[Stretch]) -> Text:

@@ -25,9 +25,7 @@ COST = Cost(("load-1", "viewer", "1"), 0.5, 10**8, 20, 12, 0.4, 30.0, {"step_fra
 POINT = Measurement(Plan(), FIGURES, (COST,), MachineUse(2, 0.5, 0.1), 4.0, 1.0, 0)
 SAMPLES = {COST.key: ProcessSample(1, 0.0, 0.0, 10**8, 20, 12)}
 SOAK = Soak(
-    Plan(),
-    tuple(Bucket(10.0 * k, FIGURES, SAMPLES, (0, 0)) for k in range(10)),
-    (Restart(20.0, "load-1 viewer 2", 2.5),),
+    Plan(), tuple(Bucket(10.0 * k, FIGURES, SAMPLES, (0, 0)) for k in range(10)), (Restart(20.0, "load-1 viewer 2", 2.5),)
 )
 
 

@@ -23,13 +23,7 @@ from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trc import write_trc
 from zenocap.tools.dataset.generate import dataset_rig, generate_take
 from zenocap.tools.recordings.evaluate import ScoredFrames
-from zenocap.tools.recordings.evaluate_angles import (
-    ONE_TRUNK,
-    AngleAccuracy,
-    compared,
-    error_of,
-    paired_rows,
-)
+from zenocap.tools.recordings.evaluate_angles import ONE_TRUNK, AngleAccuracy, compared, error_of, paired_rows
 
 ALL = ScoredFrames()
 TAKE, TRUTH = Path("walk.mcap"), Path("angles.mot")

@@ -64,9 +64,7 @@ def test_the_decision_at_the_start_holds_in_both_passes(takes: tuple[Path, Path]
 
 @pytest.mark.nightly
 def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
-    takes: tuple[Path, Path],
-    wrong: Path,
-    tmp_path: Path,
+    takes: tuple[Path, Path], wrong: Path, tmp_path: Path
 ) -> None:
     before = wrong.read_bytes()
     times_s, was_away = away(wrong, takes[1])
@@ -92,11 +90,7 @@ def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
 
 
 @pytest.mark.nightly
-def test_until_a_time_and_again_from_the_same_one(
-    takes: tuple[Path, Path],
-    wrong: Path,
-    tmp_path: Path,
-) -> None:
+def test_until_a_time_and_again_from_the_same_one(takes: tuple[Path, Path], wrong: Path, tmp_path: Path) -> None:
     times_s, _ = away(wrong, takes[1])
     first, last = float(times_s[0] + 1.5), float(times_s[0] + 3.0)
     mirror(wrong, tmp_path / "a.mcap", first, last)
@@ -117,9 +111,7 @@ def _attached(path: Path) -> bytes:
 
 @pytest.mark.nightly
 def test_the_command_says_that_the_silhouettes_turn_the_track_back(
-    takes: tuple[Path, Path],
-    wrong: Path,
-    tmp_path: Path,
+    takes: tuple[Path, Path], wrong: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "right.mcap"
     path.write_bytes(takes[1].read_bytes())
@@ -134,10 +126,7 @@ def test_the_command_says_that_the_silhouettes_turn_the_track_back(
 
 
 @pytest.mark.slow
-def test_takes_and_times_that_cannot_be_mirrored_are_refused(
-    takes: tuple[Path, Path],
-    tmp_path: Path,
-) -> None:
+def test_takes_and_times_that_cannot_be_mirrored_are_refused(takes: tuple[Path, Path], tmp_path: Path) -> None:
     output = tmp_path / "a.mcap"
     with pytest.raises(UserError, match=r"--from 999: no tracked pose from there on: allowed: \d+\.\d+ to \d+\."):
         mirror(takes[0], output, 999.0)

@@ -65,12 +65,7 @@ class Recorder(threading.Thread):
 
 @contextmanager
 def recording(
-    text: str,
-    options: ZenohOptions,
-    take: Path,
-    *,
-    topics: tuple[Topic, ...] = TOPICS,
-    id: str = "here",
+    text: str, options: ZenohOptions, take: Path, *, topics: tuple[Topic, ...] = TOPICS, id: str = "here"
 ) -> Iterator[Recorder]:
     recorder = Recorder(text, options, take, topics, id)
     recorder.start()

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
+from tests.support.command import zenocap
 from zenocap.common.errors import UserError
-from zenocap.tools.cli.main import app
 from zenocap.tools.measure.installation import Installation, checked, demand, flows, highest_rate
 from zenocap.tools.measure.installation_plan import installation_of, lines_of, measured
 from zenocap.tools.measure.latency import Figures
@@ -133,10 +132,10 @@ def test_a_file_that_holds_no_costs_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_command_prints_services_links_and_disk() -> None:
-    result = CliRunner().invoke(app, ["plan", "--cameras", "24", "--fps", "30", "--size", "640x480", "--cores", "4"])
-    assert result.exit_code == 0, result.output
+    status, out, err = zenocap("plan", "--cameras", "24", "--fps", "30", "--size", "640x480", "--cores", "4")
+    assert status == 0, err
     for words in ("viewer", "tracker", "smallest number of cores", "machines of 4 cores", "network to tracker", "an hour"):
-        assert words in result.output
-    found = json.loads(CliRunner().invoke(app, ["plan", "--cameras", "8", "--json"]).output)
+        assert words in out
+    found = json.loads(zenocap("plan", "--cameras", "8", "--json")[1])
     assert {one["service"] for one in found["demand"]["services"]} == {"viewer", "integrator", "tracker", "animator"}
-    assert CliRunner().invoke(app, ["plan", "--size", "big"]).exit_code == 1
+    assert zenocap("plan", "--size", "big")[0] == 1

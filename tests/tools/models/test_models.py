@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.small_disk import small_disk
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.viewer.people import model_file
 from zenocap.services.viewer.people.model_file import model_path

@@ -11,7 +11,7 @@ import pytest
 from tests.common.formats.test_mot import ANGLES as REFERENCE
 from tests.common.formats.test_mot import HEADER, ROWS
 from tests.support.angle_cases import take_of, walking_person
-from tests.tools.cli.test_main import zenocap
+from tests.support.command import zenocap
 from tests.tools.dataset.test_generate import TAKE as POSTURE
 from tests.tools.dataset.test_generate import short_timeline
 from zenocap.common.arrays import Floats

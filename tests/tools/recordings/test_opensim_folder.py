@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.opensim_models import write_model
 from tests.support.places import ROOT
-from tests.tools.recordings.test_export import zenocap
 from tests.tools.recordings.test_export_joints import COUNT, LOST, tracked, two_view
 from zenocap.common.errors import UserError
 from zenocap.common.formats.opensim_model import read_model

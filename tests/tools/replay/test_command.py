@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.replay_takes import PERIOD_NS, sample_messages, written
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.tools.replay.remap import Remapping

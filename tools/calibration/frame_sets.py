@@ -1,4 +1,4 @@
-"""Choice of the instants of the bundle adjustment: which images of several cameras are of one moment."""
+"""Choice of the frame sets of the bundle adjustment: which images of several cameras are of one moment."""
 
 from collections.abc import Sequence
 
@@ -7,48 +7,52 @@ import numpy as np
 from zenocap.common.arrays import Floats
 from zenocap.tools.calibration.board_views import CameraViews, View
 from zenocap.tools.calibration.parameters import MAX_OWN, MAX_SHARED, PAIRED_PERIODS, RESTING_PX, SLOW_PX_S
-from zenocap.tools.calibration.rig_start import Instant
+from zenocap.tools.calibration.rig_start import BoardFrameSet
 
 
-def chosen_instants(
+def chosen_frame_sets(
     seen: Sequence[CameraViews], delays: Floats, max_shared: int = MAX_SHARED, max_own: int = MAX_OWN
-) -> list[Instant]:
-    """Instants, by time, that cover the images of all cameras and pairs; slow motion first.
+) -> list[BoardFrameSet]:
+    """Frame sets, by time, that cover the images of all cameras and pairs; slow motion first.
 
     delays: (cameras,) s, by which a camera's images are later than their times.
     """
     candidates = _distinct(_candidates(seen, delays))
     shared = [one for one in candidates if len(one.views) > 1]
     chosen = _spread(seen, shared, max_shared)
-    used = {id(view) for instant in chosen for view in instant.views.values()}
+    used = {id(view) for frame_set in chosen for view in frame_set.views.values()}
     for number, camera in enumerate(seen):
-        own = [Instant(view.time_s, {number: view}) for view in camera.views if usable(view) and id(view) not in used]
+        own = [BoardFrameSet(view.time_s, {number: view}) for view in camera.views if usable(view) and id(view) not in used]
         chosen += _spread(seen, _distinct(own), max_own)
-    return sorted(chosen, key=lambda instant: instant.time_s)
+    return sorted(chosen, key=lambda frame_set: frame_set.time_s)
 
 
-def instants_near(seen: Sequence[CameraViews], delays: Floats, time_s: float, span_s: float, count: int) -> list[Instant]:
-    """Up to `count` instants within `span_s` of a time, evenly spread, those with most cameras; see `chosen_instants`."""
+def frame_sets_near(
+    seen: Sequence[CameraViews], delays: Floats, time_s: float, span_s: float, count: int
+) -> list[BoardFrameSet]:
+    """Up to `count` frame sets within `span_s` of a time, evenly spread, those with most cameras."""
     near = [one for one in _candidates(seen, delays) if abs(one.time_s - time_s) < span_s]
     most = max((len(one.views) for one in near), default=0)
     best = [one for one in near if len(one.views) == most]
     return [best[k] for k in sorted({round(k * (len(best) - 1) / max(1, count - 1)) for k in range(count)})] if best else []
 
 
-def _distinct(candidates: Sequence[Instant]) -> list[Instant]:
+def _distinct(candidates: Sequence[BoardFrameSet]) -> list[BoardFrameSet]:
     """The candidates, by time, without those in which the board rests where it was: equal views would outweigh others."""
     last: dict[int, View] = {}
     kept = []
-    for instant in sorted(candidates, key=lambda one: one.time_s):
-        if any(number not in last or _moved_px(last[number], view) > RESTING_PX for number, view in instant.views.items()):
-            kept.append(instant)
-            last |= instant.views
+    for frame_set in sorted(candidates, key=lambda one: one.time_s):
+        if any(
+            number not in last or _moved_px(last[number], view) > RESTING_PX for number, view in frame_set.views.items()
+        ):
+            kept.append(frame_set)
+            last |= frame_set.views
     return kept
 
 
 def distinct_views(views: Sequence[View]) -> list[View]:
     """The views of a camera without those in which the board rests where it was."""
-    return [one.views[0] for one in _distinct([Instant(view.time_s, {0: view}) for view in views])]
+    return [one.views[0] for one in _distinct([BoardFrameSet(view.time_s, {0: view}) for view in views])]
 
 
 def _moved_px(before: View, view: View) -> float:
@@ -65,13 +69,13 @@ def usable(view: View) -> bool:
 def shared_counts(seen: Sequence[CameraViews], delays: Floats) -> dict[tuple[int, int], int]:
     """Number of moments, frame periods apart, at which both cameras of a pair, by number, saw the board."""
     counts = {(one, other): 0 for one in range(len(seen)) for other in range(one + 1, len(seen))}
-    for instant in _candidates(seen, delays):
+    for frame_set in _candidates(seen, delays):
         for pair in counts:
-            counts[pair] += set(pair) <= set(instant.views)
+            counts[pair] += set(pair) <= set(frame_set.views)
     return counts
 
 
-def _candidates(seen: Sequence[CameraViews], delays: Floats) -> list[Instant]:
+def _candidates(seen: Sequence[CameraViews], delays: Floats) -> list[BoardFrameSet]:
     """Moments on a grid of frame periods, each with the nearest view of each camera within about half a period."""
     kept = [[view for view in camera.views if usable(view)] for camera in seen]
     times = [np.array([view.time_s for view in views]) + delay for views, delay in zip(kept, delays, strict=True)]
@@ -90,11 +94,11 @@ def _candidates(seen: Sequence[CameraViews], delays: Floats) -> list[Instant]:
             if abs(times[number][nearest] - time_s) <= PAIRED_PERIODS * camera.period_s:
                 views[number] = kept[number][nearest]
         if views:
-            found.append(Instant(time_s, views))
+            found.append(BoardFrameSet(time_s, views))
     return found
 
 
-def _spread(seen: Sequence[CameraViews], candidates: Sequence[Instant], count: int) -> list[Instant]:
+def _spread(seen: Sequence[CameraViews], candidates: Sequence[BoardFrameSet], count: int) -> list[BoardFrameSet]:
     """Up to `count` candidates, each the one that adds the most cells and pairs that are still rarely covered."""
     if len(candidates) <= count:
         return list(candidates)
@@ -102,11 +106,11 @@ def _spread(seen: Sequence[CameraViews], candidates: Sequence[Instant], count: i
     cameras = len(seen)
     features = np.zeros((len(candidates), cameras * cells + cameras * cameras))
     slowness = np.ones(len(candidates))
-    for k, instant in enumerate(candidates):
-        for number, view in instant.views.items():
+    for k, frame_set in enumerate(candidates):
+        for number, view in frame_set.views.items():
             features[k, number * cells : (number + 1) * cells] = view.cells(seen[number].size)
             slowness[k] = min(slowness[k], 1.0 / (1.0 + view.speed / SLOW_PX_S))
-            for other in instant.views:
+            for other in frame_set.views:
                 if other > number:
                     features[k, cameras * cells + number * cameras + other] = 4.0
     counts = np.zeros(features.shape[1])

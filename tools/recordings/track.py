@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from zenocap.common.bus.protocol import Envelope
@@ -112,51 +113,38 @@ def track_frames(
     logged: topics of the take.  jobs: as of `track`.  inputs: counts the frames.  Raises SourceError before the first
     frame, RecordingError and ValueError.
     """
+    inputs = Inputs() if inputs is None else inputs
     with limited_threads(jobs), Lookahead(jobs) as lookahead:
-        return _track_frames(rig, frames, clock, take, on_frame_set, logged, lookahead, inputs or Inputs())
-
-
-def _track_frames(
-    rig: Rig,
-    frames: dict[str, Iterator[Frame]],
-    clock: ManualClock,
-    take: Path,
-    on_frame_set: Callable[[TrackedFrameSet], None],
-    logged: Sequence[Topic],
-    lookahead: Lookahead,
-    inputs: Inputs,
-) -> Tracked:
-    session = Session(rig.name, clock, members(rig), logged)
-    sources = {id: lookahead.ahead(session.ahead(id, source)) for id, source in frames.items()}
-    groups = inputs.frame_sets(sources, tolerance_ns(rig))
-    first = next(groups, None)
-    if first is None or inputs.problems:
-        raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
-    recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
-    count, poses, measured = 0, 0, True
-    advice, verdict = TakeAdvice(), None
-    report_ns = EPOCH_NS + HEALTH_NS
-    with TakeWriter(recording, rig.name) as writer:
-        for camera in cameras(rig, EPOCH_NS):
-            session.publish(camera)
-        current: dict[str, Frame] | None = first
-        while current is not None:
-            received = [*session.frames(current)]
-            if clock.now_ns() >= report_ns:
-                received += session.report()
-                report_ns += HEALTH_NS
-            messages = _record(received, writer)
-            for message in messages:
-                if isinstance(message, CameraAdvice):
-                    advice.add(message)
-            poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
-            measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
-            count += 1
-            on_frame_set(TrackedFrameSet(current, messages, session.describe((method_of(rig.method).pose_service, MAIN))))
-            current = next(groups, None)
-        _record(session.report(), writer)
-        if VERDICT in logged:
-            verdict = writer.judge(clock.now_ns())
+        session = Session(rig.name, clock, members(rig), logged)
+        sources = {id: lookahead.ahead(session.ahead(id, source)) for id, source in frames.items()}
+        groups = inputs.frame_sets(sources, tolerance_ns(rig))
+        first = next(groups, None)
+        if first is None or inputs.problems:
+            raise SourceError("; ".join(inputs.problems) or f"rig {rig.name}: its sources have no frames")
+        recording = new_recording(rig, take, EPOCH_NS, service_parameters(rig), overwrite=True)
+        count, poses, measured = 0, 0, True
+        advice, verdict = TakeAdvice(), None
+        report_ns = EPOCH_NS + HEALTH_NS
+        with TakeWriter(recording, rig.name) as writer:
+            for camera in cameras(rig, EPOCH_NS):
+                session.publish(camera)
+            for current in chain([first], groups):
+                received = [*session.frames(current)]
+                if clock.now_ns() >= report_ns:
+                    received += session.report()
+                    report_ns += HEALTH_NS
+                messages = _record(received, writer)
+                for message in messages:
+                    if isinstance(message, CameraAdvice):
+                        advice.add(message)
+                poses += sum(isinstance(message, UniversalBap | TrackerPose) for message in messages)
+                measured = next((one.measured for one in reversed(messages) if isinstance(one, TrackerBdp)), measured)
+                count += 1
+                state = session.describe((method_of(rig.method).pose_service, MAIN))
+                on_frame_set(TrackedFrameSet(current, messages, state))
+            _record(session.report(), writer)
+            if VERDICT in logged:
+                verdict = writer.judge(clock.now_ns())
     written = recording.statistics
     problems = inputs.problems + [f"{count} {kind}" for kind, count in session.failures().items() if count]
     if written.failure:

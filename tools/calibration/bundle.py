@@ -1,4 +1,4 @@
-"""Bundle adjustment: lenses, poses and delays of all cameras and the poses of the board, from all corners at once.
+"""Bundle adjustment of lenses, poses, delays and board poses.
 
 Residual of corner j of the board at frame set m in camera c, px (T: board to world, then world to camera c):
 

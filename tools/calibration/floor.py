@@ -1,4 +1,4 @@
-"""The world of a calibrated rig: the floor where the board lay on it, else a vertical guessed from the cameras."""
+"""World of a calibrated rig: floor of the board, or a vertical guessed from the cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Choice of the frame sets of the bundle adjustment: which images of several cameras are of one moment."""
+"""Choice of the frame sets of the bundle adjustment."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The plan of an installation as plain text, and its costs measured on this machine by short loads of `zenocap load`."""
+"""Plan of an installation as plain text; its costs from short loads on this machine."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace

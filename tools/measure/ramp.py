@@ -1,4 +1,4 @@
-"""Increase a load until it is no longer held, and find the limit."""
+"""Ramp: a load increased until it is no longer held, and its limit."""
 
 import math
 from collections.abc import Callable, Sequence

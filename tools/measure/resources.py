@@ -1,4 +1,4 @@
-"""Resources used by the processes of a load and by the machine, by psutil, and the bottleneck among them."""
+"""Resources used by the processes of a load and by the machine, and the bottleneck among them."""
 
 import time
 from collections.abc import Mapping, Sequence

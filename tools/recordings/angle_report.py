@@ -1,4 +1,4 @@
-"""Errors of joint angles as a table for a terminal, and the angles over time as a picture: one small plot for each."""
+"""Errors of joint angles as a table, and the angles over time as a picture."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The services of a rig without a network: of a rig file for a session, of a take to run again on its messages."""
+"""Services of a rig without a network: for a session, or to run again on the messages of a take."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

@@ -1,4 +1,4 @@
-"""A rig with other settings for offline tracking: size, rate, tracker, decoding, people, height of the person."""
+"""Rig with other settings for offline tracking: size, rate, tracker, decoding, people, height."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Figures of a take: silhouettes against the body and between views; speed, change of speed and limits of the poses."""
+"""Figures of a take: silhouettes against the body and each other, speed and limits of the poses."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence

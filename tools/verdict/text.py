@@ -1,4 +1,4 @@
-"""A verdict in words: its lines, and the reasons as figures of the stretches, the cameras, and what to change.
+"""Texts of a verdict: its lines, and its reasons with figures, cameras and what to change.
 
 `{share}` in the text of a reason stands for the share of the time in which it holds.
 """

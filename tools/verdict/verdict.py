@@ -1,4 +1,4 @@
-"""The verdict on a take: expected error of the joints, classes of its stretches and of the whole, with reasons.
+"""Verdict on a take: expected error of the joints, classes of its stretches and of the whole, reasons.
 
 The error of a stretch is a monotone log-linear model of its figures, each of which can only raise it,
 

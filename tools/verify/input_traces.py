@@ -1,4 +1,4 @@
-"""The steps of a take's services, run again on their recorded inputs in the order of their input traces.
+"""Steps of a take's services on their recorded inputs, in the order of the input traces.
 
 Inputs are the recorded messages, and for a viewer's frames the recorded silhouettes.  A service can be recomputed from its
 start up to the first input that is not in the take.

@@ -1,4 +1,4 @@
-"""Recompute a take: its services' messages, the poses of both passes, and the verdict, each from the messages before it.
+"""Recomputation of a take: messages of its services, poses of both passes, verdict.
 
 They must equal those of the take byte for byte.
 """

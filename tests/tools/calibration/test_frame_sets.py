@@ -1,4 +1,4 @@
-"""Frame sets: images of several cameras that belong together, with delays and different rates, and their choice."""
+"""Frame sets: images of several cameras that belong together, and their choice."""
 
 from dataclasses import replace
 

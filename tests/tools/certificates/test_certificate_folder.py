@@ -1,4 +1,4 @@
-"""The folder of certificates: private permissions, files kept, renewed, revoked, or rejected as inconsistent."""
+"""Folder of certificates: permissions, files kept, renewed, revoked, or rejected as inconsistent."""
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path

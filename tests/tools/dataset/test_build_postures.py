@@ -1,4 +1,4 @@
-"""`make postures` with fewer people than for the built-in models, its everyday movement, and the built-in models."""
+"""`make postures` with few people, its everyday movement, and the built-in models."""
 
 import sys
 from pathlib import Path

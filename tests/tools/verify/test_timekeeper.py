@@ -1,4 +1,4 @@
-"""Decisions of the timekeeper are recomputed from a take: on the frame rate from healths, on delays from silhouettes."""
+"""Decisions of the timekeeper, recomputed from a take: frame rate from healths, delays from silhouettes."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Decisions of the timekeeper, recomputed from a take: frame rate from healths, delays from silhouettes."""
+"""Decisions of the timekeeper, recomputed: frame rate from healths, delays from silhouettes."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -10,6 +10,7 @@ from dataclasses import replace
 import msgpack
 import pytest
 
+from tests.support.built_messages import built
 from tests.support.hostile import plain, valid_messages
 from tests.support.places import ROOT
 from zenocap.common import codec
@@ -49,9 +50,7 @@ def test_a_viewer_of_another_wire_version_is_refused_with_what_to_do(caplog: pyt
 
 def test_doctor_names_services_that_reject_another_version_and_those_that_have_it() -> None:
     counts = {"rejected_version": 7, "rejected_invalid": 2}
-    health = m.Health(
-        frame=0, captured_ns=0, service="integrator", id="main", state="", rate=0.0, stages_ms={}, counts=counts
-    )
+    health = built(m.Health, service="integrator", id="main", counts=counts)
     other, invalid = check_messages(NetworkState(health={("integrator", "main"): health}))
     assert (other.verdict, other.words) == ("wrong", "integrator has rejected 7 messages of another wire version")
     assert (invalid.verdict, invalid.words) == ("warning", "integrator has rejected 2 invalid messages")

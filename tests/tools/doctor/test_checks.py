@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault, Health, ServiceInfo
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.tools.doctor.finding import CheckResult
@@ -52,9 +53,8 @@ def service_info(name: tuple[str, str], digest: str = "abc", **versions: str) ->
 
 
 def health(name: tuple[str, str], offset_ns: int = 0, **counts: int) -> Health:
-    return Health(
-        frame=0, captured_ns=0, service=name[0], id=name[1], state="", rate=30.0, stages_ms={}, counts=counts,
-        clock_offset_ns=offset_ns, clock_error_ns=100_000,
+    return built(
+        Health, service=name[0], id=name[1], rate=30.0, counts=counts, clock_offset_ns=offset_ns, clock_error_ns=100_000,
     )  # fmt: skip
 
 
@@ -190,9 +190,8 @@ def test_faults_of_images_are_warnings_with_what_to_change() -> None:
 def test_cameras_more_than_a_quarter_frame_apart_are_a_warning() -> None:
     key = ("integrator", "main")
     for skew_us, verdict in ((5_000, "ok"), (40_000, "warning")):
-        report = Health(
-            frame=0, captured_ns=0, service="integrator", id="main", state="viewer 2 40 ms late", rate=0.0, stages_ms={},
-            counts={"camera_skew_us": skew_us},
+        report = built(
+            Health, service="integrator", id="main", state="viewer 2 40 ms late", counts={"camera_skew_us": skew_us},
         )  # fmt: skip
         (found,) = check_delays(NetworkState(health={key: report}), 33_333_333)
         assert (found.verdict, f"{skew_us // 1000} ms apart" in found.words) == (verdict, True)

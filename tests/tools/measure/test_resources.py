@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from tests.support.built_messages import built
 from zenocap.common.messages import Health
 from zenocap.tools.measure.latency import Figures
 from zenocap.tools.measure.load_plan import Plan
@@ -15,9 +16,8 @@ FREE = MachineUse(8, 1.0, 0.5)
 
 
 def health(busy: float, cores: float, counts: Mapping[str, int]) -> Health:
-    return Health(
-        frame=0, captured_ns=0, service="viewer", id="1", state="", rate=30.0, stages_ms={"step_frame": 3.5},
-        counts=dict(counts), cores=cores, busy=busy, memory_bytes=7,
+    return built(
+        Health, rate=30.0, stages_ms={"step_frame": 3.5}, counts=dict(counts), cores=cores, busy=busy, memory_bytes=7,
     )  # fmt: skip
 
 

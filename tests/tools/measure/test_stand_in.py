@@ -5,6 +5,7 @@ from itertools import islice
 
 import pytest
 
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.topics import ASSIGNMENT
@@ -20,9 +21,7 @@ def recorded(number: int) -> RecordedMessages:
     silhouette = m.Silhouette(
         frame=number, captured_ns=0, viewer="1", size=(4, 3), region=(0, 0, 4, 3), data=b"%d" % number
     )
-    sighting = m.Sighting(
-        frame=number, captured_ns=0, viewer="1", present=True, x=0.0, y=0.0, height=1.0, width=0.3, view="facade", score=0.5
-    )
+    sighting = built(m.Sighting, frame=number)
     bap = m.PartialBap(
         frame=number, captured_ns=0, viewer="1", view="flank", angles={}, limbs={}, exchange=0.0, score=number / 10
     )
@@ -34,10 +33,7 @@ SETUP = StandIn("1", tuple(map(recorded, range(3))), FILM_FPS)
 
 def assignment(frame: int, *, stale: bool = False) -> Envelope:
     views = {"1": m.ViewAssignment(frame=frame, view="facade", scale=1.0, stale=stale)}
-    message = m.Assignment(
-        frame=frame, captured_ns=7, position=(0.0, 1.0, 0.0), yaw=0.0, lean=0.0, roll=0.0, squatting=False, views=views,
-        tracking=True,
-    )  # fmt: skip
+    message = built(m.Assignment, frame=frame, captured_ns=7, views=views)
     return Envelope("zenocap/r/integrator/assignment", ASSIGNMENT, message, 0)
 
 

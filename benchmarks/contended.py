@@ -25,8 +25,8 @@ from benchmarks.live_losses import Account, Window, account, content, window
 from benchmarks.sections import Row, Table, markdown
 from zenocap.common.recording.reader import Take
 from zenocap.services.tracker.shell import setup_of
-from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.load_test.scene import film, rig_files
+from zenocap.tools.measure.load_plan import Plan
+from zenocap.tools.measure.scene import film, rig_files
 from zenocap.tools.verify.recompute import verify
 from zenocap.tools.verify.result import Verification
 from zenocap.tools.verify.take_messages import messages_of, setup_in

@@ -30,7 +30,7 @@ from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import motion_timeline
 from zenocap.simulation.rendering.video_file import write_video
 from zenocap.tools.sync.light import FLASH_LIMITS, FlashPair, light_changes
-from zenocap.tools.sync.synchronize import Options, synchronize
+from zenocap.tools.sync.synchronize import SyncOptions, synchronize
 from zenocap.tools.sync.videos import Brightness, brightness_of
 
 FPS, RENDERED_FPS = 30.0, 60.0
@@ -123,7 +123,7 @@ def found_in_files(film: Film, starts: Mapping[str, float], light: Light, on_s: 
         for view, start_s in starts.items():
             images = video(film.images[view], start_s, light, on_s)
             write_video(folder / "videos" / f"cam0{view}.mp4", images, fps=round(FPS))
-        found, _ = synchronize(load_rig(folder, "hybrid"), Options(by="flash"))
+        found, _ = synchronize(load_rig(folder, "hybrid"), SyncOptions(by="flash"))
     return found["cam02"].offset
 
 

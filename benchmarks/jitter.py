@@ -42,7 +42,7 @@ from zenocap.services.tracker.prior.file import find_prior, read_prior
 from zenocap.simulation.body.person import person
 from zenocap.simulation.body.pose import interpolate, minimum_jerk, neutral
 from zenocap.simulation.motion.timeline import t_pose
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 STANDING = "standing"
 EMPTY_S, T_POSE_S, LOWERING_S, SETTLING_S, STILL_S = 1.0, 1.5, 0.6, 1.0, 4.0
@@ -152,7 +152,7 @@ def _figures(track: PoseTrack, clip: Film, still: bool) -> Figures:
         return Figures(nan, nan, nan, 100.0, nan, nan, nan)
     kept = ~np.isnan(joints.points[:, 0, 0])
     estimate = Trajectories(joints.names, joints.frames[kept], joints.times_s[kept], joints.points[kept], rate)
-    score = accuracy(estimate, truth, Selection(first=Bound(clip.motion_from)))
+    score = accuracy(estimate, truth, ScoredFrames(first=Bound(clip.motion_from)))
     return Figures(
         float(np.nanmean(accelerations)),
         score.mpjpe_mm,

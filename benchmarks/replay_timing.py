@@ -31,12 +31,12 @@ from zenocap.common.rig.rig import demo_rig_file
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.topics import HEALTH, TOPICS, UNIVERSAL_BAP
 from zenocap.tools.launcher.peer_mesh import Peer, free_ports, peer_mesh
-from zenocap.tools.replay.selection import Selection
+from zenocap.tools.replay.selection import ReplaySelection
 
 ZENOCAP = (sys.executable, "-m", "zenocap")
 RIG = "demo"
 
-EVERYTHING = Selection()  # the default of the command: without messages that only verification needs
+EVERYTHING = ReplaySelection()  # the default of the command: without messages that only verification needs
 
 
 def main(take: Path, seconds: float, rates: Sequence[float], runs: int) -> None:

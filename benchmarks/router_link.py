@@ -18,10 +18,10 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.plan.calculator import flows
-from zenocap.tools.plan.measure import installation_of
-from zenocap.tools.plan.parameters import COSTS
+from zenocap.tools.measure.installation import flows
+from zenocap.tools.measure.installation_plan import installation_of
+from zenocap.tools.measure.load_plan import Plan
+from zenocap.tools.measure.unit_costs import COSTS
 
 RIGS, READERS = "zc-rigs", "zc-readers"  # the namespaces
 ADDRESSES = {RIGS: "10.99.0.1", READERS: "10.99.0.2"}

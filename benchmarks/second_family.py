@@ -43,7 +43,7 @@ from zenocap.simulation.body.person import Person, person
 from zenocap.simulation.ground_truth import heading_and_directions
 from zenocap.simulation.motion.posture_style import POSTURES
 from zenocap.simulation.motion.timeline import posture_timeline
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 OURS, SOMA = "ours", "SOMA"
 BUILDS = (
@@ -178,7 +178,7 @@ def _result(
     track: Trajectories, truth: Trajectories, found: Mapping[int, Estimate] | None, measured: Mapping[str, float] | None
 ) -> Result:
     """found: estimates with directions of limb segments; None: directions from the joint centres."""
-    overall = accuracy(track, truth, Selection())
+    overall = accuracy(track, truth, ScoredFrames())
     rows = {int(frame): k for k, frame in enumerate(truth.frames)}
     angles, offsets = [], []
     for k, frame in enumerate(track.frames):

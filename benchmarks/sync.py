@@ -37,7 +37,7 @@ from zenocap.common.rig.rig import load_rig
 from zenocap.common.video.reader import VideoReader
 from zenocap.simulation.rendering.video_file import Sound, write_video
 from zenocap.tools.sync.sound import RATE, SOUND_LIMITS, SoundPair
-from zenocap.tools.sync.synchronize import Options, synchronize
+from zenocap.tools.sync.synchronize import SyncOptions, synchronize
 
 PERIOD_S = 1 / 30
 SHIFTS_S = (0.0, 0.37, -0.37, 1.13, -1.13, 2.0, -2.0)  # of the second, fourth, ... camera; rounded to frames
@@ -206,7 +206,8 @@ def file_rows(quick: bool) -> Iterator[list[Cell]]:
             with TemporaryDirectory() as place:
                 folder = Path(place) / name
                 truth = shifted_copy(SHARED / "clips" / name, folder, 0.65)
-                found, _ = synchronize(load_rig(folder, "hybrid"), Options(by="sound" if by == "sound" else "silhouettes"))
+                options = SyncOptions(by="sound" if by == "sound" else "silhouettes")
+                found, _ = synchronize(load_rig(folder, "hybrid"), options)
             score = Score([])
             score.add({id: one.offset for id, one in found.items()}, truth)
             yield score.row(f"{name}, files, {by}", len(truth))

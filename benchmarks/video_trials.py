@@ -34,7 +34,7 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.video.reader import VideoReader
 from zenocap.simulation.rendering.video_file import write_video
-from zenocap.tools.recordings.evaluate import Accuracy, Selection, accuracy
+from zenocap.tools.recordings.evaluate import Accuracy, ScoredFrames, accuracy
 from zenocap.tools.verdict.parameters import GOOD_ERROR_M, GOOD_LOST, UNUSABLE_ERROR_M, UNUSABLE_LOST
 
 CHANGED, OTHER = "cam02", "cam01"
@@ -171,7 +171,7 @@ def scored(take: Path, truth_path: Path, motion_from: int) -> Accuracy | None:
     truth = read_centres(truth_path)
     try:
         found = at_times(read_poses(take).trajectories(), truth)
-        return accuracy(found, truth, Selection(Bound(motion_from)))
+        return accuracy(found, truth, ScoredFrames(Bound(motion_from)))
     except UserError:
         return None
 

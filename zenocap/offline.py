@@ -9,7 +9,8 @@ from zenocap.common.rig.rig import Rig, load_rig, rig_of_videos
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.take import Take, open_take
 from zenocap.tools.recordings.both_ways import has_second_pass, track_both_ways
-from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, decoded_by_hardware, of_height, with_tracker
+from zenocap.tools.recordings.rig_changes import at_working_size, decoded_by_hardware, of_height, with_tracker
+from zenocap.tools.recordings.track import TrackedFrameSet
 from zenocap.tools.recordings.track import track as write_take
 
 logger = logging.getLogger(__name__)

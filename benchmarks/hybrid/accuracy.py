@@ -14,7 +14,7 @@ from benchmarks.hybrid.runs import NAMES, Case, Run, run_trajectories
 from benchmarks.mesh_joints import in_mesh_convention
 from benchmarks.sections import Cell, Row, Section, Table
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.tools.recordings.evaluate import Selection
+from zenocap.tools.recordings.evaluate import ScoredFrames
 from zenocap.tools.recordings.evaluate import accuracy as errors
 
 # Paper (replaced): [Hybrid VI] tests on HumanEva; here on rendered meshes moved by motion capture.
@@ -195,7 +195,7 @@ def mesh_mean_mm(run: Run, truth: Trajectories) -> float:
     """Mean error of a run after conversion to the joint convention of the truth, mm; NaN without a pose."""
     if not any(run.centres_mm):
         return float("nan")
-    return errors(in_mesh_convention(run_trajectories(run, truth.rate)), truth, Selection()).mpjpe_mm
+    return errors(in_mesh_convention(run_trajectories(run, truth.rate)), truth, ScoredFrames()).mpjpe_mm
 
 
 def mediapipe(path: Path) -> dict[str, tuple[float, ...]]:

@@ -18,7 +18,7 @@ from zenocap.common.body.clinical_angles import clinical_angles, joint_rotations
 from zenocap.common.formats.angle_series import AngleSeries, angle_series, read_source
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.tools.recordings.evaluate import Selection
+from zenocap.tools.recordings.evaluate import ScoredFrames
 from zenocap.tools.recordings.evaluate_angles import AngleError, compared
 
 ANGLES = {
@@ -115,4 +115,4 @@ def _of_sides(errors: AngleErrors, name: str) -> tuple[float, float]:
 
 def _errors(estimate: AngleSeries, truth: AngleSeries, first: int) -> AngleErrors:
     names = Path("estimate"), Path("truth")  # for errors
-    return compared(estimate, truth, Selection(first=Bound(first)), *names)[0].angles
+    return compared(estimate, truth, ScoredFrames(first=Bound(first)), *names)[0].angles

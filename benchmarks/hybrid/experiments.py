@@ -20,7 +20,7 @@ from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.parameters import HELD_OUT_EVERY, MIN_FRAMES_PER_REGION
 from zenocap.services.tracker.states import Method
 from zenocap.tools.dataset.build_priors import PAPER as PAPER_SUFFIX
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 from zenocap.tools.recordings.evaluate_angles import AngleCurves, compared
 
 MOTIONS = {"walk7": "walking", "jog7": "jogging", "box7": "boxing"}
@@ -119,7 +119,7 @@ def _errors(truth: Trajectories, first: int, run: Run) -> tuple[float, float, fl
     if not has_pose(run, first):
         return nan, nan, 100.0, nan
     track = run_trajectories(run, truth.rate)
-    found = accuracy(track, truth, Selection(first=Bound(first)))
+    found = accuracy(track, truth, ScoredFrames(first=Bound(first)))
     return found.rmse_mm, found.shape_mm, found.lost_pct, angle_rmse_deg(angle_curves(track, truth, first))
 
 
@@ -132,7 +132,7 @@ def angle_curves(track: Trajectories, truth: Trajectories, first: int) -> AngleC
     """Joint angles of both from frame `first` on, both from joint centres and with a trunk of one part, as in the paper."""
     names = Path("estimate"), Path("truth")  # for errors
     series = [angle_series(one, name, rigid_trunk=True) for one, name in zip((track, truth), names, strict=True)]
-    _, curves = compared(series[0], series[1], Selection(first=Bound(first)), *names)
+    _, curves = compared(series[0], series[1], ScoredFrames(first=Bound(first)), *names)
     return curves
 
 

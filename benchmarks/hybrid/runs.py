@@ -24,7 +24,7 @@ from zenocap.services.tracker.filter.particles import Refinement
 from zenocap.services.tracker.prior.model import Prior
 from zenocap.services.tracker.states import Method, Options, Setup
 from zenocap.services.tracker.tracking import describe, initial_state, track
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 ANATOMY = FOURTEEN_PARTS
 NAMES = tuple(marker.name for marker in ANATOMY.markers)
@@ -193,7 +193,7 @@ def scored(path: TrackedPath, truth: Trajectories, first: int) -> Run:
             nan, nan, nan, nan, 100.0, {}, max(1, losses), started, wall, cpu, load, first, (), ended=path.ended
         )  # fmt: skip
     track = trajectories(path, truth)
-    found = accuracy(track, truth, Selection(first=Bound(first)))
+    found = accuracy(track, truth, ScoredFrames(first=Bound(first)))
     frames, errors = frame_errors(track, truth)
     kept = frames >= first
     before = errors[~kept & np.isfinite(errors)]

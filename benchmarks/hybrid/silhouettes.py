@@ -27,7 +27,8 @@ from zenocap.services.viewer.sources.playback import Playback
 from zenocap.services.viewer.sources.source import open_source
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.inputs import Inputs
-from zenocap.tools.recordings.track import at_working_size, tolerance_ns
+from zenocap.tools.recordings.rig_changes import at_working_size
+from zenocap.tools.recordings.track import tolerance_ns
 
 VIEWER_CODE = ("common/vision", "common/camera", "services/viewer")
 TRUTHS = ("truth.trc", "reference.trc")  # of a rendered clip; of a real one, which is no ground truth

@@ -21,8 +21,8 @@ from benchmarks.load.readers import readers
 from benchmarks.load.settings import settings
 from benchmarks.sections import Section, markdown, report, write
 from zenocap.common.runtime.signals import stop_signals
-from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.load_test.shell import run_soak
+from zenocap.tools.measure.load_plan import Plan
+from zenocap.tools.measure.load_session import run_soak
 
 PARTS: dict[str, Callable[[Bench], Section]] = {
     "rates": rates,

@@ -9,18 +9,19 @@ from rich.console import Console
 
 from benchmarks.sections import Cell, Row, Table
 from zenocap.common.bus.protocol import BusError
-from zenocap.tools.load_test.measurement import Measurement
-from zenocap.tools.load_test.plan import LoadError, Plan
-from zenocap.tools.load_test.plot import draw_points
-from zenocap.tools.load_test.report import report
-from zenocap.tools.load_test.shell import Network, Session, prepared
+from zenocap.tools.measure.load_plan import LoadError, Plan
+from zenocap.tools.measure.load_processes import LoadNetwork
+from zenocap.tools.measure.load_session import LoadSession, prepared
+from zenocap.tools.measure.measurement import Measurement
+from zenocap.tools.measure.plot import draw_points
+from zenocap.tools.measure.report import report
 
 
 @dataclass
 class Bench:
     """Measurements.  seconds: measuring time per plan.  out: folder of the figures.  points: all measured so far."""
 
-    session: Session
+    session: LoadSession
     seconds: float
     out: Path
     stopped: Callable[[], bool]
@@ -52,7 +53,7 @@ class Bench:
 @contextmanager
 def bench(seconds: float, out: Path, stopped: Callable[[], bool]) -> Iterator[Bench]:
     """A Bench with compiled kernels, temporary films, and a router per measurement."""
-    with prepared(Plan(viewers=4, method="hybrid"), Network(), stopped, Console(stderr=True)) as session:
+    with prepared(Plan(viewers=4, method="hybrid"), LoadNetwork(), stopped, Console(stderr=True)) as session:
         yield Bench(session, seconds, out, stopped)
 
 

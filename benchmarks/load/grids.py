@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from benchmarks.load.bench import Bench, limits, table
 from benchmarks.sections import Section, Table
-from zenocap.tools.load_test.measurement import Measurement
-from zenocap.tools.load_test.plan import MAX_RATE, LoadError, Plan, RampQuantity
-from zenocap.tools.load_test.ramp import ramp, ramp_lines
-from zenocap.tools.load_test.text import rate_line
+from zenocap.tools.measure.load_plan import MAX_RATE, LoadError, Plan
+from zenocap.tools.measure.measurement import Measurement
+from zenocap.tools.measure.ramp import RampQuantity, ramp, ramp_lines
+from zenocap.tools.measure.tables import rate_line
 
 SMALL, LARGE = (160, 120), (640, 480)
 RATES, VIEWERS, RIGS, SUBSCRIBERS = (15.0, 30.0, 60.0, 120.0), (2, 4, 8, 16, 32), (1, 4, 16), (0, 1, 4, 16)

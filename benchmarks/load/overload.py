@@ -5,11 +5,11 @@ from dataclasses import replace
 
 from benchmarks.load.bench import Bench
 from benchmarks.sections import Row, Section, Table, markdown
-from zenocap.tools.load_test.measurement import Measurement
-from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.plan.calculator import demand
-from zenocap.tools.plan.measure import installation_of
-from zenocap.tools.plan.parameters import COSTS
+from zenocap.tools.measure.installation import demand
+from zenocap.tools.measure.installation_plan import installation_of
+from zenocap.tools.measure.load_plan import Plan
+from zenocap.tools.measure.measurement import Measurement
+from zenocap.tools.measure.unit_costs import COSTS
 
 SETTLE_S = 15.0  # until the integrator has found the rate; chosen by hand
 LARGE = (640, 480)

@@ -26,10 +26,10 @@ from benchmarks.load.readers import CHANGED_S, ROUNDS, SETTLE_S, Phase, measured
 from benchmarks.sections import Row, Section, Table
 from zenocap.common.runtime.priority import NICENESS
 from zenocap.tools.launcher.peer_mesh import free_ports
-from zenocap.tools.load_test.launch import LoadProcesses
-from zenocap.tools.load_test.measurement import running
-from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.load_test.processes import ProcessKey
+from zenocap.tools.measure.load_plan import Plan
+from zenocap.tools.measure.load_processes import LoadProcesses
+from zenocap.tools.measure.measurement import running
+from zenocap.tools.measure.resources import ProcessKey
 
 PLAN = Plan(stand_ins=True)
 PAGES = (0, 1, 16)

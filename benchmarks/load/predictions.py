@@ -8,12 +8,11 @@ from dataclasses import replace
 
 from benchmarks.load.bench import Bench
 from benchmarks.sections import Row, Section, Table
-from zenocap.tools.load_test.measurement import Measurement
-from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.plan.calculator import demand
-from zenocap.tools.plan.costs import Costs
-from zenocap.tools.plan.measure import installation_of, measured
-from zenocap.tools.plan.parameters import COSTS
+from zenocap.tools.measure.installation import demand
+from zenocap.tools.measure.installation_plan import installation_of, measured
+from zenocap.tools.measure.load_plan import Plan
+from zenocap.tools.measure.measurement import Measurement
+from zenocap.tools.measure.unit_costs import COSTS, Costs
 
 SMALL, LARGE = (160, 120), (640, 480)
 LOADS = (

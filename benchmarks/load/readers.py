@@ -9,13 +9,12 @@ from statistics import mean, median
 from benchmarks.load.bench import Bench
 from benchmarks.sections import Row, Section, Table
 from zenocap.common.runtime.priority import NICENESS
-from zenocap.tools.load_test.costs import MachineUse
-from zenocap.tools.load_test.latency import Window, figures
-from zenocap.tools.load_test.launch import LoadProcesses
-from zenocap.tools.load_test.measurement import machine_use, running
-from zenocap.tools.load_test.plan import Plan
-from zenocap.tools.load_test.processes import ITSELF, ProcessKey, machine, sample
-from zenocap.tools.load_test.subscriber import LoadSubscriber
+from zenocap.tools.measure.latency import DueWindow, figures
+from zenocap.tools.measure.load_plan import Plan
+from zenocap.tools.measure.load_processes import LoadProcesses
+from zenocap.tools.measure.measurement import machine_use, running
+from zenocap.tools.measure.resources import ITSELF, MachineUse, ProcessKey, machine, sample
+from zenocap.tools.measure.subscriber import LoadSubscriber
 
 ROUNDS, SETTLE_S, CHANGED_S, LATE_S = 6, 8.0, 1.0, 0.7  # by hand
 PLAN = Plan(stand_ins=True, subscribers=16, subscriber_priority="normal")
@@ -71,7 +70,7 @@ def measured_phase(
     subscriber.receive_for(seconds)
     after, all_after, end_ns = sample(everything), machine(), subscriber.now_ns
     subscriber.receive_for(LATE_S)
-    of = figures(subscriber.arrivals, Window(epoch_ns, plan.rate, start_ns, end_ns), plan.rig_names, plan.viewers)
+    of = figures(subscriber.arrivals, DueWindow(epoch_ns, plan.rate, start_ns, end_ns), plan.rig_names, plan.viewers)
     both = [key for key in pids if key in after and key in before]
     own_s = sum(after[key].processor_s - before[key].processor_s for key in both)
     p50, p99 = (of.latency_ms.get(key, float("nan")) for key in ("p50", "p99"))

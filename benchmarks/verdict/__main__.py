@@ -26,8 +26,7 @@ from benchmarks.verdict.lags import COLUMNS, lag_rows
 from benchmarks.verdict.takes import Method, fitting, held_out, taken
 from benchmarks.verdict.truth import CLASSES, Judged, evidence_for, judged
 from zenocap.common import messages as m
-from zenocap.tools.verdict.score import KINDS
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.verdict.verdict import KINDS, verdict_of
 
 LAG = "than its times say"  # in the text of a reason that states a lag
 

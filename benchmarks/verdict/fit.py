@@ -9,7 +9,7 @@ from benchmarks.verdict.truth import Judged
 from zenocap.common.arrays import Floats
 from zenocap.tools.verdict.features import FEATURES
 from zenocap.tools.verdict.parameters import LOST_ERROR_M
-from zenocap.tools.verdict.score import LOST, terms, used_features
+from zenocap.tools.verdict.verdict import LOST, terms, used_features
 
 RIDGE = 1.0  # weight of the squared coefficients, in squared errors of ln error
 LEAST_ERROR_M = 0.02  # smaller ones are noise of the joints' definition

@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.table import Cell
 from benchmarks.verdict.takes import FPS, FaultyTake
 from zenocap.common import messages as m
-from zenocap.tools.verdict.evidence import Evidence, evidence_of
+from zenocap.tools.verdict.evidence import TakeEvidence, evidence_of
 from zenocap.tools.verdict.view_lag import view_lags
 
 SHIFTS_S = (0.0, 0.2, -0.5, 1.0)
@@ -16,7 +16,7 @@ COLUMNS = ("lag s", "takes", "right", "median error ms", "worst ms", "wrong", "n
 RIGHT_S = 0.5 / FPS
 
 
-def shifted(take: FaultyTake, view: str, shift_s: float) -> Evidence:
+def shifted(take: FaultyTake, view: str, shift_s: float) -> TakeEvidence:
     """Evidence of a take in which one view's video began `shift_s` later than its times say."""
     shift_ns = round(1e9 * shift_s)
     return evidence_of(

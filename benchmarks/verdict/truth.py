@@ -12,7 +12,7 @@ from zenocap.common.arrays import Floats, Ints
 from zenocap.common.body.definition import Pose
 from zenocap.common.body.kinematics import joint_centres
 from zenocap.common.conversion import anatomy_of, bdp_of
-from zenocap.tools.verdict.evidence import Evidence, PoseRow, evidence_of
+from zenocap.tools.verdict.evidence import PoseRow, TakeEvidence, evidence_of
 from zenocap.tools.verdict.features import Stretch, stretches_of
 from zenocap.tools.verdict.parameters import (
     GOOD_ERROR_M,
@@ -58,7 +58,7 @@ class Truth:
         return "good" if self.mean <= GOOD_ERROR_M and self.lost <= GOOD_LOST else "doubtful"
 
 
-def evidence_for(take: FaultyTake, kind: str) -> Evidence:
+def evidence_for(take: FaultyTake, kind: str) -> TakeEvidence:
     """The evidence of a take as far as a kind has it."""
     found = evidence_of(take.messages)
     if kind == "both-ways":
@@ -67,7 +67,7 @@ def evidence_for(take: FaultyTake, kind: str) -> Evidence:
     return replace(found, samples={}) if kind == "poses-only" else found
 
 
-def true_error(take: FaultyTake, evidence: Evidence) -> Truth:
+def true_error(take: FaultyTake, evidence: TakeEvidence) -> Truth:
     """Errors of the poses against the truth.  The first START_NS in view do not count, as for the verdict."""
     joints = [take.names.index(name) for name in take.names]
     first_ns = min(

@@ -98,11 +98,11 @@ OPENSIM = ExportFormat(
     confidence=True, model="an .osim file", empty="left out",
 )  # fmt: skip
 GLB = ExportFormat(
-    "glb", "zenocap.tools.recordings.export_scene:export_glb", (".glb", ".vrma"), units=("m",), axes=("y-up",),
+    "glb", "zenocap.tools.recordings.export:export_glb", (".glb", ".vrma"), units=("m",), axes=("y-up",),
     numbered=False, bones=True, empty="last pose repeated", needs=("pygltflib", "pygltflib", "gltf"),
 )  # fmt: skip
 USD = ExportFormat(
-    "usd", "zenocap.tools.recordings.export_scene:export_usd", (".usd", ".usda", ".usdc", ".usdz"), units=("m",),
+    "usd", "zenocap.tools.recordings.export:export_usd", (".usd", ".usda", ".usdc", ".usdz"), units=("m",),
     axes=("y-up",), numbered=False, bones=True, suffix_decides=True, empty="last pose repeated, invisible",
     needs=("pxr", "usd-core", "usd"),
 )  # fmt: skip

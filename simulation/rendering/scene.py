@@ -35,7 +35,7 @@ class Room:
 
 
 @dataclass(frozen=True)
-class View:
+class RoomView:
     """Rendered view of the empty room.
 
     bgr: (h, w, 3) float32 in [0, 255].  floor: (h, w) float32, 1 on the floor and 0 elsewhere, antialiased.
@@ -55,7 +55,7 @@ def room(camera: Camera, seed: int) -> Room:
     return Room(half, Light(towards, fall, float(rng.uniform(0.58, 0.68)), float(rng.uniform(0.38, 0.48))), seed)
 
 
-def view(place: Room, camera: Camera) -> View:
+def view(place: Room, camera: Camera) -> RoomView:
     """Render the empty room without noise, averaged over 2 x 2 rays per pixel."""
     width, height = camera.size
     fine = camera.resized((2 * width, 2 * height))
@@ -71,7 +71,7 @@ def view(place: Room, camera: Camera) -> View:
     shape = (2 * height, 2 * width)
     image = cv2.resize(bgr.reshape(*shape, 3).astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
     floor = cv2.resize((surface == 0).reshape(shape).astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
-    return View(np.ascontiguousarray(np.clip(image, 0, 255)), np.ascontiguousarray(floor))
+    return RoomView(np.ascontiguousarray(np.clip(image, 0, 255)), np.ascontiguousarray(floor))
 
 
 def _rays(camera: Camera) -> Floats:

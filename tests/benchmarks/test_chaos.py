@@ -18,6 +18,7 @@ from benchmarks.chaos.observer import SeenHealth, SeenPose, settled_ns
 from benchmarks.chaos.running_rig import Seen
 from benchmarks.chaos.schedule import FLOODS, KINDS, PAGE_FLOODS, SERVICES, Round, schedule
 from benchmarks.chaos.takes import Content, missing_poses
+from tests.support.built_messages import built
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.topics import REQUEST
@@ -36,9 +37,7 @@ def pose(at_s: float, *, frame: int = 0, lost: bool = False, views: int = 3) -> 
 
 def health(at_s: float, log_on: int, *, lost: int = 0) -> SeenHealth:
     counts = {"log_on": log_on, "log_lost": lost}
-    message = m.Health(
-        frame=0, captured_ns=0, service="integrator", id="main", state="", rate=0.0, stages_ms={}, counts=counts
-    )
+    message = built(m.Health, service="integrator", id="main", counts=counts)
     return SeenHealth(round(at_s * S), "integrator", message)
 
 

@@ -28,7 +28,7 @@ from zenocap.common.body.definition import neutral_pose
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.services.tracker.body.average_body import body_of_height
 from zenocap.services.tracker.filter import filter_step
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 NAN = float("nan")
 RUN = Run(30.0, 34.0, 12.0, 28.0, 0.0, {"Hip": 20.0}, 0, 63, 9.0, 8.0, 0.5, 100, (30.0, 31.0))
@@ -171,4 +171,4 @@ def test_run_without_any_pose_is_completely_lost() -> None:
 def test_errors_by_frame_have_the_scorers_mean() -> None:
     track, truth = trajectories(path_of([0, 1, 2, 3], 0.05), truth_of([0, 1, 2, 3])), truth_of([0, 1, 2, 3])
     _, errors = frame_errors(track, truth)
-    assert errors.mean() == pytest.approx(accuracy(track, truth, Selection()).mpjpe_mm)
+    assert errors.mean() == pytest.approx(accuracy(track, truth, ScoredFrames()).mpjpe_mm)

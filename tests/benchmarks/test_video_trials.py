@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.video_trials import at_times, true_class
 from zenocap.common.formats.trajectories import Trajectories
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
 
 def walking(count: int) -> Trajectories:
@@ -27,7 +27,7 @@ def rows(track: Trajectories, kept: list[int]) -> Trajectories:
 
 def test_a_take_at_half_the_rate_is_whole() -> None:
     truth = walking(21)
-    found = accuracy(at_times(rows(truth, list(range(0, 21, 2))), truth), truth, Selection())
+    found = accuracy(at_times(rows(truth, list(range(0, 21, 2))), truth), truth, ScoredFrames())
     assert found.lost_pct == 0.0
     assert found.mpjpe_mm < 1.0
     assert true_class(found) == "good"
@@ -35,7 +35,7 @@ def test_a_take_at_half_the_rate_is_whole() -> None:
 
 def test_two_missing_frames_in_a_row_are_lost_and_one_is_not() -> None:
     truth = walking(20)
-    found = accuracy(at_times(rows(truth, [k for k in range(20) if k not in (4, 9, 10)]), truth), truth, Selection())
+    found = accuracy(at_times(rows(truth, [k for k in range(20) if k not in (4, 9, 10)]), truth), truth, ScoredFrames())
     assert found.lost_pct == pytest.approx(10.0)
     assert true_class(found) == "doubtful"
 

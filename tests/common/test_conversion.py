@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from tests.support.built_messages import built
 from tests.support.two_view_scene import ANGLES, BDP
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, TEN_PARTS, Anatomy
@@ -132,10 +133,7 @@ def test_an_incomplete_point_raises_an_error() -> None:
 
 
 def camera(**changes: object) -> CameraInfo:
-    info = CameraInfo(
-        frame=0, captured_ns=0, viewer="1", name="cam01", size=(160, 120), matrix=[150.0, 0, 80, 0, 150, 60, 0, 0, 1],
-        distortions=[], rotation=[1.0, 0, 0, 0, -1, 0, 0, 0, -1], translation=[0.0, 1.0, 5.0],
-    )  # fmt: skip
+    info = built(CameraInfo)
     return msgspec.structs.replace(info, **changes)
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 import msgpack
 import pytest
 
+from tests.support.built_messages import built
 from tests.support.hostile import plain, valid_messages
 from tests.support.places import ROOT
 from zenocap.common import codec
@@ -17,7 +18,7 @@ from zenocap.common import messages as m
 from zenocap.common.bus.inbox import Inbox
 from zenocap.common.bus.protocol import Envelope
 from zenocap.common.topics import SIGHTING
-from zenocap.tools.doctor.network_checks import Network, check_messages, check_versions
+from zenocap.tools.doctor.network_checks import NetworkState, check_messages, check_versions
 
 PREVIOUS = json.loads((ROOT / "tests" / "support" / "wire_0_1.json").read_text())  # made by the code of 0.1, by type
 DOCUMENT = (ROOT / "docs" / "wire.md").read_text()
@@ -49,16 +50,14 @@ def test_a_viewer_of_another_wire_version_is_refused_with_what_to_do(caplog: pyt
 
 def test_doctor_names_services_that_reject_another_version_and_those_that_have_it() -> None:
     counts = {"rejected_version": 7, "rejected_invalid": 2}
-    health = m.Health(
-        frame=0, captured_ns=0, service="integrator", id="main", state="", rate=0.0, stages_ms={}, counts=counts
-    )
-    other, invalid = check_messages(Network(health={("integrator", "main"): health}))
+    health = built(m.Health, service="integrator", id="main", counts=counts)
+    other, invalid = check_messages(NetworkState(health={("integrator", "main"): health}))
     assert (other.verdict, other.words) == ("wrong", "integrator has rejected 7 messages of another wire version")
     assert (invalid.verdict, invalid.words) == ("warning", "integrator has rejected 2 invalid messages")
     info = m.ServiceInfo(
         frame=0, captured_ns=0, service="viewer", id="1", host="pc1", digest="d", versions={"zenocap": "0.2.0", "wire": "2"}
     )
-    network = Network(about={("viewer", "1"): info})
+    network = NetworkState(about={("viewer", "1"): info})
     found = check_versions({"zenocap": "0.2.0", "wire": "1"}, network)
     assert [(one.verdict, one.words) for one in found] == [("wrong", "wire 2 at viewer 1 on pc1, 1 here")]
     same = check_versions({"zenocap": "0.2.0", "wire": "1"}, replace(network, about={}))

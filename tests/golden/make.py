@@ -46,7 +46,8 @@ from zenocap.services.recognizer.model_file import write_model
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.launcher.peer_mesh import free_ports
 from zenocap.tools.recordings.both_ways import track_both_ways
-from zenocap.tools.recordings.track import track, with_tracker
+from zenocap.tools.recordings.rig_changes import with_tracker
+from zenocap.tools.recordings.track import track
 
 HERE = Path(__file__).parent
 RING = HERE / "ring.toml"

@@ -6,6 +6,7 @@ import numpy as np
 
 from tests.common.body.test_inverse_kinematics import body
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.arrays import Floats
 from zenocap.common.body.anatomy import TEN_PARTS, Anatomy
@@ -63,10 +64,9 @@ def take_of(path: Path, track: PoseTrack) -> Path:
         angles = angles_by_name(track.anatomy, track.angles[row] if known else track.anatomy.neutral)
         x, y, z = track.positions[row] if known else np.zeros(3)
         found.append(
-            m.TrackerPose(
-                frame=int(track.frames[row]), captured_ns=START_NS + round(track.times_s[row] * 1e9), position=(x, y, z),
-                angles=angles, position_spread=(0.0, 0.0, 0.0), spread=dict.fromkeys(angles, 0.0), likelihood=0.0,
-                effective=1.0, lost=not known, views=["1"],
+            built(
+                m.TrackerPose, frame=int(track.frames[row]), captured_ns=START_NS + round(track.times_s[row] * 1e9),
+                position=(x, y, z), angles=angles, spread=dict.fromkeys(angles, 0.0), lost=not known, views=["1"],
             )
         )  # fmt: skip
     return write_take(path, found)

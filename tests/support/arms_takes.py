@@ -9,7 +9,8 @@ from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor
 from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.tools.recordings.both_ways import track_both_ways
-from zenocap.tools.recordings.track import track, with_tracker
+from zenocap.tools.recordings.rig_changes import with_tracker
+from zenocap.tools.recordings.track import track
 
 SOURCES = (__name__, "zenocap.tools.recordings.both_ways")
 TAKE = "take.mcap"

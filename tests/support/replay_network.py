@@ -13,7 +13,7 @@ from zenocap.common.topics import TOPICS
 from zenocap.tools.replay.consumers import Consumers
 from zenocap.tools.replay.player import Player, Status
 from zenocap.tools.replay.remap import Remapping
-from zenocap.tools.replay.selection import Selection
+from zenocap.tools.replay.selection import ReplaySelection
 from zenocap.tools.replay.shell import ReplayOptions, planned
 from zenocap.tools.replay.timeline import Timeline
 
@@ -79,7 +79,7 @@ class ReplayNetwork:
         **options: object,
     ) -> tuple[Received, Player]:
         """laps: number of repetitions before stopping; 0 to play to the end."""
-        chosen = {"selection": Selection(), "remapping": Remapping()} | options
+        chosen = {"selection": ReplaySelection(), "remapping": Remapping()} | options
         plan = planned(Timeline(paths), ReplayOptions(**chosen))
         network = LocalNetwork(next(iter(plan.keys.values())).split("/")[1], self.clock)
         bus, reader = network.bus(), network.bus()

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import BusError, Envelope
 from zenocap.common.bus.zenoh_bus import ZenohBus
@@ -29,18 +30,7 @@ class Image:
 
 
 def sighting(viewer: str, frame: int, captured_ns: int) -> m.Sighting:
-    return m.Sighting(
-        frame=frame,
-        captured_ns=captured_ns,
-        viewer=viewer,
-        present=True,
-        x=0.0,
-        y=0.0,
-        height=1.0,
-        width=0.3,
-        view="facade",
-        score=0.5,
-    )
+    return built(m.Sighting, frame=frame, captured_ns=captured_ns, viewer=viewer)
 
 
 def bdp(viewer: str) -> m.PartialBdp:
@@ -49,17 +39,7 @@ def bdp(viewer: str) -> m.PartialBdp:
 
 def assignment(event: Envelope) -> m.Assignment:
     """Assignment in reply to a sighting, with the sighting's frame and capture time."""
-    return m.Assignment(
-        frame=event.message.frame,
-        captured_ns=event.message.captured_ns,
-        position=(0.0, 1.0, 0.0),
-        yaw=0.0,
-        lean=0.0,
-        roll=0.0,
-        squatting=False,
-        views={},
-        tracking=True,
-    )
+    return built(m.Assignment, frame=event.message.frame, captured_ns=event.message.captured_ns)
 
 
 def viewer_step(viewer: str, count: int, event: Event[Image]) -> tuple[int, Sequence[m.Message]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from pythonosc.osc_message import OscMessage
 
+from tests.support.built_messages import built
 from tests.support.command_receivers import program, udp_receiver
 from tests.support.processes import PATIENCE_S, ended, output_of, started, verified
 from tests.support.recognizer_cases import RATE, SECOND, SIMULATED_POSTURES, actor_model, angles_of_posture
@@ -41,10 +42,7 @@ def rig_file(folder: Path, name: str) -> Path:
 
 def bap(k: int, angles: dict[str, float], captured_ns: int | None = None) -> m.UniversalBap:
     captured_ns = START + round(k * SECOND / RATE) if captured_ns is None else captured_ns
-    return m.UniversalBap(
-        frame=k, captured_ns=captured_ns, position=(0.0, 1.0, 0.0), angles=angles, scores={}, views={},
-        stale=[], lost=[],
-    )  # fmt: skip
+    return built(m.UniversalBap, frame=k, captured_ns=captured_ns, angles=angles)
 
 
 def publish(bus: ZenohBus, k: int, angles: dict[str, float]) -> None:

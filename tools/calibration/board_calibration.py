@@ -1,4 +1,4 @@
-"""Calibration of a rig from views of a printed board: lenses, poses, delays, world, and the error to expect."""
+"""Calibration of a rig from views of a board: lenses, poses, delays, world, expected error."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,17 +14,17 @@ from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.board_views import CameraViews
 from zenocap.tools.calibration.bundle import Adjusted, Corners, RigState, adjusted, seen_corners
 from zenocap.tools.calibration.floor import World, floor_world, guessed_world
-from zenocap.tools.calibration.instants import chosen_instants, instants_near, shared_counts
+from zenocap.tools.calibration.frame_sets import chosen_frame_sets, frame_sets_near, shared_counts
 from zenocap.tools.calibration.lens_choice import first_lens, held_out_error, spread_views
 from zenocap.tools.calibration.lens_model import LensModel
 from zenocap.tools.calibration.parameters import CORNER_PX, FLOOR_S, LEAST_READOUT_S, LENS_VIEWS, SURE_READOUT
 from zenocap.tools.calibration.precision import claimed_error, focal_errors, readout_errors
-from zenocap.tools.calibration.rig_start import Instant, board_poses, composed, inverse, start_poses
+from zenocap.tools.calibration.rig_start import BoardFrameSet, board_poses, composed, inverse, start_poses
 
 ROUNDS = 3  # of adjustment, after which delays changed by less than a millisecond on simulated films
 OUTLIER = 6.0  # times the median error of a camera's views, from which a view is left out
 MEDIAN_DISTANCE = 1.177  # median of the length of a vector with two normal components of deviation 1
-FLOOR_INSTANTS = 3  # of each stretch with the board on the floor
+FLOOR_FRAME_SETS = 3  # of each stretch with the board on the floor
 
 
 @dataclass(frozen=True)
@@ -99,51 +99,51 @@ def calibrated_rig(
     own_delay = np.array([delays and not one.still for one in seen])
     own_lens = np.array([lenses is None] * len(seen))
     on_progress("poses of the cameras")
-    instants = _instants(seen, np.zeros(len(seen)), floor_s)
-    poses, boards = start_poses(names, models, instants, corners)
+    frame_sets = _frame_sets(seen, np.zeros(len(seen)), floor_s)
+    poses, boards = start_poses(names, models, frame_sets, corners)
     start = RigState(
         tuple(models), tuple(poses), np.zeros(len(seen)), tuple(b for b in boards if b is not None), np.zeros(len(seen))
     )
-    instants = [instant for instant, b in zip(instants, boards, strict=True) if b is not None]
-    result, instants, left_out, observed = _rounds(board, seen, start, instants, own_lens, own_delay, floor_s, on_progress)
+    frame_sets = [frame_set for frame_set, b in zip(frame_sets, boards, strict=True) if b is not None]
+    result, frame_sets, left_out, observed = _rounds(
+        board, seen, start, frame_sets, own_lens, own_delay, floor_s, on_progress
+    )
     on_progress("rolling shutter")
     rolled = adjusted(result.state, observed, own_lens, own_delay, np.array([not one.still for one in seen]))
-    readouts, readout_errors_s = rolled.state.readouts, readout_errors(rolled)
     state = result.state
     if floor_s:
-        world = floor_world(board, instants, state.boards, floor_s)
+        world = floor_world(board, frame_sets, state.boards, floor_s)
     else:
         world = guessed_world(board, state.cameras, state.boards)
     shared_points = [
-        corners @ b[0].T + b[1] for instant, b in zip(instants, state.boards, strict=True) if len(instant.views) > 1
+        corners @ b[0].T + b[1] for frame_set, b in zip(frame_sets, state.boards, strict=True) if len(frame_set.views) > 1
     ]
     points = np.concatenate(shared_points) if shared_points else np.zeros((0, 3))
-    focal = focal_errors(result)
-    cameras = []
-    for c, one in enumerate(seen):
-        rotation, shift = composed(state.cameras[c], inverse(world.pose))
-        rows = observed.cameras == c
-        lens = state.lenses[c]
-        cameras.append(
-            CalibratedCamera(
-                lens.camera(one.name, rotation, shift),
-                one.looks,
-                len(one.views),
-                one.coverage,
-                float(np.sqrt((result.residuals[rows] ** 2).sum(axis=1).mean())),
-                held_out[c],
-                float(state.delays[c]),
-                lens.title,
-                lenses is not None,
-                focal[c],
-                float(readouts[c]),
-                float(readout_errors_s[c]),
-            )
-        )
+    cameras = _cameras(seen, result, rolled, observed, world, held_out, lenses is not None)
     counts = shared_counts(seen, state.delays)
     shared = {(names[one], names[other]): count for (one, other), count in counts.items()}
     error = claimed_error(result, points) if len(points) else float("nan")
-    return BoardCalibration(board, tuple(cameras), shared, error, world, left_out, all(o.still for o in seen))
+    return BoardCalibration(board, cameras, shared, error, world, left_out, all(o.still for o in seen))
+
+
+def _cameras(
+    seen: Sequence[CameraViews], result: Adjusted, rolled: Adjusted, observed: Corners, world: World,
+    held_out: Sequence[float], given_lenses: bool,
+) -> tuple[CalibratedCamera, ...]:  # fmt: skip
+    """Cameras of the result in the world.  rolled: adjusted with rolling shutters."""
+    state, focal, errors_s = result.state, focal_errors(result), readout_errors(rolled)
+    cameras = []
+    for c, one in enumerate(seen):
+        rotation, shift = composed(state.cameras[c], inverse(world.pose))
+        residuals = result.residuals[observed.cameras == c]
+        cameras.append(
+            CalibratedCamera(
+                state.lenses[c].camera(one.name, rotation, shift), one.looks, len(one.views), one.coverage,
+                float(np.sqrt((residuals**2).sum(axis=1).mean())), held_out[c], float(state.delays[c]),
+                state.lenses[c].title, given_lenses, focal[c], float(rolled.state.readouts[c]), float(errors_s[c]),
+            )
+        )  # fmt: skip
+    return tuple(cameras)
 
 
 def _given(seen: CameraViews, lenses: Mapping[str, Lens]) -> LensModel:
@@ -161,43 +161,43 @@ def _given(seen: CameraViews, lenses: Mapping[str, Lens]) -> LensModel:
     return LensModel.of(lens)
 
 
-def _instants(seen: Sequence[CameraViews], delays: Floats, floor_s: Sequence[float]) -> list[Instant]:
-    """Chosen instants, with some of each stretch on the floor."""
-    chosen = chosen_instants(seen, delays)
+def _frame_sets(seen: Sequence[CameraViews], delays: Floats, floor_s: Sequence[float]) -> list[BoardFrameSet]:
+    """Chosen frame sets, with some of each stretch on the floor."""
+    chosen = chosen_frame_sets(seen, delays)
     for time_s in floor_s:
-        chosen += instants_near(seen, delays, time_s, FLOOR_S, FLOOR_INSTANTS)
-    return sorted(chosen, key=lambda instant: instant.time_s)
+        chosen += frame_sets_near(seen, delays, time_s, FLOOR_S, FLOOR_FRAME_SETS)
+    return sorted(chosen, key=lambda frame_set: frame_set.time_s)
 
 
 def _rounds(
     board: Board,
     seen: Sequence[CameraViews],
     state: RigState,
-    instants: list[Instant],
+    frame_sets: list[BoardFrameSet],
     own_lens: Bools,
     own_delay: Bools,
     floor_s: Sequence[float],
     on_progress: Callable[[str], None],
-) -> tuple[Adjusted, list[Instant], int, Corners]:
+) -> tuple[Adjusted, list[BoardFrameSet], int, Corners]:
     """Adjust, find the noise of each camera, leave out wrong views, pair images by the delays found, and again."""
     noise, left_out = np.full(len(seen), 1.0), 0
     wrong: set[int] = set()
     for turn in range(ROUNDS):
-        on_progress(f"adjustment {turn + 1} of {ROUNDS}, {len(instants)} moments")
-        observed = seen_corners(instants, board.corners, noise)
+        on_progress(f"adjustment {turn + 1} of {ROUNDS}, {len(frame_sets)} moments")
+        observed = seen_corners(frame_sets, board.corners, noise)
         result = adjusted(state, observed, own_lens, own_delay, np.zeros(len(seen), dtype=np.bool_))
         if turn == ROUNDS - 1:
             break
         noise = _noise(result, observed, len(seen))
-        wrong |= _wrong_views(result, observed, instants)
+        wrong |= _wrong_views(result, observed, frame_sets)
         left_out = len(wrong)
         kept = [replace(one, views=tuple(v for v in one.views if id(v) not in wrong)) for one in seen]
-        instants = _instants(kept, result.state.delays, floor_s)
-        boards = board_poses(result.state.lenses, result.state.cameras, instants, board.corners)
+        frame_sets = _frame_sets(kept, result.state.delays, floor_s)
+        boards = board_poses(result.state.lenses, result.state.cameras, frame_sets, board.corners)
         good = [k for k, b in enumerate(boards) if b is not None]
-        instants = [instants[k] for k in good]
+        frame_sets = [frame_sets[k] for k in good]
         state = replace(result.state, boards=tuple(b for b in boards if b is not None))
-    return result, instants, left_out, observed
+    return result, frame_sets, left_out, observed
 
 
 def _noise(result: Adjusted, observed: Corners, cameras: int) -> Floats:
@@ -210,7 +210,7 @@ def _noise(result: Adjusted, observed: Corners, cameras: int) -> Floats:
     return found
 
 
-def _wrong_views(result: Adjusted, observed: Corners, instants: Sequence[Instant]) -> set[int]:
+def _wrong_views(result: Adjusted, observed: Corners, frame_sets: Sequence[BoardFrameSet]) -> set[int]:
     """Views whose error is many times the usual one of their camera, relative to what their motion allows."""
     errors = np.hypot(*result.residuals.T) / observed.sigma
     by_view = [float(np.median(errors[a:b])) for a, b in zip(observed.starts[:-1], observed.starts[1:], strict=True)]
@@ -219,5 +219,5 @@ def _wrong_views(result: Adjusted, observed: Corners, instants: Sequence[Instant
     for begin, camera, error in zip(observed.starts[:-1], cameras, by_view, strict=True):
         usual = float(np.median([one for one, c in zip(by_view, cameras, strict=True) if c == camera]))
         if error > OUTLIER * usual and error > OUTLIER / 2:
-            wrong.add(id(instants[observed.instants[begin]].views[int(camera)]))
+            wrong.add(id(frame_sets[observed.frame_sets[begin]].views[int(camera)]))
     return wrong

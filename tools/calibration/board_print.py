@@ -70,13 +70,7 @@ def board_pdf(board: Board, paper: str) -> bytes:
     words = [(MARGIN_MM + RULER_MM + 3, foot - 1, f"{RULER_MM:g} mm: check with a ruler")]
     name = "tag" if board.kind == "aprilgrid" else "square"
     measured = f"{name}: {side:g} mm: measure it with a ruler after printing; print at 100 %, not 'fit to page'"
-    for number, line in enumerate(
-        (
-            f"{board}",
-            measured,
-            "glue it to something flat and stiff; keep the white around it",
-        )
-    ):
+    for number, line in enumerate((f"{board}", measured, "glue it to something flat and stiff; keep the white around it")):
         words.append((MARGIN_MM, foot - 6.5 - number * LINE_MM, line))
     return _document(size, _content([*shapes, ruler], words), f"{board}")
 

@@ -1,6 +1,6 @@
-"""Bundle adjustment: lenses, poses and delays of all cameras and the poses of the board, from all corners at once.
+"""Bundle adjustment of lenses, poses, delays and board poses.
 
-Residual of corner j of the board at instant m in camera c, px (T: board to world, then world to camera c):
+Residual of corner j of the board at frame set m in camera c, px (T: board to world, then world to camera c):
 
     r = π_c(T_c T_m X_j) - (x_j + v_j (t_m - t_cm - d_c - q_c u_j))
 
@@ -18,7 +18,7 @@ import numpy as np
 from zenocap.common.arrays import Bools, Floats, Ints
 from zenocap.tools.calibration.lens_model import LensModel
 from zenocap.tools.calibration.parameters import ROBUST, SKEW_S
-from zenocap.tools.calibration.rig_start import Instant, Pose
+from zenocap.tools.calibration.rig_start import BoardFrameSet, Pose
 
 POSE, DELAY, LENS = 6, 1, 12  # parameters of a camera: pose, delay, lens with up to eight coefficients
 READOUT = POSE + DELAY + LENS  # the last one: time of readout
@@ -32,13 +32,13 @@ PRIOR_FISHEYE = 0.02  # of k3 and k4 of fisheye lenses, which only the border of
 
 @dataclass(frozen=True)
 class Corners:
-    """Seen corners, view by view: (n,) camera and instant, (n, 3) m on the board, (n, 2) px and px/s, (n,) s, (n,) px.
+    """Seen corners, view by view: (n,) camera and frame set, (n, 3) m on the board, (n, 2) px and px/s, (n,) s, (n,) px.
 
-    ahead_s: time of the instant less that of the image.  sigma: standard deviation.  starts: of the views, (views + 1,).
+    ahead_s: time of the frame set less that of the image.  sigma: standard deviation.  starts: of the views, (views + 1,).
     """
 
     cameras: Ints
-    instants: Ints
+    frame_sets: Ints
     points: Floats
     pixels: Floats
     velocities: Floats
@@ -71,9 +71,9 @@ class Adjusted:
     covariances: tuple[Floats, ...]
 
 
-def seen_corners(instants: Sequence[Instant], corners: Floats, noise_px: Floats) -> Corners:
-    """Corners of all views of the instants.  corners: (n, 3) of the board.  noise_px: (cameras,)."""
-    rows = [(c, m, view) for m, instant in enumerate(instants) for c, view in sorted(instant.views.items())]
+def seen_corners(frame_sets: Sequence[BoardFrameSet], corners: Floats, noise_px: Floats) -> Corners:
+    """Corners of all views of the frame sets.  corners: (n, 3) of the board.  noise_px: (cameras,)."""
+    rows = [(c, m, view) for m, frame_set in enumerate(frame_sets) for c, view in sorted(frame_set.views.items())]
     counts = [len(view.ids) for _, _, view in rows]
     speeds = [np.hypot(*view.velocities.T) for _, _, view in rows]
     sigma = [np.sqrt(noise_px[c] ** 2 + (SKEW_S * speed) ** 2) for (c, _, _), speed in zip(rows, speeds, strict=True)]
@@ -83,7 +83,7 @@ def seen_corners(instants: Sequence[Instant], corners: Floats, noise_px: Floats)
         np.concatenate([corners[view.ids] for _, _, view in rows]),
         np.concatenate([view.pixels for _, _, view in rows]),
         np.concatenate([view.velocities for _, _, view in rows]),
-        np.repeat([instants[m].time_s - view.time_s for _, m, view in rows], counts),
+        np.repeat([frame_sets[m].time_s - view.time_s for _, m, view in rows], counts),
         np.concatenate(sigma),
         np.concatenate([[0], np.cumsum(counts)]),
     )
@@ -165,8 +165,8 @@ def _local(state: RigState, seen: Corners) -> tuple[Floats, Floats, Floats]:
     """Corners turned as the board, in the world, and in the cameras' frames, each (n, 3)."""
     boards, cameras = np.array([b[0] for b in state.boards]), np.array([c[0] for c in state.cameras])
     shifts, places = np.array([b[1] for b in state.boards]), np.array([c[1] for c in state.cameras])
-    turned = np.einsum("nij,nj->ni", boards[seen.instants], seen.points)
-    world = turned + shifts[seen.instants]
+    turned = np.einsum("nij,nj->ni", boards[seen.frame_sets], seen.points)
+    world = turned + shifts[seen.frame_sets]
     local = np.einsum("nij,nj->ni", cameras[seen.cameras], world) + places[seen.cameras]
     return turned, world, local
 
@@ -207,7 +207,7 @@ class _System:
     def __init__(self, state: RigState, seen: Corners, free: Bools, prior: Floats, start: RigState) -> None:
         self.state, self.seen, self.free = state, seen, free.ravel()
         turned, world, local = _local(state, seen)
-        count, cameras, instants = len(local), len(state.cameras), len(state.boards)
+        count, cameras, frame_sets = len(local), len(state.cameras), len(state.boards)
         by_camera, residuals = np.zeros((count, 2, WIDTH)), np.zeros((count, 2))
         by_point = np.zeros((count, 2, 3))
         for c, lens in enumerate(state.lenses):
@@ -227,12 +227,12 @@ class _System:
         root = np.sqrt(weight)[:, None]
         by_camera, by_board, residuals = by_camera * root[..., None], by_board * root[..., None], residuals * root
         self.cameras = np.zeros((cameras, WIDTH, WIDTH))
-        self.boards = np.zeros((instants, 6, 6))
-        self.mixed = np.zeros((instants, cameras, WIDTH, 6))
-        self.views: list[tuple[int, int, Floats, Floats]] = []  # camera, instant, and slopes of one view
-        self.camera_slope, self.board_slope = np.zeros((cameras, WIDTH)), np.zeros((instants, 6))
+        self.boards = np.zeros((frame_sets, 6, 6))
+        self.mixed = np.zeros((frame_sets, cameras, WIDTH, 6))
+        self.views: list[tuple[int, int, Floats, Floats]] = []  # camera, frame set, and slopes of one view
+        self.camera_slope, self.board_slope = np.zeros((cameras, WIDTH)), np.zeros((frame_sets, 6))
         for begin, end in zip(seen.starts[:-1], seen.starts[1:], strict=True):
-            c, m = seen.cameras[begin], seen.instants[begin]
+            c, m = seen.cameras[begin], seen.frame_sets[begin]
             a, b = by_camera[begin:end].reshape(-1, WIDTH), by_board[begin:end].reshape(-1, 6)
             r = residuals[begin:end].ravel()
             self.cameras[c] += a.T @ a

@@ -74,7 +74,7 @@ class _Variant(Struct, forbid_unknown_fields=True):
     views: _Views | None
 
 
-class _Contents(Struct, forbid_unknown_fields=True):
+class _CornersFile(Struct, forbid_unknown_fields=True):
     camera: Text
     source: Text
     board: _Board
@@ -107,7 +107,7 @@ def packed(path: Path, detection: Detection) -> bytes:
     }
     del content["counts"], content["views"]
     try:
-        body = msgspec.msgpack.encode(msgspec.convert(content, _Contents))
+        body = msgspec.msgpack.encode(msgspec.convert(content, _CornersFile))
     except msgspec.ValidationError as error:
         raise UserError(f"{path}: {error}") from None
     data = FORMAT.with_header(body)
@@ -136,7 +136,7 @@ def read_corners(path: Path) -> Detection:
 def parsed(path: Path, data: bytes) -> Detection:
     """Parse the content of a corner file.  path: for errors.  Raises UserError."""
     try:
-        contents = msgspec.msgpack.decode(FORMAT.body_of(path, data), type=_Contents)
+        contents = msgspec.msgpack.decode(FORMAT.body_of(path, data), type=_CornersFile)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise UserError(f"{path}: {error}") from None
     _check_values(path, contents)
@@ -159,7 +159,7 @@ def parsed(path: Path, data: bytes) -> Detection:
     )  # fmt: skip
 
 
-def _check_values(path: Path, contents: _Contents) -> None:
+def _check_values(path: Path, contents: _CornersFile) -> None:
     for key, (least, most) in RANGES.items():
         value: object = contents
         for part in key.split("."):
@@ -176,7 +176,7 @@ def _check_values(path: Path, contents: _Contents) -> None:
             fail(path, key, repr(name), "a name without '/', '.' at its beginning and control characters")
 
 
-def _unpacked(path: Path, key: str, contents: _Contents, board: Board, stored: _Views) -> tuple[View, ...]:
+def _unpacked(path: Path, key: str, contents: _CornersFile, board: Board, stored: _Views) -> tuple[View, ...]:
     """Views of one variant of the board; every array is checked before its values are used."""
     count = len(stored.times) // 8
     _check_length(path, f"{key}.times", stored.times, 8 * max(1, min(count, contents.looks)))
@@ -210,7 +210,7 @@ def _check_length(path: Path, key: str, data: bytes, size: int) -> None:
         fail(path, key, f"{len(data)} bytes", f"{size} bytes")
 
 
-def _check_times(path: Path, key: str, contents: _Contents, times: Floats) -> None:
+def _check_times(path: Path, key: str, contents: _CornersFile, times: Floats) -> None:
     """Times increase from 0 on; those of pictures are their numbers."""
     last = len(contents.names) - 1 if contents.names else MAX_FRAMES * contents.period_s
     if not (np.isfinite(times).all() and times[0] >= 0.0 and times[-1] <= last and (np.diff(times) > 0.0).all()):

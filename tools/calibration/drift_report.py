@@ -16,9 +16,9 @@ from zenocap.common.recording.reader import Take
 from zenocap.tools.calibration.drift import Drift, drift_of
 from zenocap.tools.calibration.parameters import LEAST_INSTANTS, MUCH_PX, SAME_DEG, SAME_M
 from zenocap.tools.verdict.evidence import evidence_of
+from zenocap.tools.verdict.figures import camera_of
 from zenocap.tools.verdict.parameters import MIN_AREA
 from zenocap.tools.verdict.verdict import USED
-from zenocap.tools.verdict.view_figures import camera_of
 
 
 def messages_of(path: Path) -> Iterator[m.Message]:

@@ -1,4 +1,4 @@
-"""The world of a calibrated rig: the floor where the board lay on it, else a vertical guessed from the cameras."""
+"""World of a calibrated rig: floor of the board, or a vertical guessed from the cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.board import Board
 from zenocap.tools.calibration.parameters import FLOOR_S, FLOOR_STILL_PX_S, ROLL_DEG
-from zenocap.tools.calibration.rig_start import Instant, Pose
+from zenocap.tools.calibration.rig_start import BoardFrameSet, Pose
 
 TILT_ALIKE_DEG = 3.0  # by which places of the board on the floor differ at most
 
@@ -26,24 +26,26 @@ class World:
     remarks: tuple[str, ...]
 
 
-def _lies_at(instant: Instant, times_s: Sequence[float]) -> bool:
-    """Whether the instant is one of a stretch in which the board lies on the floor."""
-    return any(abs(instant.time_s - time_s) <= FLOOR_S for time_s in times_s)
+def _lies_at(frame_set: BoardFrameSet, times_s: Sequence[float]) -> bool:
+    """Whether the frame set is one of a stretch in which the board lies on the floor."""
+    return any(abs(frame_set.time_s - time_s) <= FLOOR_S for time_s in times_s)
 
 
-def floor_world(board: Board, instants: Sequence[Instant], boards: Sequence[Pose], times_s: Sequence[float]) -> World:
+def floor_world(
+    board: Board, frame_sets: Sequence[BoardFrameSet], boards: Sequence[Pose], times_s: Sequence[float]
+) -> World:
     """The world whose floor the board lay on: origin in the middle of the board, X along its rows, Z down its columns.
 
     times_s: when the board lay on the floor; at several places the floor is the plane through all.  Raises UserError.
     """
     corners, ups, first = [], [], None
     for time_s in times_s:
-        near = [k for k, one in enumerate(instants) if _lies_at(one, [time_s])]
+        near = [k for k, one in enumerate(frame_sets) if _lies_at(one, [time_s])]
         if not near:
-            begin, end = instants[0].time_s, instants[-1].time_s
+            begin, end = frame_sets[0].time_s, frame_sets[-1].time_s
             seen = f"it is seen from {begin:.1f} to {end:.1f} s, with gaps"
             raise UserError(f"--floor {time_s:g}: the board is not seen within {FLOOR_S:g} s: {seen}")
-        speeds = [view.speed for k in near for view in instants[k].views.values()]
+        speeds = [view.speed for k in near for view in frame_sets[k].views.values()]
         if float(np.median(speeds)) > FLOOR_STILL_PX_S:
             raise UserError(
                 f"--floor {time_s:g}: the board moves there, by {np.median(speeds):.0f} px/s: allowed: a time at which it "

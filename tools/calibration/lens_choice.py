@@ -9,7 +9,7 @@ from zenocap.common.arrays import Floats
 from zenocap.common.camera.fisheye import FisheyeLens
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.board_views import CameraViews, View
-from zenocap.tools.calibration.instants import distinct_views
+from zenocap.tools.calibration.frame_sets import distinct_views
 from zenocap.tools.calibration.lens_model import LensModel, plane_poses
 from zenocap.tools.calibration.parameters import FISHEYE_GAIN, HELD_OUT_GAIN, LENS_VIEWS, SLOW_PX_S
 

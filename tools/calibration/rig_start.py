@@ -1,4 +1,4 @@
-"""Start of the bundle adjustment: poses of cameras by the board's poses in shared views, along the best pairs."""
+"""Start of the bundle adjustment: camera poses from board poses in shared views."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ MAX_CHECKED = 60  # and on which proposals are judged
 
 
 @dataclass(frozen=True)
-class Instant:
+class BoardFrameSet:
     """A moment at which cameras, by number, saw the board.  time_s: common to all cameras."""
 
     time_s: float
@@ -42,21 +42,21 @@ def inverse(pose: Pose) -> Pose:
 
 
 def start_poses(
-    names: Sequence[str], lenses: Sequence[LensModel], instants: Sequence[Instant], corners: Floats
+    names: Sequence[str], lenses: Sequence[LensModel], frame_sets: Sequence[BoardFrameSet], corners: Floats
 ) -> tuple[list[Pose], list[Pose | None]]:
-    """Poses of the cameras, world to camera, and of the board at each instant, board to world; None where none fits.
+    """Poses of the cameras, world to camera, and of the board at each frame set, board to world; None where none fits.
 
     The world is the frame of the first camera.  Raises UserError, which names cameras without a shared view.
     """
     seen = [
-        {c: plane_poses(lenses[c], corners[view.ids], view.pixels) for c, view in instant.views.items()}
-        for instant in instants
+        {c: plane_poses(lenses[c], corners[view.ids], view.pixels) for c, view in frame_set.views.items()}
+        for frame_set in frame_sets
     ]
     pairs: dict[tuple[int, int], tuple[Pose, float, int]] = {}
     for one, other in combinations(range(len(names)), 2):
         shared = [k for k, poses in enumerate(seen) if poses.get(one) and poses.get(other)]
         if shared:
-            pairs[one, other] = (*_consensus(one, other, shared, seen, lenses, instants, corners), len(shared))
+            pairs[one, other] = (*_consensus(one, other, shared, seen, lenses, frame_sets, corners), len(shared))
     cameras: dict[int, Pose] = {0: (np.eye(3), np.zeros(3))}
     while len(cameras) < len(names):
         edges = [pair for pair in pairs if (pair[0] in cameras) != (pair[1] in cameras)]
@@ -75,17 +75,17 @@ def start_poses(
         else:
             cameras[one] = composed(inverse(pose), cameras[other])
     ordered = [cameras[c] for c in range(len(names))]
-    return ordered, board_poses(lenses, ordered, instants, corners)
+    return ordered, board_poses(lenses, ordered, frame_sets, corners)
 
 
 def board_poses(
-    lenses: Sequence[LensModel], cameras: Sequence[Pose], instants: Sequence[Instant], corners: Floats
+    lenses: Sequence[LensModel], cameras: Sequence[Pose], frame_sets: Sequence[BoardFrameSet], corners: Floats
 ) -> list[Pose | None]:
-    """Poses of the board at the instants, board to world, in which the cameras agree best; None where none fits."""
+    """Poses of the board at the frame sets, board to world, in which the cameras agree best; None where none fits."""
     found = []
-    for instant in instants:
-        poses = {c: plane_poses(lenses[c], corners[view.ids], view.pixels) for c, view in instant.views.items()}
-        found.append(_board(instant, poses, cameras, lenses, corners))
+    for frame_set in frame_sets:
+        poses = {c: plane_poses(lenses[c], corners[view.ids], view.pixels) for c, view in frame_set.views.items()}
+        found.append(_board(frame_set, poses, cameras, lenses, corners))
     return found
 
 
@@ -95,7 +95,7 @@ def _consensus(
     shared: Sequence[int],
     seen: Sequence[Mapping[int, list[tuple[Floats, Floats, float]]]],
     lenses: Sequence[LensModel],
-    instants: Sequence[Instant],
+    frame_sets: Sequence[BoardFrameSet],
     corners: Floats,
 ) -> tuple[Pose, float]:
     """Relative pose of a pair that explains the most of its shared views, and its median error, px."""
@@ -107,7 +107,7 @@ def _consensus(
                 pose = relative_pose(first[:2], second[:2])
                 error = float(
                     np.median(
-                        [_transfer(pose, seen[j][one], lenses[other], instants[j].views[other], corners) for j in checked]
+                        [_transfer(pose, seen[j][one], lenses[other], frame_sets[j].views[other], corners) for j in checked]
                     )
                 )
                 if best is None or error < best[0]:
@@ -130,7 +130,7 @@ def _transfer(
 
 
 def _board(
-    instant: Instant,
+    frame_set: BoardFrameSet,
     poses: Mapping[int, list[tuple[Floats, Floats, float]]],
     cameras: Sequence[Pose],
     lenses: Sequence[LensModel],
@@ -142,7 +142,7 @@ def _board(
         for proposal in proposals:
             pose = composed(inverse(cameras[c]), proposal[:2])
             error = max(
-                _transfer(cameras[d], [(*pose, 0.0)], lenses[d], view, corners) for d, view in instant.views.items()
+                _transfer(cameras[d], [(*pose, 0.0)], lenses[d], view, corners) for d, view in frame_set.views.items()
             )
             if best is None or error < best[0]:
                 best = (error, pose)

@@ -28,7 +28,7 @@ Pixel = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Scene:
+class PickedPoints:
     """size: (width, height) of the images, px; None: that of the lenses.  points: m.  picked: px, by camera and point.
 
     sizes: of cameras whose images have another size than `size`.
@@ -45,7 +45,7 @@ class Scene:
         return self.sizes.get(camera, self.size)
 
 
-def read_scene(path: Path) -> Scene:
+def read_scene(path: Path) -> PickedPoints:
     """Read a TOML file with `size`, a table of points, and a table of pixels for each camera.  Raises UserError."""
     tables = dict(read_toml(path))
     size = None if "size" not in tables else checked_size(Entry(path, ""), tables.pop("size"))
@@ -67,10 +67,10 @@ def read_scene(path: Path) -> Scene:
         for name in pixels:
             if name not in points:
                 raise UserError(f"{path}: {camera}.{name}: no such point; there are: {', '.join(points)}")
-    return Scene(path, size, points, picked, sizes)
+    return PickedPoints(path, size, points, picked, sizes)
 
 
-def scene_text(scene: Scene) -> str:
+def scene_text(scene: PickedPoints) -> str:
     """A scene as the text of its file."""
     lines = [
         "# Points of the room, for zenocap calibrate scene: X, Y (height) and Z in m; then their pixels in each camera."
@@ -85,17 +85,17 @@ def scene_text(scene: Scene) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_scene(scene: Scene) -> None:
+def write_scene(scene: PickedPoints) -> None:
     """Write the file of a scene atomically; comments of an earlier one are lost.  Raises OSError."""
     write_atomically(scene.path, scene_text(scene).encode())
 
 
-def placed_cameras(scene: Scene, lenses: Mapping[str, Lens] | None) -> list[PlacedCamera]:
+def placed_cameras(scene: PickedPoints, lenses: Mapping[str, Lens] | None) -> list[PlacedCamera]:
     """The cameras of a scene; a single lens is that of all cameras.  Raises UserError."""
     return [placed_in_scene(scene, name, lenses) for name in scene.picked]
 
 
-def placed_in_scene(scene: Scene, name: str, lenses: Mapping[str, Lens] | None) -> PlacedCamera:
+def placed_in_scene(scene: PickedPoints, name: str, lenses: Mapping[str, Lens] | None) -> PlacedCamera:
     """A camera of a scene.  Raises UserError."""
     lens, pixels = _lens_of(name, lenses), scene.picked[name]
     size = scene.size_of(name) or (lens.size if lens is not None else None)

@@ -1,4 +1,4 @@
-"""The folder of certificates: created once, kept, renewed on request; keys are readable only by the owner."""
+"""Folder of certificates: created once, kept, renewed or revoked on request."""
 
 import os
 import tempfile
@@ -8,10 +8,15 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Literal
 
-from zenocap.common.bus.access import Member
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+
+from zenocap.common.atomic_write import write_atomically
+from zenocap.common.bus.access import ROUTER, Member
 from zenocap.common.bus.certificate import WARNED_DAYS, days_left, valid_until
+from zenocap.common.bus.revocations import Revocations, read_revocations
 from zenocap.common.errors import UserError
-from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file
+from zenocap.common.rig.security import AUTHORITY, certificate_file, generations_in, key_file, revocations_file
 from zenocap.tools.certificates.authority import (
     Pair,
     belong_together,
@@ -164,3 +169,37 @@ def _write(path: Path, content: bytes, mode: int) -> None:
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
+
+
+def revoke(folder: Path, rig: str, members: Sequence[Member], now: datetime) -> Revocations:
+    """Write and return the folder's next list, in which these members have a new generation.
+
+    Raises UserError, also where the authority's key is not in the folder.
+    """
+    for member in members:
+        if member.service == ROUTER:
+            raise UserError(
+                "--revoke router: allowed: other members. Members check a router by authority and host name only: after "
+                "the loss of its key create a new authority in an empty folder"
+            )
+    if not certificate_file(folder, AUTHORITY).exists():
+        raise UserError(f"{certificate_file(folder, AUTHORITY)}: missing: run this where the authority was made")
+    authority, _ = ready_authority(folder, rig, now)
+    before = known(folder)
+    generations = dict(before.generations)
+    for member in members:
+        name = member.common_name(rig)
+        generations[name] = generations.get(name, 0) + 1
+    unsigned = Revocations(before.number + 1, generations)
+    signature = authority.key.sign(unsigned.signed_bytes(), ec.ECDSA(hashes.SHA256()))
+    signed = Revocations(unsigned.number, generations, signature)
+    write_atomically(revocations_file(folder), signed.encoded())
+    return signed
+
+
+def known(folder: Path) -> Revocations:
+    """The folder's list; an empty one if there is none.  Raises BadRevocations."""
+    path = revocations_file(folder)
+    if not path.exists():
+        return Revocations()
+    return read_revocations(str(path), path.read_bytes(), certificate_file(folder, AUTHORITY).read_bytes())

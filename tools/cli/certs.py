@@ -111,8 +111,7 @@ def _revoke(rig: Rig, folder: Path, names: list[str], days: int) -> None:
     from zenocap.common.bus.zenoh_revocations import confirmed, sender
     from zenocap.common.bus.zenoh_session import ZenohOptions
     from zenocap.common.rig.security import certificate_file, revocations_file, security_in
-    from zenocap.tools.certificates.folder import renewed
-    from zenocap.tools.certificates.revocation import revoke
+    from zenocap.tools.certificates.folder import renewed, revoke
 
     now = datetime.now(UTC)
     members = _chosen(rig, names, "--revoke")

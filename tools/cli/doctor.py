@@ -13,7 +13,7 @@ from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where they are used: `zenocap --help` answers at once
     from zenocap.common.rig.rig import Rig
-    from zenocap.tools.doctor.finding import Finding
+    from zenocap.tools.doctor.finding import CheckResult
 
 MAX_WORDS = 2000  # characters of a finding
 STYLES = {"ok": "green", "warning": "yellow", "wrong": "red"}
@@ -73,7 +73,7 @@ def _member(rig: Rig, service: str | None) -> str:
     return service or next(iter(certified(rig.security)), "reader")
 
 
-def _print(findings: list[Finding], as_json: bool) -> None:
+def _print(findings: list[CheckResult], as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps({"findings": [asdict(finding) for finding in findings]}))
         return

@@ -83,24 +83,25 @@ def evaluate(
         from zenocap.common.errors import UserError
         from zenocap.common.formats.import_format import import_suffixes
         from zenocap.common.formats.take_poses import read_poses, summary_of
-        from zenocap.tools.recordings.evaluate import Selection, accuracy
+        from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
         allowed = dict.fromkeys((*(ANGLES if use_angles else CENTRES), *import_suffixes()))
         if suffix not in allowed:
             quantity = "joint angles" if use_angles else "joint centres"
             raise UserError(f"--truth {truth}: suffix {truth.suffix!r}: allowed for {quantity}: {', '.join(allowed)}")
         if plot is not None:
-            from zenocap.tools.recordings.angle_plot import check_picture
+            from zenocap.tools.recordings.angle_report import check_picture
 
             check_picture(plot)
         poses = read_poses(checked_take(take), raw=raw)
-        selection = Selection(first, last, every, offset)
+        selection = ScoredFrames(first, last, every, offset)
         if use_angles:
-            from zenocap.tools.recordings.evaluate_angles import angle_accuracy, angle_lines
+            from zenocap.tools.recordings.angle_report import angle_lines
+            from zenocap.tools.recordings.evaluate_angles import angle_accuracy
 
             found, curves = angle_accuracy(poses.track(), truth, selection, take)
             if plot is not None:
-                from zenocap.tools.recordings.angle_plot import draw_angles
+                from zenocap.tools.recordings.angle_report import draw_angles
 
                 draw_angles(plot, curves, found, (truth.name, take.name))
             result, lines = asdict(found), angle_lines(found)

@@ -112,7 +112,7 @@ def load(
     from rich.console import Console
 
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.load_test.plan import Plan, PlanError, checked
+    from zenocap.tools.measure.load_plan import Plan, PlanError, checked
 
     try:
         plan = checked(
@@ -131,7 +131,8 @@ def load(
     except PlanError as error:
         raise typer.BadParameter(str(error)) from None
     try:
-        from zenocap.tools.load_test.shell import Network, prepared, run_load, run_soak, serve
+        from zenocap.tools.measure.load_processes import LoadNetwork
+        from zenocap.tools.measure.load_session import prepared, run_load, run_soak, serve
     except ModuleNotFoundError as error:
         typer.echo(f"error: {error.name} is missing: pip install 'zenocap[load]'", err=True)
         raise typer.Exit(1) from None
@@ -140,7 +141,7 @@ def load(
         out = Console(quiet=json, width=WIDTH)
     progress = Console(stderr=True)
     with one_line_errors(), stop_signals() as stopped:
-        with prepared(plan, Network(tuple(connect or ()), config), stopped, progress) as session:
+        with prepared(plan, LoadNetwork(tuple(connect or ()), config), stopped, progress) as session:
             if part == "integrators":
                 raise typer.Exit(serve(plan, session, out))
             if soak is not None:
@@ -154,7 +155,7 @@ def load(
 
 def _size(text: str) -> tuple[int, int]:
     """Raises PlanError."""
-    from zenocap.tools.load_test.plan import PlanError
+    from zenocap.tools.measure.load_plan import PlanError
 
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal() and 16 <= int(width) <= 4096 and 16 <= int(height) <= 4096):

@@ -9,7 +9,7 @@ from zenocap.common.errors import UserError
 from zenocap.tools.cli.options import JsonOption, one_line_errors
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.tools.plan.costs import Costs
+    from zenocap.tools.measure.unit_costs import Costs
 
 WHAT, COSTS = "Installation", "Costs"
 
@@ -65,10 +65,10 @@ def plan(
     """
     import msgspec
 
-    from zenocap.tools.plan.calculator import Installation, checked, demand
-    from zenocap.tools.plan.costs import read_costs
-    from zenocap.tools.plan.parameters import COSTS as DEFAULT
-    from zenocap.tools.plan.text import lines_of
+    from zenocap.tools.measure.installation import Installation, checked, demand
+    from zenocap.tools.measure.installation_plan import lines_of
+    from zenocap.tools.measure.unit_costs import COSTS as DEFAULT
+    from zenocap.tools.measure.unit_costs import read_costs
 
     with one_line_errors():
         given = Installation(
@@ -90,11 +90,12 @@ def _measured(costs: "Costs", size: tuple[int, int], path: Path) -> "Costs":
     from rich.console import Console
 
     from zenocap.common.runtime.signals import stop_signals
-    from zenocap.tools.load_test.shell import Network, prepared
-    from zenocap.tools.plan.costs import write_costs
-    from zenocap.tools.plan.measure import measured, plans
+    from zenocap.tools.measure.installation_plan import measured, plans
+    from zenocap.tools.measure.load_processes import LoadNetwork
+    from zenocap.tools.measure.load_session import prepared
+    from zenocap.tools.measure.unit_costs import write_costs
 
-    with stop_signals() as stopped, prepared(plans(size)[1], Network(), stopped, Console(stderr=True)) as session:
+    with stop_signals() as stopped, prepared(plans(size)[1], LoadNetwork(), stopped, Console(stderr=True)) as session:
         found = measured(costs, size, session.measure)
     write_costs(path, found)
     return found

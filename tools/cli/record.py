@@ -11,7 +11,7 @@ from zenocap.tools.cli.suggestions import check_rig_path
 from zenocap.tools.cli.zenoh_arguments import ZenohArguments
 
 if TYPE_CHECKING:  # imported where it is used: `zenocap --help` answers at once
-    from zenocap.tools.recordings.record import Progress
+    from zenocap.tools.recordings.record import RecordingProgress
 
 PLAIN_S = 10  # seconds from line to line where there is no terminal
 
@@ -110,7 +110,7 @@ class _Line:
         self._take = take
         self._seconds = 0
 
-    def show(self, progress: "Progress") -> None:
+    def show(self, progress: "RecordingProgress") -> None:
         parts = f", {progress.parts} files" if progress.parts > 1 else ""
         free = f", {progress.free_bytes / 1e9:.1f} GB free" if progress.free_bytes is not None else ""
         text = (

@@ -106,13 +106,13 @@ def replay(
     first, last = span.bounds()
     with one_line_errors(), stop_signals() as stopped:
         from zenocap.tools.replay.remap import Remapping, parsed_remap
-        from zenocap.tools.replay.selection import Selection
+        from zenocap.tools.replay.selection import ReplaySelection
         from zenocap.tools.replay.shell import ReplayOptions, run_replay
 
         for take in takes:
             checked_take(take)
         try:
-            selection = Selection(tuple(topics or ()), tuple(exclude or ()))
+            selection = ReplaySelection(tuple(topics or ()), tuple(exclude or ()))
             remapping = Remapping(tuple(map(parsed_remap, remap or ())), rig)
         except ValueError as error:
             raise typer.BadParameter(str(error)) from error

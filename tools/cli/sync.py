@@ -73,12 +73,12 @@ def sync(
         if rig.suffix.lower() == ".mcap":
             _sync_take(rig)
         from zenocap.common.runtime import logs
-        from zenocap.tools.sync.synchronize import Options, sync_text, synchronize, write_sync
+        from zenocap.tools.sync.synchronize import SyncOptions, sync_text, synchronize, write_sync
 
         logs.configure("sync")
         one = rig_at(rig, files=True, cameras=camera_list(cameras))
         with progress("comparing the videos") as state:
-            found, notes = synchronize(one, Options(by, max_offset, seconds), state.update)
+            found, notes = synchronize(one, SyncOptions(by, max_offset, seconds), state.update)
         for note in notes:
             typer.echo(f"note: {note}", err=True)
         for id, camera in found.items():

@@ -199,7 +199,7 @@ def track(
     with one_line_errors():
         from zenocap.common.rig.tracker import TrackerOverrides
         from zenocap.common.runtime import logs
-        from zenocap.tools.recordings.track import (
+        from zenocap.tools.recordings.rig_changes import (
             at_working_size,
             decoded_by_hardware,
             of_height,
@@ -380,7 +380,7 @@ def _tracked(work: Work, take: Path, *, kept: bool = True) -> Tracked:
 def _draw(rig: Rig, take: Path, drawing: Overlay, result: Tracked, jobs: int | None, update: Callable[[int], None]) -> None:
     """Draw the frame sets, which are read again: the poses of both passes are known at the end of the second one."""
     from zenocap.common.formats.take_poses import summary_of
-    from zenocap.tools.recordings.redraw import frame_sets_again
+    from zenocap.tools.recordings.track import frame_sets_again
 
     if result.both_ways:
         summary = summary_of(take)

@@ -8,26 +8,35 @@ background, by both, too.
 """
 
 import argparse
+import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from zenocap.services.recognizer.features import DEFAULT
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import SHIPPED, SUFFIX, write_model
 from zenocap.services.recognizer.training.example_files import examples_of
-from zenocap.services.recognizer.training.examples import Example, TrainingSettings
-from zenocap.services.recognizer.training.manifest import read_manifest
+from zenocap.services.recognizer.training.examples import BACKGROUND, Example, TrainingSettings
+from zenocap.services.recognizer.training.manifest import Row, read_manifest
 from zenocap.services.recognizer.training.train import train
-from zenocap.tools.dataset.background import background_rows
+from zenocap.simulation.body.person import person
+from zenocap.simulation.motion.activities import ACTIVITIES
+from zenocap.simulation.motion.posture_style import POSTURES
+from zenocap.simulation.motion.timeline import MotionTimeline, session_timeline
 from zenocap.tools.dataset.batch import MANIFEST, PostureTake, Report, generate_takes, people, posture_takes
-from zenocap.tools.dataset.generate import Method
+from zenocap.tools.dataset.generate import Method, dataset_rig, generate_take
 
 NAME = "fifteen"
 PEOPLE_SEED = 9  # persons 108 to 119
 BACKGROUND_SEED, BACKGROUND_PEOPLE = 11, 6  # persons 132 to 137
 METHODS: tuple[Method, ...] = ("truth", "two-view")
+REPETITIONS = 3  # of each activity by each person
+AWAY, AWAY_TIMES = "turn-and-walk", 3  # a posture that ends elsewhere: the walk back is background
+PAUSES_S = (0.4, 2.0)
 
 
 def quiet(done: int, of: int, text: str) -> None: ...
@@ -56,6 +65,38 @@ def shipped_model(
             # Only the file name: with the folder, the model would differ between machines.
             examples += [replace(one, source=row.source.name) for one in examples_of(manifest, [row], DEFAULT, missing=[])]
     return train(examples, settings or TrainingSettings(), report)
+
+
+def session_of(seed: int) -> MotionTimeline:
+    """Every activity of a person REPETITIONS times, in random order, with pauses, and walks.  seed: of the person."""
+    rng = np.random.default_rng([0xB6, seed])
+    names = [*ACTIVITIES * REPETITIONS, *[AWAY] * AWAY_TIMES]
+    movements = [(names[k], number) for number, k in enumerate(rng.permutation(len(names)).tolist())]
+    return session_timeline(person(seed), movements, rng.uniform(*PAUSES_S, len(movements)).tolist(), seed)
+
+
+def background_rows(folder: Path, method: Method, people: Iterable[int]) -> Iterator[Row]:
+    """Rows of a manifest, of everything but postures; takes that exist are used again.  Raises OSError and UserError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for seed in people:
+        session, path = session_of(seed), folder / f"{method}-background-{seed}.mcap"
+        if not path.is_file():
+            part = path.with_suffix(f".{os.getpid()}.part")
+            generate_take(dataset_rig(method), method, session, seed, part)
+            part.replace(path)
+        for number, (start_s, end_s) in enumerate(_without_postures(session)):
+            yield Row(0, path, start_s, end_s, BACKGROUND, str(seed), str(number))
+
+
+def _without_postures(session: MotionTimeline) -> Iterator[tuple[float, float]]:
+    """Begin and end (s) of the stretches between postures."""
+    begin = session.motion_from_s
+    for segment in session.segments:
+        if segment.name in POSTURES:
+            if segment.start_s > begin:
+                yield begin, segment.start_s
+            begin = segment.end_s
+    yield begin, session.duration_s
 
 
 def print_progress(done: int, of: int, text: str) -> None:

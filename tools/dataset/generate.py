@@ -28,7 +28,8 @@ from zenocap.simulation.ground_truth import true_bdp, truth
 from zenocap.simulation.motion.timeline import EMPTY, MotionTimeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
 from zenocap.tools.parameters import EPOCH_NS
-from zenocap.tools.recordings.track import Tracked, at_working_size, track_frames
+from zenocap.tools.recordings.rig_changes import at_working_size
+from zenocap.tools.recordings.track import Tracked, track_frames
 
 Method = Literal["two-view", "two-view-paper", "hybrid-two-view", "hybrid", "truth"]
 

@@ -7,7 +7,7 @@ Verdict = Literal["ok", "warning", "wrong"]
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckResult:
     """check: title of the check.  words: result as text.  remedy: recommended action; empty when nothing is wrong."""
 
     check: str
@@ -16,13 +16,13 @@ class Finding:
     remedy: str = ""
 
 
-def ok(check: str, words: str) -> Finding:
-    return Finding(check, "ok", words)
+def ok(check: str, words: str) -> CheckResult:
+    return CheckResult(check, "ok", words)
 
 
-def warning(check: str, words: str, remedy: str) -> Finding:
-    return Finding(check, "warning", words, remedy)
+def warning(check: str, words: str, remedy: str) -> CheckResult:
+    return CheckResult(check, "warning", words, remedy)
 
 
-def wrong(check: str, words: str, remedy: str) -> Finding:
-    return Finding(check, "wrong", words, remedy)
+def wrong(check: str, words: str, remedy: str) -> CheckResult:
+    return CheckResult(check, "wrong", words, remedy)

@@ -8,7 +8,7 @@ from typing import Literal
 
 from zenocap.common.bus.certificate import WARNED_DAYS, days_left
 from zenocap.common.recording.log import shortage
-from zenocap.tools.doctor.finding import Finding, ok, warning, wrong
+from zenocap.tools.doctor.finding import CheckResult, ok, warning, wrong
 
 SOON = timedelta(days=WARNED_DAYS)
 
@@ -74,7 +74,7 @@ class File:
     problem: str | None
 
 
-def check_endpoint(endpoint: Endpoint) -> Finding:
+def check_endpoint(endpoint: Endpoint) -> CheckResult:
     if endpoint.problem is None:
         return ok("endpoint", f"{endpoint.address} accepts connections")
     text = f"{endpoint.address}: {endpoint.problem}"
@@ -91,7 +91,7 @@ def check_endpoint(endpoint: Endpoint) -> Finding:
     )
 
 
-def check_source(source: SourceState) -> Finding:
+def check_source(source: SourceState) -> CheckResult:
     check = f"source of viewer {source.viewer}"
     if source.kind in ("good", "used"):
         return ok(check, source.words)
@@ -108,7 +108,7 @@ def check_source(source: SourceState) -> Finding:
     )
 
 
-def check_disk(disk: Disk) -> Finding:
+def check_disk(disk: Disk) -> CheckResult:
     if disk.problem is not None:
         return wrong(
             "disk", f"{disk.folder}: {disk.problem}", "let this user write there, or set `folder` in the [log] table"
@@ -120,7 +120,7 @@ def check_disk(disk: Disk) -> Finding:
     return ok("disk", f"takes are written to {disk.folder}{free}")
 
 
-def check_port(port: Port) -> Finding:
+def check_port(port: Port) -> CheckResult:
     check = f"port of the {port.title}"
     if port.ours:
         return ok(check, f"{port.address} is in use by this rig, which is running")
@@ -131,7 +131,7 @@ def check_port(port: Port) -> Finding:
     )
 
 
-def check_certificate(certificate: Certificate, now: datetime) -> Finding:
+def check_certificate(certificate: Certificate, now: datetime) -> CheckResult:
     check = f"certificate {certificate.name}"
     if certificate.problem is not None or certificate.ends is None:
         return wrong(
@@ -150,7 +150,7 @@ def check_certificate(certificate: Certificate, now: datetime) -> Finding:
     return ok(check, f"valid until {day}, {left} days left")
 
 
-def check_compiled(missing: Sequence[str]) -> Finding:
+def check_compiled(missing: Sequence[str]) -> CheckResult:
     """Check of the compiled code.  missing: parts of `zenocap warmup` that are not in the cache."""
     if not missing:
         return ok("compiled", "the code of all services of this machine")
@@ -158,7 +158,7 @@ def check_compiled(missing: Sequence[str]) -> Finding:
     return warning("compiled", f"not compiled yet: {', '.join(missing)}: the first start takes some 20 s longer", remedy)
 
 
-def check_file(file: File) -> Finding:
+def check_file(file: File) -> CheckResult:
     if file.problem is None:
         return ok(file.title, "can be read")
     return wrong(file.title, file.problem, "correct the rig file, or copy the file to this machine")

@@ -8,7 +8,7 @@ from zenocap.common.lags.delays import SKEW_US
 from zenocap.common.messages import CameraAdvice, Health, ServiceInfo
 from zenocap.common.rig.services import MAIN, TIMEKEEPER, ServiceKey, title
 from zenocap.common.runtime.clock_offset import Offset, clock_warning, offset_in
-from zenocap.tools.doctor.finding import Finding, ok, warning, wrong
+from zenocap.tools.doctor.finding import CheckResult, ok, warning, wrong
 
 # With different versions of these, messages cannot be decoded or poses differ; other versions are only in the take.
 MUST_AGREE = ("zenocap", "wire")
@@ -16,7 +16,7 @@ SHOULD_AGREE = ("eclipse-zenoh", "msgspec", "python")
 
 
 @dataclass(frozen=True)
-class Network:
+class NetworkState:
     """Observations of a few seconds.  problem: why the network could not be opened; None when it could.
 
     about: service information, or an error text.  advice: by viewer.  offset: of this machine's clock to the integrator's.
@@ -30,7 +30,7 @@ class Network:
     advice: Mapping[str, CameraAdvice] = field(default_factory=dict)
 
 
-def check_open(network: Network, secured: bool) -> Finding:
+def check_open(network: NetworkState, secured: bool) -> CheckResult:
     if network.problem is None:
         return ok("network", "open")
     hint = "; is this machine's certificate of the rig's authority?" if secured else ""
@@ -39,7 +39,7 @@ def check_open(network: Network, secured: bool) -> Finding:
     )
 
 
-def check_presence(expected: Sequence[ServiceKey], network: Network, rig: str) -> list[Finding]:
+def check_presence(expected: Sequence[ServiceKey], network: NetworkState, rig: str) -> list[CheckResult]:
     """Check for expected services that do not run.  A rig of which no service runs is not a fault."""
     if not network.alive & set(expected):
         return [ok("services", "no service is running, or none can be reached from this machine")]
@@ -50,7 +50,7 @@ def check_presence(expected: Sequence[ServiceKey], network: Network, rig: str) -
     return found
 
 
-def check_rigs(digest: str, network: Network) -> list[Finding]:
+def check_rigs(digest: str, network: NetworkState) -> list[CheckResult]:
     """Check for services with another rig file or calibration than this machine."""
     infos = {name: about for name, about in network.about.items() if isinstance(about, ServiceInfo)}
     others = {name: about for name, about in infos.items() if about.digest != digest}
@@ -83,9 +83,9 @@ def check_rigs(digest: str, network: Network) -> list[Finding]:
     return found
 
 
-def check_versions(here: Mapping[str, str], network: Network) -> list[Finding]:
+def check_versions(here: Mapping[str, str], network: NetworkState) -> list[CheckResult]:
     """Check for services with other versions.  here: this machine's versions by package."""
-    found: list[Finding] = []
+    found: list[CheckResult] = []
     infos = {name: about for name, about in network.about.items() if isinstance(about, ServiceInfo)}
     for package in (*MUST_AGREE, *SHOULD_AGREE):
         here_version = _release(package, here.get(package, "unknown"))
@@ -104,9 +104,9 @@ def check_versions(here: Mapping[str, str], network: Network) -> list[Finding]:
     return found
 
 
-def check_clocks(network: Network, frame_ns: int) -> list[Finding]:
+def check_clocks(network: NetworkState, frame_ns: int) -> list[CheckResult]:
     """Check of the clock offsets.  frame_ns: frame period; an offset of up to a quarter of it is allowed."""
-    found: list[Finding] = []
+    found: list[CheckResult] = []
     remedy = "let NTP (chrony, systemd-timesyncd) set the clocks of all machines from one source"
     known = 0
     for name, health in sorted(network.health.items()):
@@ -127,7 +127,7 @@ def check_clocks(network: Network, frame_ns: int) -> list[Finding]:
     return found
 
 
-def check_messages(network: Network) -> list[Finding]:
+def check_messages(network: NetworkState) -> list[CheckResult]:
     """Check for services that reject messages or fail on them."""
     found = []
     for name, health in sorted(network.health.items()):
@@ -154,7 +154,7 @@ def check_messages(network: Network) -> list[Finding]:
     return found
 
 
-def check_delays(network: Network, frame_ns: int) -> list[Finding]:
+def check_delays(network: NetworkState, frame_ns: int) -> list[CheckResult]:
     """Check of the delays of the cameras, as a running rig with a tracker finds them; corrected ones do not count.
 
     frame_ns: frame period; a difference of up to a quarter of it is allowed.
@@ -171,7 +171,7 @@ def check_delays(network: Network, frame_ns: int) -> list[Finding]:
     return [warning("delays", f"{text}, more than a quarter frame ({limit_ms:.0f} ms): {health.state}", remedy)]
 
 
-def check_pictures(network: Network) -> list[Finding]:
+def check_pictures(network: NetworkState) -> list[CheckResult]:
     """Check of the images of the cameras, as the running viewers measure them."""
     found = []
     for viewer, advice in sorted(network.advice.items()):

@@ -16,14 +16,14 @@ from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.clock_offset import offset_at
 from zenocap.common.topics import CAMERA_ADVICE, HEALTH
 from zenocap.tools.doctor.machine_checks import Endpoint
-from zenocap.tools.doctor.network_checks import Network
+from zenocap.tools.doctor.network_checks import NetworkState
 
 OPEN_S, CALL_S = 4.0, 2.0
 LISTEN_S = 2.5  # health is published once a second
 TRIPS = 5
 
 
-def look_at_network(options: ZenohOptions, rig: str) -> Network:
+def look_at_network(options: ZenohOptions, rig: str) -> NetworkState:
     """Liveliness, health and information of all services, and this machine's clock offset to the integrator."""
     clock = RealClock()
     deadline_s = time.monotonic() + OPEN_S
@@ -42,9 +42,9 @@ def look_at_network(options: ZenohOptions, rig: str) -> Network:
                     view = observed(view, event, clock.elapsed_ns())
             about = bus.query_service_info(1.0)
             advice = {id: one.advice for (_, id), one in view.services.items() if one.advice is not None}
-            return Network(None, view.alive, about, view.health, offset_at(view.trips, clock.now_ns()), advice)
+            return NetworkState(None, view.alive, about, view.health, offset_at(view.trips, clock.now_ns()), advice)
     except BusError as error:
-        return Network(str(error))
+        return NetworkState(str(error))
 
 
 def probe_endpoint(address: str, security: Security | None) -> Endpoint:

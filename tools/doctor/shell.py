@@ -12,7 +12,7 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.rig.services import MAIN, SERVICES, kinds_of, services_of
 from zenocap.common.runtime.compiled import is_compiled
 from zenocap.common.runtime.service_info import versions
-from zenocap.tools.doctor.finding import Finding, warning
+from zenocap.tools.doctor.finding import CheckResult, warning
 from zenocap.tools.doctor.machine_checks import (
     Port,
     check_certificate,
@@ -32,7 +32,7 @@ from zenocap.tools.doctor.machine_probe import (
     look_at_source,
 )
 from zenocap.tools.doctor.network_checks import (
-    Network,
+    NetworkState,
     check_clocks,
     check_delays,
     check_messages,
@@ -45,7 +45,7 @@ from zenocap.tools.doctor.network_checks import (
 from zenocap.tools.doctor.network_probe import look_at_network, probe_endpoint
 
 
-def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: str | None) -> list[Finding]:
+def examine(rig: Rig, path: Path, options: ZenohOptions, takes: Path, service: str | None) -> list[CheckResult]:
     """Results of all checks.  takes: folder of the takes.  service: such as viewer-1; None for all of the rig."""
     name, _, id = (service or "").partition("-")
     chosen = [viewer for viewer in rig.viewers if service is None or (name == "viewer" and viewer.id == id)]
@@ -92,7 +92,7 @@ def _ports(rig: Rig, *, ours: bool) -> list[Port]:
     return found
 
 
-def _runs_here(service: str, network: Network) -> bool:
+def _runs_here(service: str, network: NetworkState) -> bool:
     """Whether a service of the rig runs on this machine."""
     about = network.about.get((service, MAIN))
     return isinstance(about, ServiceInfo) and about.host == gethostname()

@@ -11,7 +11,7 @@ from zenocap.common.camera.scene_calibration import FEWEST, FEWEST_WITHOUT_LENS,
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.scene_file import (
     SIZE_KEY,
-    Scene,
+    PickedPoints,
     placed_in_scene,
     read_scene,
     scene_report,
@@ -38,7 +38,7 @@ class ScenePoints:
         if wrong := [name for name in cameras if name in RESERVED]:
             raise UserError(f"camera {wrong[0]}: allowed: any name but {' and '.join(RESERVED)}")
         self._names, self._path, self._output, self._lenses = tuple(cameras), points_file, output, lenses
-        self._scene = read_scene(points_file) if points_file.exists() else Scene(points_file, None, {}, {})
+        self._scene = read_scene(points_file) if points_file.exists() else PickedPoints(points_file, None, {}, {})
         if self._scene.picked and not any(name in self._scene.picked for name in cameras):
             there = ", ".join(self._scene.picked)
             raise UserError(f"{points_file}: no points of {', '.join(cameras)}; there are those of: {there}")
@@ -84,7 +84,7 @@ class ScenePoints:
         own = {name: size for name, size in (sizes | other_sizes).items() if size != common}
         kept = {camera: {k: v for k, v in one.items() if k in placed.points} for camera, one in others.items()}
         points = {name: (float(x or 0.0), float(y or 0.0), float(z or 0.0)) for name, (x, y, z) in placed.points.items()}
-        scene = Scene(self._path, common, points, {**placed.picks, **kept}, own)
+        scene = PickedPoints(self._path, common, points, {**placed.picks, **kept}, own)
         try:
             write_scene(scene)
             write_calibration(self._output, dict(solution.cameras))
@@ -102,7 +102,7 @@ class ScenePoints:
             return UserError(f"{name}: no picture yet")
         key = tuple((point, known[point], pixel) for point, pixel in pixels.items()), size
         if name not in self._solved or self._solved[name][0] != key:
-            scene = Scene(self._path, size, known, {name: pixels})
+            scene = PickedPoints(self._path, size, known, {name: pixels})
             try:
                 self._solved[name] = key, placed_in_scene(scene, name, self._lenses)
             except UserError as error:

@@ -1,21 +1,24 @@
-"""The second pass of `zenocap track`: over a take's silhouettes, backwards, and the better poses of both passes.
+"""Second pass of `zenocap track`: backwards over the silhouettes, and the better poses of both.
 
 The take of the forward pass is complete before the second pass begins, and stays until the take with the poses of both
 passes is complete and replaces it.  The silhouettes are read from the take, a chunk at a time; in memory are the poses.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from mcap.reader import SeekingReader
 
 from zenocap.common import codec
 from zenocap.common import messages as m
+from zenocap.common.arrays import Mask
 from zenocap.common.atomic_write import atomic_file
 from zenocap.common.body.definition import Bdp
 from zenocap.common.bus.protocol import Envelope
-from zenocap.common.conversion import angles_by_name, bdp_of
+from zenocap.common.conversion import angles_by_name, bdp_of, silhouette_mask
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.opening import new_recording
@@ -24,18 +27,18 @@ from zenocap.common.recording.setup_file import recorded_rig
 from zenocap.common.recording.writer import Recording, RecordingError
 from zenocap.common.rig.methods import METHODS, method_of
 from zenocap.common.rig.rig import Rig
-from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_BDP, TRACKER_POSE
+from zenocap.common.topics import BOTH_WAYS_POSE, SILHOUETTE, TRACKER_BDP, TRACKER_POSE
 from zenocap.services.tracker.both_ways.fusion import SECTIONS
-from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, Watch, two_passes
+from zenocap.services.tracker.both_ways.passes import ForwardPose, FusedPose, SceneMasks, Watch, two_passes
 from zenocap.services.tracker.prior.file import read_prior
 from zenocap.services.tracker.shell import anatomy_in, setup_of
 from zenocap.services.tracker.states import Setup
 from zenocap.tools.parameters import EPOCH_NS, service_parameters
-from zenocap.tools.recordings.backward_scenes import scenes_backwards
 from zenocap.tools.recordings.take_writer import TakeWriter
 from zenocap.tools.recordings.track import Tracked, TrackedFrameSet, available_cores, track
 
 WRITING = "writing the take"
+WAIT_FRAMES = 3  # frame periods by which silhouettes may be recorded out of the order of their capture; by hand
 
 
 def has_second_pass(rig: Rig, wanted: bool | None = None) -> bool:
@@ -136,7 +139,7 @@ def both_ways(take: Path, rig: str, setup: Setup, watch: Watch = lambda *_: None
     while_tracked = forward[: 1 + max((k for k, one in enumerate(forward) if not one.lost), default=-1)]
     if body is None or not while_tracked:
         return {}
-    return two_passes(setup, body, forward, scenes_backwards(take, rig, setup, while_tracked), watch, jobs)
+    return two_passes(setup, body, forward, _scenes_backwards(take, rig, setup, while_tracked), watch, jobs)
 
 
 def both_ways_message(setup: Setup, forward: m.TrackerPose, found: FusedPose) -> m.BothWaysPose:
@@ -167,3 +170,42 @@ def _forward_poses(take: Path, setup: Setup) -> tuple[Sequence[ForwardPose], Bdp
             case m.TrackerBdp(body=found):
                 body = bdp_of(setup.anatomy, found)
     return [poses[captured_ns] for captured_ns in sorted(poses)], body
+
+
+def _scenes_backwards(take: Path, rig: str, setup: Setup, forward: Sequence[ForwardPose]) -> Iterator[SceneMasks]:
+    """Yield every pose, the last first, with the masks of the views that it used, by viewer.
+
+    Raises UserError for a file without silhouettes, or without the index that is needed to read it backwards.
+    """
+    waiting: dict[tuple[str, int], m.Silhouette] = {}
+    at = len(forward) - 1
+    for silhouette in chain(_silhouettes_backwards(take, rig, setup), [None]):
+        while at >= 0 and (
+            silhouette is None or silhouette.captured_ns < forward[at].captured_ns - WAIT_FRAMES * setup.frame_ns
+        ):
+            pose = forward[at]
+            masks: dict[str, Mask] = {}
+            for (viewer, captured_ns), one in waiting.items():
+                if viewer in pose.views and abs(captured_ns - pose.captured_ns) <= setup.frame_ns // 2:
+                    masks[viewer] = silhouette_mask(one)
+            yield pose, {viewer: masks[viewer] for viewer in setup.cameras if viewer in masks}
+            waiting = {key: one for key, one in waiting.items() if key[1] < pose.captured_ns - setup.frame_ns // 2}
+            at -= 1
+        if silhouette is not None:
+            waiting[silhouette.viewer, silhouette.captured_ns] = silhouette
+
+
+def _silhouettes_backwards(take: Path, rig: str, setup: Setup) -> Iterator[m.Silhouette]:
+    """Silhouettes, the last first; a chunk of the file is in memory at a time."""
+    keys = [SILHOUETTE.at(rig, viewer=viewer) for viewer in setup.cameras]
+    with take.open("rb") as file:
+        reader = SeekingReader(file)
+        summary = reader.get_summary()
+        if summary is None or not summary.chunk_indexes:
+            raise UserError(f"{take}: no index: it cannot be read backwards; `zenocap recover` writes a copy with one")
+        if not any(channel.topic in keys for channel in summary.channels.values()):
+            raise UserError(f"{take}: no silhouettes: they are needed for a second pass")
+        for _, _, recorded in reader.iter_messages(topics=keys, reverse=True):
+            message = codec.decode(recorded.data, m.Silhouette)
+            assert isinstance(message, m.Silhouette)
+            yield message

@@ -14,7 +14,7 @@ PELVIS = ("LHip", "RHip", "Neck")
 
 
 @dataclass(frozen=True)
-class Selection:
+class ScoredFrames:
     """Frames of the truth to score.  offset: frame number of the track minus that of the truth.  every: step in frames."""
 
     first: Bound | None = None
@@ -41,7 +41,7 @@ class Accuracy:
     per_joint_mm: dict[str, float]
 
 
-def accuracy(track: Trajectories, truth: Trajectories, selection: Selection) -> Accuracy:
+def accuracy(track: Trajectories, truth: Trajectories, selection: ScoredFrames) -> Accuracy:
     """Errors of `track` against `truth`.  Raises UserError without a joint or frame in common."""
     names = [name for name in truth.names if name in track.names]
     if not names:
@@ -82,7 +82,7 @@ def accuracy(track: Trajectories, truth: Trajectories, selection: Selection) -> 
     )
 
 
-def _kept(truth: Trajectories, selection: Selection) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _kept(truth: Trajectories, selection: ScoredFrames) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     """Rows of the truth to score: inside the selection, and with a pelvis frame."""
     frames = truth.frames
     wanted = (frames % selection.every == 0) & inside(frames, truth.times_s, selection.first, selection.last)

@@ -11,7 +11,7 @@ from zenocap.common.body.clinical_angles import ANGLES, other_solution, within_h
 from zenocap.common.errors import UserError
 from zenocap.common.formats.angle_series import AngleSeries, angle_series, filled, has_rigid_trunk, read_source
 from zenocap.common.formats.pose_track import PoseTrack, inside
-from zenocap.tools.recordings.evaluate import Selection
+from zenocap.tools.recordings.evaluate import ScoredFrames
 
 CONVENTION = "degrees; joint coordinate systems of the ISB (sequence Z, X, Y; leans Y, X, Z); signs in docs/conventions.md"
 ABSENT = {(False, False): "in neither", (False, True): "not in the truth", (True, False): "not in the take"}
@@ -69,7 +69,7 @@ class AngleCurves:
 
 
 def angle_accuracy(
-    track: PoseTrack, truth_path: Path, selection: Selection, take_path: Path
+    track: PoseTrack, truth_path: Path, selection: ScoredFrames, take_path: Path
 ) -> tuple[AngleAccuracy, AngleCurves]:
     """Errors of the joint angles of a take's poses against the file at `truth_path`: .mot, .bvh, .trc or a take.
 
@@ -85,7 +85,7 @@ def angle_accuracy(
 
 
 def compared(
-    take: AngleSeries, truth: AngleSeries, selection: Selection, take_path: Path, truth_path: Path
+    take: AngleSeries, truth: AngleSeries, selection: ScoredFrames, take_path: Path, truth_path: Path
 ) -> tuple[AngleAccuracy, AngleCurves]:
     """See `angle_accuracy`."""
     selected = (truth.frames % selection.every == 0) & inside(truth.frames, truth.times_s, selection.first, selection.last)
@@ -171,27 +171,6 @@ def error_of(take: Floats, truth: Floats) -> AngleError:
         range_take_deg=float(np.ptp(found)),
         correlation=float(np.corrcoef(found, expected)[0, 1]) if moving else None,
     )
-
-
-def angle_lines(found: AngleAccuracy) -> list[str]:
-    """Table of the errors, for a terminal."""
-    lines = [
-        f"frames {found.frames}; without pose {found.without_pose_pct:.1f} % "
-        f"(take {found.take_lost_pct:.1f} %, truth {found.truth_lost_pct:.1f} %)",
-        f"{'degrees':22}{'frames':>7}{'mae':>7}{'rms':>7}{'bias':>7}{'rms-bias':>9}{'range truth':>12}{'take':>7}{'r':>7}",
-    ]
-    for name, error in found.angles.items():
-        correlation = "-" if error.correlation is None else f"{error.correlation:.2f}"
-        lines.append(
-            f"{name:22}{error.frames:7}{error.mae_deg:7.1f}{error.rms_deg:7.1f}{error.bias_deg:+7.1f}"
-            f"{error.rms_unbiased_deg:9.1f}{error.range_truth_deg:12.1f}{error.range_take_deg:7.1f}{correlation:>7}"
-        )
-    for reason in dict.fromkeys(found.not_compared.values()):
-        names = ", ".join(name for name, given in found.not_compared.items() if given == reason)
-        lines.append(f"not compared, {reason}: {names}")
-    lines += [f"note: {note}" for note in found.notes]
-    lines.append(f"convention: {found.convention}")
-    return lines
 
 
 def _nearest_solutions(found: Mapping[str, Floats], expected: Mapping[str, Floats]) -> dict[str, Floats]:

@@ -1,4 +1,4 @@
-"""`zenocap export`: poses of a take as TRC, BVH, C3D, CSV, Parquet, NPZ, MOT, glTF or USD, or as a set-up for OpenSim."""
+"""`zenocap export`: poses of a take as files of other programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,12 +9,14 @@ import numpy as np
 
 from zenocap.common.body.joint_conventions import CONVENTIONS, Convention, left_out
 from zenocap.common.errors import UserError
+from zenocap.common.formats.animated_skeleton import AnimatedSkeleton, animated_skeleton
 from zenocap.common.formats.bone_names import BoneNames
 from zenocap.common.formats.export_format import FORMATS, ExportFormat, ExportRequest, names_with
 from zenocap.common.formats.pose_track import Bound, PoseTrack, between, every_frame
 from zenocap.common.formats.resampling import resampled
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import Angle, Axes, Unit
+from zenocap.services.animator.render.skin import skin_of
 
 
 @dataclass(frozen=True)
@@ -136,3 +138,21 @@ def _check(output: Path, to: ExportFormat, options: ExportOptions) -> None:
         raise UserError(f"{output}: units {unit}, axes {options.axes}: allowed in {to.name}: units {units}, axes {axes}")
     if to.suffix_decides and output.suffix.lower() not in to.suffixes:
         raise UserError(f"{output}: suffix {output.suffix!r}: allowed in {to.name}: {', '.join(to.suffixes)}")
+
+
+def export_glb(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`: body, skeleton and animation."""
+    from zenocap.common.formats.gltf import write_glb
+
+    write_glb(path, _motion(request), path.stem)
+
+
+def export_usd(path: Path, request: ExportRequest) -> None:
+    """For `zenocap export`: body, skeleton and animation."""
+    from zenocap.common.formats.usd import write_usd
+
+    write_usd(path, _motion(request), path.stem)
+
+
+def _motion(request: ExportRequest) -> AnimatedSkeleton:
+    return animated_skeleton(request.track, skin_of(request.track.anatomy, request.track.bdp), request.bones)

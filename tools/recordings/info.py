@@ -40,7 +40,7 @@ from zenocap.tools.recordings.take_statistics import (
     Tracked,
     chunk_counts,
 )
-from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.evidence import TakeEvidence
 from zenocap.tools.verdict.verdict import USED, verdict_of
 
 BY_FRAME = (SIGHTING, SILHOUETTE)  # published by a viewer for every frame
@@ -181,7 +181,7 @@ class _Tally:
         self.rate = RateTally()
         self.unreadable = 0
         self.rig = ""
-        self.evidence = Evidence()
+        self.evidence = TakeEvidence()
         self.verdict: m.Verdict | None = None
         self.advice = TakeAdvice()
         self.delays: m.CameraDelays | None = None

@@ -7,6 +7,7 @@ all later poses follow from the silhouettes of the take.  The decision is part o
 
 import hashlib
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import msgspec
@@ -21,15 +22,15 @@ from zenocap.common.conversion import bdp_of
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import pose_of
 from zenocap.common.recording.reader import Take, envelope
-from zenocap.common.recording.setup_file import PRIOR_FILE, SETUP_FILE, RecordedRig, RecordedTurn, read_setup
+from zenocap.common.recording.setup_file import SETUP_FILE, RecordedRig, RecordedTurn, read_setup
 from zenocap.common.recording.writer import Recording
 from zenocap.common.rig.methods import tracker_methods
 from zenocap.common.topics import BOTH_WAYS_POSE, CAMERA, TRACKER_BDP, TRACKER_POSE, topic_at
-from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.states import Setup
 from zenocap.services.tracker.tracking import rooted_pose
 from zenocap.tools.recordings.both_ways import WRITING, with_both_ways
+from zenocap.tools.recordings.members import tracker_setup
 from zenocap.tools.recordings.retrack import retrack, take_like
 
 TRACKING = "tracking again"
@@ -52,28 +53,42 @@ class Mirrored:
 
 
 @dataclass
-class _Shown:
+class _ShownPoses:
     """Poses of a take as they are shown, those of both directions where it has them.
 
-    fronts: by capture time, (3,) direction of the front of the pelvis, only while the person is tracked.
-    poses: number of all poses.  start_ns: capture time of frame 0.
+    forward, better: of one pass and of both, by capture time: (3,) direction of the front of the pelvis, None where the
+    person is lost.  poses: number of all poses.  start_ns: capture time of frame 0.  first_ns: log time of the take.
     """
 
-    fronts: dict[int, Floats] = field(default_factory=dict)
+    forward: dict[int, Floats | None] = field(default_factory=dict)
+    better: dict[int, Floats | None] = field(default_factory=dict)
     body: Bdp | None = None
     poses: int = 0
     both_ways: bool = False
     start_ns: int | None = None
     first_ns: int | None = None
 
+    @cached_property
+    def fronts(self) -> dict[int, Floats]:
+        """Directions by capture time, in its order, only while the person is tracked."""
+        return {captured_ns: one for captured_ns, one in sorted((self.forward | self.better).items()) if one is not None}
+
+    def add(self, setup: Setup, message: m.Message) -> None:
+        match message:
+            case m.CameraInfo(captured_ns=captured_ns):
+                self.start_ns = captured_ns if self.start_ns is None else min(self.start_ns, captured_ns)
+            case m.TrackerBdp(body=body):
+                self.body = bdp_of(setup.anatomy, body)
+            case m.TrackerPose() as pose:  # a BothWaysPose too
+                poses = self.better if isinstance(pose, m.BothWaysPose) else self.forward
+                self.both_ways = self.both_ways or poses is self.better
+                self.poses += poses is self.forward
+                if self.body is not None:
+                    poses[pose.captured_ns] = None if pose.lost else _front(setup, self.body, pose)
+
 
 def mirror(
-    source: Path,
-    output: Path,
-    from_s: float,
-    until_s: float | None = None,
-    watch: Watch = lambda *_: None,
-    jobs: int = 1,
+    source: Path, output: Path, from_s: float, until_s: float | None = None, watch: Watch = lambda *_: None, jobs: int = 1
 ) -> Mirrored:
     """Write the take `source` to `output` with left and right exchanged from `from_s` on, until `until_s` if given.
 
@@ -129,11 +144,9 @@ def mirror(
     return Mirrored(after.poses, messages, since[0], since[1] if until_ns is not None else None, shown.both_ways, back_s)
 
 
-def _read(take: Take) -> tuple[_Shown, RecordedRig, Setup]:
+def _read(take: Take) -> tuple[_ShownPoses, RecordedRig, Setup]:
     """The poses of a take, its rig and the set-up of its tracker.  Raises UserError for a take that cannot be mirrored."""
-    shown, rig, setup = _Shown(), None, None
-    forward: dict[int, Floats] = {}
-    better: dict[int, Floats | None] = {}
+    shown, rig, setup = _ShownPoses(), None, None
     for recorded in take.messages():
         shown.first_ns = recorded.log_ns if shown.first_ns is None else shown.first_ns
         if topic_at(recorded.topic) not in READ or (received := envelope(recorded)) is None:
@@ -141,27 +154,13 @@ def _read(take: Take) -> tuple[_Shown, RecordedRig, Setup]:
         if rig is None or setup is None:
             rig = _rig_of(take)
             setup = _setup_of(rig, take)
-        match received.message:
-            case m.CameraInfo(captured_ns=captured_ns):
-                shown.start_ns = captured_ns if shown.start_ns is None else min(shown.start_ns, captured_ns)
-            case m.TrackerBdp(body=body):
-                shown.body = bdp_of(setup.anatomy, body)
-            case m.BothWaysPose() as pose:  # a TrackerPose too
-                shown.both_ways = True
-                if shown.body is not None:
-                    better[pose.captured_ns] = None if pose.lost else _front(setup, shown.body, pose)
-            case m.TrackerPose() as pose:
-                shown.poses += 1
-                if shown.body is not None and not pose.lost:
-                    forward[pose.captured_ns] = _front(setup, shown.body, pose)
+        shown.add(setup, received.message)
     if take.cut:
         raise UserError(f"{take.cut}; `zenocap recover` writes a copy that can be read")
     if "part" in take.metadata:
         raise UserError(f"{take.path}: is one part of a take: allowed: takes in one file")
-    if rig is None or setup is None or not forward:
+    if rig is None or setup is None or not any(front is not None for front in shown.forward.values()):
         raise UserError(f"{take.path}: no tracked pose in it: there is nothing to mirror")
-    merged = forward | better
-    shown.fronts = {captured_ns: one for captured_ns, one in sorted(merged.items()) if one is not None}
     shown.start_ns = min(shown.fronts) if shown.start_ns is None else shown.start_ns
     return shown, rig, setup
 
@@ -180,7 +179,7 @@ def _rig_of(take: Take) -> RecordedRig:
 
 def _setup_of(rig: RecordedRig, take: Take) -> Setup:
     try:
-        return tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, take.path, take.attachments.get(PRIOR_FILE)))
+        return tracker_setup(rig, take.path, take.attachments)
     except ValueError as error:
         raise UserError(f"{take.path}: {error}") from error
 
@@ -191,7 +190,7 @@ def _front(setup: Setup, body: Bdp, pose: m.TrackerPose | m.BothWaysPose) -> Flo
     return front
 
 
-def _tracked_at(source: Path, shown: _Shown, option: str, seconds: float) -> int:
+def _tracked_at(source: Path, shown: _ShownPoses, option: str, seconds: float) -> int:
     """Capture time of the first tracked pose at or after a time.  Raises UserError."""
     assert shown.start_ns is not None
     wanted_ns = shown.start_ns + round(seconds * 1e9)

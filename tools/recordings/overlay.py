@@ -30,7 +30,7 @@ LEFT, RIGHT, MIDDLE = (60, 150, 255), (255, 190, 60), (110, 220, 110)  # orange,
 
 
 @dataclass(frozen=True)
-class RootedPose:
+class BodyPose:
     """The last body and pose, of the integrator or the tracker."""
 
     anatomy: Anatomy
@@ -61,7 +61,7 @@ class Overlay:
 
     def add(self, frame_set: TrackedFrameSet) -> None:
         """Draw one frame set, with the pose from both directions where it has one."""
-        posed: RootedPose | None = None
+        posed: BodyPose | None = None
         masks: dict[str, Image] = {}
         for message in frame_set.messages:
             match message:
@@ -71,7 +71,7 @@ class Overlay:
                         self._body = anatomy, bdp_of(anatomy, body)
                 case m.UniversalBap() | m.TrackerPose() as bap if self._body is not None:  # of both directions last
                     anatomy, bdp = self._body
-                    posed = RootedPose(anatomy, bdp, pose_of(anatomy, bap), bap)
+                    posed = BodyPose(anatomy, bdp, pose_of(anatomy, bap), bap)
                 case m.Silhouette() as silhouette:
                     masks[silhouette.viewer] = silhouette_mask(silhouette)
         for viewer in self._rig.viewers:
@@ -115,7 +115,7 @@ def side_by_side(views: Sequence[Image]) -> Image:
     return np.vstack(rows)
 
 
-def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: RootedPose | None) -> Image:
+def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: BodyPose | None) -> Image:
     """One view with caption: dimmed image, contour of the silhouette, parts of the model, scores."""
     scale = LONG_SIDE_PX / max(viewer.camera.size)
     width, height = (2 * round(scale * side / 2) for side in viewer.camera.size)  # even, as video codecs need it
@@ -138,7 +138,7 @@ def drawn(viewer: Viewer, frame: Frame, mask: Image | None, posed: RootedPose | 
     return np.vstack([image, caption])
 
 
-def draw_model(image: Image, camera: Camera, posed: RootedPose) -> None:
+def draw_model(image: Image, camera: Camera, posed: BodyPose) -> None:
     """Outline every part as `camera` sees it, tilt and lens included: left limbs orange, right ones blue."""
     outlines = body_ellipses(posed.bdp, part_frames(posed.anatomy, posed.bdp, posed.pose))
     for part, ellipses in zip(posed.anatomy.parts, outlines, strict=True):

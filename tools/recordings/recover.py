@@ -24,7 +24,7 @@ ChannelKey: TypeAlias = tuple[str, str, str, str, bytes, tuple[tuple[str, str], 
 
 
 @dataclass(frozen=True)
-class Gap:
+class UnreadableRange:
     """An unreadable range of bytes.  before_ns, after_ns: log times of the messages around it; None where there is none."""
 
     offset: int
@@ -46,7 +46,7 @@ class Recovered:
     start_ns: int | None = None
     end_ns: int | None = None
     losses: Losses = field(default_factory=Losses)
-    gaps: list[Gap] = field(default_factory=list)
+    gaps: list[UnreadableRange] = field(default_factory=list)
 
     @property
     def lost(self) -> bool:
@@ -104,7 +104,7 @@ def loss_lines(recovered: Recovered) -> list[str]:
     return lines
 
 
-def _gap_line(gap: Gap) -> str:
+def _gap_line(gap: UnreadableRange) -> str:
     match gap.before_ns, gap.after_ns:
         case None, None:
             when = ""
@@ -202,7 +202,8 @@ class _Rewriter:
     def _close_gaps(self, after_ns: int | None) -> None:
         for damage in self._open_gaps:
             if len(self._recovered.gaps) < MAX_GAPS and not damage.index:
-                self._recovered.gaps.append(Gap(damage.offset, damage.length, damage.why, self._last_ns, after_ns))
+                gap = UnreadableRange(damage.offset, damage.length, damage.why, self._last_ns, after_ns)
+                self._recovered.gaps.append(gap)
         self._open_gaps.clear()
 
     def _id(self, id: int) -> int:

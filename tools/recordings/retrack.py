@@ -45,10 +45,10 @@ from zenocap.common.topics import (
     VERDICT,
     service_at,
 )
-from zenocap.services.recognizer import shell as recognizer_shell
 from zenocap.services.tracker import shell as tracker_shell
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.parameters import service_parameters
+from zenocap.tools.recordings.members import recorded_recognizer, tracker_setup
 from zenocap.tools.recordings.take_writer import TakeWriter
 
 # Not the detail of an overloaded tracker: now there is time for all points.
@@ -145,12 +145,10 @@ def has_foxglove(path: Path) -> bool:
 
 def _services(source: Path, rig: RecordedRig, attached: Mapping[str, bytes]) -> list[Service[object, object, Frame]]:
     """The services that run again; the recognizer only where its model is in the take."""
-    setup = tracker_shell.setup_of(rig, tracker_shell.prior_in(rig, source, attached.get(PRIOR_FILE)))
-    services: list[object] = [tracker_shell.service_of(setup)]
+    services: list[object] = [tracker_shell.service_of(tracker_setup(rig, source, attached))]
     if rig.recognizer is not None and rig.recognizer.source == "tracker":
-        model = recognizer_shell.model_in(rig, source, attached.get(POSTURES_FILE))
-        if model is not None:
-            services.append(recognizer_shell.service_of(recognizer_shell.setup_of(rig, model)))
+        recognizer = recorded_recognizer(rig, source, attached)
+        services += [] if recognizer is None else [recognizer]
     return cast("list[Service[object, object, Frame]]", services)
 
 

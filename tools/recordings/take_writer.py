@@ -8,7 +8,7 @@ from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import Verdict
 from zenocap.common.recording.writer import Recording
 from zenocap.common.topics import VERDICT
-from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.evidence import TakeEvidence
 from zenocap.tools.verdict.verdict import verdict_of
 
 
@@ -17,7 +17,7 @@ class TakeWriter:
 
     def __init__(self, recording: Recording, rig: str) -> None:
         self.recording, self._rig = recording, rig
-        self._evidence = Evidence()
+        self._evidence = TakeEvidence()
 
     def record(self, received: Envelope, *, converted: bool = True) -> None:
         """Write a message.  converted: whether it is shown on the channels for other programs, too."""

@@ -12,9 +12,9 @@ from zenocap.common.runtime.keyboard import Key
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.tools.replay.consumers import Consumers
 from zenocap.tools.replay.pacing import Playhead, Timer, faster, slower
-from zenocap.tools.replay.playlist import Plan, Playlist, Prepared, Start
+from zenocap.tools.replay.playlist import Playlist, PreparedMessage, ReplayPlan, Start
 from zenocap.tools.replay.prefetch import Prefetch
-from zenocap.tools.replay.time_shift import Progress, Shift, continued
+from zenocap.tools.replay.time_shift import ReplayProgress, Shift, continued
 
 logger = logging.getLogger(__name__)
 
@@ -81,7 +81,7 @@ class Player:
         bus: Bus,
         clock: Clock,
         timer: Timer,
-        plan: Plan,
+        plan: ReplayPlan,
         consumers: Consumers,
         keyboard: CommandSource,
         show: Callable[[Status], None],
@@ -98,7 +98,7 @@ class Player:
         self._log_once, self.bad = OncePerSource(logger), Counter[str]()
         self.sent = self.late_ns = self.stalls = 0
         self._place_ns, self._lap = plan.begin_ns, 1
-        self._reached: Progress | None = None
+        self._reached: ReplayProgress | None = None
         self._shift = Shift(clock.now_ns() - plan.timeline.log_at(plan.begin_ns) if now else 0)
         self._step: set[str] | None = None  # keys published in the current single step
         self._step_end_ns: int | None = None  # of a step that began at a place to which a program moved; None: no end
@@ -136,7 +136,7 @@ class Player:
             self._shift.time_ns, self._shift.frames,
         )  # fmt: skip
 
-    def _play(self, prepared: Prepared) -> None:
+    def _play(self, prepared: PreparedMessage) -> None:
         """Publish the next message if it is due, else wait."""
         if self._step is not None and not prepared.state:
             if prepared.key not in self._step and (self._step_end_ns is None or prepared.place_ns < self._step_end_ns):
@@ -163,7 +163,7 @@ class Player:
                 self._head = self._head.moved(prepared.line_ns, self._clock.elapsed_ns())
         self._send(prepared)
 
-    def _send(self, prepared: Prepared) -> None:
+    def _send(self, prepared: PreparedMessage) -> None:
         if not self._head.rate:
             self._consumers.send(prepared.topic, prepared.key)
         if prepared.shift != self._shift:  # first, so that the time of the message in the take is known
@@ -174,7 +174,7 @@ class Player:
         self.sent += 1
         if not prepared.state:
             self._place_ns, self._lap = prepared.place_ns, prepared.lap
-            before = self._reached or Progress(0, 0, 0)
+            before = self._reached or ReplayProgress(0, 0, 0)
             self._reached = before.advanced(prepared.captured_ns, prepared.frame, prepared.log_ns)
             if not self._head.rate:  # another rate continues from here
                 self._head = self._head.moved(prepared.line_ns, self._clock.elapsed_ns())

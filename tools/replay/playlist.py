@@ -16,7 +16,7 @@ from zenocap.common.recording.reader import Recorded, envelope
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.topics import Queueing, Topic, topic_at
 from zenocap.tools.replay.remap import Remapping
-from zenocap.tools.replay.time_shift import Progress, Shift, continued, shifted
+from zenocap.tools.replay.time_shift import ReplayProgress, Shift, continued, shifted
 from zenocap.tools.replay.timeline import Timeline
 
 logger = logging.getLogger(__name__)
@@ -25,7 +25,7 @@ NO_PERIOD_NS = 100_000_000  # for a take with less than two messages on every ke
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedMessage:
     """A message ready to publish.
 
     line_ns: its place on the replay's time line, which continues over laps.  place_ns: its place in the takes.
@@ -47,7 +47,7 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ReplayPlan:
     """Plan of a replay.  keys: new keys by recorded ones.  begin_ns, end_ns: places in the takes, end_ns excluded."""
 
     timeline: Timeline
@@ -77,16 +77,16 @@ class Start:
 class Playlist:
     """Iterates over the messages from `start` on; `bad` counts invalid ones by key."""
 
-    def __init__(self, plan: Plan, start: Start, log_once: OncePerSource, bad: Counter[str]) -> None:
+    def __init__(self, plan: ReplayPlan, start: Start, log_once: OncePerSource, bad: Counter[str]) -> None:
         self._plan, self._start = plan, start
         self._log_once, self._bad = log_once, bad
 
-    def __iter__(self) -> Iterator[Prepared]:
+    def __iter__(self) -> Iterator[PreparedMessage]:
         """Yield the messages in order.  Raises UserError when a file has been removed."""
         plan, start = self._plan, self._start
         timeline, first_log_ns = plan.timeline, plan.timeline.log_at(plan.begin_ns)
         while True:
-            reached: Progress | None = None
+            reached: ReplayProgress | None = None
             lowest = last_ns = None
             state_keys = [key for key in plan.keys if _is_kept(key)]
             for recorded in timeline.last_before(start.place_ns, state_keys):
@@ -101,7 +101,7 @@ class Playlist:
                     continue
                 last_ns = placed.place_ns
                 lowest = prepared.frame if lowest is None else min(lowest, prepared.frame)
-                before = reached or Progress(0, 0, 0)
+                before = reached or ReplayProgress(0, 0, 0)
                 reached = before.advanced(prepared.captured_ns, prepared.frame, prepared.log_ns)
                 yield prepared
             if not plan.loop or reached is None or last_ns is None or lowest is None:
@@ -113,7 +113,7 @@ class Playlist:
             line_ns = start.line_ns + last_ns - start.place_ns + gap_ns
             start = Start(plan.begin_ns, line_ns, start.lap + 1, shift)
 
-    def _prepared(self, recorded: Recorded, place_ns: int, start: Start, *, state: bool = False) -> Prepared | None:
+    def _prepared(self, recorded: Recorded, place_ns: int, start: Start, *, state: bool = False) -> PreparedMessage | None:
         """The prepared message; None when it is not selected or not valid."""
         key = self._plan.keys.get(recorded.topic)
         if key is None:
@@ -130,7 +130,7 @@ class Playlist:
             self._bad[recorded.topic] += 1
             self._log_once.warn(recorded.topic, "invalid", f"left out: {error}")
             return None
-        return Prepared(
+        return PreparedMessage(
             line_ns=start.line_ns + place_ns - start.place_ns,
             place_ns=place_ns,
             log_ns=recorded.log_ns,

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Iterable
 from time import monotonic
 
-from zenocap.tools.replay.playlist import Prepared
+from zenocap.tools.replay.playlist import PreparedMessage
 
 MAX_MESSAGES = 4096
 MAX_BYTES = 16 << 20
@@ -17,17 +17,17 @@ REFILL = 0.5  # share left in a full buffer at which reading continues
 class Prefetch:
     """Bounded buffer between an iterable, consumed by a thread, and one reader."""
 
-    def __init__(self, source: Iterable[Prepared]) -> None:
+    def __init__(self, source: Iterable[PreparedMessage]) -> None:
         self._source = source
         self._changed = threading.Condition()
-        self._timer: deque[Prepared] = deque()
+        self._timer: deque[PreparedMessage] = deque()
         self._bytes = self._taken = 0
         self._closed = self._ended = False
         self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._read, name="read-ahead", daemon=True)
         self._thread.start()
 
-    def peek(self, timeout_s: float = 0.0) -> Prepared | None:
+    def peek(self, timeout_s: float = 0.0) -> PreparedMessage | None:
         """Return the next message without removing it; None after `timeout_s`, or at the end.
 
         Raises the source's exception once all messages before it are taken.
@@ -91,7 +91,7 @@ class Prefetch:
                 self._ended = True
                 self._changed.notify_all()
 
-    def _put(self, prepared: Prepared) -> bool:
+    def _put(self, prepared: PreparedMessage) -> bool:
         with self._changed:
             if len(self._timer) >= self._limit or self._bytes + len(prepared.data) > MAX_BYTES:
                 self._changed.wait_for(lambda: self._closed or self._has_room(len(prepared.data)))

@@ -15,7 +15,7 @@ INTERNAL = ("handled", "verdict")
 
 
 @dataclass(frozen=True)
-class Selection:
+class ReplaySelection:
     """Selection of keys.  topics: key expressions to replay, empty for all.  exclude: key expressions to leave out."""
 
     topics: tuple[str, ...] = ()

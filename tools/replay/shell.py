@@ -25,9 +25,9 @@ from zenocap.tools.replay.consumers import Consumers, Name
 from zenocap.tools.replay.controls import Remote, display, status_lines, status_text, write_status
 from zenocap.tools.replay.pacing import RealTimer
 from zenocap.tools.replay.player import POLL_NS, REMOTE_POLL_NS, CommandSource, Player, Status
-from zenocap.tools.replay.playlist import Plan
+from zenocap.tools.replay.playlist import ReplayPlan
 from zenocap.tools.replay.remap import Remapping, remapped_keys
-from zenocap.tools.replay.selection import Selection
+from zenocap.tools.replay.selection import ReplaySelection
 from zenocap.tools.replay.timeline import Timeline
 
 logger = logging.getLogger(__name__)
@@ -44,7 +44,7 @@ class ReplayOptions:
     remote: take commands from the program that started it; see `zenocap.tools.replay.controls`.
     """
 
-    selection: Selection
+    selection: ReplaySelection
     remapping: Remapping
     first: Bound | None = None
     last: Bound | None = None
@@ -107,7 +107,7 @@ def _controls(console: Console, remote: bool) -> Iterator[tuple[CommandSource, C
         yield keys, show
 
 
-def planned(timeline: Timeline, options: ReplayOptions) -> Plan:
+def planned(timeline: Timeline, options: ReplayOptions) -> ReplayPlan:
     """Plan of a replay: keys, names and part.  Raises UserError when it is empty, and ValueError."""
     paths = ", ".join(str(part.path) for part in timeline.parts)
     available = sorted(key for key in timeline.keys if topic_at(key) is not None and not _from_animator(key))
@@ -123,7 +123,7 @@ def planned(timeline: Timeline, options: ReplayOptions) -> Plan:
         end_ns = min(end_ns, first_place(timeline, following) or end_ns)
         if end_ns <= begin_ns:
             raise UserError(f"{paths}: --until {_bound_text(options.last)}: allowed: not before --from")
-    return Plan(timeline, remapped_keys(options.remapping, keys), options.remapping, begin_ns, end_ns, options.loop)
+    return ReplayPlan(timeline, remapped_keys(options.remapping, keys), options.remapping, begin_ns, end_ns, options.loop)
 
 
 def first_place(timeline: Timeline, bound: Bound) -> int | None:
@@ -144,7 +144,7 @@ def _from_animator(key: str) -> bool:
     return service is not None and service[0] == "animator"
 
 
-def rig_of(plan: Plan) -> str:
+def rig_of(plan: ReplayPlan) -> str:
     """Name of the rig that is replayed.  Raises UserError when there are several."""
     rigs = sorted({key.split("/")[1] for key in plan.keys.values()})
     if len(rigs) > 1:
@@ -152,12 +152,14 @@ def rig_of(plan: Plan) -> str:
     return rigs[0]
 
 
-def services_of(plan: Plan) -> frozenset[Name]:
+def services_of(plan: ReplayPlan) -> frozenset[Name]:
     """Services whose messages are replayed (service, id), under their new names."""
     return frozenset(service for key in plan.keys.values() if (service := service_at(key)) is not None)
 
 
-def announce_services(bus: Bus, plan: Plan, consumers: Consumers, delay_s: float, stopped: Callable[[], bool]) -> None:
+def announce_services(
+    bus: Bus, plan: ReplayPlan, consumers: Consumers, delay_s: float, stopped: Callable[[], bool]
+) -> None:
     """Announce the services of the take, and wait `delay_s` for discovery.
 
     Raises DuplicateService when one of them is running.

@@ -36,18 +36,18 @@ def shifted(message: m.Message, shift: Shift) -> m.Message:
 
 
 @dataclass(frozen=True)
-class Progress:
+class ReplayProgress:
     """Latest capture time and frame number as published, and log time of the take; updated with `advanced`."""
 
     captured_ns: int
     frame: int
     log_ns: int
 
-    def advanced(self, captured_ns: int, frame: int, log_ns: int) -> "Progress":
-        return Progress(max(self.captured_ns, captured_ns), max(self.frame, frame), log_ns)
+    def advanced(self, captured_ns: int, frame: int, log_ns: int) -> "ReplayProgress":
+        return ReplayProgress(max(self.captured_ns, captured_ns), max(self.frame, frame), log_ns)
 
 
-def continued(shift: Shift, reached: Progress, next_log_ns: int, lowest_frame: int, gap_ns: int) -> Shift:
+def continued(shift: Shift, reached: ReplayProgress, next_log_ns: int, lowest_frame: int, gap_ns: int) -> Shift:
     """Shift with which the message logged at `next_log_ns` follows what was published, `gap_ns` later.
 
     lowest_frame: of the messages that follow, as recorded.  Seeking forward keeps the shift.

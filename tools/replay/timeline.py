@@ -35,7 +35,7 @@ CLOCK_STEP_NS = 1_000_000_000  # a log_time further back than this shows that th
 
 
 @dataclass(frozen=True)
-class Part:
+class PlayedPart:
     """One take.  start_ns, end_ns: its first and last log_time.  keys: messages by key.
 
     index: with which it is read from any log_time without reading the messages before; None without a whole one.
@@ -105,7 +105,7 @@ class Timeline:
     def _number(self, place_ns: int) -> int:
         return max((k for k, begin_ns in enumerate(self._begins_ns) if begin_ns <= place_ns), default=0)
 
-    def _part(self, path: Path) -> Part:
+    def _part(self, path: Path) -> PlayedPart:
         try:
             with path.open("rb") as file:
                 part = _from_summary(path, SeekingReader(file, record_size_limit=MAX_RECORD).get_summary())
@@ -120,21 +120,21 @@ class Timeline:
                 start_ns = recorded.log_ns
             counts[recorded.topic] += 1
             length_ns = place_ns
-        return Part(path, start_ns, start_ns + length_ns, dict(counts))
+        return PlayedPart(path, start_ns, start_ns + length_ns, dict(counts))
 
-    def _of_part(self, part: Part, from_ns: int) -> Iterator[tuple[int, Recorded]]:
+    def _of_part(self, part: PlayedPart, from_ns: int) -> Iterator[tuple[int, Recorded]]:
         if part.index is None or not from_ns:
             yield from (item for item in _places(self._scan(part.path), part.start_ns) if item[0] >= from_ns)
             return
         yield from _places(self._indexed(part, part.index, part.start_ns + from_ns), part.start_ns)
 
-    def _state(self, part: Part, before_ns: int, keys: Sequence[str]) -> Iterable[Recorded]:
+    def _state(self, part: PlayedPart, before_ns: int, keys: Sequence[str]) -> Iterable[Recorded]:
         """Messages of `keys` before a time, in the order of writing, at least the last one of each."""
         if part.index is not None:
             return self._last_indexed(part, part.index, part.start_ns + before_ns, keys)
         return self._scanned_state(part, before_ns, keys)
 
-    def _scanned_state(self, part: Part, before_ns: int, keys: Sequence[str]) -> Iterator[Recorded]:
+    def _scanned_state(self, part: PlayedPart, before_ns: int, keys: Sequence[str]) -> Iterator[Recorded]:
         for place_ns, recorded in _places(self._scan(part.path), part.start_ns):
             if place_ns >= before_ns:
                 return
@@ -147,7 +147,7 @@ class Timeline:
         if take.cut:
             self.lost[path] = take.cut
 
-    def _indexed(self, part: Part, summary: Summary, from_log_ns: int) -> Iterator[Recorded]:
+    def _indexed(self, part: PlayedPart, summary: Summary, from_log_ns: int) -> Iterator[Recorded]:
         """Messages logged from a time on, in the order of writing.
 
         One chunk is in memory at a time (mcap's own reader loads all of them for the order of writing).
@@ -162,7 +162,7 @@ class Timeline:
                         if channel is not None:
                             yield recorded_of(message, channel, summary.schemas)
 
-    def _last_indexed(self, part: Part, summary: Summary, to_log_ns: int, keys: Sequence[str]) -> list[Recorded]:
+    def _last_indexed(self, part: PlayedPart, summary: Summary, to_log_ns: int, keys: Sequence[str]) -> list[Recorded]:
         """The last message of each of `keys` logged before a time, in the order of writing; read from the end."""
         missing, found = set(keys), dict[str, tuple[int, int, Recorded]]()
         with _opened(part.path) as file:
@@ -182,7 +182,7 @@ class Timeline:
                 missing -= found.keys()
         return [recorded for *_, recorded in sorted(found.values(), key=lambda each: each[:2])]
 
-    def _records(self, part: Part, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
+    def _records(self, part: PlayedPart, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
         """The records of a chunk; none of a damaged one, which counts as lost."""
         try:
             file.seek(chunk.chunk_start_offset + OPCODE_AND_LENGTH)
@@ -213,7 +213,7 @@ def _places(messages: Iterator[Recorded], start_ns: int | None = None) -> Iterat
         yield latest_ns, recorded
 
 
-def _from_summary(path: Path, summary: Summary | None) -> Part | None:
+def _from_summary(path: Path, summary: Summary | None) -> PlayedPart | None:
     """None when the summary is incomplete or contradictory.  Raises the exceptions in BROKEN."""
     if summary is None or summary.statistics is None or not summary.chunk_indexes or not _in_order(summary):
         return None
@@ -228,7 +228,7 @@ def _from_summary(path: Path, summary: Summary | None) -> Part | None:
     if any(id not in summary.channels for chunk in filled for id in chunk.message_index_offsets):
         return None
     chunks = tuple(sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset))
-    return Part(path, start_ns, end_ns, dict(counts), summary, chunks)
+    return PlayedPart(path, start_ns, end_ns, dict(counts), summary, chunks)
 
 
 def _in_order(summary: Summary) -> bool:

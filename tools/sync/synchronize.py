@@ -30,7 +30,7 @@ TOGETHER_ERRORS, TOGETHER_FRAMES = 2.0, 0.5  # largest offsets of videos that be
 
 
 @dataclass(frozen=True)
-class Options:
+class SyncOptions:
     """max_offset_s: largest difference of two beginnings.  seconds: length of the part of each video to use."""
 
     by: Method = "auto"
@@ -51,7 +51,7 @@ class CameraOffset:
 
 
 def synchronize(
-    rig: Rig, options: Options, on_frame: Callable[[int], None] = lambda _: None
+    rig: Rig, options: SyncOptions, on_frame: Callable[[int], None] = lambda _: None
 ) -> tuple[dict[str, CameraOffset], list[str]]:
     """Offset of each viewer's video from that of the first certain one, and notes for the user.
 
@@ -102,7 +102,7 @@ def _error_s(found: Mapping[str, CameraOffset]) -> float:
 
 
 def _by_flash(
-    viewers: Mapping[str, Viewer], options: Options, known: Mapping[str, CameraOffset]
+    viewers: Mapping[str, Viewer], options: SyncOptions, known: Mapping[str, CameraOffset]
 ) -> dict[str, CameraOffset]:
     """Offsets of all cameras from changes of the light; those of `known` ones stay."""
     changes = {
@@ -119,7 +119,7 @@ def _by_flash(
 def _by_silhouettes(
     viewers: Mapping[str, Viewer],
     outlines: Mapping[str, list[Outline]],
-    options: Options,
+    options: SyncOptions,
     known: Mapping[str, CameraOffset],
 ) -> dict[str, CameraOffset]:
     """Offsets of all cameras from silhouettes; those of `known` ones stay."""
@@ -146,7 +146,7 @@ def _compared(
     return {id: known[id] if id in known else CameraOffset(source, offset) for id, offset in offsets.items()}
 
 
-def _by_sound(sounds: Mapping[str, Floats | None], options: Options) -> tuple[dict[str, CameraOffset], list[str]]:
+def _by_sound(sounds: Mapping[str, Floats | None], options: SyncOptions) -> tuple[dict[str, CameraOffset], list[str]]:
     """Offsets of the cameras with sound, and notes."""
     tracks = {id: sound for id, sound in sounds.items() if sound is not None}
     notes = [f"{id}: no sound" for id in sounds if id not in tracks] if tracks else ["no video has sound"]

@@ -9,9 +9,9 @@ from zenocap.common.errors import UserError
 from zenocap.common.lags.delays import CameraLags, limits_of, silhouette_lags
 from zenocap.common.lags.tangents import Outline
 from zenocap.common.rig.file import MAX_DELAY_MS
-from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.evidence import TakeEvidence
+from zenocap.tools.verdict.figures import camera_of
 from zenocap.tools.verdict.verdict import evidence_in
-from zenocap.tools.verdict.view_figures import camera_of
 from zenocap.tools.verdict.view_lag import outlines_of
 
 
@@ -27,7 +27,7 @@ def take_delays(path: Path) -> TakeDelays:
     return delays_of(evidence_in(path), path)
 
 
-def delays_of(evidence: Evidence, path: Path) -> TakeDelays:
+def delays_of(evidence: TakeEvidence, path: Path) -> TakeDelays:
     """Delays from the evidence of a take.  path: of the take, for errors.  Raises UserError."""
     outlines = {viewer: one for viewer, one in outlines_of(evidence).items() if len(one) > 2}
     if len(outlines) < 2:

@@ -21,7 +21,7 @@ LIMBS = 4
 
 @dataclass(frozen=True, slots=True)
 class PoseRow:
-    """One pose.  angles: (angles,) radians, in the order of `Evidence.names`.
+    """One pose.  angles: (angles,) radians, in the order of `TakeEvidence.names`.
 
     limbs: (4,) probability to be right, NaN where unknown.  heading: the same, NaN where unknown.  used: number of views.
     """
@@ -44,7 +44,7 @@ class Sample:
 
 
 @dataclass
-class Evidence:
+class TakeEvidence:
     """cameras: by viewer.  tracker_body, universal_body: the last ones.  measured: whether the tracker's is.
 
     forward, both: poses by capture time, of the tracker or the integrator, and of both passes.  samples: by number of
@@ -128,9 +128,9 @@ class Evidence:
         return PoseRow(bap.frame, np.array(bap.position), angles, is_lost(bap), limbs, heading, used)
 
 
-def evidence_of(messages: Iterable[m.Message]) -> Evidence:
+def evidence_of(messages: Iterable[m.Message]) -> TakeEvidence:
     """Evidence of the messages of a take."""
-    found = Evidence()
+    found = TakeEvidence()
     for message in messages:
         found.add(message)
     return found
@@ -150,7 +150,7 @@ class TakeBody:
         return Pose(row.position, angles)
 
 
-def body_of(evidence: Evidence) -> TakeBody | None:
+def body_of(evidence: TakeEvidence) -> TakeBody | None:
     """The last body; None without one, or of a version whose angles are unknown."""
     if evidence.body is None:
         return None

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from zenocap.common.arrays import Floats, Ints
-from zenocap.tools.verdict.evidence import LIMBS, Evidence, PoseRow, body_of
-from zenocap.tools.verdict.motion_figures import motion_figures
+from zenocap.tools.verdict.evidence import LIMBS, PoseRow, TakeEvidence, body_of
+from zenocap.tools.verdict.figures import SampleFigures, motion_figures, sample_figures
 from zenocap.tools.verdict.overlap import ViewSample
 from zenocap.tools.verdict.parameters import LONGEST_GAP_NS, MIN_AREA, MOST_STEPS, SAMPLE_NS, START_NS, STRETCH_NS
-from zenocap.tools.verdict.view_figures import SampleFigures, sample_figures
 
 FEATURES = (
     "outside",  # share of the silhouette outside the body, worst view
@@ -60,7 +59,7 @@ class Stretch:
         return float(self.values[COLUMN["lost"]] + self.values[COLUMN["missing"]])
 
 
-def stretches_of(evidence: Evidence) -> list[Stretch]:
+def stretches_of(evidence: TakeEvidence) -> list[Stretch]:
     """Stretches in which the person is in view; empty without poses.
 
     The first START_NS in view do not count, unless there are poses: the tracker needs them to start.
@@ -90,7 +89,7 @@ def stretches_of(evidence: Evidence) -> list[Stretch]:
         inside = np.flatnonzero(numbers == number)
         span = begin_ns + number * STRETCH_NS, min(end_ns, begin_ns + (number + 1) * STRETCH_NS)
         absent = int(np.count_nonzero(missing_numbers == number))
-        own = Poses([rows[k] for k in inside], times[inside], motion[inside], absent)
+        own = StretchPoses([rows[k] for k in inside], times[inside], motion[inside], absent)
         one = _stretch(evidence, span, own, groups[number], step_ns)
         if one is not None:
             found.append(one)
@@ -119,7 +118,7 @@ def missing_poses(times: Ints, step_ns: float) -> Ints:
 
 
 @dataclass(frozen=True)
-class Poses:
+class StretchPoses:
     """Poses of a stretch, n.  times: (n,) capture times.  motion: (n, MOTION).  missing: number of missing ones."""
 
     rows: Sequence[PoseRow]
@@ -129,7 +128,7 @@ class Poses:
 
 
 def _stretch(
-    evidence: Evidence, span: tuple[int, int], poses: Poses, samples: Sequence[SampleFigures], step_ns: float
+    evidence: TakeEvidence, span: tuple[int, int], poses: StretchPoses, samples: Sequence[SampleFigures], step_ns: float
 ) -> Stretch | None:
     """Figures of one stretch; None where the person is absent.  step_ns: usual time between poses."""
     rows, times, motion = poses.rows, poses.times, poses.motion

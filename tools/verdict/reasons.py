@@ -18,7 +18,7 @@ from zenocap.tools.verdict.parameters import (
     NOTABLE,
     SHOWN_SHARE,
 )
-from zenocap.tools.verdict.reason_texts import TEXTS
+from zenocap.tools.verdict.text import TEXTS
 from zenocap.tools.verdict.view_lag import ViewLags
 
 GROUPS: Mapping[str, tuple[str, ...]] = {  # kind of reason: features
@@ -43,7 +43,7 @@ CLEAR: Mapping[str, tuple[str, float]] = {  # kind of reason: figure beyond whic
 
 
 @dataclass(frozen=True)
-class Found:
+class WeightedReason:
     """A reason with its weight: share of ln error, or 1 and more for a figure that is clearly wrong."""
 
     weight: float
@@ -93,9 +93,9 @@ def reasons_of(
     start_ns: capture time of frame 0.  lags: of views, which explain that they contradict each other.
     """
     clear, more = clear_faults(stretches), raised(evidence, terms)
-    found: list[Found] = []
+    found: list[WeightedReason] = []
     if lags is not None:
-        found.append(Found(LAG_WEIGHT, lags.reason))
+        found.append(WeightedReason(LAG_WEIGHT, lags.reason))
     for kind, values in more.items():
         if lags is not None and kind == lags.reason.kind:
             continue
@@ -106,7 +106,8 @@ def reasons_of(
             some = [one for one, there in zip(stretches, at, strict=True) if there] or list(stretches)
             viewers, text = TEXTS[kind](some)
             share = f", in {100 * at.mean():.0f} % of the time" if 0.0 < at.mean() < SHOWN_SHARE else ""
-            found.append(Found(weight, m.VerdictReason(kind=kind, viewers=viewers, text=text.replace("{share}", share))))
+            reason = m.VerdictReason(kind=kind, viewers=viewers, text=text.replace("{share}", share))
+            found.append(WeightedReason(weight, reason))
     lost = lost_reason(stretches, start_ns)
     if lost is not None:
         found.append(lost)
@@ -115,7 +116,7 @@ def reasons_of(
     return notable or [one.reason for one in found[:1]]
 
 
-def lost_reason(stretches: Sequence[Stretch], start_ns: int) -> Found | None:
+def lost_reason(stretches: Sequence[Stretch], start_ns: int) -> WeightedReason | None:
     """No pose in some of the time; None without such a stretch."""
     lost = np.array([one.without_pose for one in stretches])
     if not lost.any():
@@ -132,4 +133,4 @@ def lost_reason(stretches: Sequence[Stretch], start_ns: int) -> Found | None:
         f"{end_s:.1f} s: two cameras must see the whole person; trim the take with --from and --until of other commands"
     )
     weight = 1.0 + float(lost.mean()) if lost.mean() > 0.02 else float(lost.mean())
-    return Found(weight, m.VerdictReason(kind="lost", text=text))
+    return WeightedReason(weight, m.VerdictReason(kind="lost", text=text))

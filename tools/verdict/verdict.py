@@ -1,6 +1,13 @@
-"""The verdict on a take: classes of its stretches and of the whole, with reasons."""
+"""Verdict on a take: expected error of the joints, classes of its stretches and of the whole, reasons.
 
-from collections.abc import Iterable
+The error of a stretch is a monotone log-linear model of its figures, each of which can only raise it,
+
+    ln error = constant + sum over the features of coefficient * ln(1 + min(value, largest) / scale)
+
+so that the share of each feature in the error is its term.  Frames without a pose count as LOST_ERROR_M.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -8,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from zenocap.common import messages as m
+from zenocap.common.arrays import Floats
 from zenocap.common.recording.reader import Take
 from zenocap.common.topics import (
     BOTH_WAYS_POSE,
@@ -19,26 +27,35 @@ from zenocap.common.topics import (
     UNIVERSAL_BDP,
     VERDICT,
 )
-from zenocap.tools.verdict.evidence import Evidence
-from zenocap.tools.verdict.features import Stretch, stretches_of
+from zenocap.tools.verdict.evidence import TakeEvidence
+from zenocap.tools.verdict.features import FEATURES, Stretch, stretches_of
 from zenocap.tools.verdict.parameters import (
     CLEAR_SHARE,
+    COEFFICIENTS,
+    CONSTANTS,
     GOOD_EXPECTED_M,
     GOOD_LOST,
     LOST_ERROR_M,
+    SCALES,
     UNUSABLE_EXPECTED_M,
     UNUSABLE_LOST,
 )
 from zenocap.tools.verdict.reasons import clear_faults, kinds_of, reasons_of
-from zenocap.tools.verdict.score import contributions, expected_errors
 from zenocap.tools.verdict.view_lag import view_lags
 
 USED = (CAMERA, SILHOUETTE, TRACKER_BDP, TRACKER_POSE, BOTH_WAYS_POSE, UNIVERSAL_BDP, UNIVERSAL_BAP)  # topics
 ROUND = 4  # decimals of a stored error, m: 0.1 mm
 EvidenceKind = Literal["both-ways", "one-pass", "two-view", "poses-only", "none"]
+KINDS = ("both-ways", "one-pass", "two-view", "poses-only")  # of evidence; each has coefficients of its own
+OF_SILHOUETTES = (
+    "outside", "outside, all views", "uncovered", "uncovered, all views", "apart", "cut", "hidden", "empty",
+    "pieces", "flicker",
+)  # fmt: skip
+OF_TRACKER = ("limbs", "worst limb", "heading", "average body")
+LOST = FEATURES.index("lost")
 
 
-def verdict_of(evidence: Evidence) -> m.Verdict:
+def verdict_of(evidence: TakeEvidence) -> m.Verdict:
     """The verdict on the messages of a take; equal evidence gives an equal verdict."""
     stretches = stretches_of(evidence)
     last_ns = max(evidence.poses, default=0)
@@ -78,7 +95,7 @@ def verdict_of(evidence: Evidence) -> m.Verdict:
     )  # fmt: skip
 
 
-def kind_of(evidence: Evidence) -> EvidenceKind:
+def kind_of(evidence: TakeEvidence) -> EvidenceKind:
     """What a verdict rests on."""
     if not any(sample.pose_ns is not None and sample.silhouettes for sample in evidence.samples.values()):
         return "poses-only"
@@ -98,7 +115,7 @@ def rating_of(kind: str, stretches: Iterable[Stretch], error: float) -> m.Rating
     return "good" if good else "doubtful"
 
 
-def _no_pose(evidence: Evidence) -> m.VerdictReason:
+def _no_pose(evidence: TakeEvidence) -> m.VerdictReason:
     if evidence.body is None and evidence.cameras:
         text = (
             "no pose: no person was found that two cameras or more see at a time: the empty scene (empty_frames), the "
@@ -117,9 +134,9 @@ class TakeVerdict:
     stored: bool
 
 
-def evidence_in(path: Path) -> Evidence:
+def evidence_in(path: Path) -> TakeEvidence:
     """Evidence of the messages of a take, whether or not it has a verdict.  Raises UserError for a file that is no take."""
-    evidence = Evidence()
+    evidence = TakeEvidence()
     for received in Take(path).envelopes(USED):
         evidence.add(received.message)
     return evidence
@@ -127,9 +144,43 @@ def evidence_in(path: Path) -> Evidence:
 
 def verdict_in(path: Path) -> TakeVerdict:
     """The verdict that a take has, or else that on its messages.  Raises UserError for a file that is no take."""
-    evidence = Evidence()
+    evidence = TakeEvidence()
     for received in Take(path).envelopes((*USED, VERDICT)):
         if isinstance(received.message, m.Verdict):
             return TakeVerdict(received.message, stored=True)
         evidence.add(received.message)
     return TakeVerdict(verdict_of(evidence), stored=False)
+
+
+def used_features(kind: str) -> tuple[str, ...]:
+    """Features that the model of a kind of evidence uses."""
+    left_out = {
+        "both-ways": (),
+        "one-pass": ("passes",),
+        "two-view": ("passes", "unused", *OF_TRACKER),
+        "poses-only": ("passes", "unused", *OF_SILHOUETTES),
+    }[kind]
+    return tuple(name for name in FEATURES if name not in ("lost", "missing", *left_out))
+
+
+def terms(values: Floats) -> Floats:
+    """(n, FEATURES) of figures (n, FEATURES), without coefficients; 0 where unknown, for "lost" and "missing"."""
+    scale, largest = np.array([SCALES.get(name, (1.0, 0.0)) for name in FEATURES]).T
+    found: Floats = np.nan_to_num(np.log1p(np.clip(values, 0.0, largest) / scale), nan=0.0)
+    return found
+
+
+def contributions(kind: str, stretches: Sequence[Stretch]) -> Floats:
+    """(n, FEATURES) terms of ln error of n stretches."""
+    coefficients: Mapping[str, float] = COEFFICIENTS[kind]
+    weights = np.array([coefficients.get(name, 0.0) for name in FEATURES])
+    found: Floats = terms(np.stack([one.values for one in stretches])) * weights
+    return found
+
+
+def expected_errors(kind: str, stretches: Sequence[Stretch]) -> Floats:
+    """(n,) expected mean errors of the joints, metres."""
+    tracked = np.minimum(LOST_ERROR_M, 1e-3 * np.exp(CONSTANTS[kind] + contributions(kind, stretches).sum(axis=1)))
+    lost = np.array([one.values[LOST] for one in stretches])
+    found: Floats = lost * LOST_ERROR_M + (1.0 - lost) * tracked
+    return found

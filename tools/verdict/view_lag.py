@@ -14,9 +14,9 @@ from zenocap.common.conversion import silhouette_mask
 from zenocap.common.lags.delays import limits_of, silhouette_lags
 from zenocap.common.lags.pairs import Offset
 from zenocap.common.lags.tangents import Outline, outline_of
-from zenocap.tools.verdict.evidence import Evidence
+from zenocap.tools.verdict.evidence import TakeEvidence
+from zenocap.tools.verdict.figures import camera_of
 from zenocap.tools.verdict.parameters import LAG_ERROR_S, LAG_ERRORS, LEAST_LAG_S, MOST_LAG_S
-from zenocap.tools.verdict.view_figures import camera_of
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class ViewLags:
         return m.VerdictReason(kind="views-apart", viewers=list(self.views), text=text)
 
 
-def view_lags(evidence: Evidence) -> ViewLags | None:
+def view_lags(evidence: TakeEvidence) -> ViewLags | None:
     """Views that are certainly out of step with the others; None without any.
 
     Those with which most others agree are in step; of two views alone it is the first.
@@ -70,7 +70,7 @@ def lags_of(offsets: Mapping[str, Offset], period_s: float) -> ViewLags | None:
     return ViewLags(stated, others) if stated else None
 
 
-def outlines_of(evidence: Evidence) -> dict[str, list[Outline]]:
+def outlines_of(evidence: TakeEvidence) -> dict[str, list[Outline]]:
     """By view, the outlines of its first silhouettes, with times in seconds from the first of all views on."""
     kept = {viewer: every for viewer, every in evidence.beginnings.items() if viewer in evidence.cameras}
     start_ns = min((every[0].captured_ns for every in kept.values()), default=0)

@@ -7,6 +7,8 @@ from math import isclose
 
 import msgspec
 
+from zenocap.common import codec
+from zenocap.common.bus.protocol import Envelope
 from zenocap.common.messages import Message
 from zenocap.common.rig.services import ServiceKey
 from zenocap.common.runtime.service_info import versions
@@ -54,6 +56,20 @@ class Verification:
     first: Difference | None = None
     duration_s: float = 0.0
     versions: dict[str, str] = field(default_factory=dict)
+
+    def compare(self, logged: Envelope, recomputed: bytes, tolerance: float) -> Difference | None:
+        """Count a recorded message as equal to the recomputed one, or as different; return the difference."""
+        if logged.data == recomputed:
+            self.equal[logged.key] += 1
+            return None
+        found = difference(logged.key, logged.message, codec.decode(recomputed, logged.topic.message), tolerance)
+        if found is None and tolerance:
+            self.equal[logged.key] += 1
+            self.close += 1
+            return None
+        self.different[logged.key] += 1
+        fields = ("the same fields in other bytes",)
+        return found or Difference(logged.key, logged.message.frame, logged.message.captured_ns, fields)
 
     @property
     def checked(self) -> int:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus import inbox as inbox_module
 from zenocap.common.bus.inbox import Inbox, outgoing
@@ -18,24 +19,11 @@ LOGGER = logging.getLogger("test.inbox")
 
 
 def sighting(viewer: str, frame: int) -> m.Sighting:
-    return m.Sighting(
-        frame=frame,
-        captured_ns=frame,
-        viewer=viewer,
-        present=True,
-        x=0.0,
-        y=0.0,
-        height=1.0,
-        width=0.3,
-        view="facade",
-        score=0.5,
-    )
+    return built(m.Sighting, frame=frame, captured_ns=frame, viewer=viewer)
 
 
 def bap(frame: int) -> m.UniversalBap:
-    return m.UniversalBap(
-        frame=frame, captured_ns=frame, position=(0.0, 1.0, 0.0), angles={}, scores={}, views={}, stale=[], lost=[]
-    )
+    return built(m.UniversalBap, frame=frame, captured_ns=frame)
 
 
 def put_sighting(inbox: Inbox, viewer: str, frame: int, *, every: bool = False) -> None:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from tests.support.pose_tracks import moving
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -41,11 +42,7 @@ def baps_of(track: PoseTrack) -> list[m.UniversalBap]:
 
 
 def messages_of_track(track: PoseTrack) -> list[m.Message]:
-    camera = m.CameraInfo(
-        frame=0, captured_ns=START_NS, viewer="1", name="cam01", size=(160, 120),
-        matrix=[150.0, 0, 80, 0, 150, 60, 0, 0, 1],
-        distortions=[], rotation=[1.0, 0, 0, 0, -1, 0, 0, 0, -1], translation=[0.0, 1.0, 5.0],
-    )  # fmt: skip
+    camera = built(m.CameraInfo, captured_ns=START_NS)
     body = m.UniversalBdp(frame=0, captured_ns=START_NS, body=body_of(TEN_PARTS, track.bdp), ratio=1.0)
     return [camera, body, *baps_of(track)]
 

@@ -12,6 +12,7 @@ import pytest
 from mcap.reader import make_reader
 
 from tests.common.formats.foxglove.test_converter import BODY, bap, camera, silhouette
+from tests.support.built_messages import built
 from tests.support.foxglove_reader import in_envelope, parsed, turn, xyz
 from tests.support.places import ROOT
 from tests.support.two_view_scene import BDP
@@ -139,9 +140,7 @@ def test_the_rig_file_switches_foxglove_channels(foxglove: bool, tmp_path: Path)
 
 def test_the_demo_layout_uses_channels_of_demo_takes(tmp_path: Path) -> None:
     recording = new_recording(demo_rig("two-view"), tmp_path / "take.mcap", START_NS, {})
-    seen = m.Sighting(
-        frame=0, captured_ns=0, viewer="1", present=True, x=0.0, y=0.0, height=0.0, width=0.0, view="facade", score=0.5
-    )
+    seen = built(m.Sighting, height=0.0, width=0.0)
     viewers = [
         msgspec.structs.replace(message, viewer=viewer)
         for viewer in ("1", "2")

@@ -23,7 +23,8 @@ from zenocap.common.rig.tracker import TrackerOverrides, TrackerSpec
 from zenocap.common.runtime.service import TooManyFailures
 from zenocap.services.viewer import segmentation
 from zenocap.tools.cli.main import app
-from zenocap.tools.recordings.track import TrackedFrameSet, track, with_tracker
+from zenocap.tools.recordings.rig_changes import with_tracker
+from zenocap.tools.recordings.track import TrackedFrameSet, track
 from zenocap.tools.verify.recompute import verify
 
 pytestmark = pytest.mark.slow

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from zenocap.common.bus.protocol import RoundTrip
 from zenocap.common.messages import Health
 from zenocap.common.runtime.clock import ManualClock
@@ -103,18 +104,7 @@ def test_an_offset_or_error_above_a_quarter_frame_period_gives_a_warning(offset:
 def test_health_carries_the_offset() -> None:
     health = Health(frame=0, captured_ns=0, service="viewer", id="1", state="", rate=0.0, stages_ms={}, counts={})
     assert offset_in(health) is None
-    known = Health(
-        frame=0,
-        captured_ns=0,
-        service="viewer",
-        id="1",
-        state="",
-        rate=0.0,
-        stages_ms={},
-        counts={},
-        clock_offset_ns=-7,
-        clock_error_ns=3,
-    )
+    known = built(Health, clock_offset_ns=-7, clock_error_ns=3)
     assert offset_in(known) == Offset(-7, 3)
 
 

@@ -1,5 +1,6 @@
 """The integrator converts capture times to its own clock, and reports a wrong clock of a viewer."""
 
+from tests.support.built_messages import built
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -11,18 +12,12 @@ FRAME_NS = 66_666_667
 
 
 def health(offset_ns: int) -> Envelope:
-    message = m.Health(
-        frame=0, captured_ns=1, service="viewer", id="2", state="", rate=15.0, stages_ms={}, counts={},
-        clock_offset_ns=offset_ns, clock_error_ns=100_000,
-    )  # fmt: skip
+    message = built(m.Health, captured_ns=1, id="2", rate=15.0, clock_offset_ns=offset_ns, clock_error_ns=100_000)
     return Envelope("", HEALTH, message, 1)
 
 
 def sighting(viewer: str, captured_ns: int) -> Envelope:
-    message = m.Sighting(
-        frame=3, captured_ns=captured_ns, viewer=viewer, present=True, x=0.0, y=0.0, height=0.3, width=0.3, view="flank",
-        score=0.0,
-    )  # fmt: skip
+    message = built(m.Sighting, frame=3, captured_ns=captured_ns, viewer=viewer, height=0.3, view="flank", score=0.0)
     return Envelope("", SIGHTING, message, captured_ns)
 
 

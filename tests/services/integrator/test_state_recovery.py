@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.built_messages import built
 from tests.support.perfect_viewers import HIPS, INITIAL_MESSAGES, SETUP, TRACKED, partial_bdp, play, sighting
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -83,10 +84,7 @@ def test_a_body_or_pose_of_another_rig_is_refused() -> None:
     other_anatomy = m.UniversalBdp(
         frame=0, captured_ns=0, body=m.Body(anatomy="fourteen-parts", sizes={}, offsets={}), ratio=1.0
     )
-    other_viewers = m.UniversalBap(
-        frame=0, captured_ns=0, position=(0.0, 1.0, 0.0), angles={}, scores={}, views={"left": "facade", "right": "flank"},
-        stale=[], lost=[],
-    )  # fmt: skip
+    other_viewers = built(m.UniversalBap, views={"left": "facade", "right": "flank"})
     state, published = restarted_with(other_anatomy, POSE, BODY, other_viewers)
     assert published == [BODY]
     assert state.person is None

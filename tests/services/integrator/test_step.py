@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.support.built_messages import built
 from tests.support.perfect_viewers import (
     FIRST,
     FLAT_TURNS,
@@ -177,18 +178,7 @@ def test_partial_baps_without_an_assignment_are_ignored() -> None:
 
 
 def test_an_unknown_viewer_is_counted() -> None:
-    unknown = m.Sighting(
-        frame=0,
-        captured_ns=EPOCH_NS,
-        viewer="9",
-        present=False,
-        x=0.0,
-        y=0.0,
-        height=0.0,
-        width=0.0,
-        view="facade",
-        score=0.0,
-    )
+    unknown = built(m.Sighting, captured_ns=EPOCH_NS, viewer="9", present=False, height=0.0, width=0.0, score=0.0)
     state, published = play(TRACKED, unknown)
     assert published == []
     assert integrator.counts(state)["sighting_unknown"] == 1
@@ -204,10 +194,7 @@ def test_other_events_do_not_change_the_state() -> None:
 
 def test_capture_times_are_corrected_by_the_clock_offset_in_health() -> None:
     ahead_ns = 5 * FRAME_NS
-    health = m.Health(
-        frame=0, captured_ns=1, service="viewer", id="2", state="", rate=15.0, stages_ms={}, counts={},
-        clock_offset_ns=ahead_ns, clock_error_ns=1000,
-    )  # fmt: skip
+    health = built(m.Health, captured_ns=1, id="2", rate=15.0, clock_offset_ns=ahead_ns, clock_error_ns=1000)
     state, _ = play(TRACKED, health)
     late = sighting("2", FIRST)
     message = m.Sighting(**{name: getattr(late, name) for name in late.__struct_fields__} | {

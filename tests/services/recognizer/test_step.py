@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
+from tests.support.built_messages import built
 from tests.support.recognizer_cases import RATE, SECOND, actor_model, angles_of_posture
 from tests.support.recognizer_cases import SIMULATED_POSTURES as NAMES
 from zenocap.common import messages as m
@@ -37,10 +38,9 @@ def bap(k: int, angles: np.ndarray, lost: bool = False) -> m.UniversalBap:
 
 
 def pose(k: int, angles: np.ndarray, anatomy: Anatomy = TEN_PARTS) -> m.TrackerPose:
-    return m.TrackerPose(
-        frame=k, captured_ns=START + round(k * SECOND / RATE), position=(0.0, 1.0, 0.0),
-        angles=angles_by_name(anatomy, angles), position_spread=(0.0, 0.0, 0.0), spread={}, likelihood=0.0, effective=1.0,
-        lost=False, views=["1"],
+    return built(
+        m.TrackerPose, frame=k, captured_ns=START + round(k * SECOND / RATE), angles=angles_by_name(anatomy, angles),
+        views=["1"],
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from tests.support.built_messages import camera_message
 from tests.support.tracker_ring import FRAME_NS, rendered_masks, ring, setup, simulated_person, t_pose_at
 from tests.support.two_view_run import envelope
 from zenocap.common import messages as m
@@ -166,10 +167,6 @@ def test_mask_of_another_size_is_counted_and_excluded() -> None:
 
 def test_viewer_with_another_calibration_is_reported_with_real_views() -> None:
     camera = moved(CAMERAS[BAD])
-    info = m.CameraInfo(
-        frame=0, captured_ns=0, viewer=BAD, name=camera.name, size=camera.size, matrix=camera.matrix.ravel().tolist(),
-        distortions=camera.distortions.tolist(), rotation=camera.rotation.ravel().tolist(),
-        translation=camera.translation.tolist(),
-    )  # fmt: skip
+    info = camera_message(camera, viewer=BAD)
     state, _ = tracker.step(setup(CAMERAS), tracker.initial_state(setup(CAMERAS)), envelope(info))
     assert list(state.calibrations) == [BAD]

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from tests.support.tracker_stand_in import BDP, FRAME_NS, POINTS, POSE, SIZE, SPREAD, StandInTrack, stand_in, tracker_setup
 from tests.support.two_view_run import envelope
 from zenocap.common import messages as m
@@ -251,10 +252,7 @@ def test_inconsistent_views_are_in_the_health_text() -> None:
 
 
 def health(viewer: str, offset_ns: int) -> m.Health:
-    return m.Health(
-        frame=0, captured_ns=1, service="viewer", id=viewer, state="", rate=15.0, stages_ms={}, counts={},
-        clock_offset_ns=offset_ns, clock_error_ns=1000,
-    )  # fmt: skip
+    return built(m.Health, captured_ns=1, id=viewer, rate=15.0, clock_offset_ns=offset_ns, clock_error_ns=1000)
 
 
 def test_clock_offsets_are_corrected_and_reported() -> None:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.support.built_messages import built
 from zenocap.common.bus.local import LocalBus, LocalNetwork
 from zenocap.common.bus.protocol import Received
 from zenocap.common.messages import CameraInfo
@@ -17,17 +18,9 @@ SECOND = 10**9
 
 
 def info(viewer: str, captured_ns: int) -> CameraInfo:
-    return CameraInfo(
-        frame=0,
-        captured_ns=captured_ns,
-        viewer=viewer,
-        name="cam01",
-        size=(160, 120),
-        matrix=[0.0] * 9,
-        distortions=[],
-        rotation=[0.0] * 9,
-        translation=[0.0] * 3,
-    )
+    return built(
+        CameraInfo, captured_ns=captured_ns, viewer=viewer, matrix=[0.0] * 9, rotation=[0.0] * 9, translation=[0.0] * 3,
+    )  # fmt: skip
 
 
 class Scene:

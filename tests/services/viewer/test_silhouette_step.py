@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tests.support.built_messages import built
 from tests.support.two_view_run import EMPTY_FRAMES, EPOCH_NS, FRAME_NS, SIZE, Run, envelope, film, viewer_setup
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Tick
@@ -79,9 +80,7 @@ def test_previews_are_published_when_enabled() -> None:
 
 def test_other_events_are_ignored() -> None:
     state, _ = played()
-    bap = m.UniversalBap(
-        frame=1, captured_ns=1, position=(0.0, 1.0, 0.0), angles={}, scores={}, views={}, stale=[], lost=[]
-    )
+    bap = built(m.UniversalBap, frame=1, captured_ns=1)
     events: list[silhouette_step.Event] = [
         envelope(bap),
         Tick(1),

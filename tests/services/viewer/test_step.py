@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from tests.support.built_messages import built
 from tests.support.two_view_run import EMPTY_FRAMES, FPS, PERSON, POSTURE, SEED, VIEWERS, Run, envelope, film, viewer_setup
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import TEN_PARTS
@@ -202,10 +203,7 @@ def test_a_restarted_viewer_uses_the_published_body() -> None:
 def test_a_restarted_integrator_makes_the_viewers_measure_again() -> None:
     run = played(50)
     last = [message for message in run.published if isinstance(message, m.Assignment)][-1]
-    restarted = m.Assignment(
-        frame=last.frame, captured_ns=last.captured_ns, position=last.position, yaw=0.0, lean=0.0, roll=0.0,
-        squatting=False, views={}, tracking=False,
-    )  # fmt: skip
+    restarted = built(m.Assignment, frame=last.frame, captured_ns=last.captured_ns, position=last.position, tracking=False)
     state, messages = viewer.step(viewer_setup("1"), run.viewers["1"], envelope(restarted))
     assert isinstance(state, MeasuringBody)
     assert messages == []
@@ -290,10 +288,7 @@ def test_a_viewer_with_a_body_measures_again_on_request(complete_run: Run) -> No
 @pytest.mark.nightly
 def test_a_false_assignment_interrupts_tracking_for_one_frame() -> None:
     run = played(50)
-    false_assignment = m.Assignment(
-        frame=0, captured_ns=0, position=(0.0, 0.0, 0.0), yaw=0.0, lean=0.0, roll=0.0, squatting=False, views={},
-        tracking=False,
-    )  # fmt: skip
+    false_assignment = built(m.Assignment, position=(0.0, 0.0, 0.0), tracking=False)
     run.send_to_viewers([false_assignment])
     assert all(isinstance(state, MeasuringBody) for state in run.viewers.values())
     for frames in film(COUNT)[50:52]:

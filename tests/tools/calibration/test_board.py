@@ -55,10 +55,7 @@ def test_the_description_names_what_a_user_must_know():
         (("charuco", 5, 7, 30, 30), "--marker 30: allowed: 9 to less than 30 mm"),
         (("charuco", 5, 7, 30, float("nan")), "--marker nan: allowed"),
         (("charuco", 5, 7, 30, None, "DICT_4X4_50"), "--dictionary DICT_4X4_50: allowed: 4x4_50, 4x4_100"),
-        (
-            ("charuco", 11, 10, 30),
-            "--dictionary 4x4_50: has 50 markers, the board 55: allowed: such as 4x4_100",
-        ),
+        (("charuco", 11, 10, 30), "--dictionary 4x4_50: has 50 markers, the board 55: allowed: such as 4x4_100"),
         (("charuco", 40, 40, 30, None, "5x5_50"), "has 50 markers, the board 800: allowed: such as 5x5_1000"),
         (("charuco", 40, 40, 30, None, "apriltag_36h11"), "has 587 markers, the board 800: allowed: such as 4x4_1000"),
         (("aprilgrid", 1, 6, 30), "--columns 1: allowed: 2 to 40 tags"),

@@ -8,14 +8,7 @@ import pytest
 from zenocap.common.errors import UserError
 from zenocap.tools.calibration.board import checked_board
 from zenocap.tools.calibration.board_detection import BoardDetector
-from zenocap.tools.calibration.board_print import (
-    MARGIN_MM,
-    PAPERS,
-    POINTS,
-    board_pdf,
-    default_square,
-    largest_square,
-)
+from zenocap.tools.calibration.board_print import MARGIN_MM, PAPERS, POINTS, board_pdf, default_square, largest_square
 
 PX_MM, FINER = 6.0, 3  # of the renderings
 

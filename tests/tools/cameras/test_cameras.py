@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.fake_v4l2 import METADATA_NODE, FakeDevice, fake_dev
 from tests.support.mjpeg_server import MjpegServer
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.common.rig.sources import without_password
 from zenocap.common.video.v4l2 import listing

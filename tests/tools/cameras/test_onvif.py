@@ -5,8 +5,9 @@ import threading
 
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.onvif_device import LOOPBACK, SimulatedOnvif
-from tests.tools.cli.test_main import runner, zenocap
+from tests.tools.cli.test_main import runner
 from zenocap.common.errors import UserError
 from zenocap.tools.cameras.onvif_device import OnvifStream, asked_devices, device_address, streams_of, with_user
 from zenocap.tools.cameras.onvif_discovery import OnvifDevice, devices_of, found_devices

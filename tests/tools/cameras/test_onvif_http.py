@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.onvif_device import LOOPBACK, SimulatedOnvif
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.tools.cameras.onvif_device import streams_of
 from zenocap.tools.cameras.onvif_http import User, trusted

@@ -14,21 +14,14 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.common.rig.test_rig import CALIBRATION
+from tests.support.command import zenocap
 from zenocap.common.rig.rig import demo_rig, demo_rig_file
-from zenocap.tools.cli.main import TABLE, app
+from zenocap.tools.cli.main import TABLE
 
 runner = CliRunner()
 COMMANDS = [command.__name__ for _, command in TABLE]
 NETWORKED = ("up", "viewer", "integrator", "tracker", "recognizer", "router", "record", "replay", "top", "metrics")
 SIZE = (160, 120)
-
-
-def zenocap(*arguments: object) -> tuple[int, str, str]:
-    """Exit status, standard output, standard error."""
-    result = runner.invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "200", "NO_COLOR": "1"})
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 def write_video(path: Path, count: int = 12, size: tuple[int, int] = SIZE, codec: str = "mp4v") -> None:

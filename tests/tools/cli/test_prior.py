@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.places import MOTIONS
 from tests.support.prior_cases import gait
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.body.anatomy import FOURTEEN_PARTS, Anatomy
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.services.tracker.prior import motions

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.tools.cli.test_main import COMMANDS, zenocap
+from tests.support.command import zenocap
+from tests.tools.cli.test_main import COMMANDS
 from zenocap.tools.cli.suggestions import OTHER_WORDS, helped, unknown_command
 
 ALL = [*COMMANDS, "calibrate", "prior", "posture", "show", "render"]

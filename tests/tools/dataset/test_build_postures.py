@@ -1,4 +1,4 @@
-"""`make postures` with fewer people than for the built-in models, and the built-in models."""
+"""`make postures` with few people, its everyday movement, and the built-in models."""
 
 import sys
 from pathlib import Path
@@ -6,10 +6,12 @@ from pathlib import Path
 import pytest
 
 from zenocap.services.recognizer.model_file import find_model, packed, read_model
-from zenocap.services.recognizer.training.examples import TrainingSettings
+from zenocap.services.recognizer.training.examples import BACKGROUND, TrainingSettings
+from zenocap.simulation.motion.activities import ACTIVITIES
 from zenocap.simulation.motion.posture_style import POSTURES
 from zenocap.tools.dataset import build_postures
 from zenocap.tools.dataset.batch import people, posture_takes
+from zenocap.tools.dataset.build_postures import REPETITIONS, background_rows, session_of
 
 SMALL = posture_takes([7, 8], ("squat", "kick-left"), 1)
 
@@ -44,3 +46,21 @@ def test_built_in_model_recognizes_the_fifteen_postures() -> None:
     assert not any("/" in source for source in model.training.sources)
     recognized = sum(row.recognised for row in model.training.figures)
     assert recognized > 0.9 * sum(row.held for row in model.training.figures)
+
+
+@pytest.mark.nightly
+def test_rows_contain_every_activity_and_no_posture(tmp_path: Path) -> None:
+    rows = list(background_rows(tmp_path, "truth", [9]))
+    assert {row.posture for row in rows} == {BACKGROUND}
+    assert all(row.source.is_file() for row in rows)
+    segments = session_of(9).segments
+    inside = [
+        segment.name
+        for segment in segments
+        for row in rows
+        if row.start is not None and row.end is not None
+        if min(segment.end_s, row.end) - max(segment.start_s, row.start) > 1e-6
+    ]
+    assert not set(inside) & set(POSTURES)
+    assert [inside.count(name) for name in ACTIVITIES] == [REPETITIONS] * len(ACTIVITIES)
+    assert list(background_rows(tmp_path, "truth", [9])) == rows

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from zenocap.common.messages import AdviceCode, CameraAdvice, CameraFault, Health, ServiceInfo
 from zenocap.common.runtime.clock_offset import Offset
-from zenocap.tools.doctor.finding import Finding
+from zenocap.tools.doctor.finding import CheckResult
 from zenocap.tools.doctor.machine_checks import (
     Certificate,
     Disk,
@@ -27,7 +28,7 @@ from zenocap.tools.doctor.machine_checks import (
     check_source,
 )
 from zenocap.tools.doctor.network_checks import (
-    Network,
+    NetworkState,
     check_clocks,
     check_delays,
     check_messages,
@@ -52,19 +53,18 @@ def service_info(name: tuple[str, str], digest: str = "abc", **versions: str) ->
 
 
 def health(name: tuple[str, str], offset_ns: int = 0, **counts: int) -> Health:
-    return Health(
-        frame=0, captured_ns=0, service=name[0], id=name[1], state="", rate=30.0, stages_ms={}, counts=counts,
-        clock_offset_ns=offset_ns, clock_error_ns=100_000,
+    return built(
+        Health, service=name[0], id=name[1], rate=30.0, counts=counts, clock_offset_ns=offset_ns, clock_error_ns=100_000,
     )  # fmt: skip
 
 
-def verdicts(findings: list[Finding]) -> list[str]:
+def verdicts(findings: list[CheckResult]) -> list[str]:
     return [finding.verdict for finding in findings]
 
 
-def network(*infos: ServiceInfo, **changes: object) -> Network:
+def network(*infos: ServiceInfo, **changes: object) -> NetworkState:
     by_service = {(one.service, one.id): one for one in infos}
-    return replace(Network(None, frozenset(by_service), dict(by_service)), **changes)  # type: ignore[arg-type]
+    return replace(NetworkState(None, frozenset(by_service), dict(by_service)), **changes)  # type: ignore[arg-type]
 
 
 def test_differing_rig_file_is_reported_with_its_machine() -> None:
@@ -130,7 +130,7 @@ def test_missing_service_is_reported_with_its_start_command() -> None:
 
 
 def test_network_that_cannot_be_opened_is_reported() -> None:
-    found = check_open(Network("stopped while waiting"), secured=True)
+    found = check_open(NetworkState("stopped while waiting"), secured=True)
     assert found.verdict == "wrong"
     assert "certificate" in found.remedy
     assert check_open(network(), secured=True).verdict == "ok"
@@ -165,7 +165,7 @@ def test_network_that_cannot_be_opened_is_reported() -> None:
         (check_file(File("postures", "no such file")), "wrong"),
     ],
 )
-def test_only_faults_have_a_remedy(finding: Finding, verdict: str) -> None:
+def test_only_faults_have_a_remedy(finding: CheckResult, verdict: str) -> None:
     assert finding.verdict == verdict
     assert bool(finding.remedy) is (verdict != "ok")
 
@@ -179,22 +179,21 @@ def test_faults_of_images_are_warnings_with_what_to_change() -> None:
     fault = CameraFault(code=AdviceCode.FOCUS, value=6.0, limit=3.5, unit="px")
     faults = {"1": [fault], "2": []}
     advice = {name: CameraAdvice(frame=0, captured_ns=0, viewer=name, faults=found) for name, found in faults.items()}
-    soft, good = check_pictures(Network(advice=advice))
+    soft, good = check_pictures(NetworkState(advice=advice))
     assert (soft.check, soft.verdict) == ("images of viewer 1", "warning")
     assert "6.0 px" in soft.words
     assert "focus" in soft.remedy
     assert (good.check, good.verdict) == ("images of viewer 2", "ok")
-    assert check_pictures(Network()) == []
+    assert check_pictures(NetworkState()) == []
 
 
 def test_cameras_more_than_a_quarter_frame_apart_are_a_warning() -> None:
     key = ("integrator", "main")
     for skew_us, verdict in ((5_000, "ok"), (40_000, "warning")):
-        report = Health(
-            frame=0, captured_ns=0, service="integrator", id="main", state="viewer 2 40 ms late", rate=0.0, stages_ms={},
-            counts={"camera_skew_us": skew_us},
+        report = built(
+            Health, service="integrator", id="main", state="viewer 2 40 ms late", counts={"camera_skew_us": skew_us},
         )  # fmt: skip
-        (found,) = check_delays(Network(health={key: report}), 33_333_333)
+        (found,) = check_delays(NetworkState(health={key: report}), 33_333_333)
         assert (found.verdict, f"{skew_us // 1000} ms apart" in found.words) == (verdict, True)
         assert ("viewer 2 40 ms late" in found.words, "delay_ms" in found.remedy) == ((verdict == "warning"),) * 2
-    assert check_delays(Network(), 33_333_333) == []
+    assert check_delays(NetworkState(), 33_333_333) == []

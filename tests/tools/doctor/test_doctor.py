@@ -8,9 +8,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from tests.common.rig.test_security import demo_with
+from tests.support.command import zenocap
 from zenocap.common.bus.access import Member
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions, open_session
@@ -20,7 +20,6 @@ from zenocap.common.rig.sources import Device, Images
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import service_info
 from zenocap.tools.certificates.folder import certify
-from zenocap.tools.cli.main import app
 from zenocap.tools.doctor.machine_probe import (
     certified,
     look_at_certificates,
@@ -35,12 +34,11 @@ from zenocap.tools.launcher.peer_mesh import free_ports
 
 def doctor(*arguments: object) -> tuple[int, dict[str, list[tuple[str, str]]]]:
     """Exit status, and by check the verdict and text of its finding."""
-    result = CliRunner().invoke(app, ["doctor", *map(str, arguments), "--json"])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.output
+    status, out, _ = zenocap("doctor", *arguments, "--json")
     found: dict[str, list[tuple[str, str]]] = {}
-    for finding in json.loads(result.stdout)["findings"]:
+    for finding in json.loads(out)["findings"]:
         found.setdefault(finding["check"], []).append((finding["verdict"], finding["words"]))
-    return result.exit_code, found
+    return status, found
 
 
 def test_unreadable_rig_file_is_reported(tmp_path: Path) -> None:
@@ -51,9 +49,8 @@ def test_unreadable_rig_file_is_reported(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_unknown_service_is_rejected_with_the_allowed_names(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["doctor", str(demo_with(tmp_path, "")), "--service", "viewer-9"])
-    assert result.exit_code == 1
-    assert "allowed: viewer-1, viewer-2, integrator" in result.output
+    status, out, err = zenocap("doctor", demo_with(tmp_path, ""), "--service", "viewer-9")
+    assert (status, "allowed: viewer-1, viewer-2, integrator" in out + err) == (1, True)
 
 
 def test_endpoint_probe_detects_a_refused_connection(tmp_path: Path) -> None:

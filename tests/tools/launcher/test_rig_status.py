@@ -4,6 +4,7 @@ import io
 
 from rich.console import Console
 
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, Envelope
 from zenocap.common.observe.view import MOST_OTHERS, RigView
@@ -25,16 +26,9 @@ def status_after(*messages: m.Message, alive: tuple[tuple[str, str], ...] = ()) 
 
 
 def health(id: str, rate: float = 15.0, **counts: int) -> m.Health:
-    return m.Health(
-        frame=0,
-        captured_ns=0,
-        service="viewer",
-        id=id,
-        state="tracking",
-        rate=rate,
-        stages_ms={"step_frame": 1.25, "publish": 9.0},
-        counts=counts,
-    )
+    return built(
+        m.Health, id=id, state="tracking", rate=rate, stages_ms={"step_frame": 1.25, "publish": 9.0}, counts=counts,
+    )  # fmt: skip
 
 
 def bap(**changes: object) -> m.UniversalBap:

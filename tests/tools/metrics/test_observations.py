@@ -3,6 +3,7 @@
 import pytest
 
 from tests.support.animator_stand_in import health, received
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Alive, RoundTrip
 from zenocap.common.topics import SILHOUETTE
@@ -15,10 +16,7 @@ EXPECTED = (("viewer", "1"), ("viewer", "2"), ("tracker", "main"))
 
 
 def pose(captured_ns: int, *, lost: bool = False) -> m.TrackerPose:
-    return m.TrackerPose(
-        frame=0, captured_ns=captured_ns, position=(0, 1, 0), angles={}, position_spread=(0, 0, 0), spread={},
-        likelihood=0.0, effective=1.0, lost=lost, views=[],
-    )  # fmt: skip
+    return built(m.TrackerPose, captured_ns=captured_ns, position=(0, 1, 0), position_spread=(0, 0, 0), lost=lost)
 
 
 def traced(events: list[tuple[str, int]]) -> m.Handled:

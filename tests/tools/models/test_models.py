@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.small_disk import small_disk
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.rig.detectors import DETECTORS, PEOPLE, SELFIE
 from zenocap.common.rig.rig import demo_rig_file
 from zenocap.services.viewer.people.network import load_network

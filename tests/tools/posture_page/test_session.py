@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.posture_takes import NAMES, posture_spans, posture_take
 from tests.tools.cli.posture.test_add import without_sources
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model_file import read_model
 from zenocap.services.recognizer.training.example_files import examples_of

@@ -8,10 +8,10 @@ import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from typer.testing import CliRunner
 
 import zenocap
 from tests.support.arms_takes import arms_rig, both_ways_take, forward_take
+from tests.support.command import zenocap as command
 from tests.tools.verify.test_verify import changed, totals, with_message
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
@@ -24,23 +24,15 @@ from zenocap.common.rig.tracker import TrackerOverrides
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, VERDICT
 from zenocap.services.animator.playback import topics_shown
 from zenocap.services.animator.topics import TOPICS
+from zenocap.services.tracker.both_ways.passes import BACKWARDS, CHOOSING, Watch
 from zenocap.services.tracker.shell import setup_of
 from zenocap.services.tracker.states import Setup
-from zenocap.tools.cli.main import app
-from zenocap.tools.recordings.both_ways import (
-    BACKWARDS,
-    CHOOSING,
-    WRITING,
-    Watch,
-    both_ways,
-    has_second_pass,
-    track_both_ways,
-)
+from zenocap.tools.recordings.both_ways import WRITING, both_ways, has_second_pass, track_both_ways
 from zenocap.tools.recordings.info import info
 from zenocap.tools.recordings.info_text import lines_of
 from zenocap.tools.recordings.overlay import Overlay
-from zenocap.tools.recordings.redraw import frame_sets_again
-from zenocap.tools.recordings.track import TrackedFrameSet, track, with_tracker
+from zenocap.tools.recordings.rig_changes import with_tracker
+from zenocap.tools.recordings.track import TrackedFrameSet, frame_sets_again, track
 from zenocap.tools.verify.recompute import verify
 
 KEY = "zenocap/demo/tracker/both_ways"
@@ -109,8 +101,7 @@ def test_readers_use_the_better_poses_and_raw_ones_on_request(takes: tuple[Path,
     np.testing.assert_array_equal(zenocap.open_take(both).poses().angles, fused.angles)
     np.testing.assert_array_equal(zenocap.open_take(both, raw=True).poses().angles, raw.angles)
     for name, options in (("fused", []), ("raw", ["--raw"])):
-        found = CliRunner().invoke(app, ["export", str(both), "-o", str(tmp_path / f"{name}.csv"), *options])
-        assert found.exit_code == 0
+        assert command("export", both, "-o", tmp_path / f"{name}.csv", *options)[0] == 0
     zenocap.open_take(forward).export(tmp_path / "forward.csv")
     assert (tmp_path / "raw.csv").read_text() == (tmp_path / "forward.csv").read_text()
     assert (tmp_path / "fused.csv").read_text() != (tmp_path / "raw.csv").read_text()
@@ -284,24 +275,18 @@ def test_an_overlay_shows_the_pose_of_both_passes_on_the_last_body(takes: tuple[
 
 @pytest.mark.nightly
 def test_the_command_tracks_both_ways_unless_told_otherwise(takes: tuple[Path, Path], tmp_path: Path) -> None:
-    studio = str(arms_file(tmp_path))
-
-    def run(*arguments: str) -> tuple[int, str]:
-        found = CliRunner().invoke(app, list(arguments))
-        return found.exit_code, found.output
-
-    status, text = run("track", studio, "-o", str(tmp_path / "a.mcap"), "--overlay", str(tmp_path / "pictures"))
+    studio = arms_file(tmp_path)
+    status, text, err = command("track", studio, "-o", tmp_path / "a.mcap", "--overlay", tmp_path / "pictures")
+    text += err
     assert status == 0
     assert "poses tracked both ways" in text
     assert "the poses of the forward pass are in it too: --raw" in text
     assert "pictures and overlay.mp4, poses tracked both ways" in text
     assert zenocap.open_take(tmp_path / "a.mcap").both_ways
-    status, text = run("track", studio, "-o", str(tmp_path / "b.mcap"), "--no-both-ways")
-    assert (status, "both ways" in text, "--raw" in text) == (0, False, False)
-    raw, fused = (
-        run("evaluate", str(tmp_path / "a.mcap"), *options, "--centres", "--truth", str(tmp_path / "b.mcap"))
-        for options in (["--raw"], [])
-    )
+    status, text, err = command("track", studio, "-o", tmp_path / "b.mcap", "--no-both-ways")
+    assert (status, "both ways" in text + err, "--raw" in text + err) == (0, False, False)
+    arguments = ("evaluate", tmp_path / "a.mcap", "--centres", "--truth", tmp_path / "b.mcap")
+    raw, fused = command(*arguments, "--raw"), command(*arguments)
     assert (raw[0], fused[0]) == (0, 0)
     assert "mpjpe_mm   0.00" in raw[1]
     assert "mpjpe_mm   0.00" not in fused[1]
@@ -330,12 +315,12 @@ def test_an_interrupted_command_names_what_it_leaves(
     if function == "both_ways":
         monkeypatch.setattr("zenocap.tools.recordings.both_ways.both_ways", interrupt)
     else:
-        monkeypatch.setattr("zenocap.tools.recordings.redraw.frame_sets_again", interrupt_drawing)
+        monkeypatch.setattr("zenocap.tools.recordings.track.frame_sets_again", interrupt_drawing)
     path, pictures = tmp_path / output, tmp_path / "pictures"
-    found = CliRunner().invoke(app, ["track", str(arms_file(tmp_path)), "-o", str(path), "--overlay", str(pictures)])
-    assert found.exit_code != 0
-    assert ("interrupted" in found.output) is (words is not None)
-    assert (words or "").format(path) in found.output
+    status, out, err = command("track", arms_file(tmp_path), "-o", path, "--overlay", pictures)
+    assert status != 0
+    assert ("interrupted" in out + err) is (words is not None)
+    assert (words or "").format(path) in out + err
     assert path.exists() is (words is not None)
 
 

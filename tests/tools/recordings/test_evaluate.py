@@ -14,9 +14,9 @@ from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
-from zenocap.tools.recordings.evaluate import Selection, accuracy
+from zenocap.tools.recordings.evaluate import ScoredFrames, accuracy
 
-ALL = Selection()
+ALL = ScoredFrames()
 
 
 def moved(truth: Trajectories, by: object) -> Trajectories:
@@ -60,12 +60,12 @@ def test_missing_and_distant_joints_count_as_lost() -> None:
 
 def test_selection_limits_the_scored_frames() -> None:
     truth = walking()
-    assert accuracy(truth, truth, Selection(first=Bound(8), last=Bound(12))).frames == 5
+    assert accuracy(truth, truth, ScoredFrames(first=Bound(8), last=Bound(12))).frames == 5
     start_s, end_s = truth.times_s[truth.frames == 8][0], truth.times_s[truth.frames == 12][0]
-    assert accuracy(truth, truth, Selection(first=Bound(start_s, True), last=Bound(end_s, True))).frames == 5
-    assert accuracy(truth, truth, Selection(every=2)).frames == 6
+    assert accuracy(truth, truth, ScoredFrames(first=Bound(start_s, True), last=Bound(end_s, True))).frames == 5
+    assert accuracy(truth, truth, ScoredFrames(every=2)).frames == 6
     later = replace(truth, frames=truth.frames + 3)
-    assert accuracy(later, truth, Selection(offset=3)).mpjpe_mm == 0
+    assert accuracy(later, truth, ScoredFrames(offset=3)).mpjpe_mm == 0
 
 
 def test_no_common_joint_or_frame_is_an_error() -> None:
@@ -73,7 +73,7 @@ def test_no_common_joint_or_frame_is_an_error() -> None:
     with pytest.raises(UserError, match="no joint in common"):
         accuracy(replace(truth, names=tuple(f"x{name}" for name in truth.names)), truth, ALL)
     with pytest.raises(UserError, match="no frame in common"):
-        accuracy(truth, truth, Selection(offset=1000))
+        accuracy(truth, truth, ScoredFrames(offset=1000))
 
 
 @pytest.mark.slow
@@ -95,7 +95,7 @@ def test_figures_agree_with_the_shared_scorer(tmp_path: Path) -> None:
         "--json",
     ]
     shared = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-    ours = accuracy(track, truth, Selection(first=Bound(9)))
+    ours = accuracy(track, truth, ScoredFrames(first=Bound(9)))
     for name in ("frames", "joints", "mpjpe_mm", "rmse_mm", "shape_mm", "median_mm", "lost_pct"):
         assert getattr(ours, name) == pytest.approx(shared[name], abs=0.011), name
 

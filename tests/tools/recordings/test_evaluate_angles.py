@@ -11,7 +11,7 @@ import pytest
 from tests.common.formats.test_mot import ANGLES as REFERENCE
 from tests.common.formats.test_mot import HEADER, ROWS
 from tests.support.angle_cases import take_of, walking_person
-from tests.tools.cli.test_main import zenocap
+from tests.support.command import zenocap
 from tests.tools.dataset.test_generate import TAKE as POSTURE
 from tests.tools.dataset.test_generate import short_timeline
 from zenocap.common.arrays import Floats
@@ -22,16 +22,10 @@ from zenocap.common.formats.angle_series import AngleSeries
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.formats.trc import write_trc
 from zenocap.tools.dataset.generate import dataset_rig, generate_take
-from zenocap.tools.recordings.evaluate import Selection
-from zenocap.tools.recordings.evaluate_angles import (
-    ONE_TRUNK,
-    AngleAccuracy,
-    compared,
-    error_of,
-    paired_rows,
-)
+from zenocap.tools.recordings.evaluate import ScoredFrames
+from zenocap.tools.recordings.evaluate_angles import ONE_TRUNK, AngleAccuracy, compared, error_of, paired_rows
 
-ALL = Selection()
+ALL = ScoredFrames()
 TAKE, TRUTH = Path("walk.mcap"), Path("angles.mot")
 BOTH = (TEN_PARTS, FOURTEEN_PARTS)
 MOST_DEG = 0.5  # largest RMS error of a round trip
@@ -43,7 +37,7 @@ def series(knee: Floats, *, rate: float = 50.0, start: int = 0, known: Floats | 
     return AngleSeries(frames, frames / rate, present, {"knee_flexion_r": knee, **more}, rate)
 
 
-def errors(take: AngleSeries, truth: AngleSeries, selection: Selection = ALL) -> AngleAccuracy:
+def errors(take: AngleSeries, truth: AngleSeries, selection: ScoredFrames = ALL) -> AngleAccuracy:
     return compared(take, truth, selection, TAKE, TRUTH)[0]
 
 
@@ -114,11 +108,11 @@ def test_undefined_and_missing_angles_are_listed_with_a_reason() -> None:
 def test_from_until_every_and_offset_select_frames_of_the_truth() -> None:
     truth = series(np.arange(20.0), start=5)
     take = series(np.arange(20.0), start=8)
-    assert errors(take, truth, Selection(offset=3)).angles["knee_flexion_r"].rms_deg == 0.0
+    assert errors(take, truth, ScoredFrames(offset=3)).angles["knee_flexion_r"].rms_deg == 0.0
     assert errors(take, truth).angles["knee_flexion_r"].bias_deg == -3.0
-    assert errors(take, truth, Selection(first=Bound(10), last=Bound(14))).frames == 5
-    assert errors(take, truth, Selection(first=Bound(0.2, True), last=Bound(0.3, True))).frames == 6
-    assert errors(take, truth, Selection(first=Bound(10), every=5)).frames == 3
+    assert errors(take, truth, ScoredFrames(first=Bound(10), last=Bound(14))).frames == 5
+    assert errors(take, truth, ScoredFrames(first=Bound(0.2, True), last=Bound(0.3, True))).frames == 6
+    assert errors(take, truth, ScoredFrames(first=Bound(10), every=5)).frames == 3
 
 
 @pytest.mark.parametrize(("rate", "count"), [(25.0, 20), (50.0, 39), (100.0, 39), (60.0, 39), (29.97, 23)])
@@ -152,7 +146,7 @@ def test_series_without_a_common_instant_pose_or_angle_are_errors() -> None:
     with pytest.raises(
         UserError, match=r"angles\.mot: --from, --until and --every leave no frame: allowed: of frames 0 to 3"
     ):
-        errors(series(knee), series(knee), Selection(first=Bound(9)))
+        errors(series(knee), series(knee), ScoredFrames(first=Bound(9)))
 
 
 @pytest.mark.nightly

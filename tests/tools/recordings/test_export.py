@@ -8,13 +8,13 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import zenocap as zenocap_api
 from tests.common.formats import test_csv
 from tests.common.formats.test_bvh_writer import read_by_bvhio, read_by_text
 from tests.common.formats.test_smoothing import gentle
 from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.command import zenocap
 from tests.support.places import CLIPS
 from tests.support.pose_tracks import NAMES, moving
 from zenocap.common.arrays import Floats
@@ -25,9 +25,9 @@ from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.formats.trajectories import PER_METRE
 from zenocap.common.formats.trc import read_trc
 from zenocap.common.rig.rig import load_rig
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.export import ExportOptions, export
-from zenocap.tools.recordings.track import at_working_size, track
+from zenocap.tools.recordings.rig_changes import at_working_size
+from zenocap.tools.recordings.track import track
 
 CLIP = CLIPS / "walk2"
 SOME: tuple[str, ...] = ("trc", "bvh", "c3d", "csv")
@@ -38,14 +38,6 @@ LOST, FIRST, COUNT = (7, 8, 9), 4, 40
 def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
     messages = messages_of_track(moving(COUNT, first=FIRST, lost=LOST, rate=30.0))
     return write_take(tmp_path_factory.mktemp("takes") / "take.mcap", messages)
-
-
-def zenocap(*arguments: object) -> tuple[int, str, str]:
-    """Exit status, standard output, standard error."""
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "200", "NO_COLOR": "1"})
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 def centres(path: Path, to: str) -> Floats:

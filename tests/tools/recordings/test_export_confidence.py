@@ -9,8 +9,8 @@ import pytest
 
 import zenocap
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.support.command import zenocap as run
 from tests.support.pose_tracks import moving
-from tests.tools.recordings.test_export import zenocap as run
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import neutral_pose

@@ -10,9 +10,10 @@ import pytest
 
 import zenocap
 from tests.common.formats.test_take_poses import START_NS, messages_of_track, write_take
+from tests.support.built_messages import built
+from tests.support.command import zenocap as run
 from tests.support.places import GOLDEN
 from tests.support.pose_tracks import moving
-from tests.tools.recordings.test_export import zenocap as run
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
 from zenocap.common.body.definition import Pose
@@ -48,10 +49,9 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for frame, pose in enumerate(poses()):
         x, y, z = pose.position.tolist()
         found.append(
-            m.TrackerPose(
-                frame=frame, captured_ns=START_NS + round(frame * 1e9 / 30), position=(x, y, z),
-                angles=angles_by_name(FOURTEEN_PARTS, pose.angles), position_spread=(0.0, 0.0, 0.0), spread={},
-                likelihood=0.0, effective=1.0, lost=frame == LOST, views=["1"],
+            built(
+                m.TrackerPose, frame=frame, captured_ns=START_NS + round(frame * 1e9 / 30), position=(x, y, z),
+                angles=angles_by_name(FOURTEEN_PARTS, pose.angles), lost=frame == LOST, views=["1"],
             )
         )  # fmt: skip
     return write_take(tmp_path_factory.mktemp("tracked") / "take.mcap", found)

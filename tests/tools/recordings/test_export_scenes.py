@@ -9,8 +9,9 @@ import pytest
 
 import zenocap as zenocap_api
 from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.command import zenocap
 from tests.support.pose_tracks import moving
-from tests.tools.recordings.test_export import FIRST, zenocap
+from tests.tools.recordings.test_export import FIRST
 from zenocap.common.errors import UserError
 from zenocap.common.formats import export_format
 

@@ -4,16 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import zenocap
 from tests.support.arms_takes import both_ways_take, forward_take, reversed_take
+from tests.support.command import zenocap as command
 from tests.support.places import GOLDEN
 from zenocap.common.errors import UserError
 from zenocap.common.formats.take_poses import read_poses
 from zenocap.common.recording.reader import Take
 from zenocap.common.recording.setup_file import SETUP_FILE, read_setup
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.info import info
 from zenocap.tools.recordings.mirror import mirror
 from zenocap.tools.recordings.retrack import retrack, take_like
@@ -64,9 +63,7 @@ def test_the_decision_at_the_start_holds_in_both_passes(takes: tuple[Path, Path]
 
 @pytest.mark.nightly
 def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
-    takes: tuple[Path, Path],
-    wrong: Path,
-    tmp_path: Path,
+    takes: tuple[Path, Path], wrong: Path, tmp_path: Path
 ) -> None:
     before = wrong.read_bytes()
     times_s, was_away = away(wrong, takes[1])
@@ -92,11 +89,7 @@ def test_mirrored_take_is_right_from_there_on_and_is_recomputed(
 
 
 @pytest.mark.nightly
-def test_until_a_time_and_again_from_the_same_one(
-    takes: tuple[Path, Path],
-    wrong: Path,
-    tmp_path: Path,
-) -> None:
+def test_until_a_time_and_again_from_the_same_one(takes: tuple[Path, Path], wrong: Path, tmp_path: Path) -> None:
     times_s, _ = away(wrong, takes[1])
     first, last = float(times_s[0] + 1.5), float(times_s[0] + 3.0)
     mirror(wrong, tmp_path / "a.mcap", first, last)
@@ -117,27 +110,20 @@ def _attached(path: Path) -> bytes:
 
 @pytest.mark.nightly
 def test_the_command_says_that_the_silhouettes_turn_the_track_back(
-    takes: tuple[Path, Path],
-    wrong: Path,
-    tmp_path: Path,
+    takes: tuple[Path, Path], wrong: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "right.mcap"
     path.write_bytes(takes[1].read_bytes())
-    found = CliRunner().invoke(app, ["mirror", str(path), "--from", f"{yaws(path)[0][0] + 1.0:.3f}s"])
-    assert "right-mirrored.mcap: " in found.output
-    assert found.exit_code == 3
-    assert "turned back: at " in found.output
+    status, out, err = command("mirror", path, "--from", f"{yaws(path)[0][0] + 1.0:.3f}s")
+    assert "right-mirrored.mcap: " in out + err
+    assert (status, "turned back: at " in out + err) == (3, True)
     path.write_bytes(wrong.read_bytes())
-    found = CliRunner().invoke(app, ["mirror", str(path), "--from", f"{yaws(path)[0][0] + 1.0:.3f}", "-o", str(path)])
-    assert found.exit_code == 1
-    assert "is the take itself: allowed: another file" in found.output
+    status, out, err = command("mirror", path, "--from", f"{yaws(path)[0][0] + 1.0:.3f}", "-o", path)
+    assert (status, "is the take itself: allowed: another file" in out + err) == (1, True)
 
 
 @pytest.mark.slow
-def test_takes_and_times_that_cannot_be_mirrored_are_refused(
-    takes: tuple[Path, Path],
-    tmp_path: Path,
-) -> None:
+def test_takes_and_times_that_cannot_be_mirrored_are_refused(takes: tuple[Path, Path], tmp_path: Path) -> None:
     output = tmp_path / "a.mcap"
     with pytest.raises(UserError, match=r"--from 999: no tracked pose from there on: allowed: \d+\.\d+ to \d+\."):
         mirror(takes[0], output, 999.0)
@@ -150,6 +136,5 @@ def test_takes_and_times_that_cannot_be_mirrored_are_refused(
     with pytest.raises(UserError, match="`zenocap recover` writes a copy that can be read"):
         mirror(cut, output, 3.0)
     assert not output.exists()
-    found = CliRunner().invoke(app, ["mirror", str(takes[0]), "--from", "x"], env={"COLUMNS": "200"})
-    assert found.exit_code == 2
-    assert "allowed: seconds since frame 0, such as 12.4" in found.output
+    status, _, err = command("mirror", takes[0], "--from", "x")
+    assert (status, "allowed: seconds since frame 0, such as 12.4" in err) == (2, True)

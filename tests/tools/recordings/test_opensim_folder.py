@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.opensim_models import write_model
 from tests.support.places import ROOT
-from tests.tools.recordings.test_export import zenocap
 from tests.tools.recordings.test_export_joints import COUNT, LOST, tracked, two_view
 from zenocap.common.errors import UserError
 from zenocap.common.formats.opensim_model import read_model
@@ -45,10 +45,7 @@ def test_the_folder_has_what_its_files_name(tracked: Path, model: Path, tmp_path
 
 
 def test_opensim_scales_the_model_and_finds_the_motion(
-    tracked: Path,
-    model: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    tracked: Path, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opensim = pytest.importorskip("opensim", reason="opensim is not installed: pip install opensim")
     opensim.Logger.setLevelString("Error")
@@ -82,12 +79,7 @@ def test_opensim_scales_the_model_and_finds_the_motion(
     ],
 )
 def test_wrong_options_are_one_line_and_leave_nothing(
-    arguments: tuple[str, ...],
-    problem: str,
-    tracked: Path,
-    model: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...], problem: str, tracked: Path, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     status, _, err = zenocap("export", tracked, "-o", "out", "--to", "opensim", *arguments)
@@ -109,12 +101,7 @@ def test_a_body_without_feet_is_refused(two_view: Path, model: Path, tmp_path: P
         export(two_view, tmp_path / "out", ExportOptions("opensim", model=model))
 
 
-def test_a_full_disk_leaves_nothing(
-    tracked: Path,
-    model: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_full_disk_leaves_nothing(tracked: Path, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -22,7 +22,8 @@ from zenocap.services.viewer.frame import Frame
 from zenocap.tools.parameters import EPOCH_NS
 from zenocap.tools.recordings.inputs import Inputs
 from zenocap.tools.recordings.overlay import Overlay
-from zenocap.tools.recordings.track import TrackedFrameSet, at_working_size, track
+from zenocap.tools.recordings.rig_changes import at_working_size
+from zenocap.tools.recordings.track import TrackedFrameSet, track
 from zenocap.tools.warmup import parts as warmup
 
 pytestmark = pytest.mark.slow

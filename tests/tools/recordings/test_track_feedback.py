@@ -9,7 +9,8 @@ from zenocap.common.messages import Handled, Silhouette
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.rig.rig import Rig, demo_rig
 from zenocap.common.rig.sources import Actor, AdaptiveBackground
-from zenocap.tools.recordings.track import at_working_size, track
+from zenocap.tools.recordings.rig_changes import at_working_size
+from zenocap.tools.recordings.track import track
 from zenocap.tools.verify.recompute import verify
 
 pytestmark = pytest.mark.slow

@@ -6,9 +6,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import zenocap
+from tests.support.command import zenocap as command
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common import messages as m
 from zenocap.common.camera.calibration_files import write_calibration
@@ -19,7 +19,6 @@ from zenocap.common.vision.mask_codec import unpack
 from zenocap.simulation.body.person import person
 from zenocap.simulation.motion.timeline import demo_timeline
 from zenocap.simulation.rendering.camera import SimulatedCamera
-from zenocap.tools.cli.main import app
 from zenocap.tools.recordings.take_videos import videos_of
 
 pytestmark = pytest.mark.slow
@@ -47,8 +46,8 @@ def walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(*arguments: object) -> tuple[int, str]:
-    found = CliRunner().invoke(app, list(map(str, arguments)), env={"COLUMNS": "200"})
-    return found.exit_code, found.output
+    status, out, err = command(*arguments)
+    return status, out + err
 
 
 @pytest.mark.nightly

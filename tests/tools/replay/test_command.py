@@ -5,16 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.replay_takes import PERIOD_NS, sample_messages, written
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.tools.replay.remap import Remapping
-from zenocap.tools.replay.selection import Selection
+from zenocap.tools.replay.selection import ReplaySelection
 from zenocap.tools.replay.shell import ReplayOptions, planned, rig_of, services_of
 from zenocap.tools.replay.timeline import Timeline
 
-ALL = ReplayOptions(Selection(), Remapping())
+ALL = ReplayOptions(ReplaySelection(), Remapping())
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def test_wrong_usage_is_status_2(take: Path, arguments: tuple[str, ...]) -> None
 
 
 def test_plan_has_the_selected_keys_and_range(take: Path) -> None:
-    options = replace(ALL, selection=Selection(("viewer/2/**",)), first=Bound(10), last=Bound(29), loop=True)
+    options = replace(ALL, selection=ReplaySelection(("viewer/2/**",)), first=Bound(10), last=Bound(29), loop=True)
     plan = planned(Timeline([take]), options)
     assert sorted(plan.keys) == ["zenocap/demo/viewer/2/bdp", "zenocap/demo/viewer/2/sighting"]
     assert (plan.begin_ns, plan.end_ns, plan.loop) == (100_000_000, 300_000_000, True)

@@ -17,7 +17,7 @@ from zenocap.common.topics import ASSIGNMENT, PARTIAL_BDP, SIGHTING
 from zenocap.tools.replay.consumers import Consumers
 from zenocap.tools.replay.player import Command, Player, Status
 from zenocap.tools.replay.remap import Remapping, parsed_remap
-from zenocap.tools.replay.selection import Selection
+from zenocap.tools.replay.selection import ReplaySelection
 from zenocap.tools.replay.shell import ReplayOptions, planned
 from zenocap.tools.replay.timeline import Timeline
 
@@ -62,7 +62,7 @@ def test_playback_of_a_part_starts_with_the_earlier_latched_state(replay: Replay
 
 def test_topics_are_selected_and_renames_apply_inside_messages(replay: ReplayNetwork, take: Path) -> None:
     remapping = Remapping((parsed_remap("viewer/1:=viewer/left"),), "lab")
-    received, _ = replay.play([take], selection=Selection(("viewer/1/**",)), remapping=remapping)
+    received, _ = replay.play([take], selection=ReplaySelection(("viewer/1/**",)), remapping=remapping)
     assert {each.key for each in received.envelopes} == {"zenocap/lab/viewer/left/sighting", "zenocap/lab/viewer/left/bdp"}
     assert len(received.of(m.Sighting, "left")) == 50
     assert received.envelopes[1].data != sample_messages(1)[1].data
@@ -187,7 +187,7 @@ def test_player_does_not_catch_up_after_a_stall(replay: ReplayNetwork, take: Pat
 
 
 def test_messages_wait_until_the_previous_one_is_handled_at_rate_zero(replay: ReplayNetwork, take: Path) -> None:
-    plan = planned(Timeline([take]), ReplayOptions(Selection(), Remapping()))
+    plan = planned(Timeline([take]), ReplayOptions(ReplaySelection(), Remapping()))
     network = LocalNetwork(RIG, replay.clock)
     bus, tracker = network.bus(), network.bus()
     tracker.subscribe(SIGHTING)
@@ -216,7 +216,7 @@ def test_messages_wait_until_the_previous_one_is_handled_at_rate_zero(replay: Re
 def test_unresponsive_consumer_is_reported_and_given_up(
     replay: ReplayNetwork, take: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    plan = planned(Timeline([take]), ReplayOptions(Selection(), Remapping()))
+    plan = planned(Timeline([take]), ReplayOptions(ReplaySelection(), Remapping()))
     network = LocalNetwork(RIG, replay.clock)
     bus, frozen = network.bus(), network.bus()
     frozen.subscribe(SIGHTING)

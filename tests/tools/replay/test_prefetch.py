@@ -8,13 +8,13 @@ import pytest
 
 from zenocap.common.topics import SIGHTING
 from zenocap.tools.replay import prefetch as prefetch_module
-from zenocap.tools.replay.playlist import Prepared
+from zenocap.tools.replay.playlist import PreparedMessage
 from zenocap.tools.replay.prefetch import Prefetch
 from zenocap.tools.replay.time_shift import Shift
 
 
-def prepared(number: int, size: int = 10) -> Prepared:
-    return Prepared(
+def prepared(number: int, size: int = 10) -> PreparedMessage:
+    return PreparedMessage(
         number, number, number, 1, SIGHTING, "zenocap/r/viewer/1/sighting", bytes(size), number, number, Shift()
     )
 
@@ -41,7 +41,7 @@ def test_prefetch_is_limited_by_the_buffer_size(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(prefetch_module, "MAX_BYTES", 1000)
     produced, full = [0], threading.Event()
 
-    def endless() -> Iterator[Prepared]:
+    def endless() -> Iterator[PreparedMessage]:
         while True:
             produced[0] += 1
             if produced[0] == 9:
@@ -66,7 +66,7 @@ def test_the_buffer_grows_with_what_is_taken(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(prefetch_module, "MAX_MESSAGES", 10)
     numbers, produced = iter(range(1000)), [0]
 
-    def counted() -> Iterator[Prepared]:
+    def counted() -> Iterator[PreparedMessage]:
         for number in numbers:
             produced[0] += 1
             yield prepared(number)
@@ -95,7 +95,7 @@ def test_a_message_larger_than_the_buffer_passes(monkeypatch: pytest.MonkeyPatch
 
 
 def test_read_error_is_raised_after_the_messages_before_it() -> None:
-    def breaking() -> Iterator[Prepared]:
+    def breaking() -> Iterator[PreparedMessage]:
         yield prepared(1)
         raise OSError("the disk is gone")
 

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.built_messages import built
 from tests.support.message_strategies import NAMES, messages_of
 from zenocap.common import messages as m
 from zenocap.common.bus.inbox import disagreeing_name
@@ -65,9 +66,7 @@ def test_integrator_messages_contain_the_new_viewer_names(assignment: m.Assignme
 def test_rename_by_full_key_applies_inside_messages() -> None:
     remap = remapping("zenocap/demo/viewer/1:=zenocap/demo/viewer/3")
     topic = next(t for t in TOPICS if t.name == "universal_bap")
-    bap = m.UniversalBap(
-        frame=0, captured_ns=0, position=(0.0, 0.0, 0.0), angles={}, scores={"1": 0.5}, views={}, stale=[], lost=[]
-    )
+    bap = built(m.UniversalBap, position=(0.0, 0.0, 0.0), scores={"1": 0.5})
     renamed_bap = remap.message(topic, bap, BAP)
     assert isinstance(renamed_bap, m.UniversalBap)
     assert renamed_bap.scores == {"3": 0.5}

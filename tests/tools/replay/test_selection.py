@@ -5,7 +5,7 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenocap.tools.replay.selection import Selection, full
+from zenocap.tools.replay.selection import ReplaySelection, full
 
 KEYS = (
     "zenocap/demo/viewer/1/bap",
@@ -21,7 +21,7 @@ KEY_PART = st.sampled_from(["zenocap", "demo", "viewer", "1", "bap", "v", "er"])
 
 
 def test_default_selection_excludes_input_traces() -> None:
-    assert Selection().of(KEYS) == list(KEYS[:-1])
+    assert ReplaySelection().of(KEYS) == list(KEYS[:-1])
 
 
 @pytest.mark.parametrize(
@@ -40,33 +40,33 @@ def test_default_selection_excludes_input_traces() -> None:
     ],
 )
 def test_only_requested_topics_are_selected(topics: tuple[str, ...], numbers: list[int]) -> None:
-    assert Selection(topics).of(KEYS) == [KEYS[number] for number in numbers]
+    assert ReplaySelection(topics).of(KEYS) == [KEYS[number] for number in numbers]
 
 
 def test_excluded_topics_are_not_selected() -> None:
-    assert Selection(("viewer/**",), ("viewer/2/**", "zenocap/lab/**")).of(KEYS) == [KEYS[0]]
-    assert Selection((), ("viewer/**",)).of(KEYS) == list(KEYS[3:5])
+    assert ReplaySelection(("viewer/**",), ("viewer/2/**", "zenocap/lab/**")).of(KEYS) == [KEYS[0]]
+    assert ReplaySelection((), ("viewer/**",)).of(KEYS) == list(KEYS[3:5])
 
 
 @given(st.lists(PART, min_size=1, max_size=5), st.lists(KEY_PART, min_size=1, max_size=6))
 def test_expressions_match_the_same_keys_as_in_zenoh(parts: list[str], key_parts: list[str]) -> None:
     expression, key = "/".join(["zenocap", *parts]), "/".join(["zenocap", *key_parts])
     oracle = zenoh.KeyExpr.autocanonize(expression).includes(key)
-    assert Selection((expression,)).takes(key) == oracle
+    assert ReplaySelection((expression,)).takes(key) == oracle
     leading = "/".join(["**", *parts])
-    assert Selection((leading,)).takes(key) == zenoh.KeyExpr.autocanonize(leading).includes(key)
+    assert ReplaySelection((leading,)).takes(key) == zenoh.KeyExpr.autocanonize(leading).includes(key)
 
 
 @given(st.sampled_from(KEYS))
 def test_short_expression_matches_below_any_rig(key: str) -> None:
     short = key.split("/", 2)[2]
     assert full(short) == f"zenocap/*/{short}"
-    assert Selection((short,)).takes(key)
+    assert ReplaySelection((short,)).takes(key)
 
 
 @pytest.mark.parametrize("expression", ["", "/viewer", "viewer/", "viewer//bap", "viewer/?", "viewer#1"])
 def test_invalid_expression_error_names_the_option(expression: str) -> None:
     with pytest.raises(ValueError, match="--topics '"):
-        Selection((expression,))
+        ReplaySelection((expression,))
     with pytest.raises(ValueError, match="--exclude '"):
-        Selection((), (expression,))
+        ReplaySelection((), (expression,))

@@ -9,7 +9,7 @@ from tests.support.message_strategies import messages_of
 from zenocap.common import messages as m
 from zenocap.common.codec import decode, encode
 from zenocap.common.topics import TOPICS
-from zenocap.tools.replay.time_shift import Progress, Shift, continued, shifted
+from zenocap.tools.replay.time_shift import ReplayProgress, Shift, continued, shifted
 
 SMALL = st.integers(min_value=0, max_value=2**40)
 SHIFTS = st.builds(Shift, SMALL, st.integers(min_value=0, max_value=2**40))
@@ -63,7 +63,7 @@ POSITIONS = st.integers(min_value=0, max_value=10**13)
 
 @given(SHIFTS, POSITIONS, POSITIONS, SMALL, st.integers(1, 10**9))
 def test_message_after_a_jump_back_is_later_by_the_gap(shift: Shift, at: int, to: int, frame: int, gap: int) -> None:
-    reached = Progress(at + shift.time_ns, frame + shift.frames, at)
+    reached = ReplayProgress(at + shift.time_ns, frame + shift.frames, at)
     new = continued(shift, reached, to, 0, gap)
     if to > at:
         assert new == shift

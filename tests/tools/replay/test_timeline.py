@@ -12,7 +12,7 @@ from mcap.records import ChunkIndex, McapRecord
 from tests.support.replay_takes import PERIOD_NS, RIG, START_NS, sample_messages, written
 from zenocap.common.errors import UserError
 from zenocap.common.topics import PARTIAL_BDP, SIGHTING
-from zenocap.tools.replay.timeline import LONGEST_GAP_NS, Part, PlacedMessage, Timeline
+from zenocap.tools.replay.timeline import LONGEST_GAP_NS, PlacedMessage, PlayedPart, Timeline
 
 BDPS = [PARTIAL_BDP.at(RIG, viewer=viewer) for viewer in ("1", "2")]
 
@@ -163,7 +163,7 @@ def test_state_of_a_long_take_is_found_without_reading_all_before(tmp_path: Path
     read: list[int] = []
     records = Timeline._records
 
-    def counted(self: Timeline, part: Part, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
+    def counted(self: Timeline, part: PlayedPart, file: BinaryIO, chunk: ChunkIndex) -> Sequence[McapRecord]:
         read.append(chunk.chunk_start_offset)
         return records(self, part, file, chunk)
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.built_messages import built
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope, RoundTrip
 from zenocap.common.topics import topic_of
@@ -22,9 +23,8 @@ def silhouette(viewer: str, captured_ns: int, received_ns: int) -> Envelope:
 
 
 def pose(captured_ns: int, received_ns: int, lost: bool = False) -> Envelope:
-    message = m.TrackerPose(
-        frame=7, captured_ns=captured_ns, position=(0.0, 0.0, 0.0), angles={}, position_spread=(0.0, 0.0, 0.0),
-        spread={}, likelihood=0.0, effective=40.0, lost=lost, views=["1"],
+    message = built(
+        m.TrackerPose, frame=7, captured_ns=captured_ns, position=(0.0, 0.0, 0.0), effective=40.0, lost=lost, views=["1"],
     )  # fmt: skip
     return heard(message, received_ns)
 

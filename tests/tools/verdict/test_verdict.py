@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from tests.support.built_messages import built, camera_message
 from tests.support.simulated_cameras import paper_cameras
 from zenocap.common import codec
 from zenocap.common import messages as m
@@ -21,9 +22,8 @@ from zenocap.tools.verdict.evidence import evidence_of
 from zenocap.tools.verdict.features import FEATURES, stretch_numbers, stretches_of
 from zenocap.tools.verdict.overlap import body_mask, body_points
 from zenocap.tools.verdict.parameters import LONGEST_GAP_NS, STRETCH_NS
-from zenocap.tools.verdict.score import KINDS, expected_errors, used_features
 from zenocap.tools.verdict.text import part_lines, verdict_lines
-from zenocap.tools.verdict.verdict import verdict_of
+from zenocap.tools.verdict.verdict import KINDS, expected_errors, used_features, verdict_of
 
 SIZE = (320, 240)
 FRAME_NS, FRAMES = 40_000_000, 75
@@ -35,14 +35,7 @@ def messages(*, swapped: bool = False, silhouettes: bool = True, legs: bool = Tr
     """A person in the T-pose, who walks sideways: silhouettes of the body itself, and its true poses."""
     cameras = {camera.name: camera for camera in paper_cameras(SIZE)}
     body = average_body(ANATOMY, 1.75)
-    found: list[m.Message] = [
-        m.CameraInfo(
-            frame=0, captured_ns=START_NS, viewer=name, name=name, size=SIZE, matrix=camera.matrix.ravel().tolist(),
-            distortions=camera.distortions.ravel().tolist(), rotation=camera.rotation.ravel().tolist(),
-            translation=camera.translation.ravel().tolist(),
-        )
-        for name, camera in cameras.items()
-    ]  # fmt: skip
+    found: list[m.Message] = [camera_message(camera, captured_ns=START_NS) for camera in cameras.values()]
     found.append(m.TrackerBdp(frame=0, captured_ns=START_NS, body=body_of(ANATOMY, body)))
     for k in range(FRAMES):
         captured_ns = START_NS + k * FRAME_NS
@@ -60,11 +53,11 @@ def messages(*, swapped: bool = False, silhouettes: bool = True, legs: bool = Tr
                     m.Silhouette(frame=k, captured_ns=captured_ns, viewer=name, size=SIZE, region=region, data=data)
                 )
         x, y, z = pose.position.tolist()
+        limbs = dict.fromkeys(("right_arm", "left_arm", "right_leg", "left_leg"), 0.95)
         found.append(
-            m.TrackerPose(
-                frame=k, captured_ns=captured_ns, position=(x, y, z), angles=angles_by_name(ANATOMY, pose.angles),
-                position_spread=(0.0, 0.0, 0.0), spread={}, likelihood=0.0, effective=1.0, lost=False, views=list(cameras),
-                limbs=dict.fromkeys(("right_arm", "left_arm", "right_leg", "left_leg"), 0.95), heading=0.99,
+            built(
+                m.TrackerPose, frame=k, captured_ns=captured_ns, position=(x, y, z),
+                angles=angles_by_name(ANATOMY, pose.angles), views=list(cameras), limbs=limbs, heading=0.99,
             )
         )  # fmt: skip
     return found

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import pytest
 
+from tests.support.built_messages import built, camera_message
 from tests.support.moving_balls import SIZE, mask_of, ring
 from zenocap.common import messages as m
 from zenocap.common.body.anatomy import FOURTEEN_PARTS
@@ -22,14 +23,7 @@ CAMERAS = ring((0, 90, 45))
 
 def messages(starts_s: Mapping[str, float], *, posed: bool = True, still: bool = False) -> list[m.Message]:
     """Silhouettes of a moving body in videos that begin at different times and do not say so, and poses that do not fit."""
-    found: list[m.Message] = [
-        m.CameraInfo(
-            frame=0, captured_ns=START_NS, viewer=name, name=name, size=SIZE, matrix=CAMERAS[name].matrix.ravel().tolist(),
-            distortions=CAMERAS[name].distortions.ravel().tolist(), rotation=CAMERAS[name].rotation.ravel().tolist(),
-            translation=CAMERAS[name].translation.ravel().tolist(),
-        )
-        for name in starts_s
-    ]  # fmt: skip
+    found: list[m.Message] = [camera_message(CAMERAS[name], captured_ns=START_NS) for name in starts_s]
     if posed:
         body = body_of(FOURTEEN_PARTS, average_body(FOURTEEN_PARTS, 1.75))
         found.append(m.TrackerBdp(frame=0, captured_ns=START_NS, body=body))
@@ -40,10 +34,9 @@ def messages(starts_s: Mapping[str, float], *, posed: bool = True, still: bool =
             found.append(m.Silhouette(frame=k, captured_ns=captured_ns, viewer=name, size=SIZE, region=region, data=data))
         if posed:
             found.append(
-                m.TrackerPose(
-                    frame=k, captured_ns=captured_ns, position=(0.0, 1.0, 0.0),
-                    angles=angles_by_name(FOURTEEN_PARTS, t_pose_angles(FOURTEEN_PARTS)), position_spread=(0.0, 0.0, 0.0),
-                    spread={}, likelihood=0.0, effective=1.0, lost=False, views=list(starts_s),
+                built(
+                    m.TrackerPose, frame=k, captured_ns=captured_ns,
+                    angles=angles_by_name(FOURTEEN_PARTS, t_pose_angles(FOURTEEN_PARTS)), views=list(starts_s),
                 )
             )  # fmt: skip
     return found

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from typer.testing import CliRunner
 
 from tests.golden.make import make_arms
+from tests.support.command import zenocap
 from zenocap.common import codec
 from zenocap.common import messages as m
 from zenocap.common.bus.protocol import Envelope
@@ -18,7 +18,6 @@ from zenocap.common.errors import UserError
 from zenocap.common.recording.reader import Take, envelope
 from zenocap.common.recording.setup_file import SETUP_FILE
 from zenocap.common.recording.writer import Attachment, Recording
-from zenocap.tools.cli.main import app
 from zenocap.tools.verify.recompute import verify
 from zenocap.tools.verify.result import Reason, Verification, difference
 
@@ -219,18 +218,14 @@ def test_the_command_reports_equal_different_and_unchecked(arms: Path, tmp_path:
             return with_message(received, msgspec.structs.replace(received.message, yaw=0.125))
         return received
 
-    whole = CliRunner().invoke(app, ["verify", str(arms)])
-    assert whole.exit_code == 0
-    assert f"{verify([arms]).checked} derived messages recomputed" in whole.stdout
+    status, out, _ = zenocap("verify", arms)
+    assert (status, f"{verify([arms]).checked} derived messages recomputed" in out) == (0, True)
     path = changed(arms, tmp_path / "changed.mcap", tampered)
-    different = CliRunner().invoke(app, ["verify", str(path)])
-    assert different.exit_code == 1
-    assert "first difference: zenocap/demo/integrator/assignment, frame 60" in different.stdout
-    assert "yaw: logged 0.125, recomputed" in different.stdout
+    status, out, _ = zenocap("verify", path)
+    assert (status, "first difference: zenocap/demo/integrator/assignment, frame 60" in out) == (1, True)
+    assert "yaw: logged 0.125, recomputed" in out
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(arms.read_bytes()[:-50_000])  # the posture model at the start is most of the take's 1.2 MB
-    half = CliRunner().invoke(app, ["verify", str(cut)])
-    assert half.exit_code == 3
-    assert "cut before its end" in half.stdout
-    wrong = CliRunner().invoke(app, ["verify", str(arms), "--tolerance", "2"])
-    assert wrong.exit_code == 2
+    status, out, _ = zenocap("verify", cut)
+    assert (status, "cut before its end" in out) == (3, True)
+    assert zenocap("verify", arms, "--tolerance", "2")[0] == 2

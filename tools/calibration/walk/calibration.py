@@ -13,7 +13,7 @@ from zenocap.tools.calibration.silhouettes import Hulls, median_px, pair_residua
 from zenocap.tools.calibration.walk.adjustment import Walk, adjusted, heads_of, middle_of
 from zenocap.tools.calibration.walk.delays import Delay, Timing, adjusted_delays, coarse_delays
 from zenocap.tools.calibration.walk.parameters import BLOCKS, HEAD_IN_WALK, LEAST_INSTANTS, STATURE_SHARE
-from zenocap.tools.calibration.walk.registration import Motion, joined, pairs_of
+from zenocap.tools.calibration.walk.registration import PlanarMotion, joined, pairs_of
 from zenocap.tools.calibration.walk.single_view import SingleView, single_view
 
 
@@ -142,7 +142,7 @@ def start_of(
     return {name: placed(lenses[name], views[name], motions[name]) for name in lenses}
 
 
-def placed(lens: Camera, view: SingleView, motion: Motion) -> Camera:
+def placed(lens: Camera, view: SingleView, motion: PlanarMotion) -> Camera:
     """The camera in the world of all ways.  motion: of its own way into it."""
     c, s = motion.turn.real, motion.turn.imag
     turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
@@ -195,7 +195,7 @@ def apart_m(cameras: Mapping[str, Camera], true: Mapping[str, Camera], points: F
     return off
 
 
-def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], Motion]) -> None:
+def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], PlanarMotion]) -> None:
     """Raise UserError where an image is mirrored: with two cameras it cannot be told which one."""
     mirrored = [pair for pair, motion in pairs.items() if motion.mirrored]
     if not mirrored:
@@ -208,7 +208,9 @@ def _refuse_mirrored(names: list[str], pairs: Mapping[tuple[str, str], Motion]) 
     )
 
 
-def _unconnected(names: list[str], motions: Mapping[str, Motion], pairs: Mapping[tuple[str, str], Motion]) -> str:
+def _unconnected(
+    names: list[str], motions: Mapping[str, PlanarMotion], pairs: Mapping[tuple[str, str], PlanarMotion]
+) -> str:
     """Which cameras are not connected with the others, and why."""
     left = [name for name in names if name not in motions]
     left = left if motions else names

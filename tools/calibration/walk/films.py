@@ -28,7 +28,7 @@ LEVEL = np.diag([1.0, -1.0, -1.0])  # of a camera that looks along -Z of a Y-up 
 
 
 @dataclass(frozen=True)
-class Filmed:
+class FilmedWalk:
     """cameras: with their lenses, at no particular pose.  hulls: of each, nearest to the instants of timing.
 
     notes: for the user.  begins: of each video, s, as sync.toml has it.
@@ -41,7 +41,7 @@ class Filmed:
     notes: tuple[str, ...]
 
 
-def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: Callable[[int], None]) -> Filmed:
+def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: Callable[[int], None]) -> FilmedWalk:
     """Hulls of the person in each video of a folder.  Raises UserError."""
     if not folder.is_dir():
         raise UserError(f"{folder}: no such folder: allowed: a folder with videos/, as `zenocap film` makes it")
@@ -87,6 +87,6 @@ def filmed(folder: Path, lenses: Mapping[str, Lens], seconds: float, on_frame: C
         hulls[names[id]] = hulls_of(viewers[id].camera, chosen)
         series[names[id]] = series_of(times[id], hulls_of(viewers[id].camera, found))
     timing = Timing(series, instants)
-    return Filmed(
+    return FilmedWalk(
         {name: cameras[name] for name in hulls}, hulls, timing, {names[id]: begins[id] for id in names}, rig.notes
     )

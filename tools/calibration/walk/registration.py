@@ -19,7 +19,7 @@ from zenocap.tools.calibration.walk.single_view import Track
 
 
 @dataclass(frozen=True)
-class Motion:
+class PlanarMotion:
     """q = turn p + shift of two tracks.  turn: of absolute value 1.  agreeing, common: numbers of instants.
 
     error_m: median distance.  mirrored: whether the mirrored track agrees, and the track itself does not.
@@ -32,12 +32,12 @@ class Motion:
     error_m: float
     mirrored: bool
 
-    def inverse(self) -> "Motion":
+    def inverse(self) -> "PlanarMotion":
         turn = self.turn.conjugate()
-        return Motion(turn, -turn * self.shift, self.agreeing, self.common, self.error_m, self.mirrored)
+        return PlanarMotion(turn, -turn * self.shift, self.agreeing, self.common, self.error_m, self.mirrored)
 
 
-def registered(one: Track, other: Track) -> Motion | None:
+def registered(one: Track, other: Track) -> PlanarMotion | None:
     """Motion of `one` onto `other`; None without enough common instants, or where the person hardly moved."""
     found, mirrored = _best(one, other), _best(one.conjugate(), other)
     if found is None:
@@ -45,7 +45,7 @@ def registered(one: Track, other: Track) -> Motion | None:
     common = int(np.isfinite(one * other).sum())
     contradicts = found[2] < LEAST_AGREEING * common and min(_width(one), _width(other)) > LEAST_WIDTH_M
     is_mirrored = contradicts and mirrored is not None and mirrored[2] > MIRRORED * common
-    return Motion(found[0], found[1], found[2], common, found[3], is_mirrored)
+    return PlanarMotion(found[0], found[1], found[2], common, found[3], is_mirrored)
 
 
 def _width(track: Track) -> float:
@@ -88,7 +88,7 @@ def _best(one: Track, other: Track) -> tuple[complex, complex, int, float] | Non
     return turn, shift, int((distances < NEAR_M).sum()), float(np.median(distances))
 
 
-def pairs_of(tracks: Mapping[str, Track]) -> dict[tuple[str, str], Motion]:
+def pairs_of(tracks: Mapping[str, Track]) -> dict[tuple[str, str], PlanarMotion]:
     """Motions of all pairs of cameras that see the person together often enough."""
     found = {}
     for one, other in combinations(tracks, 2):
@@ -98,14 +98,14 @@ def pairs_of(tracks: Mapping[str, Track]) -> dict[tuple[str, str], Motion]:
     return found
 
 
-def joined(names: list[str], pairs: Mapping[tuple[str, str], Motion]) -> dict[str, Motion]:
+def joined(names: list[str], pairs: Mapping[tuple[str, str], PlanarMotion]) -> dict[str, PlanarMotion]:
     """Motion of the track of each joined camera into the frame of the first one, along the best pairs."""
     good = {pair: one for pair, one in pairs.items() if one.agreeing >= LEAST_AGREEING * one.common and not one.mirrored}
     both = good | {(other, one): motion.inverse() for (one, other), motion in good.items()}
     if not both:
         return {}
     first = max(names, key=lambda name: sum(motion.agreeing for pair, motion in both.items() if pair[1] == name))
-    placed = {first: Motion(1.0 + 0j, 0j, 0, 0, 0.0, False)}
+    placed = {first: PlanarMotion(1.0 + 0j, 0j, 0, 0, 0.0, False)}
     while True:
         open_pairs = [pair for pair in both if pair[0] not in placed and pair[1] in placed]
         if not open_pairs:
@@ -113,4 +113,4 @@ def joined(names: list[str], pairs: Mapping[tuple[str, str], Motion]) -> dict[st
         one, other = max(open_pairs, key=lambda pair: both[pair].agreeing)
         motion, base = both[one, other], placed[other]
         turn, shift = base.turn * motion.turn, base.turn * motion.shift + base.shift
-        placed[one] = Motion(turn, shift, motion.agreeing, motion.common, motion.error_m, False)
+        placed[one] = PlanarMotion(turn, shift, motion.agreeing, motion.common, motion.error_m, False)

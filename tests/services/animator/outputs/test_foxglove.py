@@ -12,6 +12,7 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
+from tests.support.built_messages import built
 from tests.support.foxglove_reader import in_envelope, parsed, xyz
 from tests.support.virtual_actors import BODIES, START_NS, posed, stretched
 from zenocap.common import messages as m
@@ -24,10 +25,9 @@ from zenocap.common.rig.animator import FoxgloveTable
 from zenocap.services.animator.outputs.foxglove import FoxgloveOutput
 from zenocap.services.animator.outputs.output import OutputError
 
-CAMERA = m.CameraInfo(
-    frame=0, captured_ns=START_NS, viewer="1", name="cam01", size=(160, 120),
-    matrix=[150, 0, 79.5, 0, 150, 59.5, 0, 0, 1], distortions=[], rotation=[1, 0, 0, 0, -1, 0, 0, 0, -1],
-    translation=[0, 1, 3],
+CAMERA = built(
+    m.CameraInfo, captured_ns=START_NS, matrix=[150, 0, 79.5, 0, 150, 59.5, 0, 0, 1],
+    rotation=[1, 0, 0, 0, -1, 0, 0, 0, -1], translation=[0, 1, 3],
 )  # fmt: skip
 BODY = in_envelope(
     m.UniversalBdp(frame=0, captured_ns=START_NS, body=body_of(TEN_PARTS, BODIES["ten-parts"][1]), ratio=1.0)

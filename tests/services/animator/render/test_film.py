@@ -5,16 +5,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
+from tests.support.command import zenocap
 from tests.support.pose_tracks import moving
 from zenocap.common.errors import UserError
 from zenocap.common.formats.pose_track import Bound
 from zenocap.common.video.film_writer import Codec
 from zenocap.services.animator.render.camera_path import Shot
 from zenocap.services.animator.render.film import Rendered, RenderOptions, render
-from zenocap.tools.cli.main import app
 
 COUNT, LOST = 30, tuple(range(10, 20))  # longer than the 0.25 s that are interpolated
 SMALL = (160, 96)
@@ -34,13 +33,6 @@ def frames_of(path: Path) -> tuple[list[np.ndarray], float]:
         if not there:
             return frames, film.get(cv2.CAP_PROP_FPS)
         frames.append(frame)
-
-
-def zenocap(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "200", "NO_COLOR": "1"})
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from unittest.mock import patch
 
 import pytest
 
-from tests.tools.cli.test_main import zenocap
+from tests.support.command import zenocap
 from zenocap.common.rig.rig import Rig
 from zenocap.services.recognizer.training.manifest import read_manifest
 from zenocap.simulation.motion.timeline import MotionTimeline

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.posture_cases import LABELS
 from tests.tools.cli.posture.test_commands import manifest
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.services.recognizer.model import PostureModel
 from zenocap.services.recognizer.model_file import packed, read_model

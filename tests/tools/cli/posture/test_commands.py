@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.places import MOTIONS
 from tests.support.posture_cases import LABELS, RATE, movement
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.errors import UserError
 from zenocap.common.formats.joint_map import JointMap
 from zenocap.services.recognizer.features import Kind

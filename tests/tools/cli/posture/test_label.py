@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.command import zenocap
 from tests.support.posture_cases import quick_model
-from tests.tools.cli.test_main import zenocap
 from zenocap.common.formats.trajectories import Trajectories
 from zenocap.common.formats.trc import write_trc
 from zenocap.services.recognizer.model_file import write_model

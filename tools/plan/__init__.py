@@ -1,1 +1,0 @@
-"""Cores, memory, network and disk that an installation needs, from measured costs: `zenocap plan`."""

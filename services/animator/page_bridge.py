@@ -13,13 +13,14 @@ from zenocap.common.rig.rig import Rig
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.runtime.service_info import versions
 from zenocap.common.topics import TRACKER_POSE, Topic
+from zenocap.common.web.broadcast import PageQueue, encoded
+from zenocap.common.web.server import PageServer
 from zenocap.services.animator.outputs.output_group import OutputGroup
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
+from zenocap.services.animator.page.content import animator_content
 from zenocap.services.animator.page.drop_receiver import DropReceiver
 from zenocap.services.animator.page.page_updates import Schedule, due_updates, recording_update
 from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
-from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import MAX_REQUESTS, RECORD_PERIOD_NS, SAVING_NICENESS
 from zenocap.services.animator.playback import Playback, PlayFile
 from zenocap.services.animator.save_job import SaveJob
@@ -37,6 +38,7 @@ class PageBridge:
         self._sent: Actor | None = None
         self._playback: Playback | None = None
         self._saving: SaveJob | None = None
+        self._drops: DropReceiver | None = None
         self._server: PageServer[pm.Command] | None = None
         self._requests: queue.SimpleQueue[pm.RigRequest] = queue.SimpleQueue()
         self._request_count = 0
@@ -46,8 +48,8 @@ class PageBridge:
 
     def open(self, table: PageTable, takes: Path, topics: tuple[Topic, ...]) -> None:
         """Serve the page.  takes: folder of the takes that can be played; topics: shown of them.  Raises UserError."""
-        drops = DropReceiver(self._on_drop)
-        self._server = PageServer(table, self._receive, self._first_page_opened, animator_content(), drops)
+        self._drops = DropReceiver(self._on_drop)
+        self._server = PageServer(table, self._receive, self._first_page_opened, animator_content(self._drops))
         self._server.start()
         self._playback = Playback(takes, self._server.broadcaster, self._clock, topics)
         self._saving = SaveJob(self._on_saving, self._server.offered.offer, SAVING_NICENESS)
@@ -56,7 +58,7 @@ class PageBridge:
         recognizer = self._rig.recognizer
         commands = [] if recognizer is None else [(one.posture, one.action.target) for one in recognizer.commands]
         hello = pm.HelloUpdate(self._rig.name, self._rig.method, versions()["zenocap"], viewers, commands=commands)
-        self._server.broadcaster.publish(None, [EncodedUpdate("hello", pm.encode(hello))])
+        self._server.broadcaster.publish(None, [encoded("hello", hello)])
 
     @property
     def address(self) -> str:
@@ -79,6 +81,8 @@ class PageBridge:
             self._playback.close()
         if self._server is not None:
             self._server.close()
+        if self._drops is not None:
+            self._drops.close()
         self.outputs.close()
 
     def health_text(self) -> str:
@@ -129,7 +133,7 @@ class PageBridge:
             case pm.SelectFeed(feed=feed) if self._server is not None:
                 self._server.broadcaster.select_feed(page, feed)
             case pm.ListTakes() if self._playback is not None:
-                page.put(EncodedUpdate("takes", pm.encode(self._playback.takes())))
+                page.put(encoded("takes", self._playback.takes()))
             case pm.PlayTake() | pm.ControlPlayer() if self._playback is not None:
                 self._playback.send(command)
             case SaveTake():
@@ -151,7 +155,7 @@ class PageBridge:
 
     def _on_saving(self, update: SavingUpdate) -> None:
         if self._server is not None:
-            self._server.broadcaster.publish(None, [EncodedUpdate("saving", pm.encode(update))])
+            self._server.broadcaster.publish(None, [encoded("saving", update)])
 
     def _may_record(self) -> bool:
         """Whether the last command that starts or stops the recording is long enough ago."""

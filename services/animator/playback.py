@@ -19,9 +19,9 @@ from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.runtime.clock import Clock
 from zenocap.common.topics import BOTH_WAYS_POSE, TRACKER_POSE, Topic, topic_at
+from zenocap.common.web.broadcast import Broadcaster, EncodedUpdate, encoded
 from zenocap.services.animator.opening import opening_state
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import Broadcaster, EncodedUpdate
 from zenocap.services.animator.page.page_updates import Schedule, due_updates
 from zenocap.services.animator.parameters import (
     MAX_PLAYER_COMMANDS,
@@ -125,7 +125,7 @@ class Playback:
                     command = None
 
     def _publish(self, update: pm.PlayerUpdate) -> None:
-        self._broadcaster.publish(None, [EncodedUpdate("player", pm.encode(update))])
+        self._broadcaster.publish(None, [encoded("player", update)])
         self._on_update(update)
 
     def _play(self, path: Path) -> PlayerCommand | None:
@@ -148,7 +148,7 @@ class Playback:
                     self._current = path
                     self._publish(pm.PlayerUpdate(take, opened=self._opened))
                     self._show_opening(path, topics, start_ns)
-                    self._broadcaster.publish(None, [EncodedUpdate("verdict", pm.encode(verdict_update(path)))])
+                    self._broadcaster.publish(None, [encoded("verdict", verdict_update(path))])
                     reading = threading.Event()
                     threading.Thread(target=self._send_postures, args=(path, reading), name="postures", daemon=True).start()
                     try:
@@ -180,7 +180,7 @@ class Playback:
         summary = read_summary(path)
         update = pm.PosturesUpdate() if summary is None else postures_update(path, summary, ended.is_set)
         if not ended.is_set():
-            self._broadcaster.publish(None, [EncodedUpdate("postures", pm.encode(update))])
+            self._broadcaster.publish(None, [encoded("postures", update)])
 
     def _show(
         self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float, start_ns: int | None
@@ -247,7 +247,7 @@ def _place(actor: Actor, start_ns: int | None, shift_ns: int, shift_frames: int)
     if start_ns is None:
         return []
     place_s = (actor.captured_ns - shift_ns - start_ns) / 1e9
-    return [EncodedUpdate("place", pm.encode(pm.PlaceUpdate(place_s, actor.frame - shift_frames)))]
+    return [encoded("place", pm.PlaceUpdate(place_s, actor.frame - shift_frames))]
 
 
 def _start_ns(path: Path) -> int | None:

@@ -12,11 +12,13 @@ from zenocap.common.recording.summary import read_summary
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import RealClock
 from zenocap.common.runtime.service_info import versions
+from zenocap.common.web.broadcast import PageQueue, encoded
+from zenocap.common.web.messages import NoticeUpdate
+from zenocap.common.web.server import PageServer
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
+from zenocap.services.animator.page.content import animator_content
 from zenocap.services.animator.page.drop_receiver import DropReceiver
 from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
-from zenocap.services.animator.page.server import PageServer, animator_content
 from zenocap.services.animator.parameters import POSED_S, SHOW_POLL_S
 from zenocap.services.animator.picture_feed import PictureFeed, Pictures
 from zenocap.services.animator.save_job import SaveJob
@@ -53,8 +55,8 @@ class TakePage:
         self._feed: PictureFeed | None = None
         self._dropped: Path | None = None  # take that is shown instead
         self._switching = False  # to another take: the end of the one before is no end of the page
-        drops = DropReceiver(self._on_drop)
-        self._server = PageServer(table, self._receive, lambda: None, animator_content(), drops)
+        self._drops = DropReceiver(self._on_drop)
+        self._server = PageServer(table, self._receive, lambda: None, animator_content(self._drops))
         self._player, self._posed_s = pm.PlayerUpdate(take.name), 0.0
         self._playback: Playback | None = None
         self._saving = SaveJob(self._on_saving, self._server.offered.offer)
@@ -89,7 +91,7 @@ class TakePage:
         )
         self._playback.send(pm.PlayTake(self._take.name))
         if self._reader is not None:
-            self._publish("ghost", pm.NoticeUpdate("the second take is being read; it appears when both are compared"))
+            self._publish("ghost", NoticeUpdate("the second take is being read; it appears when both are compared"))
             self._reader.start()
 
     def close(self) -> None:
@@ -101,9 +103,10 @@ class TakePage:
         if self._feed is not None:
             self._feed.close()
         self._server.close()
+        self._drops.close()
 
     def _publish(self, key: str, update: pm.Update) -> None:
-        self._server.broadcaster.publish(None, [EncodedUpdate(key, pm.encode(update))])
+        self._server.broadcaster.publish(None, [encoded(key, update)])
 
     def _on_drop(self, path: Path) -> None:
         """Show a dropped take instead of the take of the page."""
@@ -149,7 +152,7 @@ class TakePage:
         comparison = None if self._reader is None else self._reader.found
         ghost = None if comparison is None else comparison.at(actor, shift_ns)
         if ghost is not None:
-            self._server.broadcaster.publish("take", [EncodedUpdate("ghost_pose", pm.encode(ghost))])
+            self._server.broadcaster.publish("take", [encoded("ghost_pose", ghost)])
 
     def _on_comparison(self, comparison: "Comparison") -> None:
         """Show the second take, in place of the notice that it is read."""

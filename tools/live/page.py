@@ -16,8 +16,9 @@ from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.sources import Device, Stream, VideoFile, without_password
 from zenocap.common.runtime.service_info import versions
-from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
-from zenocap.services.animator.page.server import PageContent, PageServer, page_files
+from zenocap.common.web.broadcast import EncodedUpdate, PageQueue, encoded
+from zenocap.common.web.messages import NoticeUpdate
+from zenocap.common.web.server import PageContent, PageServer, page_files
 from zenocap.services.viewer.frame import Frame
 from zenocap.tools.cameras.streams import small_picture
 from zenocap.tools.live import messages as lm
@@ -34,7 +35,6 @@ from zenocap.tools.live.parameters import (
     TILE_PX,
 )
 
-SHARED_FILES = ("base.css", "icon.svg", "connection.js")  # of the animator's page
 MOST_COMMANDS = 64  # that wait; further ones are dropped; chosen by hand
 
 
@@ -99,7 +99,7 @@ class LivePage:
     def __init__(self, cameras: Sequence[LiveCamera], table: PageTable, program: str, mode: Mode) -> None:
         """program: the command, for messages."""
         self._cameras, self._mode = cameras, mode
-        content: PageContent[lm.Command] = PageContent(_files(), lm.decode_command, program, "--")
+        content: PageContent[lm.Command] = PageContent(page_files("zenocap.tools.live"), lm.decode_command, program, "--")
         self._server = PageServer(table, self._receive, lambda: None, content)
         self._commands: queue.Queue[lm.Command] = queue.Queue(MOST_COMMANDS)
         self._large: WeakKeyDictionary[PageQueue, str] = WeakKeyDictionary()
@@ -157,7 +157,7 @@ class LivePage:
             if self._server.broadcaster.pages:
                 height, width = frame.image.shape[:2]
                 flat = None if corners is None else [round(float(value), 1) for value in corners.ravel()]
-                jpeg = encoded(frame.image, camera.name in self._large.values())
+                jpeg = jpeg_of(frame.image, camera.name in self._large.values())
                 self._publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, jpeg, flat))
         if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._server.broadcaster.pages:
             shown.measured_s, busy = now_s, True
@@ -182,7 +182,7 @@ class LivePage:
                 try:
                     self._mode.receive(command)
                 except UserError as error:
-                    self._publish("notice", lm.NoticeUpdate(str(error)))
+                    self._publish("notice", NoticeUpdate(str(error)))
 
     def _receive(self, page: PageQueue, command: lm.Command) -> None:
         """Called by the server's thread.  Raises ValueError."""
@@ -197,7 +197,7 @@ class LivePage:
             raise ValueError("refused: too many commands wait") from None
 
     def _publish(self, key: str, update: msgspec.Struct) -> None:
-        self._server.broadcaster.publish(None, [EncodedUpdate(key, lm.encode(update))])
+        self._server.broadcaster.publish(None, [encoded(key, update)])
 
 
 def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], seconds: float = READY_S) -> None:
@@ -212,18 +212,13 @@ def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], 
         raise failures[0]
 
 
-def encoded(image: Image, large: bool) -> bytes:
+def jpeg_of(image: Image, large: bool) -> bytes:
     """JPEG of an image, reduced."""
     small = small_picture(image, LARGE_PX if large else TILE_PX)
     quality = LARGE_JPEG_QUALITY if large else JPEG_QUALITY
     good, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])
     assert good
     return np.asarray(data, dtype=np.uint8).tobytes()
-
-
-def _files() -> dict[str, tuple[bytes, str]]:
-    shared = page_files("zenocap.services.animator.page")
-    return {name: shared[name] for name in SHARED_FILES} | dict(page_files("zenocap.tools.live"))
 
 
 def _source_text(camera: LiveCamera) -> str:

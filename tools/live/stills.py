@@ -7,8 +7,7 @@ import numpy as np
 
 from zenocap.common.arrays import Image
 from zenocap.common.errors import UserError
-from zenocap.services.animator.page.broadcast import EncodedUpdate
-from zenocap.tools.live import messages as lm
+from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.tools.live.camera import LiveCamera
 from zenocap.tools.live.parameters import STILL_JPEG_QUALITY, STILL_PX
 from zenocap.tools.live.point_messages import StillUpdate
@@ -40,7 +39,7 @@ class Stills:
             height, width = frame.image.shape[:2]
             self.sizes[name] = width, height
             update = StillUpdate(name, width, height, _encoded(frame.image))
-            found.append(EncodedUpdate(f"still/{name}", lm.encode(update)))
+            found.append(encoded(f"still/{name}", update))
         return found
 
 

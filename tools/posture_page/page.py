@@ -9,18 +9,14 @@ import msgspec
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
-from zenocap.services.animator.page.broadcast import EncodedUpdate, PageQueue
-from zenocap.services.animator.page.server import PageContent, PageServer, page_files
+from zenocap.common.web.broadcast import PageQueue, encoded
+from zenocap.common.web.server import PageContent, PageServer, page_files
 from zenocap.tools.posture_page import messages as pm
 from zenocap.tools.posture_page.motion_view import MotionView
 from zenocap.tools.posture_page.parameters import MOST_COMMANDS, POLL_S
 from zenocap.tools.posture_page.session import Publish, Session
 
 PROGRAM = "zenocap posture label"
-SHARED_FILES = (
-    "base.css", "icon.svg", "connection.js", "scene.js", "webgl.js", "shaders.js", "linear_algebra.js", "capsules.js",
-    "orbit_controls.js",
-)  # fmt: skip  # of the animator's page
 CACHED_CHUNKS = 64  # of poses, in memory: 8 MB; chosen by hand
 
 
@@ -28,7 +24,9 @@ class PosturePage:
     """Serves the page from `open` to `close`; `run` between them."""
 
     def __init__(self, takes: Sequence[MotionView], make_session: Callable[[Publish], Session], table: PageTable) -> None:
-        content: PageContent[pm.Command] = PageContent(_files(), pm.decode_command, PROGRAM, "--")
+        content: PageContent[pm.Command] = PageContent(
+            page_files("zenocap.tools.posture_page"), pm.decode_command, PROGRAM, "--"
+        )
         self._takes = takes
         self._server = PageServer(table, self._receive, lambda: None, content)
         self._commands: queue.Queue[pm.Command] = queue.Queue(MOST_COMMANDS)
@@ -73,7 +71,7 @@ class PosturePage:
             if command.take >= len(self._takes):
                 raise ValueError(f"take {command.take}: allowed: 0 to {len(self._takes) - 1}")
             update = pm.PosesUpdate(command.take, command.chunk, self._chunk(command.take, command.chunk))
-            page.put(EncodedUpdate(f"poses/{command.take}/{command.chunk}", pm.encode(update)))
+            page.put(encoded(f"poses/{command.take}/{command.chunk}", update))
             return
         try:
             self._commands.put_nowait(command)
@@ -81,7 +79,7 @@ class PosturePage:
             raise ValueError("refused: too many commands wait") from None
 
     def _publish(self, key: str, update: msgspec.Struct) -> None:
-        self._server.broadcaster.publish(None, [EncodedUpdate(key, pm.encode(update))])
+        self._server.broadcaster.publish(None, [encoded(key, update)])
 
 
 def run_page(page: PosturePage, stopped: Callable[[], bool], on_open: Callable[[str], None]) -> None:
@@ -94,8 +92,3 @@ def run_page(page: PosturePage, stopped: Callable[[], bool], on_open: Callable[[
         raise UserError(f"the page: {error.strerror or error}") from error
     finally:
         page.close()
-
-
-def _files() -> dict[str, tuple[bytes, str]]:
-    shared = page_files("zenocap.services.animator.page")
-    return {name: shared[name] for name in SHARED_FILES} | dict(page_files("zenocap.tools.posture_page"))

@@ -20,14 +20,9 @@ from http import HTTPStatus
 
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.runtime.logs import OncePerInterval
-from zenocap.services.animator.connections import WaitingConnections, is_allowed_origin
-from zenocap.services.animator.parameters import (
-    CLOSE_TIMEOUT_S,
-    ERROR_LINE_PERIOD_S,
-    HANDSHAKE_TIMEOUT_S,
-    MAX_HANDSHAKE_BYTES,
-    MAX_WAITING,
-)
+from zenocap.common.web.access import WaitingConnections, is_allowed_origin
+from zenocap.common.web.parameters import CLOSE_TIMEOUT_S, ERROR_LINE_PERIOD_S, HANDSHAKE_TIMEOUT_S, MAX_WAITING
+from zenocap.services.animator.parameters import MAX_HANDSHAKE_BYTES
 
 logger = logging.getLogger(__name__)
 

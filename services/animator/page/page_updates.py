@@ -18,9 +18,9 @@ from zenocap.common.camera_advice import change_text, found_text
 from zenocap.common.observe.losses import described
 from zenocap.common.runtime.frame_rate import reduced_text
 from zenocap.common.vision.mask_codec import unpack
+from zenocap.common.web.broadcast import EncodedUpdate, encoded
 from zenocap.services.animator.body_geometry import capsule_shapes, part_outlines, placed_capsules
 from zenocap.services.animator.page import page_messages as pm
-from zenocap.services.animator.page.broadcast import EncodedUpdate
 from zenocap.services.animator.parameters import (
     BEST_POSTURES,
     CHECKS_PERIOD_NS,
@@ -151,7 +151,7 @@ def checks_update(state: State) -> EncodedUpdate:
 
 
 def _encoded(key: str, update: pm.Update) -> EncodedUpdate:
-    return EncodedUpdate(key, pm.encode(update))
+    return encoded(key, update)
 
 
 def _flat(array: Floats, decimals: int) -> list[float]:

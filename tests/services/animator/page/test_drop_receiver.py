@@ -11,7 +11,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.common.formats.test_take_poses import messages_of_track, write_take
-from tests.services.animator.page.test_server import TOKEN, talk
+from tests.common.web.test_server import TOKEN, talk
 from tests.support.animator_stand_in import StandIn, stand_in
 from tests.support.pose_tracks import moving
 from zenocap.common.errors import UserError

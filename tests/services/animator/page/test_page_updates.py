@@ -29,8 +29,8 @@ from zenocap.common.conversion import camera_of, packed_points
 from zenocap.common.observe.losses import LOSSES
 from zenocap.common.rig.rig import demo_rig
 from zenocap.common.vision.mask_codec import unpack
+from zenocap.common.web.broadcast import EncodedUpdate
 from zenocap.services.animator.page import page_updates
-from zenocap.services.animator.page.broadcast import EncodedUpdate
 from zenocap.services.animator.page.page_messages import (
     Command,
     ControlPlayer,
@@ -242,6 +242,7 @@ def test_the_pages_files_are_part_of_the_package() -> None:
     assert {"index.html", "main.js", "style.css"} <= {path.name for path in folder.iterdir()}
     project = (ROOT / "pyproject.toml").read_text()
     assert '"zenocap.services.animator.page" = ["static/*"]' in project
+    assert '"zenocap.common.web" = ["static/*"]' in project
 
 
 def test_scene_points_are_sent_unchanged_and_damaged_ones_are_not() -> None:

@@ -1,4 +1,4 @@
-"""Server of the page: files and a WebSocket on one port, in a thread of its own.
+"""Server of a page: files and a WebSocket on one port, in a thread of its own.
 
 Access: on a loopback address, the browser must have requested a loopback host by name, which stops DNS rebinding; on any
 other address a token is required.  A WebSocket is opened only for a page from this server, or of an origin that the rig
@@ -11,12 +11,12 @@ import asyncio
 import hmac
 import logging
 import threading
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from http import HTTPStatus
 from importlib import resources
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, Generic, cast
 from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -27,17 +27,15 @@ from websockets.http11 import Request, Response
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import ANY_ORIGIN, PageTable, is_loopback
 from zenocap.common.runtime.logs import OncePerInterval
-from zenocap.services.animator.connections import WaitingConnections
-from zenocap.services.animator.page.broadcast import Broadcaster, PageQueue
-from zenocap.services.animator.page.drop_receiver import DROP_PATH, DropReceiver
-from zenocap.services.animator.page.offered_files import OFFERED_PATH, OfferedFiles
-from zenocap.services.animator.page.page_messages import Acknowledge, Command, NoticeUpdate, decode_command, encode
-from zenocap.services.animator.parameters import (
+from zenocap.common.web.access import WaitingConnections
+from zenocap.common.web.broadcast import Broadcaster, PageQueue
+from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
+from zenocap.common.web.offered_files import OFFERED_PATH, OfferedFiles
+from zenocap.common.web.parameters import (
     CLOSE_TIMEOUT_S,
     ERROR_LINE_PERIOD_S,
     HANDSHAKE_TIMEOUT_S,
     MAX_COMMAND_BYTES,
-    MAX_DROPPED_PIECE,
     MAX_WAITING,
     PING_PERIOD_S,
     PING_TIMEOUT_S,
@@ -46,7 +44,6 @@ from zenocap.services.animator.parameters import (
 logger = logging.getLogger(__name__)
 
 SOCKET_PATH = "/socket"
-SOCKET_PATHS = (SOCKET_PATH, DROP_PATH)
 CONTENT_TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 CONTENT_SECURITY_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
@@ -54,9 +51,16 @@ CONTENT_SECURITY_POLICY = (
 )
 
 
-C = TypeVar("C")
 Files = Mapping[str, tuple[bytes, str]]
 """Content and type of every served file by name; nothing else can be requested."""
+
+
+@dataclass(frozen=True)
+class Socket:
+    """A WebSocket beside that of the updates.  receive: serves a connection.  max_bytes: of one message."""
+
+    receive: Callable[[ServerConnection], Awaitable[None]]
+    max_bytes: int
 
 
 @dataclass(frozen=True)
@@ -64,32 +68,29 @@ class PageContent(Generic[C]):
     """What a server serves.  decode: a command of a page; raises ValueError.
 
     program: that serves it; options: how host, port and origins are set, both for messages to users.
+    sockets: by path.  feeds: names of what a page can show; the first is that of a page that opens.
     """
 
     files: Files
     decode: Callable[[str | bytes], C | Acknowledge]
     program: str
     options: str
+    sockets: Mapping[str, Socket] = field(default_factory=dict)
+    feeds: Sequence[str] = ("",)
 
 
 @cache
 def page_files(package: str) -> Files:
-    """The files of the folder `static` of a package."""
-    folder = resources.files(package).joinpath("static")
-    files = [file for file in folder.iterdir() if file.is_file()]
+    """The files of the folder `static` of a package, and those that all pages share."""
+    folders = [resources.files(one).joinpath("static") for one in ("zenocap.common.web", package)]
+    files = [file for folder in folders for file in folder.iterdir() if file.is_file()]
     return {file.name: (file.read_bytes(), CONTENT_TYPES[file.name.rpartition(".")[2]]) for file in files}
-
-
-def animator_content() -> PageContent[Command]:
-    """The page of the animator."""
-    return PageContent(page_files("zenocap.services.animator.page"), decode_command, "animator", "animator.page.")
 
 
 class PageServer(Generic[C]):
     """Serves a page from `start` to `close`.
 
     on_command: called in the server's thread with every command of a page.  on_first_page: see `Broadcaster`.
-    drops: receives files that are dropped on the page; None for a page without.
     """
 
     def __init__(
@@ -98,13 +99,11 @@ class PageServer(Generic[C]):
         on_command: Callable[[PageQueue, C], None],
         on_first_page: Callable[[], None],
         content: PageContent[C],
-        drops: DropReceiver | None = None,
     ) -> None:
         self._table, self._on_command, self._content = table, on_command, content
         self._loop = asyncio.new_event_loop()
-        self.broadcaster = Broadcaster(self._loop, on_first_page)
+        self.broadcaster = Broadcaster(self._loop, on_first_page, content.feeds)
         self.offered = OfferedFiles()
-        self._drops = drops
         self._waiting = WaitingConnections(MAX_WAITING)
         self._errors = OncePerInterval(logger, ERROR_LINE_PERIOD_S)
         self._refused = 0
@@ -149,8 +148,6 @@ class PageServer(Generic[C]):
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._ended.set)
             self._thread.join(2 * CLOSE_TIMEOUT_S)
-        if self._drops is not None:
-            self._drops.close()
 
     def _run(self) -> None:
         try:
@@ -169,7 +166,7 @@ class PageServer(Generic[C]):
             self._table.port,
             process_request=self._respond,
             compression=None,  # costs more time than it saves on loopback or a local network
-            max_size=MAX_COMMAND_BYTES if self._drops is None else MAX_DROPPED_PIECE,
+            max_size=max([MAX_COMMAND_BYTES, *(socket.max_bytes for socket in self._content.sockets.values())]),
             max_queue=8,
             open_timeout=HANDSHAKE_TIMEOUT_S,
             ping_interval=PING_PERIOD_S,
@@ -215,7 +212,7 @@ class PageServer(Generic[C]):
         problem = self._refusal(request, parts.query, parts.path)
         if problem is not None:
             return _text(HTTPStatus.FORBIDDEN, problem)
-        if parts.path == SOCKET_PATH or (parts.path == DROP_PATH and self._drops is not None):
+        if self._is_socket(parts.path):
             return None
         if parts.path.startswith(OFFERED_PATH):
             return await asyncio.to_thread(self._offered_file, parts.path)
@@ -241,17 +238,20 @@ class PageServer(Generic[C]):
         host = request.headers.get("Host", "")
         if is_loopback(self._table.host) and not is_loopback(_host_name(host)):
             return "this page is served to its own machine only: open it as http://127.0.0.1 or http://localhost"
-        if path in SOCKET_PATHS:
+        if self._is_socket(path):
             origin = request.headers.get("Origin")
             same = origin is None or urlsplit(origin).netloc == host
             if not (same or origin in self._table.origins or ANY_ORIGIN in self._table.origins):
                 return f"requested by a page of another site{self._origins_hint}"
-        protected = path in ("/", "/index.html", *SOCKET_PATHS) or path.startswith(OFFERED_PATH)
+        protected = path in ("/", "/index.html") or self._is_socket(path) or path.startswith(OFFERED_PATH)
         if self._table.token is not None and protected:
             given = parse_qs(query).get("token", [""])[0]
             if not hmac.compare_digest(given.encode(), self._table.token.encode()):
                 return f"a token is required: open the address that the {self._content.program} prints"
         return None
+
+    def _is_socket(self, path: str) -> bool:
+        return path == SOCKET_PATH or path in self._content.sockets
 
     @property
     def _origins_hint(self) -> str:
@@ -259,12 +259,14 @@ class PageServer(Generic[C]):
         return "" if options.startswith("-") else f"; allowed: also {options}origins of the rig file"
 
     async def _attend(self, connection: ServerConnection) -> None:
-        """Serve one page until it closes, or receive one dropped file."""
-        if self._drops is not None and connection.request and urlsplit(connection.request.path).path == DROP_PATH:
+        """Serve one page until it closes, or another socket."""
+        assert connection.request is not None  # the handshake is complete
+        socket = self._content.sockets.get(urlsplit(connection.request.path).path)
+        if socket is not None:
             self._waiting.remove(connection)
-            await self._drops.receive(connection)
+            await socket.receive(connection)
             return
-        page = PageQueue()
+        page = PageQueue(self._content.feeds[0])
         try:
             self.broadcaster.add(page)
         except ValueError as problem:
@@ -275,7 +277,7 @@ class PageServer(Generic[C]):
         sender = asyncio.create_task(_send(connection, page))
         try:
             async for text in connection:
-                if len(text) > MAX_COMMAND_BYTES:  # allowed by `max_size` for dropped files only
+                if len(text) > MAX_COMMAND_BYTES:  # allowed by `max_size` for other sockets only
                     await connection.close(1009, f"a command has at most {MAX_COMMAND_BYTES} bytes")
                     return
                 try:

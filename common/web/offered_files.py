@@ -6,7 +6,7 @@ from pathlib import Path
 from secrets import token_urlsafe
 from urllib.parse import quote
 
-from zenocap.services.animator.parameters import MAX_OFFERED, MAX_OFFERED_BYTES
+from zenocap.common.web.parameters import MAX_OFFERED, MAX_OFFERED_BYTES
 
 OFFERED_PATH = "/saved/"
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.services.animator.page.test_server import TOKEN, fetched
+from tests.common.web.test_server import TOKEN, fetched
 from tests.support.animator_stand_in import stand_in
-from zenocap.services.animator.page import offered_files as module
-from zenocap.services.animator.page.offered_files import OfferedFiles
-from zenocap.services.animator.parameters import MAX_OFFERED
+from zenocap.common.web import offered_files as module
+from zenocap.common.web.offered_files import OfferedFiles
+from zenocap.common.web.parameters import MAX_OFFERED
 
 
 def test_the_latest_files_are_offered(tmp_path: Path) -> None:

@@ -15,14 +15,14 @@ import pytest
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import InvalidStatus
 
-from tests.services.animator.page.test_server import fetched, talk, updates_until
+from tests.common.web.test_server import fetched, talk, updates_until
 from tests.support.animator_stand_in import stand_in
 from tests.support.bare_connections import bare_connections
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.clock import ManualClock
-from zenocap.services.animator.connections import WaitingConnections
-from zenocap.services.animator.page import server as server_module
-from zenocap.services.animator.parameters import MAX_WAITING
+from zenocap.common.web import server as server_module
+from zenocap.common.web.access import WaitingConnections
+from zenocap.common.web.parameters import MAX_WAITING
 
 SPARE = 350  # descriptors that the process may still open: more than MAX_WAITING
 

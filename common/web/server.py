@@ -1,14 +1,13 @@
 """Server of a page: files and a WebSocket on one port, in a thread of its own.
 
-Access: on a loopback address, the browser must have requested a loopback host by name, which stops DNS rebinding; on any
-other address a token is required.  A WebSocket is opened only for a page from this server, or of an origin that the rig
-allows.  The content security policy forbids the page to load anything from elsewhere.
+Access (`access.refusal`): on a loopback address, the browser must have requested a loopback host by name, which stops DNS
+rebinding; a token is required where the table has one.  A WebSocket is opened only for a page from this server, or of an
+origin that the table allows.  The content security policy forbids the page to load anything from elsewhere.
 
 Limits: connections without a handshake by number and time, open pages by number, and what is logged of malformed requests.
 """
 
 import asyncio
-import hmac
 import logging
 import threading
 from collections.abc import Awaitable, Callable, Mapping, Sequence
@@ -25,9 +24,9 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from zenocap.common.errors import UserError
-from zenocap.common.rig.animator import ANY_ORIGIN, PageTable, is_loopback
+from zenocap.common.rig.animator import PageTable
 from zenocap.common.runtime.logs import OncePerInterval
-from zenocap.common.web.access import WaitingConnections
+from zenocap.common.web.access import WaitingConnections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
 from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
 from zenocap.common.web.offered_files import OFFERED_PATH, OfferedFiles
@@ -54,6 +53,9 @@ CONTENT_SECURITY_POLICY = (
 Files = Mapping[str, tuple[bytes, str]]
 """Content and type of every served file by name; nothing else can be requested."""
 
+Made = Callable[[str, Mapping[str, str]], tuple[bytes, Mapping[str, str]]]
+"""Computes an answer, body and headers, of the query and the headers of a request; called in a thread."""
+
 
 @dataclass(frozen=True)
 class Socket:
@@ -65,17 +67,18 @@ class Socket:
 
 @dataclass(frozen=True)
 class PageContent(Generic[C]):
-    """What a server serves.  decode: a command of a page; raises ValueError.
+    """What a server serves.  decode: a command of a page; raises ValueError.  None: no updates and commands.
 
     program: that serves it; options: how host, port and origins are set, both for messages to users.
-    sockets: by path.  feeds: names of what a page can show; the first is that of a page that opens.
+    sockets, made: by path.  feeds: names of what a page can show; the first is that of a page that opens.
     """
 
     files: Files
-    decode: Callable[[str | bytes], C | Acknowledge]
+    decode: Callable[[str | bytes], C | Acknowledge] | None
     program: str
     options: str
     sockets: Mapping[str, Socket] = field(default_factory=dict)
+    made: Mapping[str, Made] = field(default_factory=dict)
     feeds: Sequence[str] = ("",)
 
 
@@ -109,7 +112,7 @@ class PageServer(Generic[C]):
         self._refused = 0
         self._ended = asyncio.Event()
         self._started = threading.Event()
-        self._problem: OSError | None = None
+        self._problem: OSError | UnicodeError | None = None
         self._port = table.port
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
 
@@ -121,18 +124,29 @@ class PageServer(Generic[C]):
         token = f"?token={self._table.token}" if self._table.token else ""
         return f"http://{host}:{self._port}/{token}"
 
-    def start(self) -> None:
-        """Listen.  Raises UserError when the port is not available."""
+    @property
+    def port(self) -> int:
+        return self._port
+
+    def listen(self) -> None:
+        """Begin to serve.  Raises OSError and UnicodeError for an address that cannot be listened on."""
         self._thread.start()
         self._started.wait()
         if self._problem is not None:
             self._thread.join()
+            raise self._problem
+
+    def start(self) -> None:
+        """Begin to serve.  Raises UserError when the port is not available."""
+        try:
+            self.listen()
+        except (OSError, UnicodeError) as error:
             name = self._content.options.rstrip(".-") or "page"
             raise UserError(
                 f"{name}: {self._table.host}:{self._table.port} cannot be served: "
-                f"{self._problem.strerror or self._problem}: another program, such as a second {self._content.program}, "
+                f"{getattr(error, 'strerror', None) or error}: another program, such as a second {self._content.program}, "
                 f"may use the port; allowed: another {self._port_option}, or 0 for any free one"
-            )
+            ) from error
 
     @property
     def _port_option(self) -> str:
@@ -152,7 +166,7 @@ class PageServer(Generic[C]):
     def _run(self) -> None:
         try:
             self._loop.run_until_complete(self._serve())
-        except OSError as error:
+        except (OSError, UnicodeError) as error:
             self._problem = error
         finally:
             self._started.set()
@@ -205,21 +219,29 @@ class PageServer(Generic[C]):
         return own
 
     async def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Return a file or an error, or None to open a WebSocket."""
-        if getattr(request, "method", "GET") != "GET":  # earlier versions of the library refuse others themselves
-            return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET")
+        """Return an answer or an error, or None to open a WebSocket."""
+        method = getattr(request, "method", "GET")  # earlier versions of the library refuse others themselves
+        if method not in ("GET", "HEAD"):
+            return _text(HTTPStatus.METHOD_NOT_ALLOWED, "allowed: GET, HEAD")
         parts = urlsplit(request.path)
         problem = self._refusal(request, parts.query, parts.path)
         if problem is not None:
             return _text(HTTPStatus.FORBIDDEN, problem)
         if self._is_socket(parts.path):
             return None
-        if parts.path.startswith(OFFERED_PATH):
-            return await asyncio.to_thread(self._offered_file, parts.path)
-        found = self._content.files.get(parts.path.lstrip("/") or "index.html")
+        response = await self._answer(parts.path, parts.query, request.headers)
+        return Response(response.status_code, response.reason_phrase, response.headers) if method == "HEAD" else response
+
+    async def _answer(self, path: str, query: str, headers: Headers) -> Response:
+        if path in self._content.made:
+            body, fields = await asyncio.to_thread(self._content.made[path], query, headers)
+            return _response(HTTPStatus.OK, body, fields)
+        if path.startswith(OFFERED_PATH):
+            return await asyncio.to_thread(self._offered_file, path)
+        found = self._content.files.get(path.lstrip("/") or "index.html")
         if found is None:
             return _text(HTTPStatus.NOT_FOUND, "not found")
-        return _response(HTTPStatus.OK, *found)
+        return _response(HTTPStatus.OK, found[0], {"Content-Type": f"{found[1]}; charset=utf-8"})
 
     def _offered_file(self, path: str) -> Response:
         offered = self.offered.at(path)
@@ -229,34 +251,19 @@ class PageServer(Generic[C]):
             body = None
         if offered is None or body is None:
             return _text(HTTPStatus.NOT_FOUND, "this file is not offered any more: it is where it was saved")
-        response = _response(HTTPStatus.OK, body, "application/octet-stream")
-        response.headers["Content-Disposition"] = offered.disposition
-        return response
+        fields = {"Content-Type": "application/octet-stream", "Content-Disposition": offered.disposition}
+        return _response(HTTPStatus.OK, body, fields)
 
     def _refusal(self, request: Request, query: str, path: str) -> str | None:
-        """Return the reason for refusing a request; None for a permitted one."""
-        host = request.headers.get("Host", "")
-        if is_loopback(self._table.host) and not is_loopback(_host_name(host)):
-            return "this page is served to its own machine only: open it as http://127.0.0.1 or http://localhost"
-        if self._is_socket(path):
-            origin = request.headers.get("Origin")
-            same = origin is None or urlsplit(origin).netloc == host
-            if not (same or origin in self._table.origins or ANY_ORIGIN in self._table.origins):
-                return f"requested by a page of another site{self._origins_hint}"
-        protected = path in ("/", "/index.html") or self._is_socket(path) or path.startswith(OFFERED_PATH)
-        if self._table.token is not None and protected:
-            given = parse_qs(query).get("token", [""])[0]
-            if not hmac.compare_digest(given.encode(), self._table.token.encode()):
-                return f"a token is required: open the address that the {self._content.program} prints"
-        return None
+        """Reason for refusing a request; None for a permitted one."""
+        socket = self._is_socket(path)
+        protected = socket or path in ("/", "/index.html", *self._content.made) or path.startswith(OFFERED_PATH)
+        token = parse_qs(query).get("token", [""])[0] if protected else None
+        program, options = self._content.program, self._content.options
+        return refusal(request.headers, self._table, socket=socket, token=token, program=program, options=options)
 
     def _is_socket(self, path: str) -> bool:
-        return path == SOCKET_PATH or path in self._content.sockets
-
-    @property
-    def _origins_hint(self) -> str:
-        options = self._content.options
-        return "" if options.startswith("-") else f"; allowed: also {options}origins of the rig file"
+        return path in self._content.sockets or (path == SOCKET_PATH and self._content.decode is not None)
 
     async def _attend(self, connection: ServerConnection) -> None:
         """Serve one page until it closes, or another socket."""
@@ -266,7 +273,8 @@ class PageServer(Generic[C]):
             self._waiting.remove(connection)
             await socket.receive(connection)
             return
-        page = PageQueue(self._content.feeds[0])
+        page, decode = PageQueue(self._content.feeds[0]), self._content.decode
+        assert decode is not None  # the socket is of a page
         try:
             self.broadcaster.add(page)
         except ValueError as problem:
@@ -281,7 +289,7 @@ class PageServer(Generic[C]):
                     await connection.close(1009, f"a command has at most {MAX_COMMAND_BYTES} bytes")
                     return
                 try:
-                    command = self._content.decode(text)
+                    command = decode(text)
                     if isinstance(command, Acknowledge):
                         page.acknowledge()
                     else:
@@ -328,18 +336,12 @@ def _port(server: Server) -> int:
     return int(next(iter(server.sockets)).getsockname()[1])
 
 
-def _host_name(host: str) -> str:
-    """Return the name in a Host header without its port."""
-    return urlsplit(f"//{host}").hostname or ""
-
-
 def _text(status: HTTPStatus, text: str) -> Response:
-    return _response(status, f"{text}\n".encode(), "text/plain")
+    return _response(status, f"{text}\n".encode(), {"Content-Type": "text/plain; charset=utf-8"})
 
 
-def _response(status: HTTPStatus, body: bytes, content_type: str) -> Response:
-    headers = Headers()
-    headers["Content-Type"] = f"{content_type}; charset=utf-8"
+def _response(status: HTTPStatus, body: bytes, fields: Mapping[str, str]) -> Response:
+    headers = Headers(fields)
     headers["Content-Length"] = str(len(body))
     headers["Content-Security-Policy"] = CONTENT_SECURITY_POLICY
     headers["X-Content-Type-Options"] = "nosniff"

@@ -20,7 +20,7 @@ from http import HTTPStatus
 
 from zenocap.common.runtime.foreign_text import printable
 from zenocap.common.runtime.logs import OncePerInterval
-from zenocap.common.web.access import WaitingConnections, is_allowed_origin
+from zenocap.common.web.access import WaitingConnections, is_allowed_origin, other_site
 from zenocap.common.web.parameters import CLOSE_TIMEOUT_S, ERROR_LINE_PERIOD_S, HANDSHAKE_TIMEOUT_S, MAX_WAITING
 from zenocap.services.animator.parameters import MAX_HANDSHAKE_BYTES
 
@@ -128,10 +128,7 @@ class Gate:
             raise Refusal(HTTPStatus.UPGRADE_REQUIRED, "a WebSocket for Foxglove and Lichtblick: connect with one of these")
         origins = headers.get("origin", [])
         if len(origins) > 1 or not is_allowed_origin(next(iter(origins), None), self._origins):
-            raise Refusal(
-                HTTPStatus.FORBIDDEN,
-                f"requested by a page of another site; allowed: also {self._key}.origins of the rig file",
-            )
+            raise Refusal(HTTPStatus.FORBIDDEN, other_site(f"{self._key}."))
         return request
 
     async def _pass_on(self, request: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -95,20 +95,21 @@ class Broadcaster:
         """Number of updates that wait for the slowest page."""
         return max((len(page.waiting) for page in tuple(self._pages)), default=0)
 
-    def publish(self, feed: str | None, updates: Iterable[EncodedUpdate]) -> None:
-        """Send updates to all pages that show a feed; to all pages for None."""
+    def publish(self, feed: str | None, updates: Iterable[EncodedUpdate], *, kept: bool = True) -> None:
+        """Send updates to all pages that show a feed; to all pages for None.  kept: also to pages that open later."""
         if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self.put, feed, tuple(updates))
+            self._loop.call_soon_threadsafe(self.put, feed, tuple(updates), kept)
 
     def clear(self, feed: str) -> None:
         """Discard the latest updates of a feed, which pages that open later would get."""
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._latest[feed].clear)
 
-    def put(self, feed: str | None, updates: tuple[EncodedUpdate, ...]) -> None:
+    def put(self, feed: str | None, updates: tuple[EncodedUpdate, ...], kept: bool = True) -> None:
         """Same as `publish`, called in the loop."""
         for one in self._latest if feed is None else (feed,):
-            self._latest[one].update((update.key, update.data) for update in updates)
+            if kept:
+                self._latest[one].update((update.key, update.data) for update in updates)
         for page in self._pages:
             if feed in (None, page.feed):
                 for update in updates:

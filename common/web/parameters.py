@@ -4,6 +4,7 @@
 MAX_PAGES = 64  # open at a time; by hand
 MAX_UNACKNOWLEDGED = 3  # lists on their way to a page: 60 lists/s at a round trip of 50 ms
 MAX_COMMAND_BYTES = 4096  # of a command from a page; by hand
+MOST_COMMANDS = 64  # that wait; further ones are refused; by hand
 PING_PERIOD_S, PING_TIMEOUT_S = 10.0, 20.0  # a page that does not answer is disconnected; by hand
 CLOSE_TIMEOUT_S = 1.0  # for the closing handshake; by hand
 

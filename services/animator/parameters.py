@@ -17,7 +17,6 @@ SERVICES_PERIOD_NS = 250_000_000  # between two updates of the table of services
 CHECKS_PERIOD_NS = 500_000_000  # between two updates of the set-up checks; by hand
 BEST_POSTURES = 3  # posture models that are shown with their log-likelihoods; by hand
 COMMANDS_SHOWN = 8  # latest command results that are sent together, so that a slow page misses none; by hand
-MAX_REQUESTS = 16  # commands of pages that wait for the service loop; further ones are dropped; by hand
 RECORD_PERIOD_NS = 1_000_000_000  # between two commands of pages that start or stop the recording; as the integrator's
 
 # Playing takes on the page.

@@ -13,7 +13,6 @@ from zenocap.common.web.messages import Decoder, NoticeUpdate
 from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
 
 Feed = Literal["live", "take"]
-FEEDS = ("live", "take")
 Numbers: TypeAlias = list[float]
 
 

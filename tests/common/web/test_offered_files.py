@@ -35,8 +35,8 @@ def test_a_large_file_is_not_offered(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_file_is_sent_with_its_name_only_with_the_token(tmp_path: Path) -> None:
     (tmp_path / "my walk ö.bvh").write_bytes(b"HIERARCHY")
     with stand_in(tmp_path, token=TOKEN) as animator:
-        assert animator.bridge._server is not None
-        path = animator.bridge._server.offered.offer(tmp_path / "my walk ö.bvh").lstrip("/")
+        assert animator.bridge._feed is not None
+        path = animator.bridge._feed.page.server.offered.offer(tmp_path / "my walk ö.bvh").lstrip("/")
         base, _, query = animator.address.partition("?")
         status, headers, body = fetched(f"{base}{path}?{query}")
         assert (status, body) == (200, b"HIERARCHY")

@@ -37,8 +37,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def played(animator: StandIn, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """Paths of the dropped takes that the animator plays."""
     found: list[Path] = []
-    assert animator.bridge._playback is not None
-    monkeypatch.setattr(animator.bridge._playback, "send", lambda command: found.append(command.path))
+    assert animator.bridge._feed is not None
+    monkeypatch.setattr(animator.bridge._feed.player, "send", lambda command: found.append(command.path))
     return found
 
 

@@ -3,13 +3,17 @@
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Never
 
-from zenocap.common.bus.protocol import Bus
+from zenocap.common.bus.protocol import Alive, Bus, Envelope
 from zenocap.common.messages import Request
+from zenocap.common.observe.view import RigView
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.methods import method_of
 from zenocap.common.rig.rig import Rig
+from zenocap.common.rig.services import services_of
 from zenocap.common.runtime.clock import Clock
+from zenocap.common.runtime.service import Event
 from zenocap.common.runtime.service_info import versions
 from zenocap.common.topics import TRACKER_POSE, Topic
 from zenocap.common.web.broadcast import PageQueue, encoded
@@ -19,6 +23,7 @@ from zenocap.services.animator.page.page_updates import Schedule, due_updates, r
 from zenocap.services.animator.page.save_messages import SaveTake
 from zenocap.services.animator.parameters import RECORD_PERIOD_NS, SAVING_NICENESS
 from zenocap.services.animator.playback import Playback, PlayFile
+from zenocap.services.animator.presence import Presence, observed, troubled
 from zenocap.services.animator.states import Actor, Source, State
 from zenocap.services.animator.take_feed import TakeFeed
 
@@ -35,6 +40,7 @@ class PageBridge:
         self._feed: TakeFeed | None = None
         self._request_count = 0
         self._recorded_ns: int | None = None  # time of the last command that starts or stops the recording
+        self._presence = Presence(RigView(rig.name, services_of(rig, required=True)))
         self._schedule, self._openings = Schedule(), 0
 
     def open(self, table: PageTable, takes: Path, topics: tuple[Topic, ...]) -> None:
@@ -67,10 +73,19 @@ class PageBridge:
         self.outputs.close()
 
     def health_text(self) -> str:
-        """Return the page's address, without the token, and the number of open pages."""
+        """Return services that are stale or gone, the page's address, without the token, and the number of open pages."""
+        found = troubled(self._presence, self._clock.elapsed_ns())
+        text = f"; stale or gone: {', '.join(found)}" if found else ""
         if self._feed is None:
-            return ""
-        return f"; page {self.address.partition('?')[0]}, {self._feed.page.pages} open"
+            return text
+        return f"{text}; page {self.address.partition('?')[0]}, {self._feed.page.pages} open"
+
+    def receive(self, event: Event[Never]) -> None:
+        """Handle an event of the service before its step."""
+        if isinstance(event, Envelope):
+            self.outputs.receive(event)
+        if isinstance(event, Envelope | Alive):
+            self._presence = observed(self._presence, event, self._clock.elapsed_ns())
 
     def show(self, state: State) -> None:
         """Send a new state to outputs and pages."""
@@ -83,11 +98,12 @@ class PageBridge:
         page = self._feed.page
         if page.openings != self._openings:
             self._openings, self._schedule = page.openings, Schedule()
-        self._schedule, updates = due_updates(self._schedule, state, page.pages)
+        now_ns = self._clock.elapsed_ns()
+        self._schedule, updates = due_updates(self._schedule, state, self._presence, page.pages, now_ns)
         if updates:
             page.updates.publish("live", updates)
             if any(update.key == "services" for update in updates):  # also for pages that show a take
-                page.updates.publish(None, [recording_update(state)])
+                page.updates.publish(None, [recording_update(self._presence)])
 
     def requests(self) -> Sequence[Request]:
         """Return the requests of the pages since the last call."""

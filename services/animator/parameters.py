@@ -6,8 +6,7 @@ The page has its own at the top of `page/static/*.js`.
 
 # Presence of services.
 FRAME_TIMEOUT_NS = 1_000_000_000  # a viewer without frames for this long is stale; by hand
-MESSAGE_TIMEOUT_NS = 2_500_000_000  # a service without messages is stale: 2.5 health periods of 1 s; by hand
-MAX_ENTRIES = 128  # services and viewers that are kept, which bounds the memory; by hand
+MAX_ENTRIES = 128  # viewers that are kept, which bounds the memory; by hand
 TICK_NS = 200_000_000  # period at which the condition of services is evaluated; by hand
 
 # Page.

@@ -15,6 +15,7 @@ from zenocap.common.bus.protocol import Alive, BusError, Envelope, Tick
 from zenocap.common.bus.zenoh_bus import ZenohBus
 from zenocap.common.bus.zenoh_session import ZenohOptions
 from zenocap.common.errors import UserError
+from zenocap.common.observe.view import RigView
 from zenocap.common.recording.setup_file import setup_of
 from zenocap.common.recording.summary import read_summary
 from zenocap.common.runtime.clock import Clock
@@ -30,9 +31,10 @@ from zenocap.services.animator.parameters import (
     PLAYER_WAIT_S,
     REPLAY_TIMEOUT_S,
 )
+from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
-from zenocap.services.animator.states import Actor, Setup
-from zenocap.services.animator.step import initial_state, step
+from zenocap.services.animator.states import Actor, Setup, State
+from zenocap.services.animator.step import step
 from zenocap.services.animator.take_postures import postures_update
 from zenocap.services.animator.take_verdict import verdict_update
 
@@ -168,7 +170,8 @@ class Playback:
         state = opening_state(path, topics, self._clock.now_ns())
         if not state.actors:
             return
-        _, updates = due_updates(Schedule(), state, self._broadcaster.pages)
+        now_ns, presence = self._clock.elapsed_ns(), Presence(RigView(REPLAYED_RIG))
+        _, updates = due_updates(Schedule(), state, presence, self._broadcaster.pages, now_ns)
         places: list[EncodedUpdate] = []
         for actor in state.actors.values():
             self._on_pose(actor, 0)
@@ -186,8 +189,8 @@ class Playback:
         self, take: str, bus: ZenohBus, replay: ReplayProcess, pose_s: float, start_ns: int | None
     ) -> PlayerCommand | None:
         """Send the replayed messages to the pages until the replay ends or another command comes, which is returned."""
-        setup = Setup()
-        state, schedule = initial_state(setup), Schedule()
+        setup, presence = Setup(), Presence(RigView(REPLAYED_RIG))
+        state, schedule = State(), Schedule()
         next_ns, published = 0, None
         seen: dict[str, tuple[Actor, int]] = {}  # latest pose by source, and its shift
         while replay.running:
@@ -195,6 +198,7 @@ class Playback:
             while event is not None:
                 if isinstance(event, Envelope | Alive):
                     state, _ = step(setup, state, event)
+                    presence = observed(presence, event, self._clock.elapsed_ns())
                 event = bus.receive(0.0)
             places: list[EncodedUpdate] = []
             shift_ns, shift_frames = (
@@ -212,7 +216,8 @@ class Playback:
                 if replay.status is not None and replay.status != published:
                     published = replay.status
                     self._publish(_player_update(take, published, pose_s, self._opened))
-            schedule, updates = due_updates(schedule, state, self._broadcaster.pages)
+            now_ns = self._clock.elapsed_ns()
+            schedule, updates = due_updates(schedule, state, presence, self._broadcaster.pages, now_ns)
             if updates or places:
                 self._broadcaster.publish("take", [*places, *updates])
             while not self._commands.empty():

@@ -1,6 +1,6 @@
 """Step of the animator: every message of the rig updates the displayed state; publishes nothing."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
@@ -10,13 +10,9 @@ from zenocap.common import messages as m
 from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, lost_parts, points_of
-from zenocap.services.animator.parameters import COMMANDS_SHOWN, FRAME_TIMEOUT_NS, MAX_ENTRIES, MESSAGE_TIMEOUT_NS
+from zenocap.services.animator.parameters import COMMANDS_SHOWN, MAX_ENTRIES
 from zenocap.services.animator.states import (
     Actor,
-    Condition,
-    Service,
-    ServiceRecord,
-    ServiceStatus,
     Setup,
     Source,
     SourceBody,
@@ -29,44 +25,15 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-def initial_state(setup: Setup) -> State:
-    return State(services={service: ServiceRecord() for service in setup.expected})
-
-
 def step(setup: Setup, state: State, event: Event) -> tuple[State, list[m.Message]]:
     """Return the state after one event, and no messages.  Pure: the result depends on the arguments alone."""
     match event:
         case Tick(received_ns=now_ns):
             return replace(state, now_ns=now_ns), []
-        case Alive():
-            return _update_liveliness(state, event), []
-        case Envelope(message=message, received_ns=received_ns):
-            if not _is_admitted(setup, state, message):
-                return state, []
-            return _update_content(_update_record(state, message, received_ns), message, received_ns), []
+        case Envelope(message=message, received_ns=received_ns) if _is_admitted(setup, state, message):
+            return _update_content(replace(state, now_ns=max(state.now_ns, received_ns)), message, received_ns), []
         case _:
             return state, []
-
-
-def service_statuses(state: State) -> Sequence[ServiceStatus]:
-    """Status of every service, the expected ones first."""
-    return [
-        ServiceStatus(name, id, condition(state, (name, id)), max(0, state.now_ns - record.received_ns), record.health)
-        for (name, id), record in state.services.items()
-    ]
-
-
-def condition(state: State, service: Service) -> Condition:
-    """Condition of a service: alive, and publishing in time."""
-    record = state.services[service]
-    if record.alive is False and record.received_ns <= record.gone_ns:
-        return "gone"
-    if not record.received_ns:
-        return "starting"
-    if state.now_ns - record.received_ns > MESSAGE_TIMEOUT_NS:
-        return "stale"
-    frames_stopped = record.frame_ns and state.now_ns - record.frame_ns > FRAME_TIMEOUT_NS
-    return "stale" if service[0] == "viewer" and frames_stopped else "ok"
 
 
 def phase_of(state: State) -> m.Phase:
@@ -76,9 +43,7 @@ def phase_of(state: State) -> m.Phase:
 
 def describe(state: State) -> str:
     """Health text of the animator."""
-    missing = [f"{name} {id}" for name, id in state.services if condition(state, (name, id)) in ("stale", "gone")]
-    text = "showing " + " and ".join(state.actors) if state.actors else "waiting for a pose"
-    return f"{text}; stale or gone: {', '.join(missing)}" if missing else text
+    return "showing " + " and ".join(state.actors) if state.actors else "waiting for a pose"
 
 
 def counts(state: State) -> Mapping[str, int]:
@@ -86,52 +51,10 @@ def counts(state: State) -> Mapping[str, int]:
     return {"unusable": state.unusable}
 
 
-def _update_liveliness(state: State, event: Alive) -> State:
-    service = (event.service, event.id)
-    before = state.services.get(service, ServiceRecord())
-    if event.alive:
-        after = replace(before, alive=True, frame_ns=0 if before.alive is False else before.frame_ns)
-    else:
-        after = replace(before, alive=False, gone_ns=event.received_ns)
-    return replace(state, services=_with(state.services, service, after))
-
-
-def _update_record(state: State, message: m.Message, received_ns: int) -> State:
-    """Record the sender and time of a message."""
-    service, per_frame = _sender(message)
-    if service is None:
-        return state
-    record = replace(state.services.get(service, ServiceRecord()), received_ns=received_ns)
-    if per_frame:
-        record = replace(record, frame_ns=received_ns)
-    if isinstance(message, m.Health):
-        record = replace(record, health=message)
-    return replace(state, now_ns=max(state.now_ns, received_ns), services=_with(state.services, service, record))
-
-
-def _sender(message: m.Message) -> tuple[Service | None, bool]:
-    """Return the service that publishes a message, None if unknown, and whether it does so with every frame."""
-    match message:
-        case m.Health(service=service, id=id):
-            return (service, id), False
-        case m.Sighting(viewer=viewer) | m.Silhouette(viewer=viewer) | m.PartialBap(viewer=viewer):
-            return ("viewer", viewer), True
-        case m.PartialBdp(viewer=viewer) | m.Preview(viewer=viewer) | m.CameraAdvice(viewer=viewer):
-            return ("viewer", viewer), False
-        case m.Assignment() | m.UniversalBap():
-            return ("integrator", "main"), True
-        case m.TrackerPose() | m.ScenePoints():
-            return ("tracker", "main"), True
-        case m.Posture() | m.CommandResult():
-            return ("recognizer", "main"), False
-        case _:  # a latched value may be much older than its receipt
-            return None, False
-
-
 def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
     """Whether a message is shown: half of MAX_ENTRIES is for viewers that the rig does not name, the rest for its own."""
     viewer = getattr(message, "viewer", None)
-    if viewer is None or ("viewer", viewer) in setup.expected:
+    if viewer is None or viewer in setup.viewers:
         return True
     shown: tuple[Mapping[str, object], ...] = (
         state.silhouettes,

@@ -122,8 +122,8 @@ class AdviceUpdate(msgspec.Struct, frozen=True, tag="advice", tag_field="type"):
 class ServiceRow(msgspec.Struct, frozen=True):
     """Status of one service.
 
-    phase, state: as in its health, empty before the first.  latency_ms: age of its result when published, or None.
-    losses: kind, number, and total, which is 0 where unknown.
+    condition, silent_s: see `zenocap.services.animator.presence`.  phase, state: as in its health, empty before the first.
+    latency_ms: age of its result when published, or None.  losses: kind, number, and total, which is 0 where unknown.
     """
 
     name: str

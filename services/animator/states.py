@@ -10,6 +10,9 @@ from zenocap.common.body.definition import Bdp, Pose
 from zenocap.common.camera.pinhole import Camera
 
 Source = Literal["two-view", "tracker"]  # estimator of a pose
+SOURCES: Mapping[type[m.Message], Source] = {
+    m.UniversalBdp: "two-view", m.UniversalBap: "two-view", m.TrackerBdp: "tracker", m.TrackerPose: "tracker",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,7 @@ from zenocap.common.body.definition import Pose
 from zenocap.common.bus.protocol import Alive, Envelope, FrameLike, Tick
 from zenocap.common.conversion import anatomy_of, angles_of, bdp_of, camera_of, lost_parts, points_of
 from zenocap.services.animator.parameters import COMMANDS_SHOWN, MAX_ENTRIES
-from zenocap.services.animator.states import (
-    Actor,
-    Setup,
-    Source,
-    SourceBody,
-    State,
-)
+from zenocap.services.animator.states import SOURCES, Actor, Setup, Source, SourceBody, State
 
 Event = FrameLike | Envelope | Alive | Tick  # of the service loop; the animator has no frames
 Bap: TypeAlias = m.UniversalBap | m.TrackerPose
@@ -68,22 +62,12 @@ def _is_admitted(setup: Setup, state: State, message: m.Message) -> bool:
 
 def _update_content(state: State, message: m.Message, received_ns: int) -> State:
     match message:
-        case m.UniversalBdp(body=body):
-            return _update_body(state, "two-view", body)
-        case m.TrackerBdp(body=body):
-            return _update_body(state, "tracker", body)
-        case m.UniversalBap(lost=lost):
-            return _update_pose(state, "two-view", message, tuple(lost), received_ns)
-        case m.TrackerPose():
-            return _update_pose(state, "tracker", message, tuple(lost_parts(message)), received_ns)
-        case m.Silhouette(viewer=viewer):
-            return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
-        case m.Sighting(viewer=viewer):
-            return replace(state, sightings=_with(state.sightings, viewer, message))
-        case m.Preview(viewer=viewer):
-            return replace(state, previews=_with(state.previews, viewer, message))
-        case m.CameraAdvice(viewer=viewer):
-            return replace(state, advice=_with(state.advice, viewer, message))
+        case m.UniversalBdp() | m.TrackerBdp():
+            return _update_body(state, SOURCES[type(message)], message.body)
+        case m.UniversalBap() | m.TrackerPose():
+            return _update_pose(state, SOURCES[type(message)], message, received_ns)
+        case m.Silhouette() | m.Sighting() | m.Preview() | m.CameraAdvice():
+            return _update_view(state, message)
         case m.CameraInfo():
             return _update_camera(state, message)
         case m.Assignment(tracking=tracking):
@@ -100,6 +84,18 @@ def _update_content(state: State, message: m.Message, received_ns: int) -> State
             return replace(state, detail=share)
         case _:
             return state
+
+
+def _update_view(state: State, message: m.Silhouette | m.Sighting | m.Preview | m.CameraAdvice) -> State:
+    match message:
+        case m.Silhouette(viewer=viewer):
+            return replace(state, silhouettes=_with(state.silhouettes, viewer, message))
+        case m.Sighting(viewer=viewer):
+            return replace(state, sightings=_with(state.sightings, viewer, message))
+        case m.Preview(viewer=viewer):
+            return replace(state, previews=_with(state.previews, viewer, message))
+        case m.CameraAdvice(viewer=viewer):
+            return replace(state, advice=_with(state.advice, viewer, message))
 
 
 def _mark_lost(state: State) -> State:
@@ -134,7 +130,7 @@ def _update_body(state: State, source: Source, message: m.Body) -> State:
     return replace(state, bodies=_with(state.bodies, source, body))
 
 
-def _update_pose(state: State, source: Source, message: Bap, lost: tuple[str, ...], received_ns: int) -> State:
+def _update_pose(state: State, source: Source, message: Bap, received_ns: int) -> State:
     body = state.bodies.get(source)
     if body is None:  # order across topics is not guaranteed: the first pose may arrive before its body
         return state
@@ -143,6 +139,7 @@ def _update_pose(state: State, source: Source, message: Bap, lost: tuple[str, ..
     except ValueError:
         return replace(state, unusable=state.unusable + 1)
     pose = Pose(np.array(message.position, dtype=np.float64), angles)
+    lost = tuple(message.lost if isinstance(message, m.UniversalBap) else lost_parts(message))
     actor = Actor(message.frame, message.captured_ns, received_ns, source, body.anatomy, body.bdp, pose, lost)
     return replace(state, actors=_with(state.actors, source, actor))
 

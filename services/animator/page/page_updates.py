@@ -5,7 +5,7 @@ Poses are sent on arrival; silhouettes, services and set-up checks at the rates 
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -36,6 +36,8 @@ from zenocap.services.animator.states import Actor, Source, State
 
 POSITION_DIGITS, SHAPE_DIGITS, QUATERNION_DIGITS, DEGREE_DIGITS, PIXEL_DIGITS = 3, 4, 4, 1, 1  # after the point
 NEVER_NS = -(1 << 62)
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 @dataclass(frozen=True)
@@ -82,30 +84,31 @@ def changes(before: State, after: State) -> Iterator[EncodedUpdate]:
 
     Commands are also sent after the initial state, so that a page knows which of them are old.
     """
-    for source, body in after.bodies.items():
-        if before.bodies.get(source) is not body:
-            yield encoded(f"body/{source}", body_update(source, body.anatomy, body.bdp))
-    for source, actor in after.actors.items():
-        if before.actors.get(source) is not actor:
-            yield encoded(f"pose/{source}", pose_update(actor))
+    for source, body in _new(before.bodies, after.bodies):
+        yield encoded(f"body/{source}", body_update(source, body.anatomy, body.bdp))
+    for source, actor in _new(before.actors, after.actors):
+        yield encoded(f"pose/{source}", pose_update(actor))
     if after.points is not None and before.points is not after.points:
         yield encoded("points", pm.PointsUpdate(after.points.points, after.points.captured_ns / 1e6))
-    for viewer, camera in after.cameras.items():
-        if before.cameras.get(viewer) is not camera:
-            yield encoded(f"camera/{viewer}", _camera_update(viewer, camera))
+    for viewer, camera in _new(before.cameras, after.cameras):
+        yield encoded(f"camera/{viewer}", _camera_update(viewer, camera))
     if after.posture is not None and before.posture is not after.posture:
         posture = after.posture
         yield encoded("posture", pm.PostureUpdate(posture.label or "", round(posture.margin, 2), _best_models(posture)))
     if not before.now_ns or before.commands is not after.commands:
         yield encoded("commands", pm.CommandsUpdate(list(map(_command_row, after.commands)), live=before.now_ns > 0))
-    for viewer, preview in after.previews.items():
-        if before.previews.get(viewer) is not preview:
-            yield encoded(f"preview/{viewer}", pm.PreviewUpdate(viewer, preview.jpeg))
-    for viewer, advice in after.advice.items():
-        before_it = before.advice.get(viewer)
-        if before_it is None or before_it.faults != advice.faults:
+    for viewer, preview in _new(before.previews, after.previews):
+        yield encoded(f"preview/{viewer}", pm.PreviewUpdate(viewer, preview.jpeg))
+    for viewer, advice in _new(before.advice, after.advice):
+        known = before.advice.get(viewer)
+        if known is None or known.faults != advice.faults:
             lines = [pm.AdviceLine(fault.code.value, found_text(fault), change_text(fault)) for fault in advice.faults]
             yield encoded(f"advice/{viewer}", pm.AdviceUpdate(viewer, lines))
+
+
+def _new(before: Mapping[K, V], after: Mapping[K, V]) -> Iterator[tuple[K, V]]:
+    """The entries that are other objects than before."""
+    return ((key, value) for key, value in after.items() if before.get(key) is not value)
 
 
 def view_updates(state: State) -> Iterator[EncodedUpdate]:

@@ -1,6 +1,7 @@
 // Controls of the take that is being played: pause, position, rate, steps of one pose; also by keys.
 
-const el = (id) => document.getElementById(id);
+import { create, el } from './page.js';
+
 const SCRUB_MS = 60;  // at least, between two positions that are sent while the slider is dragged
 const NEAR_S = 0.5;  // between the positions of player and pose: the former comes five times a second
 const DEFAULT_POSE_S = 1 / 30;  // of a step in a take whose rate is unknown
@@ -127,9 +128,8 @@ export class PlayerControls {
     this.drawn = duration;
     const seconds = { good: 0, doubtful: 0, unusable: 0 };
     el('verdict-parts').replaceChildren(...this.verdict.parts.map((part) => {
-      const piece = document.createElement('i');
+      const piece = create('i', { className: part.rating });
       seconds[part.rating] += part.end_s - part.start_s;
-      piece.className = part.rating;
       piece.style.left = `${100 * part.start_s / duration}%`;
       piece.style.width = `${100 * (Math.min(part.end_s, duration) - part.start_s) / duration}%`;
       piece.title = `${part.start_s.toFixed(1)} to ${part.end_s.toFixed(1)} s: ${part.rating}, ${(1000 * part.error).toFixed(0)} mm`
@@ -157,9 +157,8 @@ export class PlayerControls {
     if (!this.postures?.length || !duration || this.posturesDrawn === duration) return;
     this.posturesDrawn = duration;
     el('posture-parts').replaceChildren(...this.postures.map(({ start_s, end_s, label }) => {
-      const piece = document.createElement('i');
       const words = label.replaceAll('_', ' ').replaceAll('-', ' ');
-      piece.textContent = words;
+      const piece = create('i', { textContent: words });
       piece.style.left = `${100 * start_s / duration}%`;
       piece.style.width = `${100 * (Math.min(end_s, duration) - start_s) / duration}%`;
       piece.title = `${words}, ${start_s.toFixed(1)} to ${end_s.toFixed(1)} s: go there`;

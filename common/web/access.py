@@ -4,23 +4,30 @@ A connection without a handshake costs its peer nothing and this process a descr
 table of open files.  The oldest one therefore makes room for a new one, so that a page still opens while they come.
 """
 
+import asyncio
 import hmac
+import logging
 from collections.abc import Callable, Collection, Hashable, Mapping
+from typing import Any
 from urllib.parse import urlsplit
 
 from zenocap.common.rig.animator import ANY_ORIGIN, PageTable, is_loopback
+from zenocap.common.runtime.logs import OncePerInterval
+from zenocap.common.web.parameters import ERROR_LINE_PERIOD_S, MAX_WAITING
 
 
-class WaitingConnections:
-    """Connections without a completed handshake.  most: number at a time.  Belongs to one asyncio loop.
+class Connections:
+    """Connections to a port that have no completed handshake, and errors of clients.  Belongs to one asyncio loop.
 
-    displaced: number that were closed to make room.
+    most: that wait at a time.  errors: counted, and logged in one line per kind and ERROR_LINE_PERIOD_S, without the
+    tracebacks that asyncio would write.  name: of the port in these lines.
     """
 
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, logger: logging.Logger, name: str = "", most: int = MAX_WAITING) -> None:
+        self._logger, self._prefix, self._most = logger, f"{name}: " if name else "", most
         self._waiting: dict[Hashable, Callable[[], None]] = {}
-        self.displaced = 0
+        self._displaced = 0
+        self.errors = OncePerInterval(logger, ERROR_LINE_PERIOD_S)
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -29,13 +36,28 @@ class WaitingConnections:
         """Add a connection that was accepted; closes the oldest one with its `abort` when there are too many."""
         if len(self._waiting) >= self._most:
             oldest = next(iter(self._waiting))
-            self.displaced += 1
+            self._displaced += 1
             self._waiting.pop(oldest)()
         self._waiting[connection] = abort
 
     def remove(self, connection: Hashable) -> None:
         """Remove a connection that has completed its handshake or is closed; has no effect on others."""
         self._waiting.pop(connection, None)
+
+    def count_error(self, text: str, error: BaseException | None = None) -> None:
+        """Count an error, such as bytes that are no HTTP request."""
+        info = (type(error), error, None) if error is not None else None
+        record = self._logger.makeRecord(self._logger.name, logging.ERROR, "", 0, f"{self._prefix}{text}", (), info)
+        self.errors.handle(record)
+
+    def on_loop_error(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Handler for errors of the loop, such as a full table of open files."""
+        self.count_error(str(context.get("message")), context.get("exception"))
+
+    def counts(self) -> Mapping[str, int]:
+        """Connections closed to make room (displaced), and errors (malformed), where there are any."""
+        found = {"displaced": self._displaced, "malformed": self.errors.counts.total()}
+        return {kind: count for kind, count in found.items() if count}
 
 
 def refusal(

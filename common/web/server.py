@@ -25,17 +25,14 @@ from websockets.http11 import Request, Response
 
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
-from zenocap.common.runtime.logs import OncePerInterval
-from zenocap.common.web.access import WaitingConnections, refusal
+from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
 from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
 from zenocap.common.web.offered_files import OFFERED_PATH, OfferedFiles
 from zenocap.common.web.parameters import (
     CLOSE_TIMEOUT_S,
-    ERROR_LINE_PERIOD_S,
     HANDSHAKE_TIMEOUT_S,
     MAX_COMMAND_BYTES,
-    MAX_WAITING,
     PING_PERIOD_S,
     PING_TIMEOUT_S,
 )
@@ -107,8 +104,7 @@ class PageServer(Generic[C]):
         self._loop = asyncio.new_event_loop()
         self.broadcaster = Broadcaster(self._loop, on_first_page, content.feeds)
         self.offered = OfferedFiles()
-        self._waiting = WaitingConnections(MAX_WAITING)
-        self._errors = OncePerInterval(logger, ERROR_LINE_PERIOD_S)
+        self._connections = Connections(logger)
         self._refused = 0
         self._ended = asyncio.Event()
         self._started = threading.Event()
@@ -155,8 +151,8 @@ class PageServer(Generic[C]):
 
     def counts(self) -> Mapping[str, int]:
         """Counts since the start: connections closed to make room, malformed requests, pages beyond the maximum."""
-        counts = {"displaced": self._waiting.displaced, "malformed": self._errors.counts.total(), "refused": self._refused}
-        return {f"page_{kind}": count for kind, count in counts.items() if count}
+        refused = {"refused": self._refused} if self._refused else {}
+        return {f"page_{kind}": count for kind, count in {**self._connections.counts(), **refused}.items()}
 
     def close(self) -> None:
         if self._thread.is_alive():
@@ -173,7 +169,7 @@ class PageServer(Generic[C]):
             self._loop.close()
 
     async def _serve(self) -> None:
-        self._loop.set_exception_handler(self._log_exception)
+        self._loop.set_exception_handler(self._connections.on_loop_error)
         async with serve(
             self._attend,
             self._table.host,
@@ -195,18 +191,7 @@ class PageServer(Generic[C]):
             await self._ended.wait()
 
     def _connection(self, *arguments: Any, **options: Any) -> ServerConnection:
-        return _LimitedConnection(self._waiting, self._count_malformed, *arguments, **options)
-
-    def _count_malformed(self, error: Exception) -> None:
-        """Count a connection whose bytes are no HTTP request."""
-        info = (type(error), error, None)
-        self._errors.handle(logger.makeRecord(logger.name, logging.ERROR, "", 0, "malformed request to the page", (), info))
-
-    def _log_exception(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Count errors of the loop, such as a full table of open files; asyncio would log a traceback of each."""
-        error = context.get("exception")
-        info = (type(error), error, None) if error is not None else None
-        self._errors.handle(logger.makeRecord(logger.name, logging.ERROR, "", 0, str(context["message"]), (), info))
+        return _LimitedConnection(self._connections, *arguments, **options)
 
     def _websockets_logger(self) -> logging.Logger:
         """Logger of this server's connections: only errors, because the library logs every served file as rejected.
@@ -215,7 +200,7 @@ class PageServer(Generic[C]):
         """
         own = logging.Logger("websockets.page", logging.ERROR)
         own.addFilter(lambda record: record.msg != "opening handshake failed")
-        own.addHandler(self._errors)
+        own.addHandler(self._connections.errors)
         return own
 
     async def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
@@ -270,7 +255,7 @@ class PageServer(Generic[C]):
         assert connection.request is not None  # the handshake is complete
         socket = self._content.sockets.get(urlsplit(connection.request.path).path)
         if socket is not None:
-            self._waiting.remove(connection)
+            self._connections.remove(connection)
             await socket.receive(connection)
             return
         page, decode = PageQueue(self._content.feeds[0]), self._content.decode
@@ -281,7 +266,7 @@ class PageServer(Generic[C]):
             self._refused += 1
             await connection.close(1013, str(problem))
             return
-        self._waiting.remove(connection)
+        self._connections.remove(connection)
         sender = asyncio.create_task(_send(connection, page))
         try:
             async for text in connection:
@@ -306,21 +291,19 @@ class PageServer(Generic[C]):
 class _LimitedConnection(ServerConnection):
     """Connection that counts as waiting until a page is open on it."""
 
-    def __init__(
-        self, waiting: WaitingConnections, on_malformed: Callable[[Exception], None], *arguments: Any, **options: Any
-    ) -> None:
+    def __init__(self, connections: Connections, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._waiting, self._on_malformed = waiting, on_malformed
+        self._connections = connections
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._waiting.add(self, cast(asyncio.Transport, transport).abort)
+        self._connections.add(self, cast(asyncio.Transport, transport).abort)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._waiting.remove(self)
+        self._connections.remove(self)
         error = self.protocol.handshake_exc
         if self.request is None and error is not None and not isinstance(error.__cause__, EOFError):
-            self._on_malformed(error)
+            self._connections.count_error("malformed request to the page", error)
         super().connection_lost(exc)
 
 

@@ -58,11 +58,6 @@ class PageBridge:
         """URL of the page, token included; "" without a page."""
         return self._feed.page.address if self._feed is not None else ""
 
-    @property
-    def longest_queue(self) -> int:
-        """Number of updates that wait for the slowest page."""
-        return self._feed.page.updates.longest_queue if self._feed is not None else 0
-
     def counts(self) -> Mapping[str, int]:
         """Counters of outputs and page for the health."""
         return {**self.outputs.counts(), **(self._feed.page.server.counts() if self._feed is not None else {})}

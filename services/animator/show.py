@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # loaded where they are needed: their imports take longer tha
     from zenocap.services.animator.comparison_reader import ComparisonReader, Stopped
 
 logger = logging.getLogger(__name__)
+READING = "the second take is being read; it appears when both are compared"
 NO_RIG = "this page shows one take, without a rig: commands to a rig are not available"
 
 
@@ -84,7 +85,7 @@ class TakePage:
         )
         self._feed.player.send(pm.PlayTake(self._take.name))
         if self._reader is not None:
-            self._publish("ghost", NoticeUpdate("the second take is being read; it appears when both are compared"))
+            self._feed.page.publish("ghost", NoticeUpdate(READING))
             self._reader.start()
 
     def close(self) -> None:
@@ -94,15 +95,14 @@ class TakePage:
             self._camera_feed.close()
         self._feed.close()
 
-    def _publish(self, key: str, update: pm.Update) -> None:
-        self._feed.page.publish(key, update)
-
     def _on_drop(self, path: Path) -> None:
         """Show a dropped take instead of the take of the page."""
         from zenocap.services.animator.playback import PlayFile
 
         if self._feed.player is None:
-            self._publish("dropped", pm.DroppedUpdate(problem=f"{path.name}: the page is being opened; drop it again"))
+            self._feed.page.publish(
+                "dropped", pm.DroppedUpdate(problem=f"{path.name}: the page is being opened; drop it again")
+            )
             return
         self._dropped = path
         self._switch(path, pm.DroppedUpdate(path.name))
@@ -117,8 +117,8 @@ class TakePage:
 
     def _switch(self, take: Path, dropped: pm.DroppedUpdate) -> None:
         self._switching = True
-        self._publish("dropped", dropped)
-        self._publish("hello", _hello(take))
+        self._feed.page.publish("dropped", dropped)
+        self._feed.page.publish("hello", _hello(take))
 
     def _on_update(self, update: pm.PlayerUpdate) -> None:
         if self._dropped is not None:
@@ -148,7 +148,7 @@ class TakePage:
 
     def _on_comparison(self, comparison: "Comparison") -> None:
         """Show the second take, in place of the notice that it is read."""
-        self._publish("ghost", comparison.body())
+        self._feed.page.publish("ghost", comparison.body())
 
     def _direct(self, page: PageQueue, command: pm.Command) -> bool:
         """Handle a command of a page in the server's thread.  Raises ValueError."""

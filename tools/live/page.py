@@ -6,10 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 from weakref import WeakKeyDictionary
 
-import cv2
-import numpy as np
-
-from zenocap.common.arrays import Floats, Image
+from zenocap.common.arrays import Floats
 from zenocap.common.errors import UserError
 from zenocap.common.rig.animator import PageTable
 from zenocap.common.rig.sources import Device, Stream, VideoFile, without_password
@@ -18,7 +15,7 @@ from zenocap.common.web.broadcast import EncodedUpdate, PageQueue
 from zenocap.common.web.page import Page
 from zenocap.common.web.server import PageContent, page_files
 from zenocap.services.viewer.frame import Frame
-from zenocap.tools.cameras.streams import small_picture
+from zenocap.tools.cameras.streams import jpeg
 from zenocap.tools.live import messages as lm
 from zenocap.tools.live.advice import rows
 from zenocap.tools.live.camera import LiveCamera
@@ -148,8 +145,9 @@ class LivePage:
             if self._page.pages:
                 height, width = frame.image.shape[:2]
                 flat = None if corners is None else [round(float(value), 1) for value in corners.ravel()]
-                jpeg = jpeg_of(frame.image, camera.name in self._large.values())
-                self._page.publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, jpeg, flat))
+                large = camera.name in self._large.values()
+                data = jpeg(frame.image, *((LARGE_PX, LARGE_JPEG_QUALITY) if large else (TILE_PX, JPEG_QUALITY)))
+                self._page.publish(f"picture/{camera.name}", lm.PictureUpdate(camera.name, width, height, data, flat))
         if now_s - shown.measured_s >= MEASURE_PERIOD_S and self._page.pages:
             shown.measured_s, busy = now_s, True
             found = [row for row in rows(camera.measures()) if row.key not in self._mode.hidden]
@@ -194,15 +192,6 @@ def wait_for_images(cameras: Sequence[LiveCamera], stopped: Callable[[], bool], 
     failures = [one.failure for one in cameras]
     if failures and failures[0] is not None and all(one is not None for one in failures):
         raise failures[0]
-
-
-def jpeg_of(image: Image, large: bool) -> bytes:
-    """JPEG of an image, reduced."""
-    small = small_picture(image, LARGE_PX if large else TILE_PX)
-    quality = LARGE_JPEG_QUALITY if large else JPEG_QUALITY
-    good, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    assert good
-    return np.asarray(data, dtype=np.uint8).tobytes()
 
 
 def _source_text(camera: LiveCamera) -> str:

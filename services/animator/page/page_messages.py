@@ -9,8 +9,8 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec import Meta
 
-from zenocap.common.web.messages import Decoder, NoticeUpdate
-from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake, SavingUpdate
+from zenocap.common.web.messages import Decoder
+from zenocap.services.animator.page.save_messages import CancelSaving, SaveTake
 
 Feed = Literal["live", "take"]
 Numbers: TypeAlias = list[float]
@@ -299,14 +299,6 @@ class GhostPoseUpdate(msgspec.Struct, frozen=True, tag="ghost_pose", tag_field="
     pose: PoseUpdate | None
     distances: dict[str, float]
 
-
-Update: TypeAlias = (
-    HelloUpdate | BodyUpdate | PoseUpdate | PointsUpdate | CameraUpdate | ViewUpdate | PreviewUpdate | AdviceUpdate
-    | ServicesUpdate | RecordingUpdate | ChecksUpdate | PostureUpdate | CommandsUpdate | TakesUpdate | PlayerUpdate
-    | PlaceUpdate
-    | VerdictUpdate | PosturesUpdate | GhostUpdate | GhostPoseUpdate | SavingUpdate
-    | DroppedUpdate | NoticeUpdate
-)  # fmt: skip
 
 TakeName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]{0,200}\.mcap$")]
 

@@ -170,7 +170,8 @@ def test_a_page_that_never_reads_skips_frames_and_costs_no_memory(tmp_path: Path
                 large = Preview(frame=k, captured_ns=0, viewer="1", jpeg=bytes(200_000))
                 animator.receive(large, bap(k, animator.clock.now_ns(), pose_at(k / 60)))
                 seen += sum(update["type"] == "pose" for update in await updates_of(reading))
-            return seen, animator.bridge.longest_queue
+            assert animator.bridge._feed is not None
+            return seen, animator.bridge._feed.page.updates.longest_queue
 
     with stand_in(tmp_path) as animator:
         animator.begin()

@@ -70,6 +70,6 @@ def test_a_take_that_is_dropped_before_the_page_plays_is_refused_in_words(
     page: TakePage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     published: list[tuple[str, object]] = []
-    monkeypatch.setattr(page, "_publish", lambda key, update: published.append((key, update)))
+    monkeypatch.setattr(page._feed.page, "publish", lambda key, update: published.append((key, update)))
     page._on_drop(Path("/tmp/x/b.mcap"))
     assert published == [("dropped", DroppedUpdate(problem="b.mcap: the page is being opened; drop it again"))]

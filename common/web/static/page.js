@@ -11,6 +11,7 @@ let noticeTimer = 0;
 export const el = (id) => document.getElementById(id);
 export const create = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
 export const lines = (tag, texts) => texts.map((textContent) => create(tag, { textContent }));
+export const spoken = (name) => name.replace(/[_-]/g, ' ');  // of a posture
 export const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 
 // Line on what the page was asked for; unlike an alert it goes by itself.

@@ -6,7 +6,7 @@ import { Joints } from './joints.js';
 import { add, minus, times } from './linear_algebra.js';
 import { MeasureDialog } from './measure_dialog.js';
 import { PRESETS, orbitControls } from './orbit_controls.js';
-import { bytesOf, connect, el, onKey, showNotice } from './page.js';
+import { bytesOf, connect, el, onKey, showNotice, spoken } from './page.js';
 import { PlayerControls } from './player_controls.js';
 import { AnglePlots } from './angle_plots.js';
 import { SavePanel } from './save_panel.js';
@@ -316,7 +316,7 @@ function setServices(update) {
 }
 
 function setPosture({ label, margin, best }) {
-  el('posture').textContent = label ? label.replaceAll('_', ' ').replaceAll('-', ' ') : '–';
+  el('posture').textContent = label ? spoken(label) : '–';
   const models = best.map(([name, value]) => `${name} ${value.toFixed(1)}`);
   el('posture').title = [`margin ${margin.toFixed(2)}; log-likelihoods of the best models:`, ...models].join('\n');
 }

@@ -1,6 +1,6 @@
 // Slide show: a command whose target ends with slides/next, slides/previous or slides/first turns to another slide.
 
-import { create, el, lines, onKey } from './page.js';
+import { create, el, lines, onKey, spoken } from './page.js';
 
 const TARGET = /(?:^|\/)slides\/(next|previous|first)$/;
 const POSTURES = { next: 'raise-right-arm', previous: 'raise-left-arm', first: 'raise-both-arms' };  // of the demo rig
@@ -9,7 +9,6 @@ const ROWS = { frameToSlide: 'frame to slide', frameToCommand: 'frame to command
 const FIRED_MS = 1200;  // for which the posture that was recognized is marked
 const MAX_LATENCIES = 1000;
 
-const spoken = (posture) => posture.replaceAll('_', ' ').replaceAll('-', ' ');
 const verbOf = ({ target }) => TARGET.exec(target)?.[1];
 const idOf = ({ number, captured_ms: captured }) => `${number} ${captured}`;
 

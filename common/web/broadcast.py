@@ -32,7 +32,7 @@ class PageQueue:
     """Updates for one open page.
 
     feed: name of what it shows.  waiting: updates by key, in the order in which their keys first came.
-    sent, superseded: number of updates.
+    superseded: number of updates that were replaced.
     unacknowledged: lists that were sent and not acknowledged.
     """
 
@@ -40,7 +40,6 @@ class PageQueue:
     waiting: dict[str, bytes] = field(default_factory=dict)
     ready: asyncio.Event = field(default_factory=asyncio.Event)
     unacknowledged: int = 0
-    sent: int = 0
     superseded: int = 0
 
     def put(self, update: EncodedUpdate) -> None:
@@ -53,7 +52,6 @@ class PageQueue:
         """Return all waiting updates as one JSON list; waits for an update, and for the page's acknowledgements."""
         await self.ready.wait()
         updates, self.waiting = self.waiting, {}
-        self.sent += len(updates)
         self.unacknowledged += 1
         self._set_ready()
         return b"[" + b",".join(updates.values()) + b"]"

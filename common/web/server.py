@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from http import HTTPStatus
 from importlib import resources
+from pathlib import Path
 from typing import Any, Generic, cast
 from urllib.parse import parse_qs, urlsplit
 
@@ -28,7 +29,7 @@ from zenocap.common.rig.animator import PageTable
 from zenocap.common.web.access import Connections, refusal
 from zenocap.common.web.broadcast import Broadcaster, PageQueue
 from zenocap.common.web.messages import Acknowledge, C, NoticeUpdate, encode
-from zenocap.common.web.offered_files import OFFERED_PATH, OfferedFiles
+from zenocap.common.web.offered_files import OFFERED_PATH, Answer, OfferedFiles
 from zenocap.common.web.parameters import (
     CLOSE_TIMEOUT_S,
     HANDSHAKE_TIMEOUT_S,
@@ -40,18 +41,18 @@ from zenocap.common.web.parameters import (
 logger = logging.getLogger(__name__)
 
 SOCKET_PATH = "/socket"
-CONTENT_TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
+CONTENT_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 CONTENT_SECURITY_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 
 
-Files = Mapping[str, tuple[bytes, str]]
-"""Content and type of every served file by name; nothing else can be requested."""
+Files = Mapping[str, Answer]
+"""Every served file by name; nothing else can be requested."""
 
-Made = Callable[[str, Mapping[str, str]], tuple[bytes, Mapping[str, str]]]
-"""Computes an answer, body and headers, of the query and the headers of a request; called in a thread."""
+Made = Callable[[str, Mapping[str, str]], Answer]
+"""Computes an answer of the query and the headers of a request; called in a thread."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ def page_files(package: str) -> Files:
     """The files of the folder `static` of a package, and those that all pages share."""
     folders = [resources.files(one).joinpath("static") for one in ("zenocap.common.web", package)]
     files = [file for folder in folders for file in folder.iterdir() if file.is_file()]
-    return {file.name: (file.read_bytes(), CONTENT_TYPES[file.name.rpartition(".")[2]]) for file in files}
+    kinds = {file.name: f"{CONTENT_TYPES[Path(file.name).suffix]}; charset=utf-8" for file in files}
+    return {file.name: (file.read_bytes(), {"Content-Type": kinds[file.name]}) for file in files}
 
 
 class PageServer(Generic[C]):
@@ -218,26 +220,15 @@ class PageServer(Generic[C]):
         return Response(response.status_code, response.reason_phrase, response.headers) if method == "HEAD" else response
 
     async def _answer(self, path: str, query: str, headers: Headers) -> Response:
+        missing = "not found"
         if path in self._content.made:
-            body, fields = await asyncio.to_thread(self._content.made[path], query, headers)
-            return _response(HTTPStatus.OK, body, fields)
-        if path.startswith(OFFERED_PATH):
-            return await asyncio.to_thread(self._offered_file, path)
-        found = self._content.files.get(path.lstrip("/") or "index.html")
-        if found is None:
-            return _text(HTTPStatus.NOT_FOUND, "not found")
-        return _response(HTTPStatus.OK, found[0], {"Content-Type": f"{found[1]}; charset=utf-8"})
-
-    def _offered_file(self, path: str) -> Response:
-        offered = self.offered.at(path)
-        try:
-            body = offered.path.read_bytes() if offered is not None else None
-        except OSError:
-            body = None
-        if offered is None or body is None:
-            return _text(HTTPStatus.NOT_FOUND, "this file is not offered any more: it is where it was saved")
-        fields = {"Content-Type": "application/octet-stream", "Content-Disposition": offered.disposition}
-        return _response(HTTPStatus.OK, body, fields)
+            found: Answer | None = await asyncio.to_thread(self._content.made[path], query, headers)
+        elif path.startswith(OFFERED_PATH):
+            found = await asyncio.to_thread(self.offered.read, path)
+            missing = "this file is not offered any more: it is where it was saved"
+        else:
+            found = self._content.files.get(path.lstrip("/") or "index.html")
+        return _text(HTTPStatus.NOT_FOUND, missing) if found is None else _response(HTTPStatus.OK, *found)
 
     def _refusal(self, request: Request, query: str, path: str) -> str | None:
         """Reason for refusing a request; None for a permitted one."""

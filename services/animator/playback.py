@@ -35,8 +35,7 @@ from zenocap.services.animator.presence import Presence, observed
 from zenocap.services.animator.replay_process import REPLAYED_RIG, ReplayProcess, ReplayStatus, free_port
 from zenocap.services.animator.states import Actor, Setup, State
 from zenocap.services.animator.step import step
-from zenocap.services.animator.take_postures import postures_update
-from zenocap.services.animator.take_verdict import verdict_update
+from zenocap.services.animator.take_marks import postures_update, verdict_update
 
 logger = logging.getLogger(__name__)
 
